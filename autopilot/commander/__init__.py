@@ -1,0 +1,1 @@
+"""Who may arm, which mode is flown, what a failure leads to."""

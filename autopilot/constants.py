@@ -1,0 +1,70 @@
+"""Numbers that PX4 v1.18 gives names: navigation states, setpoint types, takeoff states."""
+
+from enum import IntEnum
+
+
+class NavState(IntEnum):
+    """vehicle_status.nav_state (msg/versioned/VehicleStatus.msg)."""
+
+    MANUAL = 0
+    ALTCTL = 1
+    POSCTL = 2
+    AUTO_MISSION = 3
+    AUTO_LOITER = 4
+    AUTO_RTL = 5
+    POSITION_SLOW = 6
+    ALTITUDE_CRUISE = 8
+    ACRO = 10
+    DESCEND = 12
+    TERMINATION = 13
+    OFFBOARD = 14
+    STAB = 15
+    AUTO_TAKEOFF = 17
+    AUTO_LAND = 18
+    AUTO_FOLLOW_TARGET = 19
+    AUTO_PRECLAND = 20
+    ORBIT = 21
+    AUTO_VTOL_TAKEOFF = 22
+    EXTERNAL1 = 23
+    EXTERNAL2 = 24
+    EXTERNAL3 = 25
+    EXTERNAL4 = 26
+    EXTERNAL5 = 27
+    EXTERNAL6 = 28
+    EXTERNAL7 = 29
+    EXTERNAL8 = 30
+
+
+class SetpointType(IntEnum):
+    """position_setpoint.type."""
+
+    POSITION = 0
+    VELOCITY = 1
+    LOITER = 2
+    TAKEOFF = 3
+    LAND = 4
+    IDLE = 5
+
+
+class TakeoffState(IntEnum):
+    """takeoff_status.takeoff_state."""
+
+    UNINITIALIZED = 0
+    DISARMED = 1
+    SPOOLUP = 2
+    READY_FOR_TAKEOFF = 3
+    RAMPUP = 4
+    FLIGHT = 5
+
+
+class Severity(IntEnum):
+    """MAV_SEVERITY, as texts to the ground carry it."""
+
+    EMERGENCY = 0
+    ALERT = 1
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    NOTICE = 5
+    INFO = 6
+    DEBUG = 7

@@ -1,0 +1,1 @@
+"""Cascaded controllers with PX4's names and parameters."""

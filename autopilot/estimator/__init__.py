@@ -1,0 +1,1 @@
+"""From noisy sensors to attitude, velocity and position."""

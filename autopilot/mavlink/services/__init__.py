@@ -1,0 +1,1 @@
+"""One file per MAVLink microservice, each a state machine on simulated time."""

@@ -1,0 +1,1 @@
+"""One file per outgoing message, named as the message."""

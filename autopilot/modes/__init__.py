@@ -1,0 +1,1 @@
+"""One file per flight mode: from a goal to a trajectory setpoint, every tick."""

@@ -1,0 +1,1 @@
+"""Where to go next: missions, return, takeoff, landing, hold, fence."""

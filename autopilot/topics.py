@@ -1,0 +1,516 @@
+"""Topics: the records through which the modules of the autopilot speak, under their uORB names.
+
+Each topic has one writer, which replaces the record in its slot of `Topics`; everybody else reads. Records are
+NamedTuples (cheap to make, impossible to change). Times are `now_us`: int, simulated microseconds since boot
+(PX4's hrt_absolute_time). Frames: NED for the world, FRD for the body; quaternions are (w, x, y, z), body to NED.
+A missing number is NaN, as in PX4.
+"""
+
+import math
+from typing import NamedTuple
+
+from autopilot.constants import NavState
+
+NAN = math.nan
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+NAN3: Vector3 = (NAN, NAN, NAN)
+
+
+# --- sensors (writer: sensors.py, from the channel) --------------------------------------------------------
+
+
+class SensorCombined(NamedTuple):
+    """One IMU sample: bias-free it is not; the estimator knows the bias."""
+
+    timestamp: int = 0
+    gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
+    accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
+
+
+class SensorBaro(NamedTuple):
+    """VehicleAirData, as far as it is used."""
+
+    timestamp: int = 0
+    pressure_pa: float = NAN
+    baro_alt_m: float = NAN
+    temperature_c: float = NAN
+
+
+class SensorMag(NamedTuple):
+    """Magnetic field in the body frame, gauss."""
+
+    timestamp: int = 0
+    magnetometer_ga: Vector3 = NAN3
+
+
+class SensorGps(NamedTuple):
+    """What the receiver says."""
+
+    timestamp: int = 0
+    latitude_deg: float = NAN
+    longitude_deg: float = NAN
+    altitude_msl_m: float = NAN
+    vel_n_m_s: float = NAN
+    vel_e_m_s: float = NAN
+    vel_d_m_s: float = NAN
+    eph: float = NAN
+    epv: float = NAN
+    fix_type: int = 0
+    satellites_used: int = 0
+
+
+class DistanceSensorSample(NamedTuple):
+    """uORB distance_sensor: current_distance is NaN when nothing is in range."""
+
+    timestamp: int = 0
+    current_distance: float = NAN
+    min_distance: float = NAN
+    max_distance: float = NAN
+    orientation: int = 25
+
+
+class BatteryStatus(NamedTuple):
+    """remaining is 0..1; warning is MAV_BATTERY_CHARGE_STATE-like 0 none, 1 low, 2 critical, 3 emergency."""
+
+    timestamp: int = 0
+    connected: bool = False
+    voltage_v: float = NAN
+    current_a: float = NAN
+    remaining: float = NAN
+    discharged_mah: float = 0.0
+    warning: int = 0
+
+
+# --- estimate (writer: estimator) ---------------------------------------------------------------------------
+
+
+class VehicleAttitude(NamedTuple):
+    """Body to NED, with the Euler angles worked out once (roll, pitch, yaw)."""
+
+    timestamp: int = 0
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    euler: Vector3 = (0.0, 0.0, 0.0)
+
+
+class VehicleAngularVelocity(NamedTuple):
+    """Body rates, bias removed and filtered."""
+
+    timestamp: int = 0
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+    xyz_derivative: Vector3 = (0.0, 0.0, 0.0)
+
+
+class VehicleLocalPosition(NamedTuple):
+    """NED position, velocity and acceleration from the reference point, as PX4's vehicle_local_position."""
+
+    timestamp: int = 0
+    xy_valid: bool = False
+    z_valid: bool = False
+    v_xy_valid: bool = False
+    v_z_valid: bool = False
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+    vz: float = 0.0
+    ax: float = 0.0
+    ay: float = 0.0
+    az: float = 0.0
+    heading: float = 0.0
+    ref_lat: float = NAN
+    ref_lon: float = NAN
+    ref_alt: float = NAN
+    ref_timestamp: int = 0
+    dist_bottom: float = NAN
+    dist_bottom_valid: bool = False
+    eph: float = NAN
+    epv: float = NAN
+    evh: float = NAN
+    evv: float = NAN
+    xy_reset_counter: int = 0
+    z_reset_counter: int = 0
+
+
+class VehicleGlobalPosition(NamedTuple):
+    """The same as latitude, longitude (deg) and altitude AMSL (m)."""
+
+    timestamp: int = 0
+    valid: bool = False
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    terrain_alt: float = NAN
+    eph: float = NAN
+    epv: float = NAN
+
+
+class EstimatorStatus(NamedTuple):
+    """Health of the filter: innovation test ratios (1 is the gate) and what ESTIMATOR_STATUS.flags shows."""
+
+    timestamp: int = 0
+    tilt_aligned: bool = False
+    yaw_aligned: bool = False
+    vel_test_ratio: float = 0.0
+    pos_test_ratio: float = 0.0
+    hgt_test_ratio: float = 0.0
+    mag_test_ratio: float = 0.0
+    gps_fused: bool = False
+    baro_fused: bool = False
+    mag_fused: bool = False
+    dead_reckoning: bool = False
+    gyro_bias: Vector3 = (0.0, 0.0, 0.0)
+    accel_bias: Vector3 = (0.0, 0.0, 0.0)
+    vibration: Vector3 = (0.0, 0.0, 0.0)
+
+
+class WindEstimate(NamedTuple):
+    """Wind over ground, NED."""
+
+    timestamp: int = 0
+    windspeed_north: float = NAN
+    windspeed_east: float = NAN
+
+
+class VehicleLandDetected(NamedTuple):
+    """Writer: land_detector.py."""
+
+    timestamp: int = 0
+    landed: bool = True
+    maybe_landed: bool = True
+    ground_contact: bool = True
+    freefall: bool = False
+    in_ground_effect: bool = False
+
+
+# --- state (writer: commander) ---------------------------------------------------------------------------
+
+
+class VehicleStatus(NamedTuple):
+    """Arming and mode. `nav_state` is what is flown, `nav_state_user_intention` what was asked for."""
+
+    timestamp: int = 0
+    armed: bool = False
+    armed_time: int = 0
+    takeoff_time: int = 0
+    nav_state: NavState = NavState.AUTO_LOITER
+    nav_state_user_intention: NavState = NavState.AUTO_LOITER
+    nav_state_timestamp: int = 0
+    """When nav_state last changed."""
+    system_status: int = 0
+    """MAV_STATE of the heartbeat."""
+    failsafe: bool = False
+    failsafe_defer: bool = False
+    termination: bool = False
+    gcs_connection_lost: bool = True
+    rc_signal_lost: bool = True
+    pre_flight_checks_pass: bool = False
+    calibrating: bool = False
+    vehicle_type: str = "multicopter"
+    """multicopter or rover."""
+    mav_type: int = 2
+    latest_arming_reason: int = 0
+    latest_disarming_reason: int = 0
+
+
+class HealthReport(NamedTuple):
+    """Which sensors and systems are there, and well: bits of MAV_SYS_STATUS_SENSOR, and who may arm."""
+
+    timestamp: int = 0
+    present: int = 0
+    enabled: int = 0
+    health: int = 0
+    can_arm_mode_flags: int = 0
+    """Bit per NavState: arming there is allowed."""
+    can_run_mode_flags: int = 0
+    """Bit per NavState: switching there is allowed."""
+
+
+class FailsafeFlags(NamedTuple):
+    """What is wrong right now, as PX4's failsafe_flags (True is bad)."""
+
+    angular_velocity_invalid: bool = False
+    attitude_invalid: bool = True
+    local_altitude_invalid: bool = True
+    local_position_invalid: bool = True
+    local_velocity_invalid: bool = True
+    global_position_invalid: bool = True
+    auto_mission_missing: bool = True
+    offboard_control_signal_lost: bool = True
+    home_position_invalid: bool = True
+    manual_control_signal_lost: bool = True
+    gcs_connection_lost: bool = True
+    battery_warning: int = 0
+    battery_unhealthy: bool = False
+    geofence_breached: bool = False
+    mission_failure: bool = False
+    wind_limit_exceeded: bool = False
+    flight_time_limit_exceeded: bool = False
+    fd_critical_failure: bool = False
+    fd_motor_failure: bool = False
+
+
+class HomePosition(NamedTuple):
+    """Home; x, y, z in the local frame."""
+
+    timestamp: int = 0
+    valid: bool = False
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    yaw: float = NAN
+    manual_home: bool = False
+    update_count: int = 0
+
+
+class ActuatorArmed(NamedTuple):
+    """Whether motors may turn."""
+
+    armed: bool = False
+    lockdown: bool = False
+    manual_lockdown: bool = False
+
+
+# --- navigation (writer: navigator) ----------------------------------------------------------------------
+
+
+class PositionSetpoint(NamedTuple):
+    """One of the triplet. type is one of constants.SetpointType; NaN altitude keeps the present one."""
+
+    timestamp: int = 0
+    valid: bool = False
+    type: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    yaw: float = NAN
+    acceptance_radius: float = NAN
+    cruising_speed: float = -1.0
+    loiter_radius: float = NAN
+    gliding_enabled: bool = False
+
+
+class PositionSetpointTriplet(NamedTuple):
+    """previous, current, next: what the AUTO modes fly."""
+
+    timestamp: int = 0
+    previous: PositionSetpoint = PositionSetpoint()
+    current: PositionSetpoint = PositionSetpoint()
+    next: PositionSetpoint = PositionSetpoint()
+
+
+class VehicleRoi(NamedTuple):
+    """Region of interest: mode 0 none, 3 location."""
+
+    mode: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+
+
+class MissionResult(NamedTuple):
+    """Progress of the mission, for MISSION_CURRENT and MISSION_ITEM_REACHED."""
+
+    timestamp: int = 0
+    mission_id: int = 0
+    geofence_id: int = 0
+    rally_id: int = 0
+    valid: bool = False
+    warning: bool = False
+    finished: bool = False
+    failure: bool = False
+    seq_current: int = 0
+    seq_reached: int = -1
+    seq_reached_timestamp: int = 0
+    seq_total: int = 0
+    item_do_jump_changed: bool = False
+    mission_state: int = 0
+    """MISSION_STATE of MISSION_CURRENT."""
+
+
+class GeofenceResult(NamedTuple):
+    """Breach of the fence, and what GF_ACTION asks for."""
+
+    timestamp: int = 0
+    breached: bool = False
+    action: int = 0
+    breach_type: int = 0
+    breach_count: int = 0
+    breach_time_us: int = 0
+
+
+# --- setpoints -------------------------------------------------------------------------------------------
+
+
+class TrajectorySetpoint(NamedTuple):
+    """Writer: the flight mode. NED; NaN in every axis that is not controlled."""
+
+    timestamp: int = 0
+    position: Vector3 = NAN3
+    velocity: Vector3 = NAN3
+    acceleration: Vector3 = NAN3
+    yaw: float = NAN
+    yawspeed: float = NAN
+
+
+class VehicleConstraints(NamedTuple):
+    """Writer: the flight mode; limits of the position controller, NaN for the parameter's."""
+
+    speed_up: float = NAN
+    speed_down: float = NAN
+    want_takeoff: bool = False
+
+
+class VehicleLocalPositionSetpoint(NamedTuple):
+    """Writer: mc_pos_control: what it really tracks (POSITION_TARGET_LOCAL_NED)."""
+
+    timestamp: int = 0
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    vx: float = NAN
+    vy: float = NAN
+    vz: float = NAN
+    acceleration: Vector3 = NAN3
+    thrust: Vector3 = NAN3
+    yaw: float = NAN
+    yawspeed: float = NAN
+
+
+class VehicleAttitudeSetpoint(NamedTuple):
+    """thrust_body is FRD, normalised, so that hover is about (0, 0, -MPC_THR_HOVER)."""
+
+    timestamp: int = 0
+    q_d: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    yaw_sp_move_rate: float = 0.0
+    thrust_body: Vector3 = (0.0, 0.0, 0.0)
+
+
+class VehicleRatesSetpoint(NamedTuple):
+    """Body rates and thrust."""
+
+    timestamp: int = 0
+    rates: Vector3 = (0.0, 0.0, 0.0)
+    thrust_body: Vector3 = (0.0, 0.0, 0.0)
+
+
+class ActuatorOutputs(NamedTuple):
+    """Writer: control allocation. `controls` as HIL_ACTUATOR_CONTROLS; `pwm` as SERVO_OUTPUT_RAW shows it."""
+
+    timestamp: int = 0
+    controls: tuple[float, ...] = ()
+    pwm: tuple[int, ...] = ()
+
+
+class TakeoffStatus(NamedTuple):
+    """Writer: mc_pos_control; state is constants.TakeoffState."""
+
+    timestamp: int = 0
+    state: int = 0
+    tilt_limit: float = NAN
+
+
+class HoverThrustEstimate(NamedTuple):
+    """Thrust that holds the vehicle in the air, normalised."""
+
+    timestamp: int = 0
+    hover_thrust: float = 0.5
+    valid: bool = False
+
+
+# --- inputs (writer: the MAVLink services) -----------------------------------------------------------------
+
+
+class ManualControlSetpoint(NamedTuple):
+    """Sticks: roll, pitch, yaw, throttle each -1..1."""
+
+    timestamp: int = 0
+    valid: bool = False
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+    throttle: float = 0.0
+    sticks_moving: bool = False
+
+
+class OffboardSetpoint(NamedTuple):
+    """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET: offboard_control_mode and its setpoint in one.
+
+    Exactly one of trajectory, attitude or rates is set.
+    """
+
+    timestamp: int = 0
+    trajectory: TrajectorySetpoint | None = None
+    attitude: VehicleAttitudeSetpoint | None = None
+    rates: VehicleRatesSetpoint | None = None
+
+
+class VehicleCommand(NamedTuple):
+    """COMMAND_LONG or COMMAND_INT as its owner sees it; lat/lon in degrees in param5/param6 for both."""
+
+    command: int
+    param1: float = NAN
+    param2: float = NAN
+    param3: float = NAN
+    param4: float = NAN
+    param5: float = NAN
+    param6: float = NAN
+    param7: float = NAN
+    frame: int = 0
+    """MAV_FRAME of a COMMAND_INT; MAV_FRAME_GLOBAL for a COMMAND_LONG."""
+    source_system: int = 0
+    source_component: int = 0
+    target_system: int = 0
+    target_component: int = 0
+    from_external: bool = True
+    confirmation: int = 0
+
+
+class GcsHeartbeats(NamedTuple):
+    """When a ground station, and an onboard controller, was last heard."""
+
+    gcs_us: int = 0
+    onboard_us: int = 0
+
+
+class Topics:
+    """The present record of every topic; one slot each, each with one writer."""
+
+    def __init__(self) -> None:
+        self.sensor_combined = SensorCombined()
+        self.sensor_baro = SensorBaro()
+        self.sensor_mag = SensorMag()
+        self.sensor_gps = SensorGps()
+        self.distance_sensor = DistanceSensorSample()
+        self.battery_status = BatteryStatus()
+        self.vehicle_attitude = VehicleAttitude()
+        self.vehicle_angular_velocity = VehicleAngularVelocity()
+        self.vehicle_local_position = VehicleLocalPosition()
+        self.vehicle_global_position = VehicleGlobalPosition()
+        self.estimator_status = EstimatorStatus()
+        self.wind = WindEstimate()
+        self.vehicle_land_detected = VehicleLandDetected()
+        self.vehicle_status = VehicleStatus()
+        self.health_report = HealthReport()
+        self.failsafe_flags = FailsafeFlags()
+        self.home_position = HomePosition()
+        self.actuator_armed = ActuatorArmed()
+        self.position_setpoint_triplet = PositionSetpointTriplet()
+        self.vehicle_roi = VehicleRoi()
+        self.mission_result = MissionResult()
+        self.geofence_result = GeofenceResult()
+        self.trajectory_setpoint = TrajectorySetpoint()
+        self.vehicle_constraints = VehicleConstraints()
+        self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
+        self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()
+        self.vehicle_rates_setpoint = VehicleRatesSetpoint()
+        self.actuator_outputs = ActuatorOutputs()
+        self.takeoff_status = TakeoffStatus()
+        self.hover_thrust_estimate = HoverThrustEstimate()
+        self.manual_control_setpoint = ManualControlSetpoint()
+        self.offboard_setpoint = OffboardSetpoint()
+        self.gcs_heartbeats = GcsHeartbeats()

@@ -1,0 +1,1 @@
+"""What every companion has: connection, camera, detector, geolocation, peer link."""

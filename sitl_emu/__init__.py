@@ -1,0 +1,3 @@
+"""sitl-emu: PX4 vehicles, their world and their missions, in one process each and from one install."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,1 @@
+"""The ground everything stands on: ports, geodesy, MAVLink dialect, simulator API, channels, radio."""

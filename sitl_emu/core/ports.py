@@ -1,0 +1,43 @@
+"""UDP and TCP ports of PX4 SITL v1.18, for instance i (ROMFS/px4fmu_common/init.d-posix/px4-rc.mavlink)."""
+
+from typing import NamedTuple
+
+GCS_REMOTE = 14550
+MAX_OFFBOARD_REMOTE = 14549
+
+
+class LinkPorts(NamedTuple):
+    """One MAVLink link: the port the autopilot binds, and the port it sends to until somebody speaks."""
+
+    local: int
+    remote: int
+
+
+def gcs(instance: int) -> LinkPorts:
+    """Ground station: 18570+i → 14550."""
+    return LinkPorts(18570 + instance, GCS_REMOTE)
+
+
+def onboard(instance: int) -> LinkPorts:
+    """Offboard API (MAVSDK, companion): 14580+i → 14540+i, and 14549 from the tenth instance on."""
+    return LinkPorts(14580 + instance, min(14540 + instance, MAX_OFFBOARD_REMOTE))
+
+
+def payload(instance: int) -> LinkPorts:
+    """Onboard payload (slow): 14280+i → 14030+i."""
+    return LinkPorts(14280 + instance, 14030 + instance)
+
+
+def gimbal(instance: int) -> LinkPorts:
+    """Gimbal: 13030+i → 13280+i."""
+    return LinkPorts(13030 + instance, 13280 + instance)
+
+
+def simulator(instance: int) -> int:
+    """TCP port on which a simulator waits for the autopilot: 4560+i."""
+    return 4560 + instance
+
+
+def system_id(instance: int) -> int:
+    """MAV_SYS_ID of an instance: i+1."""
+    return instance + 1

@@ -1,0 +1,207 @@
+"""The seam: PX4's simulator API messages as records, and the channels that carry them.
+
+Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following),
+in *wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`,
+which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly
+bit-identically. BATTERY_STATUS travels beside the API: a real PX4 simulates its own battery and ignores it.
+"""
+
+import struct
+from collections import deque
+from typing import NamedTuple, Protocol
+
+FIELDS_UPDATED_ACCEL = 0b111
+FIELDS_UPDATED_GYRO = 0b111000
+FIELDS_UPDATED_MAG = 0b111000000
+FIELDS_UPDATED_BARO = 0b1101000000000
+"""Bits of HIL_SENSOR.fields_updated (HIL_SENSOR_UPDATED_FLAGS): absolute pressure, pressure altitude, temperature."""
+
+
+class HilSensor(NamedTuple):
+    """HIL_SENSOR (107): IMU, magnetometer and barometer in the body frame (FRD)."""
+
+    time_usec: int
+    xacc: float
+    yacc: float
+    zacc: float
+    xgyro: float
+    ygyro: float
+    zgyro: float
+    xmag: float
+    ymag: float
+    zmag: float
+    abs_pressure: float
+    diff_pressure: float
+    pressure_alt: float
+    temperature: float
+    fields_updated: int
+    id: int
+    """m/s², rad/s, gauss, hPa, m, °C."""
+
+
+class HilGps(NamedTuple):
+    """HIL_GPS (113): a GNSS receiver."""
+
+    time_usec: int
+    lat: int
+    lon: int
+    alt: int
+    eph: int
+    epv: int
+    vel: int
+    vn: int
+    ve: int
+    vd: int
+    cog: int
+    fix_type: int
+    satellites_visible: int
+    id: int
+    yaw: int
+    """1e-7 deg, mm AMSL, cm (HDOP, VDOP x 100), cm/s, cdeg."""
+
+
+class DistanceSensor(NamedTuple):
+    """DISTANCE_SENSOR (132): a single-beam lidar; distances in cm."""
+
+    time_boot_ms: int
+    min_distance: int
+    max_distance: int
+    current_distance: int
+    type: int
+    id: int
+    orientation: int
+    covariance: int
+    horizontal_fov: float
+    vertical_fov: float
+    quaternion: tuple[float, float, float, float]
+    signal_quality: int
+
+
+class HilStateQuaternion(NamedTuple):
+    """HIL_STATE_QUATERNION (115): ground truth. An autopilot may log it, never fly by it."""
+
+    time_usec: int
+    attitude_quaternion: tuple[float, float, float, float]
+    rollspeed: float
+    pitchspeed: float
+    yawspeed: float
+    lat: int
+    lon: int
+    alt: int
+    vx: int
+    vy: int
+    vz: int
+    ind_airspeed: int
+    true_airspeed: int
+    xacc: int
+    yacc: int
+    zacc: int
+
+
+class SimulatedBattery(NamedTuple):
+    """What BATTERY_STATUS (147) carries of the simulated battery: mV, cA (10 mA), percent."""
+
+    voltage_mv: int
+    current_ca: int
+    remaining_pct: int
+
+
+class HilActuatorControls(NamedTuple):
+    """HIL_ACTUATOR_CONTROLS (93): outputs in the order of PWM_MAIN_FUNCn; motors 0..1, servos -1..1.
+
+    `mode` is MAV_MODE_FLAG (bit 128: armed); an unarmed motor is 0.
+    """
+
+    time_usec: int
+    flags: int
+    controls: tuple[float, ...]
+    mode: int
+
+
+SimulatorMessage = HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery
+
+HIL_SENSOR_LAYOUT = struct.Struct("<Q13fIB")
+HIL_GPS_LAYOUT = struct.Struct("<QiiiHHHhhhHBBBH")
+DISTANCE_SENSOR_HEAD = struct.Struct("<IHHHBBBBff4fB")
+HIL_ACTUATOR_CONTROLS_LAYOUT = struct.Struct("<QQ16fB")
+
+
+def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
+    """The record with the values that the wire can carry (float32 and the wire's integers)."""
+    if isinstance(message, HilSensor):
+        return HilSensor._make(HIL_SENSOR_LAYOUT.unpack(HIL_SENSOR_LAYOUT.pack(*message)))
+    if isinstance(message, DistanceSensor):
+        packed = DISTANCE_SENSOR_HEAD.pack(*message[:10], *message.quaternion, message.signal_quality)
+        *head, q0, q1, q2, q3, quality = DISTANCE_SENSOR_HEAD.unpack(packed)
+        return DistanceSensor(*head, (q0, q1, q2, q3), quality)
+    if isinstance(message, HilGps):
+        return HilGps._make(HIL_GPS_LAYOUT.unpack(HIL_GPS_LAYOUT.pack(*message)))
+    return message
+
+
+def actuators_as_on_the_wire(message: HilActuatorControls) -> HilActuatorControls:
+    """The record with its controls rounded to float32 and filled up to 16."""
+    controls = message.controls + (0.0,) * (16 - len(message.controls))
+    packed = HIL_ACTUATOR_CONTROLS_LAYOUT.pack(message.time_usec, message.flags, *controls, message.mode)
+    time_usec, flags, *rounded, mode = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(packed)
+    return HilActuatorControls(time_usec, flags, tuple(rounded), mode)
+
+
+class ChannelClosed(Exception):
+    """The other end of a channel has gone; the text says which and why."""
+
+
+class AutopilotChannel(Protocol):
+    """The autopilot's end. A tick is: `receive` (blocks until HIL_SENSOR came), step, `send`."""
+
+    def receive(self) -> list[SimulatorMessage]:
+        """What came up to and with the next HIL_SENSOR, in order. Raises ChannelClosed."""
+        ...
+
+    def send(self, controls: HilActuatorControls) -> None:
+        """Answer a HIL_SENSOR. Raises ChannelClosed."""
+        ...
+
+
+class SimulatorChannel(Protocol):
+    """The simulator's end."""
+
+    def send(self, messages: list[SimulatorMessage]) -> None:
+        """Send one tick's messages, HIL_SENSOR last. Raises ChannelClosed."""
+        ...
+
+    def receive(self) -> HilActuatorControls:
+        """The answer to the last HIL_SENSOR; blocks. Raises ChannelClosed."""
+        ...
+
+
+class MemoryChannel:
+    """Both ends in one process, for `launch`: lists instead of sockets, the wire's values all the same."""
+
+    def __init__(self) -> None:
+        self._to_autopilot: deque[list[SimulatorMessage]] = deque()
+        self._to_simulator: deque[HilActuatorControls] = deque()
+        self.autopilot: AutopilotChannel = _MemoryAutopilotEnd(self._to_autopilot, self._to_simulator)
+        self.simulator: SimulatorChannel = _MemorySimulatorEnd(self._to_autopilot, self._to_simulator)
+
+
+class _MemoryAutopilotEnd:
+    def __init__(self, inbox: deque[list[SimulatorMessage]], outbox: deque[HilActuatorControls]) -> None:
+        self._inbox, self._outbox = inbox, outbox
+
+    def receive(self) -> list[SimulatorMessage]:
+        return self._inbox.popleft()
+
+    def send(self, controls: HilActuatorControls) -> None:
+        self._outbox.append(actuators_as_on_the_wire(controls))
+
+
+class _MemorySimulatorEnd:
+    def __init__(self, outbox: deque[list[SimulatorMessage]], inbox: deque[HilActuatorControls]) -> None:
+        self._outbox, self._inbox = outbox, inbox
+
+    def send(self, messages: list[SimulatorMessage]) -> None:
+        self._outbox.append([as_on_the_wire(message) for message in messages])
+
+    def receive(self) -> HilActuatorControls:
+        return self._inbox.popleft()

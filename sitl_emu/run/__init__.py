@@ -1,0 +1,1 @@
+"""The roof: scenario files, launcher, lockstep, report, command line."""

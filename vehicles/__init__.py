@@ -1,0 +1,1 @@
+"""What a vehicle is, as pages of data, and the dynamics they need."""
