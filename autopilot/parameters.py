@@ -6,33 +6,81 @@
 whenever `parameters.version` has changed: a hot loop looks nothing up by name.
 """
 
+import functools
 import json
+import math
 import pathlib
+import struct
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 TABLE = pathlib.Path(__file__).with_name("parameters.json")
 Value = float | int
 
 
 class Parameters:
-    """Values by name. Int32 parameters hold int, floats float (as float32 would hold them)."""
+    """Values by name. INT32 parameters hold int, REAL32 ones the float that a float32 would hold."""
 
     def __init__(self, airframe_class: str, overrides: Mapping[str, Value] | None = None) -> None:
-        raise NotImplementedError
+        """`airframe_class` is "multicopter" or "rover"; raises KeyError for an override that PX4 does not know."""
+        self._table = table()
+        self._defaults = {name: self._typed(name, row["default"]) for name, row in self._table.items()}
+        for name, value in (overrides or {}).items():
+            self._defaults[name] = self._typed(name, value)
+        self._values = dict(self._defaults)
+        self.announced = [name for name, row in self._table.items() if airframe_class in row["announced"]]
+        self.index = {name: index for index, name in enumerate(self.announced)}
+        self.version = 0
 
     def __getitem__(self, name: str) -> Value:
         """Value of a parameter; KeyError for a name that PX4 does not know."""
-        raise NotImplementedError
+        return self._values[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._values
 
     def __iter__(self) -> Iterator[str]:
         """Announced names, in PX4's order (alphabetical)."""
-        raise NotImplementedError
+        return iter(self.announced)
+
+    def is_float(self, name: str) -> bool:
+        """Whether a parameter is REAL32 (else INT32); KeyError for an unknown name."""
+        return bool(self._table[name]["type"] == "REAL32")
+
+    def row(self, name: str) -> Mapping[str, Any]:
+        """PX4's page on a parameter: type, default, min, max, unit, …; KeyError for an unknown name."""
+        return self._table[name]
+
+    def default(self, name: str) -> Value:
+        """Value of a parameter in this airframe before anybody changed it."""
+        return self._defaults[name]
 
     def set(self, name: str, value: Value) -> None:
-        """Change a value; raises KeyError for an unknown name. Counts `version` up when the value differs."""
-        raise NotImplementedError
+        """Change a value; KeyError for an unknown name. `version` counts the changes."""
+        typed = self._typed(name, value)
+        if typed != self._values[name]:
+            self._values[name] = typed
+            self.version += 1
+
+    def changed(self) -> dict[str, Value]:
+        """Values that differ from this airframe's defaults: what is saved."""
+        return {name: value for name, value in self._values.items() if value != self._defaults[name]}
+
+    def _typed(self, name: str, value: Value) -> Value:
+        if self._table[name]["type"] != "REAL32":
+            return int(value)
+        return _float32(float(value))
 
 
-def _load() -> dict[str, dict[str, Value | str]]:
-    table: dict[str, dict[str, Value | str]] = json.loads(TABLE.read_text())
-    return table
+@functools.cache
+def table() -> dict[str, dict[str, Any]]:
+    """Every parameter of PX4 v1.18 with its type, default, bounds and who announces it."""
+    loaded: dict[str, dict[str, Any]] = json.loads(TABLE.read_text())
+    return loaded
+
+
+def _float32(value: float) -> float:
+    if not math.isfinite(value):
+        return value
+    rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
+    return rounded
