@@ -1,0 +1,78 @@
+"""The autopilot: one tick of all its modules, in the order in which data flows.
+
+A state machine on simulated time: `step` is handed what the simulator sent and returns the answer; datagrams come in
+through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clock or thread is read in here;
+`process.py` does that.
+"""
+
+from collections.abc import Mapping
+
+from autopilot.commander.commander import Commander
+from autopilot.commands import VehicleCommands
+from autopilot.control.multicopter import MulticopterControl
+from autopilot.control.rover_ackermann import RoverAckermannControl
+from autopilot.dataman import Dataman
+from autopilot.estimator.estimator import Estimator
+from autopilot.land_detector import LandDetector
+from autopilot.mavlink.mavlink import Mavlink
+from autopilot.modes.flight_modes import FlightModes
+from autopilot.navigator.navigator import Navigator
+from autopilot.parameters import Parameters, Value
+from autopilot.sensors import Sensors
+from autopilot.texts import Texts
+from autopilot.topics import Topics
+from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
+
+MAV_TYPE_GROUND_ROVER = 10
+MODE_FLAG_SAFETY_ARMED = 128
+POSITION_EVERY = 2
+"""Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
+COMMANDER_EVERY = 5
+"""Commander and navigator run on every fifth tick (50 Hz)."""
+
+
+class Autopilot:
+    """One vehicle's PX4."""
+
+    def __init__(self, airframe: Mapping[str, Value], instance: int) -> None:
+        """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE 10 makes it a rover."""
+        rover = airframe.get("MAV_TYPE") == MAV_TYPE_GROUND_ROVER
+        kind = "rover" if rover else "multicopter"
+        self.parameters = Parameters(kind, {**airframe, "MAV_SYS_ID": instance + 1})
+        self.topics = Topics()
+        self.texts = Texts()
+        self.dataman = Dataman()
+        shared = (self.topics, self.parameters)
+        self.sensors = Sensors(*shared)
+        self.estimator = Estimator(*shared)
+        self.land_detector = LandDetector(*shared)
+        self.commander = Commander(*shared, self.dataman, self.texts.say)
+        self.navigator = Navigator(*shared, self.dataman, self.texts.say)
+        self.flight_modes = FlightModes(*shared)
+        self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared)
+        self.commands = VehicleCommands((self.commander, self.navigator))
+        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance)
+        self.now_us = 0
+        self._ticks = 0
+
+    def step(self, messages: list[SimulatorMessage]) -> HilActuatorControls:
+        """One tick: from sensors to actuators. `messages` ends with the HIL_SENSOR that gives the time."""
+        now_us = self.now_us = self.sensors.update(messages)
+        ticks = self._ticks = self._ticks + 1
+        self.estimator.update(now_us)
+        if ticks % COMMANDER_EVERY == 0:
+            self.land_detector.update(now_us)
+            self.commander.update(now_us)
+            self.navigator.update(now_us)
+        if ticks % POSITION_EVERY == 0:
+            self.flight_modes.update(now_us)
+            self.control.update_position(now_us)
+        self.control.update_rate(now_us)
+        self.mavlink.update(now_us)
+        outputs = self.topics.actuator_outputs
+        armed = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
+        return HilActuatorControls(now_us, 1, outputs.controls, armed)
+
+    def on_datagram(self, link: int, data: bytes) -> None:
+        """A datagram came in on a link (index in `mavlink.links`)."""
+        self.mavlink.on_datagram(self.now_us, link, data)

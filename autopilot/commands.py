@@ -1,0 +1,49 @@
+"""Who answers which MAV_CMD: each owner of state lists its COMMANDS and decides on them.
+
+`mavlink/services/command.py` answers what concerns a link (message requests and intervals), hands the rest here, and
+writes the COMMAND_ACK. Nobody else writes acks.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple, Protocol
+
+from autopilot.topics import VehicleCommand
+
+MAV_RESULT_ACCEPTED = 0
+MAV_RESULT_TEMPORARILY_REJECTED = 1
+MAV_RESULT_DENIED = 2
+MAV_RESULT_UNSUPPORTED = 3
+MAV_RESULT_FAILED = 4
+MAV_RESULT_IN_PROGRESS = 5
+
+
+class CommandResult(NamedTuple):
+    """What COMMAND_ACK says; `result` is a MAV_RESULT. None instead of one: no ack at all."""
+
+    result: int
+    progress: int = 0
+    result_param2: int = 0
+
+
+class CommandOwner(Protocol):
+    """A module that decides on some commands."""
+
+    COMMANDS: frozenset[int]
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        """Decide, act, and say the result; None gives no ack."""
+        ...
+
+
+class VehicleCommands:
+    """The table from MAV_CMD to its owner."""
+
+    def __init__(self, owners: Iterable[CommandOwner]) -> None:
+        self._owners = {number: owner for owner in owners for number in owner.COMMANDS}
+
+    def handle(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        """Let the owner decide; a command without an owner is UNSUPPORTED."""
+        owner = self._owners.get(command.command)
+        if owner is None:
+            return CommandResult(MAV_RESULT_UNSUPPORTED)
+        return owner.handle_command(now_us, command)
