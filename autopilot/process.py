@@ -1,0 +1,56 @@
+"""An autopilot as a process: its state machine, its sockets and the clock that paces it.
+
+The only file of the autopilot that looks at a clock. Time is simulated: it comes with HIL_SENSOR, and the wall clock
+merely holds it back to the speed that was asked for. While it waits for its next tick, the process waits on its
+sockets, so that what arrives is answered at once.
+"""
+
+import math
+import time
+
+from autopilot.autopilot import Autopilot
+from autopilot.sockets import LinkSockets
+
+TICK_S = 0.004
+MAX_LAG_S = 0.25
+"""A process that fell further behind than this (a suspended laptop, say) does not hurry to catch up."""
+
+
+class Pacer:
+    """Holds simulated time back to `speed` times the wall clock; inf lets it run."""
+
+    def __init__(self, speed: float) -> None:
+        self._tick_wall_s = TICK_S / speed if math.isfinite(speed) else 0.0
+        self._due_s = time.monotonic()
+
+    def start(self) -> None:
+        """Count from now."""
+        self._due_s = time.monotonic()
+
+    def next_tick(self) -> None:
+        """One tick was made."""
+        self._due_s += self._tick_wall_s
+
+    def remaining_s(self) -> float:
+        """Wall time until the next tick is due; never positive when running free."""
+        left = self._due_s - time.monotonic()
+        if left < -MAX_LAG_S:
+            self._due_s -= left
+        return left
+
+
+def serve(autopilot: Autopilot, sockets: LinkSockets, pacer: Pacer) -> None:
+    """Until the next tick is due, hand what arrives to the autopilot, and send what it has to say."""
+    sockets.flush()
+    pacer.next_tick()
+    left = pacer.remaining_s()
+    while True:
+        ready = sockets.wait(left)
+        for index in ready:
+            for data in sockets.receive(index):
+                autopilot.on_datagram(index, data)
+        if ready:
+            sockets.flush()
+        left = pacer.remaining_s()
+        if left <= 0.0:
+            return
