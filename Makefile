@@ -1,0 +1,45 @@
+# One command sets up and checks. Needs git, make and Python 3.11 or newer with venv.
+PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3; do \
+	$$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+.PHONY: help setup demo test evaluate bench clean
+
+help: ## this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 12
+
+setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-emu is the command line
+
+.venv/bin/python:
+	@test -n "$(PYTHON)" || { echo "no Python 3.11 or newer with venv found: apt install python3 python3-venv, or make PYTHON=..." >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+
+.venv/.run-ready: pyproject.toml | .venv/bin/python
+	$(PIP) install -e .
+	@touch $@
+
+# --no-deps: MAVProxy's wheel asks for viewers (vtk, opencv-python) that a test without a display never opens.
+.venv/.dev-ready: .venv/.run-ready
+	$(PIP) install -e '.[dev]'
+	$(PIP) install --no-deps MAVProxy
+	@touch $@
+
+demo: setup ## the agriculture mission with a live view; names its report at the end
+	$(BIN)/sitl-emu run agriculture --speed max
+
+test: .venv/.dev-ready ## every check: format, lint, types, room borders, tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest
+
+evaluate: .venv/.dev-ready ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
+	$(BIN)/python tools/evaluate.py
+
+bench: .venv/.dev-ready ## cost of a tick: physics, autopilot, rendering
+	for bench in tools/bench_*.py; do $(BIN)/python $$bench || exit 1; done
+
+clean: ## remove .venv and caches, keep runs
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache build dist *.egg-info
