@@ -1,0 +1,164 @@
+"""The parameter protocol's client half: read one, set one, load all.
+
+Source: https://mavlink.io/en/services/parameter.html and PX4 v1.18: integers travel as their 32 bits in the float field
+(`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`); PX4 first sends `_HASH_CHECK` with index 65535, then
+0..param_count-1. Holes of a list are asked for one by one, as QGroundControl does.
+"""
+
+import struct
+from typing import NamedTuple
+
+from sitl_emu.core import dialect as mavlink
+
+TIMEOUT_US = 500_000
+TRIES = 10
+HOLES_AT_ONCE = 10
+NO_INDEX = 65535
+MAV_PARAM_TYPE_INT32 = 6
+MAV_PARAM_TYPE_REAL32 = 9
+
+
+class Parameter(NamedTuple):
+    """A parameter's value with its MAV_PARAM_TYPE (6 an int32, 9 a float)."""
+
+    name: str
+    value: float | int
+    type: int
+
+
+def value_of(param_value: float, param_type: int) -> float | int:
+    """The value that a PARAM_VALUE carries."""
+    if param_type == MAV_PARAM_TYPE_REAL32:
+        return param_value
+    return int(struct.unpack("<i", struct.pack("<f", param_value))[0])
+
+
+def wire_of(value: float | int, param_type: int) -> float:
+    """What goes into the float field for a value."""
+    if param_type == MAV_PARAM_TYPE_REAL32:
+        return float(value)
+    return float(struct.unpack("<f", struct.pack("<i", int(value)))[0])
+
+
+def parameter_of(msg: mavlink.MAVLink_message) -> Parameter:
+    """The parameter in a PARAM_VALUE message."""
+    raw = msg.param_id if isinstance(msg.param_id, str) else bytes(msg.param_id).decode("ascii", "replace")
+    return Parameter(raw.rstrip("\0"), value_of(msg.param_value, msg.param_type), msg.param_type)
+
+
+class ParameterRead:
+    """Reads one parameter by name; `parameter` is None if it ended without an answer."""
+
+    def __init__(self, target_system: int, name: str, target_component: int = 1) -> None:
+        self.target = (target_system, target_component)
+        self.name = name
+        self.parameter: Parameter | None = None
+        self.done = False
+        self._sent = 0
+        self._due_us = 0
+
+    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
+        """Hears the PARAM_VALUE of that name."""
+        if not self.done and msg.get_type() == "PARAM_VALUE" and msg.get_srcSystem() == self.target[0]:
+            parameter = parameter_of(msg)
+            if parameter.name == self.name:
+                self.parameter, self.done = parameter, True
+        return []
+
+    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
+        """Sends PARAM_REQUEST_READ, again after each time limit."""
+        if self.done or (self._sent and now_us < self._due_us):
+            return []
+        if self._sent >= TRIES:
+            self.done = True
+            return []
+        self._sent += 1
+        self._due_us = now_us + TIMEOUT_US
+        return [mavlink.MAVLink_param_request_read_message(*self.target, self.name.encode(), -1)]
+
+
+class ParameterSet:
+    """Sets one parameter; `accepted` is True when the autopilot answered with the value that was set."""
+
+    def __init__(self, target_system: int, name: str, value: float | int, target_component: int = 1) -> None:
+        """A Python int is sent as int32, a float as float."""
+        self.target = (target_system, target_component)
+        self.name, self.value = name, value
+        self.type = MAV_PARAM_TYPE_INT32 if isinstance(value, int) else MAV_PARAM_TYPE_REAL32
+        self.accepted = False
+        self.done = False
+        self._sent = 0
+        self._due_us = 0
+
+    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
+        """Hears the PARAM_VALUE that PX4 answers with."""
+        if not self.done and self._sent and msg.get_type() == "PARAM_VALUE" and msg.get_srcSystem() == self.target[0]:
+            parameter = parameter_of(msg)
+            if parameter.name == self.name:
+                same_bits = wire_of(parameter.value, parameter.type), wire_of(self.value, self.type)
+                self.accepted = parameter.type == self.type and struct.pack("<f", same_bits[0]) == struct.pack(
+                    "<f", same_bits[1]
+                )
+                self.done = True
+        return []
+
+    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
+        """Sends PARAM_SET, again after each time limit."""
+        if self.done or (self._sent and now_us < self._due_us):
+            return []
+        if self._sent >= TRIES:
+            self.done = True
+            return []
+        self._sent += 1
+        self._due_us = now_us + TIMEOUT_US
+        value = wire_of(self.value, self.type)
+        return [mavlink.MAVLink_param_set_message(*self.target, self.name.encode(), value, self.type)]
+
+
+class ParameterList:
+    """Loads all parameters into `parameters`; `complete` tells whether none is missing."""
+
+    def __init__(self, target_system: int, target_component: int = 1) -> None:
+        self.target = (target_system, target_component)
+        self.parameters: dict[str, Parameter] = {}
+        self.count: int | None = None
+        self.done = False
+        self._missing: set[int] = set()
+        self._sent = 0
+        self._due_us = 0
+
+    @property
+    def complete(self) -> bool:
+        """True when every index has arrived."""
+        return self.count is not None and not self._missing
+
+    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
+        """Takes a PARAM_VALUE."""
+        if self.done or not self._sent or msg.get_type() != "PARAM_VALUE" or msg.get_srcSystem() != self.target[0]:
+            return []
+        if msg.param_index == NO_INDEX:
+            return []
+        if self.count is None:
+            self.count = msg.param_count
+            self._missing = set(range(msg.param_count))
+        parameter = parameter_of(msg)
+        self.parameters[parameter.name] = parameter
+        self._missing.discard(msg.param_index)
+        self._due_us = now_us + TIMEOUT_US
+        self._sent = 1
+        self.done = not self._missing
+        return []
+
+    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
+        """Asks for the list, then for its holes once nothing has come for a while."""
+        if self.done or (self._sent and now_us < self._due_us):
+            return []
+        if self._sent >= TRIES:
+            self.done = True
+            return []
+        self._sent += 1
+        self._due_us = now_us + TIMEOUT_US
+        if self.count is None:
+            return [mavlink.MAVLink_param_request_list_message(*self.target)]
+        holes = sorted(self._missing)[:HOLES_AT_ONCE]
+        return [mavlink.MAVLink_param_request_read_message(*self.target, b"", index) for index in holes]
