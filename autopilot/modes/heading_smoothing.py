@@ -1,0 +1,42 @@
+"""Heading that turns with limited rate and acceleration (PX4's `HeadingSmoothing`, MPC_YAWRAUTO_MAX, _ACC).
+
+A `VelocitySmoothing` whose "velocity" is the heading: its acceleration limit is the rate's, its jerk limit the
+acceleration's.
+"""
+
+import math
+
+from autopilot.modes.velocity_smoothing import VelocitySmoothing
+from sitl_emu.core.geodesy import wrap_pi
+
+
+class HeadingSmoothing:
+    """Smoothed `heading` (rad, -π..π) and `rate` (rad/s)."""
+
+    def __init__(self) -> None:
+        self._smoothing = VelocitySmoothing(max_velocity=math.tau)
+
+    @property
+    def heading(self) -> float:
+        """Where to look now."""
+        return self._smoothing.velocity
+
+    @property
+    def rate(self) -> float:
+        """How fast the heading changes."""
+        return self._smoothing.acceleration
+
+    def set_limits(self, rate_rad_s: float, acceleration_rad_s2: float) -> None:
+        """Limits of the turn."""
+        self._smoothing.max_acceleration, self._smoothing.max_jerk = rate_rad_s, acceleration_rad_s2
+
+    def reset(self, heading: float, rate: float = 0.0) -> None:
+        """Go on from this heading and rate."""
+        self._smoothing.reset(0.0, wrap_pi(heading), rate)
+
+    def update(self, heading_setpoint: float, dt_s: float) -> None:
+        """One step towards a heading, the short way round."""
+        smoothing = self._smoothing
+        smoothing.update_trajectory(dt_s)
+        heading = smoothing.velocity = wrap_pi(smoothing.velocity)
+        smoothing.update_durations(heading + wrap_pi(heading_setpoint - heading))

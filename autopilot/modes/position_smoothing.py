@@ -1,0 +1,158 @@
+"""The trajectory to a waypoint: where the vehicle is to be, and how fast, with limited acceleration and jerk.
+
+Behaves as PX4's `PositionSmoothing` (src/lib/motion_planning, v1.18): the velocity that still allows to stop or to turn
+at the waypoints is smoothed by three `VelocitySmoothing` axes; the trajectory waits for a vehicle that lags behind it.
+It avoids no obstacles.
+"""
+
+import math
+
+from autopilot.modes.trajectory_constraints import Limits, Point, max_speed_from_distance, speed_through
+from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
+
+L1_MIN_M = 5.0
+"""Least distance ahead on the leg at which a turning vehicle aims."""
+NORM_SLACK = 0.5
+"""By how much a component may exceed its speed before the whole vector is scaled down, m/s."""
+TURNING_COSINE = 0.98
+TURNING_SPEED = 0.2
+
+
+class PositionSmoothing:
+    """Three axes of a trajectory. Limits are plain attributes, set by the flight mode before `update`."""
+
+    def __init__(self) -> None:
+        self.x = VelocitySmoothing()
+        self.y = VelocitySmoothing()
+        self.z = VelocitySmoothing()
+        self.axes = (self.x, self.y, self.z)
+        self.cruise_speed = 5.0
+        self.turn_gain = 0.5
+        self.xy_acceptance_m = 2.0
+        self.z_acceptance_m = 0.8
+        self.max_error_m = 2.0
+        self.unsmoothed_velocity: Point = (0.0, 0.0, 0.0)
+        self._straight_speed = 0.0
+
+    def set_horizontal_limits(self, velocity: float, acceleration: float, jerk: float) -> None:
+        """Limits of both horizontal axes; the jerk is that of the vertical too."""
+        for axis in (self.x, self.y):
+            axis.max_velocity, axis.max_acceleration = velocity, acceleration
+        self.x.max_jerk = self.y.max_jerk = self.z.max_jerk = jerk
+
+    def set_vertical_limits(self, velocity: float, acceleration: float) -> None:
+        """Limits of the vertical axis."""
+        self.z.max_velocity, self.z.max_acceleration = velocity, acceleration
+
+    def reset(self, position: Point, velocity: Point, acceleration: Point) -> None:
+        """Go on from this state."""
+        for axis, x, v, a in zip(self.axes, position, velocity, acceleration, strict=True):
+            axis.reset(x, v, a)
+        self._straight_speed = 0.0
+
+    def update(
+        self, position: Point, waypoints: tuple[Point, Point, Point], feed_forward: Point, dt_s: float, stop: bool = False
+    ) -> None:
+        """One step: `x`, `y`, `z` then hold the setpoints.
+
+        `position`: where the vehicle is; `waypoints`: previous, target, next; an axis whose target is NaN follows
+        `feed_forward` (m/s) instead, which else is added where it is not NaN. `stop` brakes.
+        """
+        x, y, z = self.x, self.y, self.z
+        wanted = (0.0, 0.0, 0.0) if stop else self._velocity_setpoint(waypoints, feed_forward)
+        self.unsmoothed_velocity = wanted
+        # The trajectory's time runs slower while the vehicle lags behind it, and stands when it does by the limit.
+        behind_n, behind_e = x.position - position[0], y.position - position[1]
+        step_s = dt_s
+        if behind_n * x.velocity + behind_e * y.velocity >= 0.0:
+            error = math.sqrt(behind_n * behind_n + behind_e * behind_e)
+            step_s = dt_s * (1.0 - min(error / self.max_error_m, 1.0))
+        x.update_trajectory(step_s)
+        y.update_trajectory(step_s)
+        z.update_trajectory(step_s)
+        x.update_durations(wanted[0])
+        y.update_durations(wanted[1])
+        z.update_durations(wanted[2])
+        time_synchronization(self.axes)
+
+    def _velocity_setpoint(self, waypoints: tuple[Point, Point, Point], feed_forward: Point) -> Point:
+        target = waypoints[1]
+        vx, vy, vz = 0.0, 0.0, 0.0
+        has_xy, has_z = target[0] == target[0] and target[1] == target[1], target[2] == target[2]
+        if has_xy:
+            x, y, z = self.x.position, self.y.position, self.z.position
+            turning = self._is_turning(target)
+            aim_n, aim_e = self._l1_point(waypoints) if turning else (target[0], target[1])
+            xy_speed = self._max_xy_speed(waypoints)
+            if turning:
+                xy_speed = min(self._straight_speed, xy_speed)
+            else:
+                self._straight_speed = xy_speed
+            way_n, way_e = aim_n - x, aim_e - y
+            if has_z:
+                way_d = target[2] - z
+                z_speed = self._max_z_speed(target[2])
+                way = math.sqrt(way_n * way_n + way_e * way_e + way_d * way_d)
+                if way > 0.0:
+                    scale = math.sqrt(xy_speed * xy_speed + z_speed * z_speed) / way
+                    vx, vy, vz = way_n * scale, way_e * scale, way_d * scale
+                    level = math.sqrt(vx * vx + vy * vy)
+                    if level - xy_speed > NORM_SLACK:
+                        scale = xy_speed / level
+                        vx, vy, vz = vx * scale, vy * scale, vz * scale
+                    if abs(vz) - z_speed > NORM_SLACK:
+                        scale = z_speed / abs(vz)
+                        vx, vy, vz = vx * scale, vy * scale, vz * scale
+            else:
+                way = math.sqrt(way_n * way_n + way_e * way_e)
+                if way > 0.0:
+                    vx, vy = way_n * xy_speed / way, way_e * xy_speed / way
+        elif has_z:
+            vz = math.copysign(self._max_z_speed(target[2]), target[2] - self.z.position)
+        return _sum(vx, feed_forward[0]), _sum(vy, feed_forward[1]), _sum(vz, feed_forward[2])
+
+    def _is_turning(self, target: Point) -> bool:
+        """Whether the trajectory moves in another direction than to a target that is not near yet."""
+        vx, vy = self.x.velocity, self.y.velocity
+        speed = math.sqrt(vx * vx + vy * vy)
+        if speed <= TURNING_SPEED:
+            return False
+        way_n, way_e = target[0] - self.x.position, target[1] - self.y.position
+        way = math.sqrt(way_n * way_n + way_e * way_e)
+        return way > self.xy_acceptance_m and vx * way_n + vy * way_e < TURNING_COSINE * speed * way
+
+    def _l1_point(self, waypoints: tuple[Point, Point, Point]) -> tuple[float, float]:
+        """Point of the leg at a fixed distance ahead of the trajectory: where it aims while it turns."""
+        previous, target, _ = waypoints
+        leg_n, leg_e = target[0] - previous[0], target[1] - previous[1]
+        leg = math.sqrt(leg_n * leg_n + leg_e * leg_e)
+        if leg > 0.0:
+            leg_n, leg_e = leg_n / leg, leg_e / leg
+        x, y = self.x.position, self.y.position
+        along = (x - previous[0]) * leg_n + (y - previous[1]) * leg_e
+        closest_n, closest_e = previous[0] + leg_n * along, previous[1] + leg_e * along
+        across = math.hypot(closest_n - x, closest_e - y)
+        l1 = max(self.xy_acceptance_m, L1_MIN_M)
+        ahead = math.sqrt(l1 * l1 - across * across) if l1 > across else 0.0
+        return closest_n + leg_n * ahead, closest_e + leg_e * ahead
+
+    def _max_xy_speed(self, waypoints: tuple[Point, Point, Point]) -> float:
+        x = self.x
+        limits = Limits(
+            self.xy_acceptance_m,
+            self.z_acceptance_m,
+            self.cruise_speed,
+            x.max_acceleration,
+            x.max_jerk,
+            self.turn_gain,
+        )
+        return speed_through((x.position, self.y.position, self.z.position), waypoints[1], waypoints[2], limits)
+
+    def _max_z_speed(self, target_d: float) -> float:
+        z = self.z
+        distance = abs(target_d - z.position)
+        return min(z.max_velocity, max_speed_from_distance(z.max_jerk, z.max_acceleration, distance, 0.0))
+
+
+def _sum(velocity: float, feed_forward: float) -> float:
+    return velocity + feed_forward if feed_forward == feed_forward else velocity
