@@ -1,8 +1,9 @@
 """A command, sent until it is acknowledged.
 
 Source: https://mavlink.io/en/services/command.html: a lost COMMAND_LONG is sent again with `confirmation` counted up;
-COMMAND_ACK with IN_PROGRESS puts the limit off; the ack comes from the component that was asked. MAVLink leaves times and
-tries to the client: here 0.5 s for each try, as MAVSDK has it, and 10 tries. One command of a kind at a time per target.
+COMMAND_ACK with IN_PROGRESS puts the limit off; the ack comes from the component that was asked. MAVLink leaves times
+and tries to the client: here 0.5 s for each try, as MAVSDK has it, and 10 tries. One command of a kind at a time per
+target.
 """
 
 import math

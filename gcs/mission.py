@@ -1,4 +1,4 @@
-"""The mission protocol's client half: upload, download, clear and set the current item, for missions, fences and rally points.
+"""The mission protocol's client half: upload, download, clear, set current; for missions, fences and rally points.
 
 Source: https://mavlink.io/en/services/mission.html and PX4 v1.18 as measured. In an upload the autopilot leads: it asks
 for every item, again after 0.25 s, and gives up after 5 s; we answer every request and repeat only what nobody else

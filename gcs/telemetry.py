@@ -1,8 +1,9 @@
 """What a vehicle last said of itself, and where it was at a given moment.
 
-Source: https://mavlink.io/en/messages/common.html. The vehicle's own stamps (`time_boot_ms`) order the history, so that a
-camera frame can be given the pose of its moment (`pose_at`): attitude by spherical interpolation, position by cubic
-Hermite between two GLOBAL_POSITION_INT, whose velocities are known. Nothing is extrapolated for longer than 0.1 s.
+Source: https://mavlink.io/en/messages/common.html. The vehicle's own stamps (`time_boot_ms`) order the history, so
+that a camera frame can be given the pose of its moment (`pose_at`): attitude by spherical interpolation, position by
+cubic Hermite between two GLOBAL_POSITION_INT, whose velocities are known. Nothing is extrapolated for longer than 0.1
+s.
 """
 
 import math

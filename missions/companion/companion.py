@@ -1,0 +1,92 @@
+"""What a companion computer's program is: a state machine on time that is handed to it.
+
+A runner owns sockets, clock, camera and detector: `main.py` on hardware, the lockstep runner in a simulated run. It
+calls the methods below and sends what they return. The same program runs on both.
+
+Two times: `now_us` is the runner's clock (simulated, or monotonic), good for time limits; `frame_time_us` is the
+vehicle's boot time at which a frame was taken, good for finding the pose in the telemetry.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from sitl_emu.core import dialect as mavlink
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from missions.companion.camera import Image
+    from missions.companion.detector import Detection
+
+AUTOPILOT_LINK = "autopilot"
+PEER_LINK = "peer"
+COMPONENT_ID = 191
+"""MAV_COMP_ID_ONBOARD_COMPUTER."""
+
+Outgoing = list[tuple[str, mavlink.MAVLink_message]]
+"""Messages to send, each with the name of its link. One that was received is passed on as it came (`wire.py`)."""
+
+
+class Status(NamedTuple):
+    """How far a companion is. `outcome` is "success" or what failed, "" until it is known; `done`: nothing left to
+    do."""
+
+    phase: str
+    progress: float
+    done: bool
+    outcome: str
+    text: str
+
+
+class Event(NamedTuple):
+    """Something worth a line in the run's events: what happened, for people, and its figures.
+
+    `kind` is one of: phase, text, target_confirmed, target_sent, target_accepted, target_started, stopped, inspected,
+    report_received, yielded, resumed, peer_lost, failed. A `target_confirmed` or `inspected` names the frame
+    (`frame_time_us`) and its box (`x`, `y`, `w`, `h` in pixels, centre and size), so that a runner can draw it.
+    """
+
+    time_us: int
+    kind: str
+    text: str
+    data: dict[str, float | int | str]
+
+
+class Companion(Protocol):
+    """A program for a companion computer."""
+
+    @property
+    def system_id(self) -> int:
+        """MAVLink system of its vehicle, 0 until the autopilot was heard; nothing is sent before."""
+        ...
+
+    @property
+    def status(self) -> Status:
+        """Where it stands now."""
+        ...
+
+    def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
+        """A message came in on a link."""
+        ...
+
+    def wants_frame(self, frame_time_us: int) -> float | None:
+        """Whether a frame is worth running the detector on: its ground sampling distance in m a pixel, or None.
+
+        0.0 stands for "yes, but the distance is not known". To be asked when the frame is there.
+        """
+        ...
+
+    def detect(self, image: "Image", gsd_m: float) -> "list[Detection]":
+        """Runs the mission's detector on a picture that was wanted. The one method that another thread may call."""
+        ...
+
+    def on_detections(self, now_us: int, frame_time_us: int, detections: "Sequence[Detection]") -> Outgoing:
+        """What the detector found in a frame that was wanted, also when it found nothing."""
+        ...
+
+    def on_time(self, now_us: int) -> Outgoing:
+        """Time has passed; to be called at 20 Hz or more often."""
+        ...
+
+    def events(self) -> list[Event]:
+        """The events since the last call."""
+        ...

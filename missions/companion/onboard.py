@@ -1,0 +1,94 @@
+"""A companion's standing on its vehicle: telemetry, heartbeats, routing, running services, texts and events.
+
+What every mission needs, put together; a mission holds one `Onboard` and decides what to do.
+"""
+
+from gcs.heartbeat import Heartbeat
+from gcs.service import Service
+from gcs.statustext import INFO, messages_of
+from gcs.telemetry import Telemetry
+from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing
+from missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
+from missions.companion.router import route
+from missions.companion.yielding import Yielding
+from sitl_emu.core import dialect as mavlink
+
+
+class Onboard:
+    """Routes, answers for itself, and runs the services that a mission starts."""
+
+    def __init__(self, peer_lost_after_us: int = LOST_AFTER_US) -> None:
+        self.telemetry = Telemetry()
+        self.peer = PeerLink(peer_lost_after_us)
+        self.yielding = Yielding()
+        self.passed_on: mavlink.MAVLink_message | None = None
+        """The last message that was routed from one link to the other, for missions that look at what passes."""
+        self._heartbeats = {link: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER) for link in (AUTOPILOT_LINK, PEER_LINK)}
+        self._services: list[tuple[str, Service]] = []
+        self._outbox: Outgoing = []
+        self._events: list[Event] = []
+        self._text_id = 0
+
+    @property
+    def system_id(self) -> int:
+        """MAVLink system of the vehicle, 0 until its autopilot was heard."""
+        return self.telemetry.system
+
+    def start(self, link: str, service: Service) -> None:
+        """Runs a service on a link until it is done."""
+        self._services.append((link, service))
+
+    def stop_services(self, link: str) -> None:
+        """Drops what is still running on a link."""
+        self._services = [entry for entry in self._services if entry[0] != link]
+
+    def say(self, now_us: int, text: str, severity: int = INFO) -> None:
+        """Tells people at the ground station, and the run's events."""
+        self._text_id = self._text_id % 65535 + 1
+        self._outbox += [(AUTOPILOT_LINK, msg) for msg in messages_of(text, severity, self._text_id)]
+        self.note(now_us, "text", text)
+
+    def note(self, now_us: int, kind: str, text: str, **data: float | int | str) -> None:
+        """Adds an event."""
+        self._events.append(Event(now_us, kind, text, data))
+
+    def events(self) -> list[Event]:
+        """The events since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> tuple[bool, Outgoing]:
+        """Takes a message. Returns whether the mission should look at it, and what to send."""
+        if link == PEER_LINK:
+            self.peer.heard(now_us, msg)
+        system = self.telemetry.system
+        if link == AUTOPILOT_LINK and msg.get_srcComponent() == 1 and system in (0, msg.get_srcSystem()):
+            self.telemetry.on_message(now_us, msg)
+            system = self.telemetry.system
+        if system == 0:
+            return False, []
+        way = route(link, msg, system, self.peer.peers)
+        out: Outgoing = []
+        if way.forward is not None:
+            self.passed_on = msg
+            out.append((way.forward, msg))
+        if not way.mine:
+            return False, out
+        if link == AUTOPILOT_LINK and msg.get_srcSystem() == system and msg.get_srcComponent() == 1:
+            out += self.peer.share(now_us, msg)
+        for service_link, service in self._services:
+            if service_link == link:
+                out += [(link, answer) for answer in service.on_message(now_us, msg)]
+        return True, out
+
+    def on_time(self, now_us: int) -> Outgoing:
+        """Heartbeats, what the services have to send, and the texts."""
+        if self.telemetry.system == 0:
+            return []
+        out, self._outbox = self._outbox, []
+        for link, heartbeat in self._heartbeats.items():
+            out += [(link, msg) for msg in heartbeat.on_time(now_us)]
+        for link, service in self._services:
+            out += [(link, msg) for msg in service.on_time(now_us)]
+        self._services = [entry for entry in self._services if not entry[1].done]
+        return out

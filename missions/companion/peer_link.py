@@ -1,0 +1,78 @@
+"""The MAVLink link to the other vehicles' companions.
+
+Each companion sends its HEARTBEAT (type ONBOARD_CONTROLLER, component 191) and, for its autopilot, HEARTBEAT and
+GLOBAL_POSITION_INT once a second, so that a peer knows who is there and where. A peer that was silent for
+`lost_after_us` (20 s) is taken for lost: with 30 % loss each way and two messages a second, chance makes that silence
+once in 10^20. Missions and their answers are routed by `router.py`; reports are addressed to component 191.
+"""
+
+from typing import NamedTuple
+
+from missions.companion.companion import COMPONENT_ID, PEER_LINK, Outgoing
+from sitl_emu.core import dialect as mavlink
+
+LOST_AFTER_US = 20_000_000
+SHARE_PERIOD_US = 1_000_000
+SHARED = frozenset({"HEARTBEAT", "GLOBAL_POSITION_INT"})
+MAV_TYPE_ONBOARD_CONTROLLER = 18
+
+
+class PeerPlace(NamedTuple):
+    """Where a peer's autopilot said it was."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+
+
+class Peer:
+    """What is known of one other system."""
+
+    def __init__(self, system: int) -> None:
+        self.system = system
+        self.heard_us = 0
+        self.mav_type = 0
+        """MAV_TYPE of its autopilot, 0 until that was heard."""
+        self.companion_heard = False
+        self.place: PeerPlace | None = None
+
+
+class PeerLink:
+    """Hears the peers, and tells them of our vehicle."""
+
+    def __init__(self, lost_after_us: int = LOST_AFTER_US) -> None:
+        self.lost_after_us = lost_after_us
+        self.peers: dict[int, Peer] = {}
+        self._shared_us: dict[str, int] = {}
+
+    def heard(self, now_us: int, msg: mavlink.MAVLink_message) -> None:
+        """A message came in on the peer link."""
+        system = msg.get_srcSystem()
+        peer = self.peers.get(system)
+        if peer is None:
+            peer = self.peers[system] = Peer(system)
+        peer.heard_us = now_us
+        kind = msg.get_type()
+        if msg.get_srcComponent() == COMPONENT_ID:
+            peer.companion_heard = True
+        elif kind == "HEARTBEAT":
+            peer.mav_type = msg.type
+        elif kind == "GLOBAL_POSITION_INT":
+            peer.place = PeerPlace(msg.lat * 1e-7, msg.lon * 1e-7, msg.alt * 1e-3)
+
+    def silent_us(self, now_us: int, system: int, since_us: int) -> int:
+        """For how long a peer has not been heard, counted from `since_us` on at the earliest."""
+        peer = self.peers.get(system)
+        return now_us - max(since_us, peer.heard_us if peer else 0)
+
+    def lost(self, now_us: int, system: int, since_us: int) -> bool:
+        """True when a peer that is needed since `since_us` has been silent for too long."""
+        return self.silent_us(now_us, system, since_us) > self.lost_after_us
+
+    def share(self, now_us: int, msg: mavlink.MAVLink_message) -> Outgoing:
+        """What a message of our own autopilot makes us tell the peers: some, once a second each."""
+        kind = msg.get_type()
+        if kind not in SHARED or now_us - self._shared_us.get(kind, -SHARE_PERIOD_US) < SHARE_PERIOD_US:
+            return []
+        self._shared_us[kind] = now_us
+        return [(PEER_LINK, msg)]

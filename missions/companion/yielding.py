@@ -1,0 +1,43 @@
+"""When a pilot takes over, the companion yields: it stops commanding until it gets its vehicle back.
+
+The autopilot's flight mode is the only witness that needs no further protocol: a mode that the companion neither asked
+for nor has to expect was chosen by somebody else, a pilot at a ground station or a radio, or the autopilot's own
+failsafe. The mode that the companion had commanded, chosen again, gives it back. A change is believed when it has stood
+for `SETTLE_US`, so that a mode in passing (TAKEOFF before MISSION, telemetry older than our command) takes nobody away.
+"""
+
+from collections.abc import Collection
+
+SETTLE_US = 500_000
+
+
+class Yielding:
+    """Watches the mode of one autopilot."""
+
+    def __init__(self) -> None:
+        self.expected: frozenset[str] = frozenset()
+        self.yielded_to: str | None = None
+        self._strange_since_us: int | None = None
+
+    def expect(self, modes: Collection[str]) -> None:
+        """The modes that are ours from now on; an empty collection: nothing commanded, any mode is fine."""
+        self.expected = frozenset(modes)
+        self._strange_since_us = None
+
+    def on_mode(self, now_us: int, mode: str) -> bool:
+        """Looks at the mode; True when the answer to "have we yielded?" has just changed."""
+        if not self.expected or mode in self.expected:
+            self._strange_since_us = None
+            changed = self.yielded_to is not None and mode in self.expected
+            if changed:
+                self.yielded_to = None
+            return changed
+        if self.yielded_to is not None:
+            self.yielded_to = mode
+            return False
+        if self._strange_since_us is None:
+            self._strange_since_us = now_us
+        if now_us - self._strange_since_us < SETTLE_US:
+            return False
+        self.yielded_to = mode
+        return True
