@@ -1,0 +1,130 @@
+"""A strapdown camera in the simulated world: a pure function of world seed, time and pose.
+
+640 x 480 pixels, 90 degrees of horizontal field of view, no lens distortion (what is left after rectification).
+Mounts: straight down below the UAS, and on the UGV on a mast 2 m above the ground, 60 degrees below the horizon and
+forward. The picture's top is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or motion
+blur. The sensor adds a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
+"""
+
+import math
+import zlib
+from typing import NamedTuple, Protocol
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.corn_field import CornField
+from sitl_emu.world.renderer import Renderer
+from sitl_emu.world.sprites import Image
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Intrinsics(NamedTuple):
+    """Picture size, and the focal length that the horizontal field of view makes."""
+
+    width: int = 640
+    height: int = 480
+    hfov_deg: float = 90.0
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length of both axes."""
+        return self.width / 2.0 / math.tan(math.radians(self.hfov_deg) / 2.0)
+
+
+class Mount(NamedTuple):
+    """Where the camera sits in the body (forward, right, down, in metres) and how far below the horizon it looks."""
+
+    forward_m: float
+    right_m: float
+    down_m: float
+    depression_deg: float
+
+
+NADIR = Mount(0.0, 0.0, 0.15, 90.0)
+"""Below the UAS, looking straight down."""
+MAST = Mount(0.2, 0.0, -1.8, 60.0)
+"""On the UGV: 2 m above the ground where the vehicle's origin is 0.2 m above it."""
+MOUNTS = {"nadir": NADIR, "mast": MAST}
+
+
+class Pose(NamedTuple):
+    """Where a body is (metres NED from the world's origin) and its attitude, the quaternion (w, x, y, z) body to NED."""
+
+    north_m: float
+    east_m: float
+    down_m: float
+    q: tuple[float, float, float, float]
+
+
+class Posed(Protocol):
+    """Anything that has a pose: `Pose` itself, or the truth a vehicle's simulator gives."""
+
+    @property
+    def north_m(self) -> float: ...
+    @property
+    def east_m(self) -> float: ...
+    @property
+    def down_m(self) -> float: ...
+    @property
+    def q(self) -> tuple[float, float, float, float]: ...
+
+
+def body_to_ned(q: tuple[float, float, float, float]) -> FloatArray:
+    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q
+    return np.array(
+        (
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+        )
+    )
+
+
+def camera_to_body(mount: Mount) -> FloatArray:
+    """Rotation matrix (3, 3) from camera axes (right, down, forward in the picture) to body axes FRD."""
+    s, c = math.sin(math.radians(mount.depression_deg)), math.cos(math.radians(mount.depression_deg))
+    return np.array(((0.0, -s, c), (1.0, 0.0, 0.0), (0.0, c, s)))
+
+
+class Camera:
+    """One camera on one vehicle. `name` gives it a noise of its own."""
+
+    def __init__(
+        self, field: CornField, mount: Mount = NADIR, intrinsics: Intrinsics | None = None, name: str = "camera"
+    ) -> None:
+        self.field, self.mount = field, mount
+        self.intrinsics = intrinsics if intrinsics is not None else Intrinsics()
+        width, height, _ = self.intrinsics
+        # One thread: a run has a camera process per camera, and cores to share.
+        cv2.setNumThreads(1)
+        self._renderer = Renderer(field, width, height, self.intrinsics.focal_px)
+        self._to_body = camera_to_body(mount)
+        self._lever = np.array(mount[:3])
+        self._noise_seed = [field.seed, zlib.crc32(name.encode())]
+        rng = np.random.Generator(np.random.PCG64(self._noise_seed))
+        # One tile larger than the picture by a margin: a frame takes its window at an offset drawn from its time.
+        shape = (height + 64, width + 64, 3)
+        grains = rng.normal(scale=3.0, size=shape)
+        self._noise = np.clip(np.round(grains + 16.0), 0, 32).astype(np.uint8)
+        y, x = np.mgrid[0:height, 0:width]
+        off_axis = np.hypot(x - (width - 1) / 2, y - (height - 1) / 2) / self.intrinsics.focal_px
+        # A quarter of the cosine-fourth law: a lens of this angle is built to soften it.
+        falloff = (1.0 + off_axis**2) ** -0.45
+        self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
+
+    def render(self, pose: Posed, time_us: int) -> Image:
+        """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR."""
+        rotation = body_to_ned(pose.q)
+        position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
+        picture = self._renderer.draw(position, rotation @ self._to_body)
+        picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
+        picture = cv2.multiply(picture, self._vignette, scale=1.0 / 255.0)
+        mixed = zlib.crc32(time_us.to_bytes(8, "little"), self._noise_seed[1])
+        top, left = mixed % 64, (mixed >> 8) % 64
+        height, width = picture.shape[:2]
+        noise = self._noise[top : top + height, left : left + width]
+        return np.asarray(cv2.addWeighted(picture, 1.0, noise, 1.0, -16.0), np.uint8)

@@ -1,0 +1,293 @@
+"""Paints any rectangle of a corn field from straight above, at any resolution: what the renderer looks up.
+
+Two layers come out: the bare ground, and the same with all plants upon it and their height as alpha. The same plants,
+outlines and colours appear at every resolution, so that a UAS at 15 m and a rover's mast see one field.
+
+The picture's row 0 is the south edge and column 0 the west edge: x grows east and y north.
+Light is painted: hillside shading and the plants' shadows, from the field's sun. Clouds are not.
+"""
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.corn_field import HEADLAND_M, ROW_SPACING_M, SURROUNDINGS_M, CornField
+from sitl_emu.world.crop import KINDS, Plants, grow
+from sitl_emu.world.objects import FieldObject, outline
+from sitl_emu.world.sprites import HEIGHT_SCALE_M, Image, Sprite, library
+
+SOIL_DARK_BGR, SOIL_LIGHT_BGR = (34.0, 48.0, 62.0), (122.0, 148.0, 172.0)
+GRASS_DARK_BGR, GRASS_LIGHT_BGR = (22.0, 62.0, 44.0), (92.0, 178.0, 142.0)
+GRASS_STRIP_M = 7.0
+_PLANT_REACH_M = 0.95
+"""Half of the largest sprite, and a plant's shadow: how far outside a rectangle a plant may matter."""
+_BUCKET_M = 4.0
+
+
+class Layers(NamedTuple):
+    """One painted rectangle; both pictures (rows, columns, 4) with the fourth channel as said."""
+
+    ground: Image
+    """Without plants; fourth channel unused (four channels are quicker to remap than three)."""
+    canopy: Image
+    """With plants; fourth channel: plant height, 255 for HEIGHT_SCALE_M, 0 for none."""
+    north0_m: float
+    east0_m: float
+    gsd_m: float
+
+
+class Painter:
+    """Paints rectangles of one field at one resolution (`gsd_m`, metres a pixel)."""
+
+    def __init__(self, field: CornField, gsd_m: float) -> None:
+        self.field, self.gsd_m = field, gsd_m
+        self._sprites = library(field.seed, field.plant_height_m, gsd_m)
+        self._plants: Plants = grow(field)
+        self._buckets = self._sort_into_buckets()
+        rng = np.random.Generator(np.random.PCG64([field.seed, 0x5011]))
+        cells = (
+            int((field.size_m[0] + 2 * SURROUNDINGS_M) / 1.0) + 8,
+            int((field.size_m[1] + 2 * SURROUNDINGS_M) / 1.0) + 8,
+        )
+        # Moisture: broad blotches and smaller ones, on a 1 m grid over the whole field.
+        broad = cv2.resize(
+            rng.normal(size=(cells[0] // 9 + 2, cells[1] // 9 + 2)), cells[::-1], interpolation=cv2.INTER_CUBIC
+        )
+        self._blotches = (9.0 * broad + 5.0 * rng.normal(size=cells)).astype(np.float32)
+        grain = np.random.Generator(np.random.PCG64([field.seed, 0x62A1, round(gsd_m * 1e4)]))
+        noise = grain.normal(size=(256, 256)).astype(np.float32)
+        clods = cv2.GaussianBlur(np.tile(noise, (3, 3)), (0, 0), 0.05 / gsd_m)[256:512, 256:512]
+        # Clods of 5 cm and single grains, repeated every 256 pixels: the eye does not find it among the plants.
+        self._grain = (noise * 5.0 + clods / clods.std() * 8.0).astype(np.float32)
+        self._soil = _ramp(field, SOIL_DARK_BGR, SOIL_LIGHT_BGR)
+        self._grass = _ramp(field, GRASS_DARK_BGR, GRASS_LIGHT_BGR)
+        self._tint = _tint(field)
+        for sprites in self._sprites.values():
+            for sprite in sprites:
+                for c in range(3):
+                    np.copyto(sprite.bgra[..., c], cv2.convertScaleAbs(sprite.bgra[..., c], alpha=self._tint[c]))
+
+    def _sort_into_buckets(self) -> dict[tuple[int, int], npt.NDArray[np.intp]]:
+        """Plant indices by 4 m square, in stamping order."""
+        rows = np.floor(self._plants.north_m / _BUCKET_M).astype(int)
+        columns = np.floor(self._plants.east_m / _BUCKET_M).astype(int)
+        key = rows * 10_000 + columns
+        order = np.argsort(key, kind="stable")
+        starts = np.flatnonzero(np.diff(key[order], prepend=key[order[0]] - 1))
+        groups = np.split(order, starts[1:])
+        return {(int(rows[group[0]]), int(columns[group[0]])): group for group in groups}
+
+    def paint(self, north0_m: float, east0_m: float, rows: int, columns: int) -> Layers:
+        """The rectangle whose south-west corner is (north0_m, east0_m), `rows` by `columns` pixels."""
+        gsd = self.gsd_m
+        pad = math.ceil(_PLANT_REACH_M / gsd)
+        # Painted with a rim, then cut: shadows and plants reach in from outside.
+        tall, wide = rows + 2 * pad, columns + 2 * pad
+        north, east = north0_m - pad * gsd, east0_m - pad * gsd
+        ground = self._paint_ground(north, east, tall, wide)
+        plants = np.zeros((tall, wide, 4), np.uint8)
+        cover = np.zeros((tall, wide), np.uint8)
+        self._stamp(plants, cover, north, east)
+        ground = self._shadow(ground, cover)
+        canopy = cv2.cvtColor(ground, cv2.COLOR_BGR2BGRA)
+        canopy[..., 3] = 0
+        cv2.copyTo(plants, cover, canopy)
+        ground = cv2.cvtColor(ground, cv2.COLOR_BGR2BGRA)
+        self._shade(ground, canopy, north, east)
+        inner = (slice(pad, pad + rows), slice(pad, pad + columns))
+        return Layers(np.ascontiguousarray(ground[inner]), np.ascontiguousarray(canopy[inner]), north0_m, east0_m, gsd)
+
+    def _paint_ground(self, north0_m: float, east0_m: float, rows: int, columns: int) -> Image:
+        gsd, field = self.gsd_m, self.field
+        row0, column0 = round(north0_m / gsd), round(east0_m / gsd)
+        light = self._window(self._blotches, -SURROUNDINGS_M - 4.0, 1.0, north0_m, east0_m, rows, columns)
+        grain = np.roll(self._grain, (-(row0 % 256), -(column0 % 256)), axis=(0, 1))
+        light += np.tile(grain, (rows // 256 + 1, columns // 256 + 1))[:rows, :columns]
+        light += 105.0 + self._hillside(north0_m, east0_m, rows, columns)
+        # The planter's press wheel leaves a slight furrow along each row.
+        east = east0_m + (np.arange(columns, dtype=np.float32) + 0.5) * gsd
+        phase = (east - field.row_east_m[0]) * (math.tau / ROW_SPACING_M)
+        light -= (5.0 * np.cos(phase)).astype(np.float32)[None, :]
+        np.clip(light, 0.0, 255.0, out=light)
+        level = light.astype(np.uint8)
+        ground = np.asarray(cv2.LUT(cv2.merge((level, level, level)), self._soil), np.uint8)
+        self._paint_grass(ground, level, north0_m, east0_m)
+        for thing in field.objects:
+            if thing.kind in ("bare_soil", "puddle"):
+                self._paint_patch(ground, level, thing, north0_m, east0_m)
+        return ground
+
+    def _paint_grass(self, ground: Image, level: Image, north0_m: float, east0_m: float) -> None:
+        """A grass strip around the outline; beyond it lies tilled soil."""
+        gsd, size = self.gsd_m, self.field.size_m
+        rows, columns = level.shape
+        north = north0_m + (np.arange(rows) + 0.5) * gsd
+        east = east0_m + (np.arange(columns) + 0.5) * gsd
+        # Distance outside the outline, larger of both axes; the border frays with the ground's blotches.
+        out_north = np.maximum(-north, north - size[0])
+        out_east = np.maximum(-east, east - size[1])
+        if max(float(out_north.max()), float(out_east.max())) < 0.0:
+            return
+        out = np.maximum(out_north[:, None], out_east[None, :]).astype(np.float32)
+        fray = (level.astype(np.float32) - 105.0) * 0.012
+        grass = ((out + fray > 0.6) & (out + fray < GRASS_STRIP_M)).astype(np.uint8) * 255
+        contrast = cv2.convertScaleAbs(level, alpha=2.2, beta=-126.0)
+        cv2.copyTo(np.asarray(cv2.LUT(cv2.merge((contrast, contrast, contrast)), self._grass)), grass, ground)
+
+    def _paint_patch(self, ground: Image, level: Image, thing: FieldObject, north0_m: float, east0_m: float) -> None:
+        """Bare soil, dry and paler; or a puddle, that mirrors the sky and has a dark, wet rim."""
+        reach = 1.4 * thing.radius_m
+        gsd = self.gsd_m
+        top = max(0, int((thing.north_m - reach - north0_m) / gsd))
+        left = max(0, int((thing.east_m - reach - east0_m) / gsd))
+        bottom = min(level.shape[0], int((thing.north_m + reach - north0_m) / gsd) + 1)
+        right = min(level.shape[1], int((thing.east_m + reach - east0_m) / gsd) + 1)
+        if top >= bottom or left >= right:
+            return
+        north, east = north0_m + top * gsd, east0_m + left * gsd
+        part, part_level = ground[top:bottom, left:right], level[top:bottom, left:right]
+        rng = np.random.Generator(np.random.PCG64([thing.seed, 4]))
+        soft = self._soft_mask(thing, 1.0, 0.10, north, east, *part_level.shape)[..., None]
+        if thing.kind == "bare_soil":
+            dry = cv2.convertScaleAbs(part_level, alpha=0.85, beta=float(rng.uniform(18.0, 52.0)))
+            new = np.asarray(cv2.LUT(cv2.merge((dry, dry, dry)), self._soil), np.float32)
+            part[:] = (part * (1.0 - soft) + new * soft).astype(np.uint8)
+            return
+        wet = part.astype(np.float32) * (1.0 - 0.45 * soft)
+        water = self._soft_mask(thing, 0.86, 0.03, north, east, *part_level.shape)[..., None]
+        mirror = float(rng.uniform(0.25, 0.75))
+        muddy, sky = np.array((58.0, 72.0, 84.0)), np.array((176.0, 160.0, 146.0))
+        colour = (muddy * (1.0 - mirror) + sky * mirror) * self._tint
+        ripple = (part_level.astype(np.float32)[..., None] - 105.0) * 0.12
+        part[:] = np.clip(wet * (1.0 - water) + (colour + ripple) * water, 0, 255).astype(np.uint8)
+
+    def _soft_mask(
+        self, thing: FieldObject, scale: float, edge_m: float, north0_m: float, east0_m: float, rows: int, columns: int
+    ) -> npt.NDArray[np.float32]:
+        """1 within the outline, 0 outside, over a soft edge; the outline scaled about its centre."""
+        points = outline(thing._replace(radius_m=thing.radius_m * scale))
+        xy = (points[:, ::-1] - (east0_m, north0_m)) / self.gsd_m - 0.5
+        mask = np.zeros((rows, columns), np.uint8)
+        cv2.fillPoly(mask, [np.round(xy * 16.0).astype(np.int32)], 255, cv2.LINE_AA, 4)
+        sigma = edge_m / self.gsd_m
+        if sigma > 0.5:
+            mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma), np.uint8)
+        return mask.astype(np.float32) / 255.0
+
+    def _stamp(self, plants: Image, cover: Image, north0_m: float, east0_m: float) -> None:
+        gsd = self.gsd_m
+        rows, columns = cover.shape
+        first_row, first_column = math.floor(north0_m / _BUCKET_M), math.floor(east0_m / _BUCKET_M)
+        last_row = math.floor((north0_m + rows * gsd) / _BUCKET_M)
+        last_column = math.floor((east0_m + columns * gsd) / _BUCKET_M)
+        groups = [
+            self._buckets[key]
+            for key in ((i, j) for i in range(first_row, last_row + 1) for j in range(first_column, last_column + 1))
+            if key in self._buckets
+        ]
+        if not groups:
+            return
+        index = np.sort(np.concatenate(groups))
+        p = self._plants
+        ys = np.floor((p.north_m[index] - north0_m) / gsd).astype(int).tolist()
+        xs = np.floor((p.east_m[index] - east0_m) / gsd).astype(int).tolist()
+        by_kind = [self._sprites[kind] for kind in KINDS]
+        copy_to = cv2.copyTo
+        for y, x, kind, variant in zip(ys, xs, p.kind[index].tolist(), p.variant[index].tolist(), strict=True):
+            sprite: Sprite = by_kind[kind][variant]
+            side = len(sprite.mask)
+            top, left = y - side // 2, x - side // 2
+            if top < 0 or left < 0 or top + side > rows or left + side > columns:
+                # Plants this near the painted rim do not reach the part that is kept.
+                continue
+            copy_to(sprite.bgra, sprite.mask, plants[top : top + side, left : left + side])
+            copy_to(sprite.mask, sprite.mask, cover[top : top + side, left : left + side])
+
+    def _shadow(self, ground: Image, cover: Image) -> Image:
+        """Plants darken the ground beside them, away from the sun."""
+        light = self.field.light
+        length = 0.55 * self.field.plant_height_m / math.tan(math.radians(light.elevation_deg)) / self.gsd_m
+        away = math.radians(light.azimuth_deg) + math.pi
+        shift = np.array(((1.0, 0.0, length * math.sin(away)), (0.0, 1.0, length * math.cos(away))))
+        fallen = cv2.warpAffine(cover, shift, cover.shape[::-1], flags=cv2.INTER_NEAREST)
+        # Under the leaves it is dark too, wherever the sun stands: seen between plants from a low mast.
+        dark = cv2.convertScaleAbs(ground, alpha=0.58)
+        return np.asarray(cv2.copyTo(dark, fallen | cover, ground), np.uint8)
+
+    def _shade(self, ground: Image, canopy: Image, north0_m: float, east0_m: float) -> None:
+        """Shade spots: what something outside the picture keeps the sun from, ground and plants alike."""
+        gsd = self.gsd_m
+        rows, columns = ground.shape[:2]
+        for thing in self.field.objects:
+            if thing.kind != "shade":
+                continue
+            reach = 1.6 * thing.radius_m + 0.2
+            top = max(0, int((thing.north_m - reach - north0_m) / gsd))
+            left = max(0, int((thing.east_m - reach - east0_m) / gsd))
+            bottom = min(rows, int((thing.north_m + reach - north0_m) / gsd) + 1)
+            right = min(columns, int((thing.east_m + reach - east0_m) / gsd) + 1)
+            if top >= bottom or left >= right:
+                continue
+            soft = self._soft_mask(
+                thing, 1.0, 0.08, north0_m + top * gsd, east0_m + left * gsd, bottom - top, right - left
+            )[..., None]
+            depth = np.array((0.42, 0.50, 0.55), np.float32)  # skylight is blue, so blue stays longest
+            for picture in (ground, canopy):
+                part = picture[top:bottom, left:right, :3]
+                part[:] = (part * (1.0 - depth * soft)).astype(np.uint8)
+
+    def _hillside(self, north0_m: float, east0_m: float, rows: int, columns: int) -> npt.NDArray[np.float32]:
+        """Brightness added by slopes towards the sun, on the terrain's own grid."""
+        terrain, light = self.field.terrain, self.field.light
+        d_north, d_east = np.gradient(terrain.grid_m, terrain.spacing_m)
+        azimuth = math.radians(light.azimuth_deg)
+        towards = -(d_north * math.cos(azimuth) + d_east * math.sin(azimuth)) / math.tan(
+            math.radians(light.elevation_deg)
+        )
+        return self._window(
+            (70.0 * towards).astype(np.float32), -SURROUNDINGS_M, terrain.spacing_m, north0_m, east0_m, rows, columns
+        )
+
+    def _window(
+        self,
+        grid: npt.NDArray[np.float32],
+        start_m: float,
+        spacing_m: float,
+        north0_m: float,
+        east0_m: float,
+        rows: int,
+        columns: int,
+    ) -> npt.NDArray[np.float32]:
+        """A coarse grid, whose point (0, 0) lies at start_m north and east, drawn out over a rectangle."""
+        step = self.gsd_m / spacing_m
+        to_grid = np.array(
+            (
+                (step, 0.0, (east0_m + self.gsd_m / 2 - start_m) / spacing_m),
+                (0.0, step, (north0_m + self.gsd_m / 2 - start_m) / spacing_m),
+            )
+        )
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        drawn = cv2.warpAffine(grid, to_grid, (columns, rows), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(drawn, np.float32)
+
+
+def _tint(field: CornField) -> npt.NDArray[np.float64]:
+    """Factor on blue, green and red that light and exposure make."""
+    light = field.light
+    return np.array((light.gain / light.warmth, light.gain, light.gain * light.warmth))
+
+
+def _ramp(field: CornField, dark: tuple[float, ...], light: tuple[float, ...]) -> Image:
+    """Look-up table (1, 256, 3) from brightness to colour."""
+    t = np.linspace(0.0, 1.0, 256)[:, None]
+    colours = (np.array(dark) * (1.0 - t) + np.array(light) * t) * _tint(field)
+    return np.clip(colours, 0, 255).astype(np.uint8).reshape(1, 256, 3)
+
+
+def orthophoto(field: CornField, gsd_m: float = 0.1) -> Image:
+    """The field's outline from straight above, north up, BGR: for maps and reports."""
+    layers = Painter(field, gsd_m).paint(0.0, 0.0, round(field.size_m[0] / gsd_m), round(field.size_m[1] / gsd_m))
+    return np.ascontiguousarray(layers.canopy[::-1, :, :3])
