@@ -4,11 +4,11 @@
 | --- | --- | --- |
 | `shm:NAME` | ring of frames in shared memory, as the simulator writes it | vehicle boot time |
 | a folder | recorded frames, `TIME.png` or `.jpg`, TIME the vehicle boot time in microseconds | vehicle boot time |
-| `rtsp://…`, `http://…`, `udp://…` | video stream, by OpenCV | when it was read |
-| `/dev/videoN` | V4L2 device, by OpenCV | when it was read |
+| `rtsp://…`, `http://…`, `udp://…` | video stream, by OpenCV | 0: the reader knows when it came |
+| `/dev/videoN` | V4L2 device, by OpenCV | 0: the reader knows when it came |
 | any other path | video file, by OpenCV | position in the file |
 
-A frame is given once; `read` waits for the next one of a live source (`timeout_s` at most). Images are BGR, height x
+A frame is given once; only a stream or device makes `read` wait. Images are BGR, height x
 width x 3, uint8. Not here: lens calibration (camera_model.py) and camera control by MAVLink.
 
 The ring: a header (magic, slots, width, height, and a counter of the frames written), then the slots, each with its
@@ -16,10 +16,10 @@ frame's index and time before and after the pixels, so that a reader notices a s
 copied. The writer never waits: a reader that falls more than `slots` behind loses frames, and `lost` counts them.
 """
 
+import mmap
 import re
 import struct
-import time
-from multiprocessing import resource_tracker, shared_memory
+from multiprocessing import shared_memory
 from pathlib import Path
 from typing import Literal, NamedTuple, Protocol
 
@@ -38,7 +38,7 @@ class Frame(NamedTuple):
 
     time_usec: int
     image: Image
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index, which no frame needs
 
 
 class CameraSource(Protocol):
@@ -46,7 +46,10 @@ class CameraSource(Protocol):
 
     @property
     def clock(self) -> Literal["vehicle", "host", "file"]:
-        """Whose time `Frame.time_usec` is: the vehicle's boot time, this computer's monotonic clock, or the file's."""
+        """Whose time `Frame.time_usec` is: the vehicle's boot time, the file's, or nobody's.
+
+        Frames of a "host" source have 0 there: whoever reads them knows when that was.
+        """
         ...
 
     def read(self) -> Frame | None:
@@ -68,6 +71,7 @@ _SLOT = struct.Struct("<QQ")
 _MAGIC = b"SFR1"
 _COUNT_OFFSET = 16
 _ALIGN = 64
+_SHARED_MEMORY = Path("/dev/shm")
 
 
 def _slot_size(width: int, height: int) -> int:
@@ -84,7 +88,7 @@ class FrameRingWriter:
         self._slot_size = _slot_size(width, height)
         size = _ALIGN + slots * self._slot_size
         try:
-            self._memory = shared_memory.SharedMemory(name, create=True, size=size)
+            self._memory: shared_memory.SharedMemory | None = shared_memory.SharedMemory(name, create=True, size=size)
         except FileExistsError:
             raise CameraError(
                 f"shm:{name}: there is such a frame ring already; another run uses it, or one that was killed left it:"
@@ -92,6 +96,7 @@ class FrameRingWriter:
             ) from None
         self.name = name
         self._count = 0
+        assert self._memory.buf is not None
         self._buffer = self._memory.buf
         _HEADER.pack_into(self._buffer, 0, _MAGIC, slots, width, height, 0)
 
@@ -121,7 +126,7 @@ class FrameRingWriter:
             del self._buffer
             self._memory.close()
             self._memory.unlink()
-            self._memory = None  # type: ignore[assignment]
+            self._memory = None
 
 
 class FrameRingReader:
@@ -130,20 +135,20 @@ class FrameRingReader:
     clock: Literal["vehicle"] = "vehicle"
     ended = False
 
-    def __init__(self, name: str, timeout_s: float = 0.0) -> None:
-        """`timeout_s`: how long `read` waits for a frame. Raises CameraError when there is no such ring."""
+    def __init__(self, name: str) -> None:
+        """Raises CameraError when there is no such ring."""
+        # Python 3.11's SharedMemory would remove the ring when a reader ends, under the writer's feet: map the file.
         try:
-            self._memory: shared_memory.SharedMemory | None = shared_memory.SharedMemory(name)
-        except FileNotFoundError:
-            raise CameraError(f"shm:{name}: there is no such frame ring; is the simulator running?") from None
-        # The tracker would remove the ring when this process ends, under the writer's feet.
-        resource_tracker.unregister(f"/{name.lstrip('/')}", "shared_memory")
-        self._buffer = self._memory.buf
-        magic, self.slots, self.width, self.height, count = _HEADER.unpack_from(self._buffer, 0)
-        if magic != _MAGIC:
+            with (_SHARED_MEMORY / name).open("rb") as file:
+                self._buffer = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        except OSError as error:
+            raise CameraError(
+                f"shm:{name}: there is no such frame ring ({error.strerror}); is the simulator running?"
+            ) from None
+        if len(self._buffer) < _HEADER.size or self._buffer[:4] != _MAGIC:
             self.close()
             raise CameraError(f"shm:{name}: that shared memory is no frame ring")
-        self.timeout_s = timeout_s
+        _, self.slots, self.width, self.height, count = _HEADER.unpack_from(self._buffer, 0)
         self.lost = 0
         self._next = max(0, count - self.slots)
         self._slot_size = _slot_size(self.width, self.height)
@@ -154,13 +159,8 @@ class FrameRingReader:
         return int(struct.unpack_from("<Q", self._buffer, _COUNT_OFFSET)[0])
 
     def read(self) -> Frame | None:
-        """The oldest frame not read yet; None when none came in time."""
-        until = time.monotonic() + self.timeout_s
-        while True:
-            while self.written <= self._next:
-                if time.monotonic() >= until:
-                    return None
-                time.sleep(0.002)
+        """The oldest frame not read yet; None when there is none now."""
+        while self.written > self._next:
             index = max(self._next, self.written - self.slots)
             self.lost += index - self._next
             self._next = index + 1
@@ -168,6 +168,7 @@ class FrameRingReader:
             if frame is not None:
                 return frame
             self.lost += 1
+        return None
 
     def read_index(self, index: int) -> Frame | None:
         """A copy of the frame of that index; None when it was overwritten or is not there yet."""
@@ -183,10 +184,7 @@ class FrameRingReader:
 
     def close(self) -> None:
         """Unmaps the ring."""
-        if self._memory is not None:
-            del self._buffer
-            self._memory.close()
-            self._memory = None
+        self._buffer.close()
 
 
 class RecordedFrames:
@@ -265,18 +263,17 @@ class VideoCapture:
             return None
         index = self._index
         self._index += 1
-        time_usec = time.monotonic_ns() // 1000 if self.clock == "host" else round(position_ms * 1000)
-        return Frame(time_usec, np.asarray(image, np.uint8), index)
+        return Frame(0 if self.clock == "host" else round(position_ms * 1000), np.asarray(image, np.uint8), index)
 
     def close(self) -> None:
         """Lets device or stream go."""
         self._capture.release()
 
 
-def open_camera(url: str, timeout_s: float = 0.0) -> CameraSource:
+def open_camera(url: str) -> CameraSource:
     """Opens a camera by its URL (see above). Raises CameraError."""
     if url.startswith("shm:"):
-        return FrameRingReader(url.removeprefix("shm:"), timeout_s)
+        return FrameRingReader(url.removeprefix("shm:"))
     path = Path(url)
     if path.is_dir():
         return RecordedFrames(path)
