@@ -1,1 +1,111 @@
-"""What a vehicle is, as pages of data, and the dynamics they need."""
+"""Vehicles: what each *is*, as data (`vehicles/<model>/`), and the dynamics that such data needs.
+
+    import vehicles
+    iris = vehicles.load("iris")
+
+A model is a folder with `vehicle.toml` (physics and sensors, read into `description.Vehicle`) and `airframe.json`
+(PX4's parameters that differ from its defaults). Not here: the world, sensors' behaviour, autopilot.
+"""
+
+import functools
+import json
+import pathlib
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+from vehicles import inertia, record
+from vehicles.description import (
+    Aerodynamics,
+    Battery,
+    Chassis,
+    Gear,
+    Part,
+    Propulsion,
+    Sensors,
+    SihRover,
+    Vector3,
+    Vehicle,
+)
+from vehicles.errors import UnknownModel, VehicleError
+
+__all__ = ["UnknownModel", "Vehicle", "VehicleError", "load", "models"]
+
+FOLDER = pathlib.Path(__file__).parent
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """The fields of a vehicle.toml: either mass and inertia, or the parts that they follow from."""
+
+    description: str
+    battery: Battery
+    sensors: Sensors
+    mass_kg: float | None = record.limited(0.001, default=None)
+    inertia_kg_m2: Vector3 | None = record.limited(0.0, default=None)
+    parts: tuple[Part, ...] = ()
+    propulsion: Propulsion | None = None
+    aerodynamics: Aerodynamics | None = None
+    gear: Gear | None = None
+    chassis: Chassis | None = None
+    sih_rover: SihRover | None = None
+    wind_is_px4s: bool = False
+
+
+def models() -> list[str]:
+    """Names of the vehicles that exist, sorted."""
+    return sorted(path.parent.name for path in FOLDER.glob("*/vehicle.toml"))
+
+
+@functools.cache
+def load(model: str) -> Vehicle:
+    """A vehicle by its name. Raises UnknownModel, or VehicleError that names file, field, value and what is allowed."""
+    if model not in models():
+        raise UnknownModel(model, models())
+    return read(FOLDER / model)
+
+
+def read(folder: pathlib.Path) -> Vehicle:
+    """A vehicle from a folder with `vehicle.toml` and `airframe.json`. Raises VehicleError."""
+    toml, airframe = folder / "vehicle.toml", folder / "airframe.json"
+    where = f"{folder.name}/{toml.name}"
+    try:
+        table = tomllib.loads(toml.read_text())
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise VehicleError(f"{where}: {error}") from None
+    file = record.read(_File, table, where)
+    mass, moments = _mass_properties(file, where)
+    if (file.propulsion is not None) + (file.chassis is not None) + (file.sih_rover is not None) != 1:
+        raise VehicleError(f"{where}: there must be exactly one of the tables propulsion, chassis, sih_rover")
+    if file.propulsion is not None and (file.gear is None or file.aerodynamics is None):
+        raise VehicleError(f"{where}: with propulsion, the tables gear and aerodynamics are needed too")
+    return Vehicle(
+        folder.name, file.description, mass, moments, file.battery, file.sensors, _airframe(airframe),
+        file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.wind_is_px4s,
+    )  # fmt: skip
+
+
+def _mass_properties(file: _File, where: str) -> tuple[float, Vector3]:
+    if file.parts:
+        if file.mass_kg is not None or file.inertia_kg_m2 is not None:
+            raise VehicleError(f"{where}: mass_kg and inertia_kg_m2 follow from parts; give one or the other")
+        try:
+            whole = inertia.total(inertia.Cuboid(part.mass_kg, part.size_m, part.centre_m) for part in file.parts)
+        except ValueError as error:
+            raise VehicleError(f"{where}: parts: {error}") from None
+        return whole.mass_kg, whole.inertia_kg_m2
+    if file.mass_kg is None or file.inertia_kg_m2 is None:
+        raise VehicleError(f"{where}: mass_kg and inertia_kg_m2 are needed, or parts")
+    return file.mass_kg, file.inertia_kg_m2
+
+
+def _airframe(path: pathlib.Path) -> dict[str, float | int]:
+    where = f"{path.parent.name}/{path.name}"
+    try:
+        table: Any = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise VehicleError(f"{where}: {error}") from None
+    for name, value in table.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise VehicleError(f"{where}: {name} = {value!r} must be a number")
+    return dict(table)
