@@ -51,7 +51,12 @@ class PositionSmoothing:
         self._straight_speed = 0.0
 
     def update(
-        self, position: Point, waypoints: tuple[Point, Point, Point], feed_forward: Point, dt_s: float, stop: bool = False
+        self,
+        position: Point,
+        waypoints: tuple[Point, Point, Point],
+        feed_forward: Point,
+        dt_s: float,
+        stop: bool = False,
     ) -> None:
         """One step: `x`, `y`, `z` then hold the setpoints.
 

@@ -49,6 +49,14 @@ class VelocitySmoothing:
         self._direction = 0.0
         self._t1 = self._t2 = self._t3 = self._time_s = 0.0
 
+    def force_position(self, position: float) -> None:
+        """Be elsewhere, with the plan as it is."""
+        self.position = self._x0 = position
+
+    def force_velocity(self, velocity: float) -> None:
+        """Be faster or slower from the next plan on."""
+        self.velocity = self._v0 = velocity
+
     @property
     def total_time_s(self) -> float:
         """Duration of the plan."""

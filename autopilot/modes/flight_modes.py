@@ -1,0 +1,82 @@
+"""Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
+
+One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the rotors
+lift the vehicle the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
+termination and FOLLOW_TARGET publish no setpoint.
+"""
+
+import math
+
+from autopilot.constants import NavState, TakeoffState
+from autopilot.modes.auto import Auto
+from autopilot.modes.descend import Descend
+from autopilot.modes.flight_task import FlightTask
+from autopilot.modes.manual_altitude import ManualAltitude
+from autopilot.modes.manual_position import ManualPosition
+from autopilot.modes.offboard import Offboard
+from autopilot.modes.orbit import Orbit
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics, TrajectorySetpoint, Vector3
+
+LONGEST_STEP_S = 0.1
+NAN = math.nan
+AT_REST = (0.0, 0.0, 0.0)
+
+
+class FlightModes:
+    """Writer of trajectory_setpoint, vehicle_constraints and orbit_status for a multicopter; a rover has no tasks."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        auto = Auto(topics, parameters)
+        position = ManualPosition(topics, parameters)
+        self._tasks: dict[NavState, FlightTask] = {
+            NavState.AUTO_MISSION: auto,
+            NavState.AUTO_LOITER: auto,
+            NavState.AUTO_RTL: auto,
+            NavState.AUTO_TAKEOFF: auto,
+            NavState.AUTO_LAND: auto,
+            NavState.AUTO_PRECLAND: auto,
+            NavState.AUTO_VTOL_TAKEOFF: auto,
+            NavState.POSCTL: position,
+            NavState.POSITION_SLOW: position,
+            NavState.ALTCTL: ManualAltitude(topics, parameters),
+            NavState.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
+            NavState.DESCEND: Descend(topics, parameters),
+            NavState.ORBIT: Orbit(topics, parameters),
+            NavState.OFFBOARD: Offboard(topics, parameters),
+        }
+        self._task: FlightTask | None = None
+        self._updated_us = 0
+        self._version = parameters.version
+
+    def update(self, now_us: int) -> None:
+        """One step, at 125 Hz."""
+        topics = self._topics
+        status = topics.vehicle_status
+        if status.vehicle_type == "rover":
+            return
+        if self._version != self._parameters.version:
+            self._version = self._parameters.version
+            for each in self._tasks.values():
+                each.refresh()
+        dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
+        self._updated_us = now_us
+        task: FlightTask | None = self._tasks.get(status.nav_state)
+        if task is not self._task:
+            self._task = task
+            if task is None:
+                topics.trajectory_setpoint = TrajectorySetpoint(now_us)
+            else:
+                task.activate(topics.trajectory_setpoint)
+        if task is None:
+            return
+        if topics.takeoff_status.state < TakeoffState.RAMPUP:
+            task.activate(_on_ground(topics.trajectory_setpoint.velocity if status.armed else AT_REST))
+        topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
+
+
+def _on_ground(velocity: Vector3) -> TrajectorySetpoint:
+    """A setpoint to begin with that keeps nothing but the vertical velocity, by which a stick may ask to land."""
+    return TrajectorySetpoint(velocity=(NAN, NAN, velocity[2]))

@@ -1,0 +1,42 @@
+"""Descent speed over height (MPC_LAND_ALT1..3, MPC_LAND_SPEED, MPC_LAND_CRWL), for AUTO_LAND and DESCEND.
+
+As PX4 v1.18 in FlightTaskAuto: full speed above ALT1, interpolated to the landing speed at ALT2, and a crawl below ALT3
+if a range sensor sees the ground. The pilot can't nudge the landing place (MPC_LAND_RC_HELP).
+"""
+
+from typing import NamedTuple
+
+from autopilot.parameters import Parameters
+
+
+class LandSpeeds(NamedTuple):
+    """Copies of the parameters: m/s and m."""
+
+    fast: float
+    slow: float
+    crawl: float
+    altitude1_m: float
+    altitude2_m: float
+    altitude3_m: float
+
+
+def land_speeds(parameters: Parameters) -> LandSpeeds:
+    """The parameters of the descent."""
+    return LandSpeeds(
+        parameters["MPC_Z_V_AUTO_DN"],
+        parameters["MPC_LAND_SPEED"],
+        parameters["MPC_LAND_CRWL"],
+        parameters["MPC_LAND_ALT1"],
+        parameters["MPC_LAND_ALT2"],
+        parameters["MPC_LAND_ALT3"],
+    )
+
+
+def descent_speed(speeds: LandSpeeds, height_m: float, range_m: float) -> float:
+    """Speed down, m/s; `range_m` is NaN where no range sensor sees the ground."""
+    if range_m <= speeds.altitude3_m:
+        return speeds.crawl
+    span = speeds.altitude1_m - speeds.altitude2_m
+    if height_m <= speeds.altitude2_m or span <= 0.0:
+        return speeds.slow
+    return speeds.slow + (speeds.fast - speeds.slow) * min((height_m - speeds.altitude2_m) / span, 1.0)

@@ -1,0 +1,40 @@
+"""OFFBOARD with position, velocity or acceleration: the setpoint of the link goes to the position controller as it is.
+
+As in PX4 v1.18, where MAVLink writes trajectory_setpoint itself and mc_pos_control derives the wish to take off from a
+setpoint above the vehicle. Attitude and rate setpoints don't pass here: the controllers take them from the topic.
+"""
+
+from autopilot.modes.flight_task import Setpoint
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
+
+
+class Offboard:
+    """The flight task of OFFBOARD."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Copy the parameters."""
+        self._speed_up = self._parameters["MPC_Z_VEL_MAX_UP"]
+        self._speed_down = self._parameters["MPC_Z_VEL_MAX_DN"]
+
+    def activate(self, last: TrajectorySetpoint) -> None:
+        """Nothing to begin: the other side makes the trajectory."""
+
+    def update(self, now_us: int, dt_s: float) -> Setpoint:
+        """The last setpoint received."""
+        topics = self._topics
+        setpoint = topics.offboard_setpoint.trajectory
+        if setpoint is None:
+            return TrajectorySetpoint(now_us), VehicleConstraints(self._speed_up, self._speed_down, False)
+        rises = (
+            setpoint.position[2] < topics.vehicle_local_position.z
+            or setpoint.velocity[2] < 0.0
+            or setpoint.acceleration[2] < 0.0
+        )
+        want_takeoff = rises and topics.vehicle_status.armed
+        return setpoint._replace(timestamp=now_us), VehicleConstraints(self._speed_up, self._speed_down, want_takeoff)
