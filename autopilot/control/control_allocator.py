@@ -1,0 +1,137 @@
+"""Control allocation of a multicopter: from torques and thrust to motors.
+
+PX4's control_allocator for CA_AIRFRAME 0 (src/modules/control_allocator, v1.18): effectiveness by the rotors' geometry
+(CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation without airmode: thrust gives way
+first, then roll and pitch, and yaw keeps what is left. THR_MDL_FAC turns thrust into motor signal. The matrix is worked
+out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and motor failures are left out.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autopilot.topics import Vector3
+
+SMALL_FACTOR = 1e-3
+YAW_MARGIN = 0.15
+"""Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
+RESOLUTION = 1e-6
+
+
+class Rotor(NamedTuple):
+    """CA_ROTORn_*: position (m, or any common unit), axis of thrust, thrust and moment coefficients."""
+
+    px: float
+    py: float
+    pz: float
+    ax: float
+    ay: float
+    az: float
+    ct: float
+    km: float
+
+
+def mixer(rotors: list[Rotor]) -> list[list[float]]:
+    """Columns of the normalised pseudo-inverse: motors by roll, pitch, yaw and (last) thrust down; shape 4 x n."""
+    effectiveness = np.zeros((6, len(rotors)))
+    for index, (px, py, pz, ax, ay, az, ct, km) in enumerate(rotors):
+        axis = np.array((ax, ay, az))
+        axis = axis / np.linalg.norm(axis)
+        position = np.array((px, py, pz))
+        effectiveness[:3, index] = ct * np.cross(position, axis) - ct * km * axis
+        effectiveness[3:, index] = ct * axis
+    mix = np.linalg.pinv(effectiveness)
+    roll, pitch, yaw, thrust = mix[:, 0], mix[:, 1], mix[:, 2], mix[:, 5]
+    scale = max(_root_mean_square(roll), _root_mean_square(pitch))
+    columns = [
+        roll / scale,
+        pitch / scale,
+        yaw / (float(np.max(yaw)) or 1.0),
+        thrust / float(np.mean(np.abs(thrust))),
+    ]
+    return [[float(value) if abs(value) >= SMALL_FACTOR else 0.0 for value in column] for column in columns]
+
+
+def _root_mean_square(column: NDArray[Any]) -> float:
+    acting = np.count_nonzero(np.abs(column) > SMALL_FACTOR)
+    return math.sqrt(float(column @ column) / (acting / 2.0)) if acting else 1.0
+
+
+class ControlAllocator:
+    """`unallocated` is the torque (roll, pitch, yaw) that the last call could not give."""
+
+    def __init__(self, rotors: list[Rotor], thrust_model_factor: float) -> None:
+        """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal."""
+        self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
+        self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
+        self._factor = max(0.0, min(1.0, thrust_model_factor))
+        self.unallocated: Vector3 = (0.0, 0.0, 0.0)
+
+    def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:
+        """Motor signals 0..1 for torques and thrust along body z (negative is up)."""
+        level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
+        motors = [m + y * yaw for m, y in zip(level, self._yaw, strict=True)]
+        if min(level) < 0.0 or max(level) > 1.0 or min(motors) < 0.0 or max(motors) > 1.0:
+            motors = self._desaturated(level, yaw)
+            self.unallocated = self._missing(motors, roll, pitch, yaw)
+        else:
+            self.unallocated = (0.0, 0.0, 0.0)
+        factor = self._factor
+        if factor == 1.0:
+            sqrt = math.sqrt
+            return tuple([sqrt(m) for m in motors])
+        if factor == 0.0:
+            return tuple(motors)
+        # thrust = factor * signal² + (1 - factor) * signal, solved for the signal
+        shift = (1.0 - factor) / (2.0 * factor)
+        return tuple([math.sqrt(shift * shift + m / factor) - shift for m in motors])
+
+    def _desaturated(self, level: list[float], yaw: float) -> list[float]:
+        motors = desaturate(level, self._thrust, 1.0, reduce_only=True)
+        motors = desaturate(motors, self._roll, 1.0)
+        motors = desaturate(motors, self._pitch, 1.0)
+        motors = [m + y * yaw for m, y in zip(motors, self._yaw, strict=True)]
+        motors = desaturate(motors, self._yaw, 1.0 + YAW_MARGIN)
+        motors = desaturate(motors, self._thrust, 1.0, reduce_only=True)
+        return [min(1.0, max(0.0, m)) for m in motors]
+
+    def _missing(self, motors: list[float], roll: float, pitch: float, yaw: float) -> Vector3:
+        """Torque asked for minus torque given; the columns are orthogonal for every symmetric frame."""
+        missing = []
+        for column, asked in ((self._roll, roll), (self._pitch, pitch), (self._yaw, yaw)):
+            size = sum(c * c for c in column)
+            given = sum(c * m for c, m in zip(column, motors, strict=True)) / size if size else asked
+            rest = asked - given
+            missing.append(rest if abs(rest) > RESOLUTION else 0.0)
+        return missing[0], missing[1], missing[2]
+
+
+def desaturate(motors: list[float], vector: list[float], most: float, reduce_only: bool = False) -> list[float]:
+    """Add so much of `vector` that as many motors as possible come back into 0..`most`.
+
+    Twice, as PX4 does: the whole gain, then half of what the other end asks back. `reduce_only`: thrust may only
+    get less.
+    """
+    gain = _gain(motors, vector, most)
+    if reduce_only and gain < 0.0:
+        return motors
+    motors = [m + gain * v for m, v in zip(motors, vector, strict=True)]
+    gain = 0.5 * _gain(motors, vector, most)
+    return [m + gain * v for m, v in zip(motors, vector, strict=True)]
+
+
+def _gain(motors: list[float], vector: list[float], most: float) -> float:
+    lowest = highest = 0.0
+    for m, v in zip(motors, vector, strict=True):
+        if v == 0.0:
+            continue
+        if m < 0.0:
+            k = -m / v
+        elif m > most:
+            k = (most - m) / v
+        else:
+            continue
+        lowest, highest = min(lowest, k), max(highest, k)
+    return lowest + highest

@@ -1,0 +1,378 @@
+"""Multicopter control: moves data between topics and the control laws, at their rates.
+
+What PX4's mc_pos_control, mc_hover_thrust_estimator, mc_att_control, mc_rate_control and control_allocator do around
+their maths (src/modules, v1.18). Position control runs when the autopilot calls `update_position` (125 Hz), attitude
+control right after it, rate control and allocation at every tick. STAB, ACRO and MANUAL fly by the sticks, OFFBOARD by
+its attitude or rates where it has some, every other mode by trajectory_setpoint.
+
+Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estimator resets (setpoints come anew every
+8 ms), and in a termination the parachute.
+"""
+
+import math
+
+from autopilot.constants import NavState, TakeoffState
+from autopilot.control.control_allocator import ControlAllocator, Rotor
+from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
+from autopilot.control.mc_att_control import rates_setpoint
+from autopilot.control.mc_pos_control import (
+    Limits,
+    PositionControl,
+    PositionControlGains,
+    States,
+    attitude_of_thrust,
+    complete,
+    failsafe_setpoint,
+)
+from autopilot.control.mc_rate_control import RateControl
+from autopilot.control.takeoff import TakeoffHandling
+from autopilot.estimator.alignment import from_euler
+from autopilot.estimator.imu_filter import alpha
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    NAN,
+    NAN3,
+    ActuatorOutputs,
+    HoverThrustEstimate,
+    ManualControlSetpoint,
+    TakeoffStatus,
+    Topics,
+    TrajectorySetpoint,
+    Vector3,
+    VehicleAttitudeSetpoint,
+    VehicleLocalPositionSetpoint,
+    VehicleRatesSetpoint,
+)
+from sitl_emu.core.geodesy import wrap_pi
+
+TICK_S = 0.004
+TILT_LIMIT_SLEW_RAD_S = 0.2
+STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
+"""On the ground: a large acceleration down leaves no thrust."""
+STICK_MODES = (NavState.MANUAL, NavState.STAB, NavState.ACRO)
+PWM_DISARMED, PWM_MIN, PWM_RANGE = 900, 1000, 1000
+"""What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
+PWM_EVERY = 5
+MOTOR_FUNCTION = 101
+MOTORS = 12
+OUTPUTS = 16
+
+
+class MulticopterControl:
+    """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
+    hover_thrust_estimate and actuator_outputs."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._takeoff = TakeoffHandling()
+        self._position = PositionControl()
+        self._rate = RateControl()
+        self._position_us = self._rate_us = 0
+        self._velocity: Vector3 = (0.0, 0.0, 0.0)
+        self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
+        self._resets = (0, 0)
+        self._tilt_limit = 0.0
+        self._attitude_due = False
+        self._hover_due = False
+        self._yaw_sp = NAN
+        self._ticks = 0
+        self._version = -1
+        self._refresh()
+        hover = float(parameters["MPC_THR_HOVER"])
+        self._hover = HoverThrustEstimator(hover, float(parameters["HTE_HT_ERR_INIT"]))
+
+    def _refresh(self) -> None:
+        def get(name: str) -> float:
+            return float(self._parameters[name])
+
+        def three(name: str) -> Vector3:
+            return get(name.format("ROLL")), get(name.format("PITCH")), get(name.format("YAW"))
+
+        self._version = self._parameters.version
+        self._gains = PositionControlGains(
+            get("MPC_XY_P"),
+            get("MPC_Z_P"),
+            get("MPC_XY_VEL_P_ACC"),
+            get("MPC_XY_VEL_I_ACC"),
+            get("MPC_XY_VEL_D_ACC"),
+            get("MPC_Z_VEL_P_ACC"),
+            get("MPC_Z_VEL_I_ACC"),
+            get("MPC_Z_VEL_D_ACC"),
+            get("MPC_THR_XY_MARG"),
+            bool(get("MPC_ACC_DECOUPLE")),
+        )
+        self._speed_xy, self._speed_up, self._speed_down = (
+            get("MPC_XY_VEL_MAX"),
+            get("MPC_Z_VEL_MAX_UP"),
+            get("MPC_Z_VEL_MAX_DN"),
+        )
+        self._thrust_min, self._thrust_max = get("MPC_THR_MIN"), get("MPC_THR_MAX")
+        self._thrust_hover = get("MPC_THR_HOVER")
+        self._tilt_air, self._tilt_land = math.radians(get("MPC_TILTMAX_AIR")), math.radians(get("MPC_TILTMAX_LND"))
+        self._land_speed = get("MPC_LAND_SPEED")
+        self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
+        self._velocity_derivative_cutoff = get("MPC_VELD_LP")
+        self._hover_noise, self._hover_gate = get("HTE_HT_NOISE"), get("HTE_ACC_GATE")
+        self._hover_range, self._hover_speed_up = get("HTE_THR_RANGE"), get("HTE_VZ_THR")
+        self._hover_speed_xy = get("HTE_VXY_THR")
+        self._yaw_weight = max(0.0, min(1.0, get("MC_YAW_WEIGHT")))
+        yaw_gain = get("MC_YAW_P") / self._yaw_weight if self._yaw_weight > 1e-4 else get("MC_YAW_P")
+        self._attitude_gains = (get("MC_ROLL_P"), get("MC_PITCH_P"), yaw_gain)
+        self._rate_limits = tuple_radians(three("MC_{}RATE_MAX"))
+        k = three("MC_{}RATE_K")
+        rate = self._rate
+        rate.gain_p, rate.gain_i = scaled(k, three("MC_{}RATE_P")), scaled(k, three("MC_{}RATE_I"))
+        rate.gain_d, rate.gain_ff = scaled(k, three("MC_{}RATE_D")), three("MC_{}RATE_FF")
+        rate.int_limit = (get("MC_RR_INT_LIM"), get("MC_PR_INT_LIM"), get("MC_YR_INT_LIM"))
+        rate.yaw_torque_alpha = alpha(get("MC_YAW_TQ_CUTOFF"), TICK_S)
+        self._manual_tilt, self._manual_yaw = math.radians(get("MPC_MAN_TILT_MAX")), math.radians(get("MPC_MAN_Y_MAX"))
+        self._manual_thrust_min = get("MPC_MANTHR_MIN")
+        self._acro_rates = tuple_radians((get("MC_ACRO_R_MAX"), get("MC_ACRO_P_MAX"), get("MC_ACRO_Y_MAX")))
+        count = int(get("CA_ROTOR_COUNT"))
+        fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
+        rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
+        self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"))
+        self._channels = output_channels([int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)])
+        self._straight = self._channels == list(range(count))
+        self._stopped = (0.0,) * len(self._channels)
+        self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
+
+    # --- position ------------------------------------------------------------------------------------------
+
+    def update_position(self, now_us: int) -> None:
+        """Position control, or the sticks, or an offboard attitude: whichever leads to an attitude setpoint."""
+        if self._parameters.version != self._version:
+            self._refresh()
+        topics = self._topics
+        status, landed = topics.vehicle_status, topics.vehicle_land_detected
+        dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
+        self._position_us = now_us
+        self._attitude_due = True
+        armed = topics.actuator_armed.armed
+        nav_state = status.nav_state
+        by_sticks = nav_state in STICK_MODES
+        offboard = topics.offboard_setpoint if nav_state == NavState.OFFBOARD else None
+        direct = offboard is not None and (offboard.attitude is not None or offboard.rates is not None)
+        want_takeoff = topics.vehicle_constraints.want_takeoff and not by_sticks and not direct
+        takeoff = self._takeoff
+        takeoff.update_state(now_us, armed, landed.landed, want_takeoff, self._spoolup_time)
+        if armed and (by_sticks or direct):
+            takeoff.state = TakeoffState.FLIGHT
+        flying = takeoff.state >= TakeoffState.FLIGHT
+        self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
+        topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
+        self._update_hover_thrust(now_us, dt, flying and not landed.landed)
+        if direct:
+            assert offboard is not None
+            if offboard.attitude is not None:
+                topics.vehicle_attitude_setpoint = offboard.attitude
+            self._position.reset_integral()
+        elif by_sticks:
+            self._fly_sticks(now_us, dt, nav_state)
+            self._position.reset_integral()
+        else:
+            self._fly_trajectory(now_us, dt, flying, flying and landed.ground_contact)
+
+    def _slew_tilt_limit(self, target: float, dt: float) -> None:
+        step = TILT_LIMIT_SLEW_RAD_S * dt
+        if self._tilt_limit == 0.0:
+            self._tilt_limit = target
+        self._tilt_limit += max(-step, min(step, target - self._tilt_limit))
+
+    def _fly_trajectory(self, now_us: int, dt: float, flying: bool, touching: bool) -> None:
+        topics, control, takeoff = self._topics, self._position, self._takeoff
+        setpoint, constraints = topics.trajectory_setpoint, topics.vehicle_constraints
+        if takeoff.state < TakeoffState.RAMPUP or touching:
+            yaw_of = setpoint.yaw
+            setpoint = STAY_DOWN._replace(yaw=yaw_of)
+            control.reset_integral()
+        speed_up, speed_down = constraints.speed_up, constraints.speed_down
+        if speed_up != speed_up:
+            speed_up = self._speed_up
+        if speed_down != speed_down:
+            speed_down = self._speed_down
+        speed_up = takeoff.update_ramp(dt, speed_up, self._ramp_time, self._gains.z_vel_p)
+        limits = Limits(
+            self._speed_xy,
+            min(speed_up, self._speed_up),
+            max(speed_down, 0.0),
+            self._thrust_min if flying else 0.0,
+            self._thrust_max,
+            self._tilt_limit,
+        )
+        states = self._states(dt)
+        if not complete(setpoint, states):
+            setpoint = failsafe_setpoint(states, self._land_speed)._replace(yaw=setpoint.yaw)
+            limits = limits._replace(speed_up=self._speed_up, speed_down=self._speed_down)
+        thrust = control.update(setpoint, states, self._gains, limits, dt)
+        yaw = setpoint.yaw if setpoint.yaw == setpoint.yaw else states.yaw
+        yaw_rate = setpoint.yawspeed if setpoint.yawspeed == setpoint.yawspeed else 0.0
+        q_d, size = attitude_of_thrust(thrust, yaw)
+        vn, ve, vd = control.velocity_sp
+        x, y, z = setpoint.position
+        topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(
+            now_us, x, y, z, vn, ve, vd, control.acceleration_sp, thrust, yaw, yaw_rate
+        )
+        topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, (0.0, 0.0, -size))
+
+    def _states(self, dt: float) -> States:
+        local = self._topics.vehicle_local_position
+        vn, ve, vd = velocity = (local.vx, local.vy, local.vz)
+        resets = (local.xy_reset_counter, local.z_reset_counter)
+        if resets != self._resets:
+            self._resets, self._velocity = resets, velocity
+        ln, le, ld = self._velocity
+        dn, de, dd = self._velocity_derivative
+        weight = alpha(self._velocity_derivative_cutoff, dt)
+        self._velocity = velocity
+        dn += weight * ((vn - ln) / dt - dn)
+        de += weight * ((ve - le) / dt - de)
+        dd += weight * ((vd - ld) / dt - dd)
+        self._velocity_derivative = derivative = (dn, de, dd)
+        if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
+            return States((local.x, local.y, local.z), velocity, derivative, local.heading)
+        x, y = (local.x, local.y) if local.xy_valid else (NAN, NAN)
+        if not local.v_xy_valid:
+            vn = ve = NAN
+        return States(
+            (x, y, local.z if local.z_valid else NAN),
+            (vn, ve, vd if local.v_z_valid else NAN),
+            derivative,
+            local.heading,
+        )
+
+    def _update_hover_thrust(self, now_us: int, dt: float, in_air: bool) -> None:
+        """Every second time, once it flies; before, MPC_THR_HOVER counts."""
+        estimator, control = self._hover, self._position
+        if not in_air:
+            estimator.pause()
+            control.hover_thrust = self._thrust_hover
+            return
+        self._hover_due = not self._hover_due
+        if not self._hover_due:
+            return
+        local = self._topics.vehicle_local_position
+        if abs(local.vz) > self._hover_speed_up or math.hypot(local.vx, local.vy) > self._hover_speed_xy:
+            return
+        thrust = -self._topics.vehicle_local_position_setpoint.thrust[2]
+        if not thrust > 0.0 or not local.v_z_valid:
+            return
+        estimator.update(-local.az, thrust, 2.0 * dt, self._hover_noise, self._hover_gate, self._hover_range)
+        valid = estimator.valid
+        self._topics.hover_thrust_estimate = HoverThrustEstimate(now_us, estimator.hover_thrust, valid)
+        if valid:
+            control.update_hover_thrust(estimator.hover_thrust)
+
+    # --- sticks --------------------------------------------------------------------------------------------
+
+    def _fly_sticks(self, now_us: int, dt: float, nav_state: NavState) -> None:
+        topics = self._topics
+        sticks = topics.manual_control_setpoint
+        thrust = (0.0, 0.0, -self._stick_thrust(sticks))
+        if nav_state == NavState.ACRO:
+            roll, pitch, yaw = self._acro_rates
+            rates = (sticks.roll * roll, -sticks.pitch * pitch, sticks.yaw * yaw)
+            topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, thrust)
+            return
+        heading = topics.vehicle_attitude.euler[2]
+        if topics.vehicle_land_detected.landed or self._yaw_sp != self._yaw_sp:
+            self._yaw_sp = heading
+        yaw_rate = sticks.yaw * self._manual_yaw
+        self._yaw_sp = wrap_pi(self._yaw_sp + yaw_rate * dt)
+        # Roll and pitch sticks together are one tilt, in the direction of the stick.
+        tilt_x, tilt_y = sticks.roll * self._manual_tilt, -sticks.pitch * self._manual_tilt
+        tilt = math.hypot(tilt_x, tilt_y)
+        shrink = self._manual_tilt / tilt if tilt > self._manual_tilt else 1.0
+        q_d = from_euler(tilt_x * shrink, tilt_y * shrink, self._yaw_sp)
+        topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, thrust)
+
+    def _stick_thrust(self, sticks: ManualControlSetpoint) -> float:
+        """MPC_THR_CURVE 0: half throttle is hover thrust."""
+        hover = self._position.hover_thrust
+        if self._topics.vehicle_land_detected.ground_contact and sticks.throttle < -0.9:
+            return 0.0
+        if sticks.throttle < 0.0:
+            return hover + sticks.throttle * (hover - self._manual_thrust_min)
+        return hover + sticks.throttle * (self._thrust_max - hover)
+
+    # --- attitude, rates, motors -----------------------------------------------------------------------------
+
+    def update_rate(self, now_us: int) -> None:
+        """Attitude control after each position control; rate control and allocation."""
+        topics = self._topics
+        dt = (now_us - self._rate_us) * 1e-6
+        self._rate_us = now_us
+        if not 0.0 < dt < 0.02:
+            dt = TICK_S
+        if not topics.actuator_armed.armed or topics.vehicle_status.termination:
+            self._stop(now_us)
+            return
+        if self._attitude_due:
+            self._attitude_due = False
+            self._control_attitude(now_us)
+        setpoint, rates = topics.vehicle_rates_setpoint, topics.vehicle_angular_velocity
+        allocator, landed = self._allocator, topics.vehicle_land_detected
+        roll, pitch, yaw = self._rate.update(
+            rates.xyz,
+            setpoint.rates,
+            rates.xyz_derivative,
+            dt,
+            landed.landed or landed.maybe_landed,
+            allocator.unallocated,
+        )
+        motors = allocator.allocate(roll, pitch, yaw, setpoint.thrust_body[2])
+        controls = motors
+        if not self._straight:
+            controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
+        self._ticks += 1
+        pwm = topics.actuator_outputs.pwm
+        if self._ticks % PWM_EVERY == 0:
+            pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
+        topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm)
+
+    def _control_attitude(self, now_us: int) -> None:
+        topics = self._topics
+        nav_state = topics.vehicle_status.nav_state
+        if nav_state == NavState.ACRO:
+            return
+        offboard = topics.offboard_setpoint
+        if nav_state == NavState.OFFBOARD and offboard.rates is not None:
+            topics.vehicle_rates_setpoint = offboard.rates
+            return
+        setpoint = topics.vehicle_attitude_setpoint
+        rates = rates_setpoint(
+            topics.vehicle_attitude.q,
+            setpoint.q_d,
+            setpoint.yaw_sp_move_rate,
+            self._attitude_gains,
+            self._yaw_weight,
+            self._rate_limits,
+        )
+        topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, setpoint.thrust_body)
+
+    def _stop(self, now_us: int) -> None:
+        self._ticks += 1
+        if self._ticks % PWM_EVERY and self._topics.actuator_outputs.controls is self._stopped:
+            return
+        self._rate.reset()
+        self._position.reset_integral()
+        self._yaw_sp = NAN
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+
+def output_channels(functions: list[int]) -> list[int]:
+    """Which motor (0-based; -1 none) each output carries, up to the last that carries one: PWM_MAIN_FUNCn."""
+    motors = [f - MOTOR_FUNCTION if MOTOR_FUNCTION <= f < MOTOR_FUNCTION + MOTORS else -1 for f in functions]
+    while motors and motors[-1] < 0:
+        motors.pop()
+    return motors
+
+
+def scaled(k: Vector3, gain: Vector3) -> Vector3:
+    """Axis by axis product: MC_*RATE_K times a gain."""
+    return k[0] * gain[0], k[1] * gain[1], k[2] * gain[2]
+
+
+def tuple_radians(degrees: Vector3) -> Vector3:
+    """Each in radians."""
+    return math.radians(degrees[0]), math.radians(degrees[1]), math.radians(degrees[2])

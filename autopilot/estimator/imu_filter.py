@@ -1,0 +1,42 @@
+"""Low-pass filters of PX4's vehicle_angular_velocity (IMU_GYRO_CUTOFF, IMU_DGYRO_CUTOFF).
+
+Rates pass a second-order Butterworth filter, their derivative a first-order one (src/lib/mathlib/math/filter, v1.18).
+Notch filters (IMU_GYRO_NF*, IMU_GYRO_DNF*) are left out: nothing simulated vibrates.
+"""
+
+import math
+
+from autopilot.topics import Vector3
+
+
+class LowPass2p:
+    """Second-order Butterworth low-pass of a vector, in direct form II."""
+
+    def __init__(self, sample_hz: float, cutoff_hz: float) -> None:
+        """A cutoff of zero, or beyond half the sample rate, lets everything through."""
+        self._through = cutoff_hz <= 0.0 or cutoff_hz >= sample_hz / 2
+        ohm = math.tan(math.pi * cutoff_hz / sample_hz) if not self._through else 1.0
+        c = 1.0 + math.sqrt(2.0) * ohm + ohm * ohm
+        self._b0 = ohm * ohm / c
+        self._a1 = 2.0 * (ohm * ohm - 1.0) / c
+        self._a2 = (1.0 - math.sqrt(2.0) * ohm + ohm * ohm) / c
+        self._x1 = self._x2 = self._y1 = self._y2 = self._z1 = self._z2 = 0.0
+
+    def update(self, x: float, y: float, z: float) -> Vector3:
+        """The filtered vector after one more sample."""
+        if self._through:
+            return x, y, z
+        b0, a1, a2 = self._b0, self._a1, self._a2
+        x1, x2, y1, y2, z1, z2 = self._x1, self._x2, self._y1, self._y2, self._z1, self._z2
+        x0 = x - a1 * x1 - a2 * x2
+        y0 = y - a1 * y1 - a2 * y2
+        z0 = z - a1 * z1 - a2 * z2
+        self._x1, self._x2, self._y1, self._y2, self._z1, self._z2 = x0, x1, y0, y1, z0, z1
+        return b0 * (x0 + x1 + x1 + x2), b0 * (y0 + y1 + y1 + y2), b0 * (z0 + z1 + z1 + z2)
+
+
+def alpha(cutoff_hz: float, dt_s: float) -> float:
+    """Weight of a new sample in a first-order low-pass; 1 for a cutoff of zero (no filter)."""
+    if cutoff_hz <= 0.0:
+        return 1.0
+    return dt_s / (dt_s + 1.0 / (math.tau * cutoff_hz))

@@ -1,0 +1,123 @@
+"""Sensors: the simulator's messages become topics.
+
+PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and vehicle_air_data: units become SI, the
+barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
+NaN, and the battery gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR).
+Nothing is filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away.
+"""
+
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    NAN,
+    BatteryStatus,
+    DistanceSensorSample,
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+    Topics,
+)
+from sitl_emu.core.simulator_api import (
+    FIELDS_UPDATED_BARO,
+    FIELDS_UPDATED_MAG,
+    DistanceSensor,
+    HilGps,
+    HilSensor,
+    SimulatedBattery,
+    SimulatorMessage,
+)
+
+UNKNOWN_DOP = 65535
+INVALID_SIGNAL_QUALITY = 1
+DOWNWARD = 25
+"""MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
+SEA_LEVEL_TEMPERATURE_K = 288.15
+LAPSE_RATE_K_M = 0.0065
+PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
+
+
+class Sensors:
+    """Writer of sensor_combined, sensor_baro, sensor_mag, sensor_gps, distance_sensor and battery_status."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._now_us = 0
+
+    def update(self, messages: list[SimulatorMessage]) -> int:
+        """Take one tick's messages; the time of its HIL_SENSOR in µs (the last known one if there is none)."""
+        for message in messages:
+            if type(message) is HilSensor:
+                self._on_hil_sensor(message)
+            elif type(message) is HilGps:
+                self._on_hil_gps(message)
+            elif type(message) is DistanceSensor:
+                self._on_distance_sensor(message)
+            elif type(message) is SimulatedBattery:
+                self._on_battery(message)
+        return self._now_us
+
+    def _on_hil_sensor(self, message: HilSensor) -> None:
+        (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
+        self._now_us = now_us
+        topics = self._topics
+        topics.sensor_combined = SensorCombined(now_us, (gx, gy, gz), (ax, ay, az))
+        if updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG:
+            topics.sensor_mag = SensorMag(now_us, (mx, my, mz))
+        if updated & FIELDS_UPDATED_BARO and pressure_hpa > 0.0:
+            sea_level_hpa = float(self._parameters["SENS_BARO_QNH"])
+            baro_alt_m = altitude_m(pressure_hpa, sea_level_hpa)
+            topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
+
+    def _on_hil_gps(self, message: HilGps) -> None:
+        self._topics.sensor_gps = SensorGps(
+            self._now_us if message.time_usec == 0 else message.time_usec,
+            message.lat * 1e-7,
+            message.lon * 1e-7,
+            message.alt * 1e-3,
+            message.vn * 1e-2,
+            message.ve * 1e-2,
+            message.vd * 1e-2,
+            NAN if message.eph == UNKNOWN_DOP else message.eph * 1e-2,
+            NAN if message.epv == UNKNOWN_DOP else message.epv * 1e-2,
+            message.fix_type,
+            message.satellites_visible,
+        )
+
+    def _on_distance_sensor(self, message: DistanceSensor) -> None:
+        if message.orientation != DOWNWARD:
+            return
+        distance, nearest, farthest = message.current_distance, message.min_distance, message.max_distance
+        good = nearest <= distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY
+        self._topics.distance_sensor = DistanceSensorSample(
+            message.time_boot_ms * 1000,
+            distance * 1e-2 if good else NAN,
+            nearest * 1e-2,
+            farthest * 1e-2,
+            message.orientation,
+        )
+
+    def _on_battery(self, message: SimulatedBattery) -> None:
+        now_us, previous = self._now_us, self._topics.battery_status
+        known = message.current_ca >= 0
+        current_a = message.current_ca * 1e-2 if known else NAN
+        hours = (now_us - previous.timestamp) / 3.6e9 if previous.connected else 0.0
+        discharged_mah = previous.discharged_mah + (current_a * hours * 1e3 if known else 0.0)
+        remaining = message.remaining_pct * 1e-2
+        self._topics.battery_status = BatteryStatus(
+            now_us, True, message.voltage_mv * 1e-3, current_a, remaining, discharged_mah, self._warning(remaining)
+        )
+
+    def _warning(self, remaining: float) -> int:
+        """0 none, 1 low, 2 critical, 3 emergency."""
+        parameters = self._parameters
+        if remaining < parameters["BAT_EMERGEN_THR"]:
+            return 3
+        if remaining < parameters["BAT_CRIT_THR"]:
+            return 2
+        return 1 if remaining < parameters["BAT_LOW_THR"] else 0
+
+
+def altitude_m(pressure_hpa: float, sea_level_hpa: float) -> float:
+    """Pressure altitude above the level where pressure is `sea_level_hpa` (hypsometric equation, ISA up to 11 km)."""
+    ratio: float = (pressure_hpa / sea_level_hpa) ** PRESSURE_EXPONENT
+    return SEA_LEVEL_TEMPERATURE_K / LAPSE_RATE_K_M * (1.0 - ratio)
