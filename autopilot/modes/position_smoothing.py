@@ -12,8 +12,6 @@ from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchroni
 
 L1_MIN_M = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""
-NORM_SLACK = 0.5
-"""By how much a component may exceed its speed before the whole vector is scaled down, m/s."""
 TURNING_COSINE = 0.98
 TURNING_SPEED = 0.2
 
@@ -83,37 +81,22 @@ class PositionSmoothing:
     def _velocity_setpoint(self, waypoints: tuple[Point, Point, Point], feed_forward: Point) -> Point:
         target = waypoints[1]
         vx, vy, vz = 0.0, 0.0, 0.0
-        has_xy, has_z = target[0] == target[0] and target[1] == target[1], target[2] == target[2]
-        if has_xy:
-            x, y, z = self.x.position, self.y.position, self.z.position
+        if target[0] == target[0] and target[1] == target[1]:
             turning = self._is_turning(target)
             aim_n, aim_e = self._l1_point(waypoints) if turning else (target[0], target[1])
-            xy_speed = self._max_xy_speed(waypoints)
+            speed = self._max_xy_speed(waypoints)
             if turning:
-                xy_speed = min(self._straight_speed, xy_speed)
+                speed = min(self._straight_speed, speed)
             else:
-                self._straight_speed = xy_speed
-            way_n, way_e = aim_n - x, aim_e - y
-            if has_z:
-                way_d = target[2] - z
-                z_speed = self._max_z_speed(target[2])
-                way = math.sqrt(way_n * way_n + way_e * way_e + way_d * way_d)
-                if way > 0.0:
-                    scale = math.sqrt(xy_speed * xy_speed + z_speed * z_speed) / way
-                    vx, vy, vz = way_n * scale, way_e * scale, way_d * scale
-                    level = math.sqrt(vx * vx + vy * vy)
-                    if level - xy_speed > NORM_SLACK:
-                        scale = xy_speed / level
-                        vx, vy, vz = vx * scale, vy * scale, vz * scale
-                    if abs(vz) - z_speed > NORM_SLACK:
-                        scale = z_speed / abs(vz)
-                        vx, vy, vz = vx * scale, vy * scale, vz * scale
-            else:
-                way = math.sqrt(way_n * way_n + way_e * way_e)
-                if way > 0.0:
-                    vx, vy = way_n * xy_speed / way, way_e * xy_speed / way
-        elif has_z:
-            vz = math.copysign(self._max_z_speed(target[2]), target[2] - self.z.position)
+                self._straight_speed = speed
+            way_n, way_e = aim_n - self.x.position, aim_e - self.y.position
+            way = math.sqrt(way_n * way_n + way_e * way_e)
+            if way > 0.0:
+                vx, vy = way_n * speed / way, way_e * speed / way
+        if target[2] == target[2]:
+            way_d = target[2] - self.z.position
+            if way_d:
+                vz = math.copysign(self._max_z_speed(way_d), way_d)
         return _sum(vx, feed_forward[0]), _sum(vy, feed_forward[1]), _sum(vz, feed_forward[2])
 
     def _is_turning(self, target: Point) -> bool:
@@ -153,10 +136,9 @@ class PositionSmoothing:
         )
         return speed_through((x.position, self.y.position, self.z.position), waypoints[1], waypoints[2], limits)
 
-    def _max_z_speed(self, target_d: float) -> float:
+    def _max_z_speed(self, way_d: float) -> float:
         z = self.z
-        distance = abs(target_d - z.position)
-        return min(z.max_velocity, max_speed_from_distance(z.max_jerk, z.max_acceleration, distance, 0.0))
+        return min(z.max_velocity, max_speed_from_distance(z.max_jerk, z.max_acceleration, abs(way_d), 0.0))
 
 
 def _sum(velocity: float, feed_forward: float) -> float:
