@@ -1,0 +1,181 @@
+"""The command line: `sitl-emu run`, `launch` and `world`. Whatever a command needs is imported when it is called."""
+
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+app = typer.Typer(
+    name="sitl-emu",
+    help="PX4 vehicles, their simulated world and their missions, from one install. "
+    "Start with `sitl-emu run agriculture`, or with `sitl-emu launch iris` and connect QGroundControl.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+BAD_INPUT = 2
+FAILED = 1
+
+Gcs = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST[:PORT]",
+        help="Where the ground station listens, if not on this machine (from Docker or WSL, say). Port 14550 unless given.",
+    ),
+]
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="A built-in scenario (`agriculture`) or a .yaml file.")],
+    speed: Annotated[
+        str, typer.Option(metavar="1|N|max", help="Times real time; max: as fast as this machine can.")
+    ] = "1",
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Other seed, other field and noise. [default: the scenario's]")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the run. [default: runs/SCENARIO-TIME]")
+    ] = None,
+    gcs: Gcs = None,
+    instance: Annotated[
+        int,
+        typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle; 10 for a second run at once."),
+    ] = 0,
+) -> None:
+    """Run a mission with all its vehicles, companions and cameras, and write a report.
+
+    Ends with exit status 0 when the mission succeeded. While it runs, a ground station on UDP 14550 sees the vehicles.
+    """
+    from sitl_emu.run.run_command import run_scenario
+    from sitl_emu.run.trouble import Trouble
+
+    try:
+        status = run_scenario(scenario, _speed(speed), seed, out, _gcs(gcs), instance)
+    except Trouble as error:
+        _refuse(str(error))
+    raise typer.Exit(status)
+
+
+@app.command()
+def launch(
+    models: Annotated[
+        list[str], typer.Argument(metavar="MODEL[:COUNT]...", help="Vehicles to launch: iris, or iris:3 rover:2.")
+    ],
+    instance: Annotated[int, typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle.")] = 0,
+    speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
+    home: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON,ALT,HEADING", help="Where the first vehicle stands; degrees, metres AMSL, degrees."
+        ),
+    ] = None,
+    gcs: Gcs = None,
+) -> None:
+    """Launch emulated PX4 vehicles, each with its simulator in the same process; they stay until Ctrl-C.
+
+    Prints which ports they speak on. QGroundControl on this machine finds them by itself; MAVSDK and pymavlink
+    connect to udpin://0.0.0.0:14540 (the second vehicle: 14541, and so on).
+    """
+    wanted = _wanted(models)
+    factor = _speed(speed)
+    place = _home(home) if home is not None else None
+    station = _gcs(gcs)
+
+    import math
+
+    import vehicles
+    from sitl_emu.run import launch as launching
+
+    numbered = [launching.Wanted(model, instance + place) for place, model in enumerate(wanted)]
+    try:
+        status = launching.launch(
+            numbered,
+            math.inf if factor is None else factor,
+            launching.PX4_HOME if place is None else launching.Home(*place),
+            station,
+            lambda text: typer.echo(text),
+        )
+    except vehicles.VehicleError as error:
+        _refuse(str(error))
+    raise typer.Exit(status)
+
+
+@app.command()
+def world(
+    name: Annotated[str, typer.Argument(metavar="WORLD", help="A world: corn_field or flat.")],
+    vehicle: Annotated[
+        list[str], typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
+    ],
+    instance: Annotated[int, typer.Option(min=0, max=200, help="Instance (and so port) of the first vehicle.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Other seed, other field and noise.")] = 1,
+    speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
+) -> None:
+    """Serve the simulator alone, on TCP 4560+instance, to whatever autopilot connects (a real PX4, say); until Ctrl-C."""
+    wanted, factor = _wanted(vehicle), _speed(speed)
+
+    from sitl_emu.run.serve_world import serve_world
+    from sitl_emu.run.trouble import Trouble
+
+    try:
+        status = serve_world(name, wanted, instance, seed, factor, lambda text: typer.echo(text))
+    except Trouble as error:
+        _refuse(str(error))
+    raise typer.Exit(status)
+
+
+def _refuse(text: str) -> NoReturn:
+    typer.echo(f"sitl-emu: {text}", err=True)
+    raise typer.Exit(BAD_INPUT)
+
+
+def _speed(text: str) -> float | None:
+    """Times real time; None for max."""
+    if text == "max":
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not 0.0 < speed < 1e6:
+        _refuse(f"--speed {text}: give a number above 0 (times real time), or max")
+    return speed
+
+
+def _gcs(text: str | None) -> tuple[str, int] | None:
+    """Address of the ground station."""
+    if text is None:
+        return None
+    import socket
+
+    host, _, port = text.partition(":")
+    if not host or (port and not (port.isdigit() and 0 < int(port) < 65536)):
+        _refuse(f"--gcs {text}: give HOST or HOST:PORT, such as 192.168.1.20:14550")
+    try:
+        return socket.gethostbyname(host), int(port or 14550)
+    except OSError:
+        _refuse(f"--gcs {text}: there is no host {host!r}")
+
+
+def _home(text: str) -> tuple[float, float, float, float]:
+    """Latitude, longitude, altitude, heading."""
+    try:
+        lat, lon, alt, heading = (float(part) for part in text.split(","))
+    except ValueError:
+        _refuse(f"--home {text}: give LAT,LON,ALT,HEADING, such as 47.397742,8.545594,488,0")
+    if not (-90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0 and -1000.0 <= alt <= 10000.0):
+        _refuse(f"--home {text}: latitude is -90..90, longitude -180..180, altitude -1000..10000 m")
+    return lat, lon, alt, heading
+
+
+def _wanted(models: list[str]) -> list[str]:
+    """Models, each as often as it is asked for."""
+    wanted = list[str]()
+    for text in models:
+        model, colon, count = text.partition(":")
+        if colon and not (count.isdigit() and 1 <= int(count) <= 200):
+            _refuse(f"{text}: give MODEL or MODEL:COUNT, such as iris:3")
+        wanted += [model] * (int(count) if colon else 1)
+    return wanted

@@ -1,0 +1,109 @@
+"""The process of one autopilot in a run: the emulated PX4, its sockets, and the simulator at TCP 4560+i.
+
+It steps whenever HIL_SENSOR comes. In lockstep with a companion of ours it says after every fifth tick how many
+datagrams it sent on the onboard link, and reads as many as it is told; ground station, payload and gimbal links, and the
+onboard link of any other companion, are answered at once. What passes on its links is logged (.tlog), stamped with the
+scenario's start date plus simulated time.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import vehicles
+from autopilot.autopilot import Autopilot
+from autopilot.sockets import LinkSockets, PortInUseError
+from gcs.tlog import TlogWriter
+from sitl_emu.core import ports
+from sitl_emu.core.tcp_channel import connect
+from sitl_emu.run import frames
+from sitl_emu.run.conductor import BARRIER_TICKS
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.process import StartError, main, settle
+
+ONBOARD = 1
+"""Index of the onboard link."""
+WAIT_S = 1.0
+
+
+class Logs:
+    """A .tlog for each link."""
+
+    def __init__(self, folder: Path, vehicle: str, links: list[str], start_us: int) -> None:
+        self._start_us = start_us
+        self._writers = [TlogWriter(folder / f"{vehicle}-{link}.tlog") for link in links]
+
+    def write(self, now_us: int, link: int, datagram: bytes) -> None:
+        """A datagram that came or went."""
+        time_us, write = self._start_us + now_us, self._writers[link].write
+        for _, frame in frames.split(datagram):
+            write(time_us, frame)
+
+    def close(self) -> None:
+        """Make the files whole."""
+        for writer in self._writers:
+            writer.close()
+
+
+class LoggedAutopilot:
+    """The autopilot with its sockets and logs: what comes in and goes out passes here."""
+
+    def __init__(self, autopilot: Autopilot, sockets: LinkSockets, logs: Logs) -> None:
+        self._autopilot, self._sockets, self._logs = autopilot, sockets, logs
+        self.sent = 0
+        """Datagrams sent on the onboard link since the last barrier."""
+
+    def read(self, link: int, exactly: int | None = None) -> None:
+        """Read a link's datagrams and hand them to the autopilot."""
+        for datagram in self._sockets.receive(link, exactly):
+            self._logs.write(self._autopilot.now_us, link, datagram)
+            self._autopilot.on_datagram(link, datagram)
+
+    def flush(self) -> None:
+        """Send what the autopilot has to say."""
+        links = self._autopilot.mavlink.links
+        self.sent += len(links[ONBOARD].outbox)
+        for index, link in enumerate(links):
+            for datagram in link.outbox:
+                self._logs.write(self._autopilot.now_us, index, datagram)
+        self._sockets.flush()
+
+
+def run(config: dict[str, Any], control: ControlChannel) -> None:
+    """Fly until the simulator closes the channel."""
+    instance, lockstep = config["instance"], config["lockstep"]
+    autopilot = Autopilot(vehicles.load(config["model"]).airframe, instance)
+    try:
+        sockets = LinkSockets(autopilot.mavlink.links, tuple(config["gcs"]) if config["gcs"] else None)
+    except PortInUseError as error:
+        raise StartError(str(error)) from None
+    names = [link.name for link in autopilot.mavlink.links]
+    logs = Logs(Path(config["folder"]), config["name"], names, config["start_us"])
+    try:
+        channel = connect(ports.simulator(instance))
+        sockets.watch(channel.fileno())
+        if lockstep:
+            sockets.leave_out(ONBOARD)
+        control.send({"ready": True})
+        settle()
+        logged = LoggedAutopilot(autopilot, sockets, logs)
+        ticks = 0
+        while True:
+            while ready := sockets.wait(WAIT_S):
+                for link in ready:
+                    logged.read(link)
+                logged.flush()
+            channel.send(autopilot.step(channel.receive()))
+            logged.flush()
+            ticks += 1
+            if lockstep and ticks % BARRIER_TICKS == 0:
+                control.send({"sent": logged.sent})
+                logged.sent = 0
+                logged.read(ONBOARD, control.receive()["read"])
+                logged.flush()
+    finally:
+        logs.close()
+        sockets.close()
+
+
+if __name__ == "__main__":
+    main(run)

@@ -1,0 +1,39 @@
+"""The process of one camera in a run: told a time and a pose, it renders a frame into shared memory and says so.
+
+A frame is a pure function of world, seed, time and pose, so it does not matter when it is rendered.
+"""
+
+from typing import Any
+
+from missions.companion.camera import CameraError, FrameRingWriter
+from sitl_emu.run import worlds
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.world.camera import MOUNTS, Camera, Pose
+
+
+def run(config: dict[str, Any], control: ControlChannel) -> None:
+    """Render what is asked for until the run ends."""
+    try:
+        world = worlds.build(config["world"]["kind"], config["seed"], config["world"]["options"])
+        if world.field is None:
+            raise StartError(f"world {world.kind} has nothing that a camera could see")
+        camera = Camera(world.field, MOUNTS[config["mount"]], name=config["name"])
+        ring = FrameRingWriter(config["ring"], camera.intrinsics.width, camera.intrinsics.height)
+    except (worlds.WorldError, CameraError) as error:
+        raise StartError(str(error)) from None
+    try:
+        settle()
+        control.send({"ready": True})
+        while "end" not in (message := control.receive()):
+            north_m, east_m, down_m, *q = message["pose"]
+            ring.write(
+                message["time"], camera.render(Pose(north_m, east_m, down_m, (q[0], q[1], q[2], q[3])), message["time"])
+            )
+            control.send({"done": message["render"]})
+    finally:
+        ring.close()
+
+
+if __name__ == "__main__":
+    main(run)

@@ -1,0 +1,263 @@
+"""The conductor: steps the simulators of all vehicles, and beats time for autopilots, companions and cameras.
+
+Lockstep, so that the same seed gives the same run at any speed on any machine. A tick is 4 ms: HIL_SENSOR goes to every
+autopilot, then every HIL_ACTUATOR_CONTROLS is collected. Every fifth tick is a barrier, at which
+
+1. every autopilot says how many datagrams it sent to its companion since the last barrier, and waits;
+2. every companion has answered its last step: datagrams for its autopilot and for the peer radio, status, events;
+3. every autopilot is told how many datagrams of its companion to read before its next tick;
+4. what companions sent by radio is read, and what the radio delivers by now is sent on;
+5. every companion is told to step: the time, and how many datagrams and which frames to read before it does.
+
+So companions, cameras and detectors work while the next five ticks are flown. What a companion sends in the step of one
+barrier reaches its autopilot at the next, 20 ms later. An outside companion (any command, MAVSDK) or an outside
+autopilot (a real PX4) takes no part in barriers. No clock is read and no socket opened in here.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from sitl_emu.core.radio import RadioLink, RadioSettings
+from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorChannel, SimulatorMessage
+
+TICK_US = 4000
+TICKS_PER_SECOND = 250
+BARRIER_TICKS = 5
+TRUTH_TICKS = 25
+MODE_FLAG_SAFETY_ARMED = 128
+
+
+class Pose(Protocol):
+    """What the conductor needs to know of a vehicle's true pose (NED from the world's origin)."""
+
+    @property
+    def north_m(self) -> float: ...  # noqa: D102
+    @property
+    def east_m(self) -> float: ...  # noqa: D102
+    @property
+    def down_m(self) -> float: ...  # noqa: D102
+    @property
+    def q(self) -> tuple[float, float, float, float]: ...  # noqa: D102
+
+
+class Simulator(Protocol):
+    """The simulator end of one vehicle."""
+
+    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
+        """Advance 4 ms; HIL_SENSOR comes last."""
+        ...
+
+    def pose(self) -> Any:
+        """The true pose."""
+        ...
+
+
+class Control(Protocol):
+    """An end of a control channel."""
+
+    def send(self, message: dict[str, Any]) -> None: ...  # noqa: D102
+    def receive(self) -> dict[str, Any]: ...  # noqa: D102
+
+
+class PeerSocket(Protocol):
+    """The radio's socket for one companion."""
+
+    def receive(self, exactly: int | None) -> list[bytes]: ...  # noqa: D102
+    def send(self, data: bytes) -> None: ...  # noqa: D102
+
+
+class Recorder(Protocol):
+    """Where events and true tracks are kept."""
+
+    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None: ...  # noqa: D102
+    def truth(self, now_us: int, vehicle: str, pose: Any) -> None: ...  # noqa: D102
+
+
+@dataclass
+class CameraInRun:
+    """A vehicle's camera, and its frames on their way to the companion."""
+
+    control: Control
+    rate_hz: float
+    latency_us: int
+    rendered: int = 0
+    under_way: deque[tuple[int, int]] = field(default_factory=deque)
+    """(index, time_us) of frames asked for and not yet delivered."""
+    finished: int = -1
+    """Index of the last frame that the camera process has done."""
+
+    def due_tick(self) -> int:
+        """The tick at which the next frame is taken."""
+        return round((self.rendered + 1) * TICKS_PER_SECOND / self.rate_hz)
+
+
+@dataclass
+class VehicleInRun:
+    """One vehicle and whom it talks to."""
+
+    name: str
+    simulator: Simulator
+    channel: SimulatorChannel
+    autopilot: Control | None = None
+    """None where the autopilot takes no part in barriers."""
+    companion: Control | None = None
+    """None where there is none, or one from outside."""
+    camera: CameraInRun | None = None
+    peer: PeerSocket | None = None
+    controls: HilActuatorControls | None = None
+    armed: bool = False
+    stepping: bool = False
+    """The companion was told to step and has not answered yet."""
+    status: dict[str, Any] = field(default_factory=dict)
+    frames_dropped: int = 0
+
+
+class Conductor:
+    """All vehicles of a run, tick by tick."""
+
+    def __init__(self, vehicles: Sequence[VehicleInRun], radio: RadioSettings, seed: int, recorder: Recorder) -> None:
+        self.vehicles = list(vehicles)
+        self.ticks = 0
+        self._recorder = recorder
+        self._peers = [vehicle for vehicle in vehicles if vehicle.peer is not None]
+        self._links = {
+            (one.name, other.name): RadioLink(radio, seed, f"{one.name}>{other.name}")
+            for one in self._peers
+            for other in self._peers
+            if one is not other
+        }
+
+    @property
+    def now_us(self) -> int:
+        """Simulated time since boot."""
+        return self.ticks * TICK_US
+
+    @property
+    def done(self) -> bool:
+        """Every companion of ours has done its mission."""
+        return all(vehicle.status.get("done") for vehicle in self.vehicles if vehicle.companion is not None)
+
+    @property
+    def outcome(self) -> str:
+        """ "success", or what the first companion says that failed."""
+        outcomes = [vehicle.status.get("outcome", "") for vehicle in self.vehicles if vehicle.companion is not None]
+        return next((outcome for outcome in outcomes if outcome != "success"), "success")
+
+    @property
+    def radio_counts(self) -> dict[str, tuple[int, int]]:
+        """Datagrams (sent, lost) of each direction."""
+        return {f"{one}>{other}": (link.sent, link.lost) for (one, other), link in self._links.items()}
+
+    def tick(self) -> None:
+        """4 ms. Raises ChannelClosed or ProcessLostError when a process has died."""
+        vehicles = self.vehicles
+        for vehicle in vehicles:
+            vehicle.channel.send(vehicle.simulator.tick(vehicle.controls))
+        self.ticks = ticks = self.ticks + 1
+        for vehicle in vehicles:
+            controls = vehicle.controls = vehicle.channel.receive()
+            if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
+                vehicle.armed = not vehicle.armed
+                self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+            if vehicle.camera is not None and ticks >= vehicle.camera.due_tick():
+                self._take_picture(vehicle.camera, vehicle.simulator.pose())
+        if ticks % TRUTH_TICKS == 0:
+            for vehicle in vehicles:
+                self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
+        if ticks % BARRIER_TICKS == 0:
+            self._barrier()
+
+    def finish(self) -> None:
+        """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""
+        for vehicle in self.vehicles:
+            self._collect(vehicle)
+            if vehicle.camera is not None:
+                self._wait_for_frame(vehicle.camera, vehicle.camera.rendered - 1)
+
+    def _barrier(self) -> None:
+        now_us = self.now_us
+        sent_by_autopilot = [
+            vehicle.autopilot.receive()["sent"] if vehicle.autopilot is not None else 0 for vehicle in self.vehicles
+        ]
+        replies = [self._collect(vehicle) for vehicle in self.vehicles]
+        for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
+            if vehicle.autopilot is not None:
+                vehicle.autopilot.send({"read": for_autopilot})
+        delivered = self._radio(now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)})
+        for vehicle, from_autopilot in zip(self.vehicles, sent_by_autopilot, strict=True):
+            frames = self._frames_for(vehicle, now_us)
+            if vehicle.companion is not None:
+                from_peer = delivered.get(vehicle.name, 0)
+                vehicle.companion.send(
+                    {"step": now_us, "autopilot": from_autopilot, "peer": from_peer, "frames": frames}
+                )
+                vehicle.stepping = True
+
+    def _collect(self, vehicle: VehicleInRun) -> tuple[int, int | None]:
+        """The companion's answer to its last step: datagrams (for its autopilot, for the radio).
+
+        None for the radio where the companion is from outside: then whatever is there is read.
+        """
+        if vehicle.companion is None:
+            return 0, None
+        if not vehicle.stepping:
+            return 0, 0
+        reply = vehicle.companion.receive()
+        vehicle.stepping = False
+        vehicle.status = reply["status"]
+        vehicle.frames_dropped = reply["dropped"]
+        for event in reply["events"]:
+            self._recorder.event(self.now_us, vehicle.name, event)
+        return reply["autopilot"], reply["peer"]
+
+    def _radio(self, now_us: int, sent: dict[str, int | None]) -> dict[str, int]:
+        """Carry the companions' datagrams; how many each of them has to read now."""
+        for one in self._peers:
+            assert one.peer is not None
+            for data in one.peer.receive(sent[one.name]):
+                for other in self._peers:
+                    if other is not one:
+                        self._links[one.name, other.name].send(now_us, data, _distance_m(one, other))
+        delivered: dict[str, int] = {}
+        for other in self._peers:
+            assert other.peer is not None
+            arrived = [
+                data
+                for one in self._peers
+                if one is not other
+                for data in self._links[one.name, other.name].due(now_us)
+            ]
+            for data in arrived:
+                other.peer.send(data)
+            delivered[other.name] = len(arrived)
+        return delivered
+
+    def _take_picture(self, camera: CameraInRun, pose: Pose) -> None:
+        index = camera.rendered
+        camera.rendered += 1
+        where = [pose.north_m, pose.east_m, pose.down_m, *pose.q]
+        camera.control.send({"render": index, "time": self.now_us, "pose": where})
+        camera.under_way.append((index, self.now_us))
+
+    def _frames_for(self, vehicle: VehicleInRun, now_us: int) -> list[tuple[int, int]]:
+        """The frames that reach the companion at this barrier; waits until they are rendered."""
+        camera, frames = vehicle.camera, list[tuple[int, int]]()
+        if camera is None:
+            return frames
+        while camera.under_way and camera.under_way[0][1] + camera.latency_us <= now_us:
+            frame = camera.under_way.popleft()
+            self._wait_for_frame(camera, frame[0])
+            frames.append(frame)
+        return frames
+
+    def _wait_for_frame(self, camera: CameraInRun, index: int) -> None:
+        while camera.finished < index:
+            camera.finished = camera.control.receive()["done"]
+
+
+def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:
+    a, b = one.simulator.pose(), other.simulator.pose()
+    return math.dist((a.north_m, a.east_m, a.down_m), (b.north_m, b.east_m, b.down_m))

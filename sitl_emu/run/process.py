@@ -1,0 +1,42 @@
+"""What the processes of a run have in common at their start and end."""
+
+import gc
+import json
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from sitl_emu.core.simulator_api import ChannelClosed
+from sitl_emu.run.control import ControlChannel, ProcessLostError, inherited
+
+EXIT_BAD_START = 3
+"""The process could not be set up, and has said why in one line."""
+
+
+class StartError(Exception):
+    """A process can't be set up; the text is one line for people."""
+
+
+def main(run: Callable[[dict[str, Any], ControlChannel], None], other: str = "the world process") -> NoReturn:
+    """Run a process of a run: `python -m … CONTROL_FD CONFIG`, where CONFIG is JSON.
+
+    Ctrl-C is the launcher's to hear. When the world process has gone the run is over, and this process ends in peace.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    control = inherited(int(sys.argv[1]), other)
+    config = json.loads(sys.argv[2])
+    try:
+        run(config, control)
+    except (ProcessLostError, ChannelClosed):
+        sys.exit(0)
+    except StartError as error:
+        print(error, file=sys.stderr, flush=True)
+        sys.exit(EXIT_BAD_START)
+    sys.exit(0)
+
+
+def settle() -> None:
+    """Before the first tick: what is there stays, and the garbage collector need not look at it again."""
+    gc.collect()
+    gc.freeze()

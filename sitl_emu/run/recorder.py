@@ -1,0 +1,41 @@
+"""What a run writes down while it goes on: events, and where the vehicles truly were."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TextIO
+
+TRUTH_HEADER = "time_s,north_m,east_m,down_m,v_north_m_s,v_east_m_s,v_down_m_s,qw,qx,qy,qz\n"
+
+
+class RunRecorder:
+    """Writes events.jsonl and truth-VEHICLE.csv into a run's folder."""
+
+    def __init__(self, folder: Path, vehicles: list[str], listener: Callable[[dict[str, Any]], None]) -> None:
+        """`listener` hears of every event too."""
+        self._listener = listener
+        self._events = (folder / "events.jsonl").open("w")
+        self._truth: dict[str, TextIO] = {}
+        for name in vehicles:
+            self._truth[name] = (folder / f"truth-{name}.csv").open("w")
+            self._truth[name].write(TRUTH_HEADER)
+
+    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None:
+        """Something happened; `event["event"]` says what."""
+        line = {"time_s": now_us / 1e6, "vehicle": vehicle, **event}
+        self._events.write(json.dumps(line) + "\n")
+        self._events.flush()
+        self._listener(line)
+
+    def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
+        """Where a vehicle truly is."""
+        numbers = (pose.north_m, pose.east_m, pose.down_m, pose.v_north_m_s, pose.v_east_m_s, pose.v_down_m_s)
+        row = ",".join(f"{number:.3f}" for number in numbers)
+        attitude = ",".join(f"{number:.5f}" for number in pose.q)
+        self._truth[vehicle].write(f"{now_us / 1e6:.2f},{row},{attitude}\n")
+
+    def close(self) -> None:
+        """Make the files whole."""
+        self._events.close()
+        for file in self._truth.values():
+            file.close()

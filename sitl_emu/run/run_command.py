@@ -1,0 +1,104 @@
+"""`sitl-emu run`: a scenario by its name or file, run, scored and reported."""
+
+import json
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import yaml
+from rich.console import Console
+
+import vehicles
+from missions.registry import MissionError, make_companion
+from sitl_emu.run import launcher, score, worlds
+from sitl_emu.run.live_view import open_view
+from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
+from sitl_emu.run.trouble import Trouble
+
+MOUNTS = ("nadir", "mast")
+SUCCESS, FAILED = 0, 1
+
+
+def run_scenario(
+    name_or_file: str,
+    speed: float | None,
+    seed: int | None,
+    out: Path | None,
+    gcs: tuple[str, int] | None,
+    first_instance: int,
+) -> int:
+    """Run a scenario; the exit status. Raises Trouble for what the user can put right."""
+    path = find(name_or_file)
+    scenario = load(path)
+    seed = scenario.seed if seed is None else seed
+    check(scenario, path)
+    console = Console()
+    folder = make_folder(out, scenario.name)
+    as_run = {**scenario.model_dump(mode="json", exclude_defaults=True), "seed": seed, "name": scenario.name}
+    (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
+    wanted = launcher.Wanted(scenario, seed, speed, folder, gcs, first_instance)
+    view = open_view(f"{scenario.name}, seed {seed}", console)
+    try:
+        ending = launcher.run(wanted, view)
+    finally:
+        view.close()
+    summary = score.summary(folder, scenario.name, seed, ending)
+    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+    _report(folder, summary, ending.truth)
+    _tell(console, folder, summary, ending)
+    return SUCCESS if summary["outcome"] == "success" else FAILED
+
+
+def check(scenario: Scenario, path: Path) -> None:
+    """Raise ScenarioError for whatever names nothing that exists, before any process is started."""
+    try:
+        world = worlds.build(scenario.world.kind, scenario.seed, scenario.world.options)
+    except worlds.WorldError as error:
+        raise ScenarioError(f"{path}: world: {error}") from None
+    for number, vehicle in enumerate(scenario.vehicles):
+        where = f"{path}: vehicles.{number}"
+        if vehicle.model not in vehicles.models():
+            known = ", ".join(vehicles.models())
+            raise ScenarioError(f"{where}.model: {vehicle.model!r}: there is no such model; known: {known}")
+        if isinstance(vehicle.start, str) and vehicle.start not in world.places:
+            known = ", ".join(world.places)
+            raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
+        if vehicle.camera is not None and vehicle.camera.mount not in MOUNTS:
+            raise ScenarioError(f"{where}.camera.mount: {vehicle.camera.mount!r}: known: {', '.join(MOUNTS)}")
+        if vehicle.camera is not None and world.field is None:
+            raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
+        if vehicle.companion is not None and vehicle.companion.mission is not None:
+            try:
+                make_companion(vehicle.companion.mission, vehicle.companion.options)
+            except MissionError as error:
+                raise ScenarioError(f"{where}.companion: {error}") from None
+
+
+def make_folder(out: Path | None, name: str) -> Path:
+    """The run's folder, new or empty. Raises Trouble where it can't be written."""
+    folder = out if out is not None else Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise Trouble(f"--out {folder}: this folder is not empty; name a new one")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(None, "Permission denied")
+    except OSError as error:
+        raise Trouble(f"{folder}: can't write there: {error.strerror}; name another folder with --out") from None
+    return folder
+
+
+def _report(folder: Path, summary: dict[str, Any], truth: dict[str, Any]) -> None:
+    from sitl_emu.run import report
+
+    report.write(folder, summary, truth)
+
+
+def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:
+    if ending.complaint:
+        console.print(f"sitl-emu: {ending.complaint}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"outcome: {summary['outcome']}", markup=False, highlight=False, soft_wrap=True)
+    for line in score.lines(summary):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    console.print(f"report: {folder / 'report.html'}", markup=False, highlight=False, soft_wrap=True)

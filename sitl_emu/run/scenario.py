@@ -1,0 +1,201 @@
+"""Scenario files: which vehicles, in which world, with which companions, and how they talk.
+
+A YAML file per scenario; the built-in ones lie in `missions/scenarios/` and go by their name. Whatever is wrong in a
+file is told in one line with file, field, value and what is allowed.
+"""
+
+from datetime import UTC, datetime
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from sitl_emu.core.radio import Outage, RadioSettings
+from sitl_emu.run.trouble import Trouble
+
+SUFFIX = ".yaml"
+
+
+class ScenarioError(Trouble):
+    """A scenario that is unknown or wrong; the text is one line for people."""
+
+
+class Part(BaseModel):
+    """What every part of a scenario has in common: unknown fields are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Place(Part):
+    """Where a vehicle starts, from the world's origin; the heading is from north over east."""
+
+    north_m: float
+    east_m: float
+    heading_deg: float = 0.0
+
+
+class CameraPart(Part):
+    """A camera of a vehicle. A frame taken at t reaches the companion at t + latency_s."""
+
+    mount: str
+    rate_hz: Annotated[float, Field(gt=0, le=60)] = 15.0
+    latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+
+
+class CompanionPart(Part):
+    """A companion computer: one of our missions, or any command.
+
+    In a command the words {connect}, {peer}, {camera}, {out} and {seed} are filled in.
+    """
+
+    mission: str | None = None
+    options: dict[str, Any] = {}
+    inference_latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+    command: list[str] | None = None
+
+    @model_validator(mode="after")
+    def one_of_them(self) -> "CompanionPart":
+        """Either a mission or a command."""
+        if (self.mission is None) == (self.command is None):
+            raise ValueError("give either `mission` or `command`")
+        return self
+
+
+class VehiclePart(Part):
+    """A vehicle: its model, where it starts, its camera and its companion."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,15}$")]
+    model: str
+    start: str | Place = "home"
+    camera: CameraPart | None = None
+    companion: CompanionPart | None = None
+
+
+class WorldPart(Part):
+    """A world by its kind, and the options that kind knows."""
+
+    kind: str
+    options: dict[str, Any] = {}
+
+
+class PeerRadio(Part):
+    """The radio between the companions."""
+
+    range_m: Annotated[float, Field(gt=0)] = 1000.0
+    latency_s: Annotated[float, Field(ge=0, le=10)] = 0.02
+    loss: Annotated[float, Field(ge=0, le=1)] = 0.0
+    bandwidth_bit_s: Annotated[float, Field(gt=0)] = 250_000.0
+    outages_s: list[tuple[float, float]] = []
+
+    def settings(self) -> RadioSettings:
+        """The same for `core.radio`."""
+        outages = tuple(Outage(start, end) for start, end in self.outages_s)
+        return RadioSettings(
+            self.range_m, self.latency_s, self.loss, self.bandwidth_bit_s, RadioSettings().queue_bytes, outages
+        )
+
+
+class Scenario(Part):
+    """One scenario file."""
+
+    format: Literal[1] = 1
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,60}$")]
+    description: str = ""
+    seed: Annotated[int, Field(ge=0)] = 1
+    start_date: datetime = datetime(2026, 6, 15, 9, 0, tzinfo=UTC)
+    time_limit_s: Annotated[float, Field(gt=0)] = 1800.0
+    world: WorldPart
+    vehicles: Annotated[list[VehiclePart], Field(min_length=1, max_length=40)]
+    peer_radio: PeerRadio = PeerRadio()
+
+    @model_validator(mode="after")
+    def names_differ(self) -> "Scenario":
+        """Vehicle names are file names too."""
+        names = [vehicle.name for vehicle in self.vehicles]
+        if len(set(names)) != len(names):
+            raise ValueError(f"vehicle names must differ, these do not: {', '.join(names)}")
+        return self
+
+    @property
+    def start_us(self) -> int:
+        """The start date as microseconds since 1970."""
+        date = self.start_date if self.start_date.tzinfo else self.start_date.replace(tzinfo=UTC)
+        return round(date.timestamp() * 1e6)
+
+
+def built_in() -> list[str]:
+    """Names of the built-in scenarios."""
+    folder = resources.files("missions") / "scenarios"
+    if not folder.is_dir():
+        return []
+    return sorted(entry.name.removesuffix(SUFFIX) for entry in folder.iterdir() if entry.name.endswith(SUFFIX))
+
+
+def find(name_or_file: str) -> Path:
+    """The file of a scenario. Raises ScenarioError, which lists those there are."""
+    path = Path(name_or_file)
+    if path.suffix in {".yaml", ".yml"} or path.is_file():
+        if not path.is_file():
+            raise ScenarioError(f"{path}: there is no such scenario file")
+        return path
+    if name_or_file not in built_in():
+        raise ScenarioError(
+            f"there is no scenario {name_or_file!r}; built in: {', '.join(built_in())}; or give a {SUFFIX} file"
+        )
+    return Path(str(resources.files("missions") / "scenarios" / f"{name_or_file}{SUFFIX}"))
+
+
+def load(path: Path) -> Scenario:
+    """Read and check a scenario file. Raises ScenarioError."""
+    try:
+        data = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(data, dict):
+        raise ScenarioError(f"{path}: a scenario is a mapping with the fields {', '.join(Scenario.model_fields)}")
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise ScenarioError(f"{path}: {_explained(error)}") from None
+
+
+def _explained(error: ValidationError) -> str:
+    """The first error as `field: value: what is allowed`."""
+    first = error.errors()[0]
+    where = [part for part in first["loc"] if not (isinstance(part, str) and part in _UNION_TAGS)]
+    field = ".".join(str(part) for part in where) or "scenario"
+    if first["type"] == "extra_forbidden":
+        return f"{field}: unknown field; allowed here: {', '.join(_fields_at(where[:-1]))}"
+    if first["type"] == "missing":
+        return f"{field}: this field is missing"
+    message = first["msg"].removeprefix("Value error, ")
+    value = first["input"]
+    shown = repr(value) if not isinstance(value, dict) else "(mapping)"
+    return f"{field}: {shown}: {message}"
+
+
+_UNION_TAGS = {"str", "Place"}
+
+
+def _fields_at(where: list[int | str]) -> list[str]:
+    """The fields that the part at this place may have."""
+    part: type[BaseModel] = Scenario
+    for name in where:
+        if isinstance(name, int):
+            continue
+        part = _PARTS.get(name, part)
+    return list(part.model_fields)
+
+
+_PARTS: dict[str, type[BaseModel]] = {
+    "world": WorldPart,
+    "vehicles": VehiclePart,
+    "peer_radio": PeerRadio,
+    "camera": CameraPart,
+    "companion": CompanionPart,
+    "start": Place,
+}

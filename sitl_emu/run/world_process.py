@@ -1,0 +1,241 @@
+"""The world process of a run: holds the world, the simulators and the radio, and beats time at the asked speed.
+
+The only process of a run that looks at a clock to pace it; all others follow. Its sockets are the simulator's TCP
+4560+i (`tcp_channel.py`), the radio's and the control channels, which it inherits from the launcher.
+"""
+
+import math
+import socket
+import time
+from pathlib import Path
+from typing import Any
+
+import vehicles
+from autopilot.process import Pacer
+from sitl_emu.core import ports
+from sitl_emu.core.radio import Outage, RadioSettings
+from sitl_emu.core.simulator_api import ChannelClosed
+from sitl_emu.core.tcp_channel import SimulatorListener
+from sitl_emu.run import worlds
+from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
+from sitl_emu.run.control import ControlChannel, Message, ProcessLostError, inherited
+from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.recorder import RunRecorder
+from sitl_emu.world.simulator import VehicleSimulator
+
+LARGEST_DATAGRAM_BYTES = 65535
+RECEIVE_BUFFER_BYTES = 4 << 20
+UNDER_WAY_LIMIT_S = 10.0
+START_LIMIT_S = 90.0
+STATUS_PERIOD_S = 0.25
+GRACE_US = 1_000_000
+"""Simulated time that a run goes on after its companions are done, so that the logs show how it ended."""
+
+
+class RadioSocket:
+    """The radio's socket for one companion."""
+
+    def __init__(self, opened: socket.socket) -> None:
+        self._socket = opened
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        self.peer: tuple[str, int] | None = None
+        """Where the companion listens; an outside companion is sent nothing until it has spoken."""
+
+    def receive(self, exactly: int | None) -> list[bytes]:
+        """Exactly so many datagrams, or (None) those that wait."""
+        datagrams = list[bytes]()
+        self._socket.settimeout(0.0 if exactly is None else UNDER_WAY_LIMIT_S)
+        while exactly is None or len(datagrams) < exactly:
+            try:
+                data, sender = self._socket.recvfrom(LARGEST_DATAGRAM_BYTES)
+            except BlockingIOError:
+                break
+            if exactly is None:
+                self.peer = sender
+            datagrams.append(data)
+        return datagrams
+
+    def send(self, data: bytes) -> None:
+        """To the companion."""
+        if self.peer is not None:
+            self._socket.sendto(data, self.peer)
+
+
+def run(config: dict[str, Any], launcher: ControlChannel) -> None:
+    """Set the world up, run it until it is over, and tell the launcher how it ended."""
+    try:
+        world = worlds.build(config["world"]["kind"], config["seed"], config["world"]["options"])
+    except worlds.WorldError as error:
+        raise StartError(str(error)) from None
+    names = [part["name"] for part in config["vehicles"]]
+    recorder = RunRecorder(Path(config["folder"]), names, lambda line: launcher.send({"event": line}))
+    try:
+        listeners = [SimulatorListener(ports.simulator(part["instance"])) for part in config["vehicles"]]
+    except OSError as error:
+        raise StartError(str(error)) from None
+    launcher.send({"listening": True, "truth": world.truth, "home": list(world.home)})
+    outcome: Message = {"outcome": "", "lost": None}
+    try:
+        members = [
+            _vehicle(part, world, config["seed"], listener)
+            for part, listener in zip(config["vehicles"], listeners, strict=True)
+        ]
+        _wait_until_ready(members)
+        radio = RadioSettings(**{**config["radio"], "outages": tuple(Outage(*o) for o in config["radio"]["outages"])})
+        conductor = Conductor(members, radio, config["seed"], recorder)
+        outcome = _beat_time(conductor, launcher, config)
+    except (ProcessLostError, ChannelClosed) as error:
+        outcome["lost"] = str(error)
+    finally:
+        recorder.close()
+    launcher.send({"over": outcome})
+
+
+def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: SimulatorListener) -> VehicleInRun:
+    name, start = part["name"], part["start"]
+    place = world.places[start] if isinstance(start, str) else worlds.Spot(**start)
+    simulator = VehicleSimulator(
+        vehicles.load(part["model"]),
+        world.home._replace(heading_deg=place.heading_deg),
+        seed=seed,
+        terrain=world.terrain,
+        wind=world.wind,
+        start_north_m=place.north_m,
+        start_east_m=place.east_m,
+        name=name,
+    )
+    vehicle = VehicleInRun(name, simulator, listener.accept(START_LIMIT_S))
+    autopilot = inherited(part["autopilot_fd"], f"autopilot {name}")
+    autopilot.receive()
+    vehicle.autopilot = autopilot if part["lockstep"] else None
+    if part["companion_fd"] is not None:
+        vehicle.companion = inherited(part["companion_fd"], f"companion {name}")
+    if part["camera"] is not None:
+        camera = part["camera"]
+        control = inherited(camera["fd"], f"camera {name}")
+        vehicle.camera = CameraInRun(control, camera["rate_hz"], round(camera["latency_s"] * 1e6))
+    if part["radio_fd"] is not None:
+        vehicle.peer = RadioSocket(socket.socket(fileno=part["radio_fd"]))
+    return vehicle
+
+
+def _wait_until_ready(members: list[VehicleInRun]) -> None:
+    """Cameras first, then the companions, which look for them."""
+    for member in members:
+        if member.camera is not None:
+            member.camera.control.receive()
+    for member in members:
+        if member.companion is not None:
+            member.companion.receive()
+            member.companion.send({"start": True})
+    for member in members:
+        if member.companion is not None:
+            answer = member.companion.receive()
+            if isinstance(member.peer, RadioSocket):
+                member.peer.peer = ("127.0.0.1", answer["peer_port"])
+
+
+def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str, Any]) -> Message:
+    """Tick until the mission is done, its time is up, or the launcher says stop."""
+    speed, limit_us = config["speed"], round(config["time_limit_s"] * 1e6)
+    commands = set(config["commands"])
+    ours = any(member.companion is not None for member in conductor.vehicles)
+    settle()
+    pacer = Pacer(math.inf if speed is None else speed)
+    started_s = shown_s = time.monotonic()
+    stopwatch = Stopwatch()
+    over_us, outcome, ended = 0, "", dict[str, int]()
+    pacer.start()
+    while not over_us or conductor.now_us < over_us:
+        conductor.tick()
+        pacer.next_tick()
+        if (left := pacer.remaining_s()) > 0.0:
+            time.sleep(left)
+        if conductor.ticks % BARRIER_TICKS:
+            continue
+        now_s = time.monotonic()
+        stopwatch.look(conductor, now_s)
+        if now_s - shown_s >= STATUS_PERIOD_S:
+            shown_s = now_s
+            launcher.send({"status": _status(conductor, now_s - started_s)})
+        while (message := launcher.poll()) is not None:
+            if "stop" in message:
+                over_us, outcome = conductor.now_us, message["stop"]
+            elif "command_ended" in message:
+                name, status = message["command_ended"]
+                ended[name] = status
+        if not over_us:
+            if (ours or commands) and conductor.done and ended.keys() >= commands:
+                over_us = conductor.now_us + GRACE_US
+                failed = [f"companion {name}: exit status {status}" for name, status in ended.items() if status]
+                outcome = "; ".join(failed) or conductor.outcome
+            elif conductor.now_us >= limit_us:
+                over_us, outcome = conductor.now_us, "time limit reached"
+    conductor.finish()
+    for member in conductor.vehicles:
+        for control in (member.companion, member.camera.control if member.camera else None):
+            if control is not None:
+                control.send({"end": True})
+    return {"outcome": outcome, "lost": None, "wall_s": time.monotonic() - started_s, **_figures(conductor, stopwatch)}
+
+
+class Stopwatch:
+    """Simulated and wall time from the first arming to the last disarming."""
+
+    def __init__(self) -> None:
+        self.first: tuple[float, float] | None = None
+        self.last: tuple[float, float] | None = None
+        self._armed = False
+
+    def look(self, conductor: Conductor, wall_s: float) -> None:
+        """Once a barrier."""
+        armed = any(member.armed for member in conductor.vehicles)
+        if armed and self.first is None:
+            self.first = (conductor.now_us / 1e6, wall_s)
+        if armed or self._armed:
+            self.last = (conductor.now_us / 1e6, wall_s)
+        self._armed = armed
+
+    @property
+    def speed_factor(self) -> float | None:
+        """Simulated over wall time; None where nothing armed."""
+        if self.first is None or self.last is None or self.last[1] <= self.first[1]:
+            return None
+        return (self.last[0] - self.first[0]) / (self.last[1] - self.first[1])
+
+
+def _status(conductor: Conductor, wall_s: float) -> Message:
+    return {
+        "time_s": conductor.now_us / 1e6,
+        "wall_s": wall_s,
+        "vehicles": {
+            member.name: {
+                "armed": member.armed,
+                "status": member.status,
+                "position": [round(value, 1) for value in _position(member)],
+                "frames": member.camera.rendered if member.camera else None,
+            }
+            for member in conductor.vehicles
+        },
+    }
+
+
+def _position(member: VehicleInRun) -> tuple[float, float, float]:
+    pose = member.simulator.pose()
+    return pose.north_m, pose.east_m, -pose.down_m
+
+
+def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Message:
+    cameras = [member for member in conductor.vehicles if member.camera is not None]
+    return {
+        "simulated_s": conductor.now_us / 1e6,
+        "speed_factor": stopwatch.speed_factor,
+        "frames_rendered": sum(member.camera.rendered for member in cameras if member.camera),
+        "frames_dropped": sum(member.frames_dropped for member in cameras),
+        "radio": {name: {"sent": sent, "lost": lost} for name, (sent, lost) in conductor.radio_counts.items()},
+        "companions": {member.name: member.status for member in conductor.vehicles if member.companion is not None},
+    }
+
+
+if __name__ == "__main__":
+    main(run, "the launcher")

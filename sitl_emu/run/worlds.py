@@ -1,0 +1,100 @@
+"""The worlds there are, by kind, and what a run asks of one: origin, terrain, wind, places to start, cameras, truth.
+
+`corn_field` is the agriculture mission's; `flat` is a level plain without end, for flying without a mission.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.ground import FlatGround, Terrain
+from sitl_emu.world.simulator import Home
+from sitl_emu.world.wind import Wind
+
+KINDS = ("corn_field", "flat")
+PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
+
+
+class WorldError(Trouble):
+    """A world that is unknown or can't be built; the text is one line for people."""
+
+
+class Place(Protocol):
+    """Where a vehicle may start."""
+
+    @property
+    def north_m(self) -> float: ...  # noqa: D102
+    @property
+    def east_m(self) -> float: ...  # noqa: D102
+    @property
+    def heading_deg(self) -> float: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A plain place."""
+
+    north_m: float
+    east_m: float
+    heading_deg: float
+
+
+@dataclass(frozen=True)
+class World:
+    """What a run knows of its world."""
+
+    kind: str
+    home: Home
+    """The world's origin; its heading is of no meaning."""
+    terrain: Terrain
+    places: dict[str, Place]
+    wind: tuple[float, float, float]
+    """Mean to north and east, standard deviation of the gusts; m/s."""
+    truth: dict[str, Any]
+    """For scoring and maps: outline, objects, targets."""
+    field: Any = None
+    """The description that cameras render, where there is one."""
+
+
+def build(kind: str, seed: int, options: dict[str, Any]) -> World:
+    """A world of a kind. Raises WorldError."""
+    if kind not in KINDS:
+        raise WorldError(f"there is no world {kind!r}; known: {', '.join(KINDS)}")
+    if kind == "flat":
+        if options:
+            raise WorldError(f"world flat knows no options, not even {next(iter(options))!r}")
+        places: dict[str, Place] = {"home": Spot(0.0, 0.0, 0.0)}
+        truth = {"outline": [], "objects": []}
+        return World("flat", PX4_HOME, FlatGround(), places, (0.0, 0.0, 0.0), truth)
+    return _corn_field(seed, options)
+
+
+def _corn_field(seed: int, options: dict[str, Any]) -> World:
+    from sitl_emu.world import corn_field
+
+    allowed = [name for name in corn_field.build.__annotations__ if name not in ("seed", "return")]
+    for name in options:
+        if name not in allowed:
+            raise WorldError(f"world corn_field has no option {name!r}; it knows {', '.join(allowed)}")
+    wanted = dict(options)
+    if "size_m" in wanted:
+        wanted["size_m"] = tuple(wanted["size_m"])
+    try:
+        field = corn_field.build(seed, **wanted)
+    except (ValueError, TypeError) as error:
+        raise WorldError(f"world corn_field: {error}") from None
+    home = Home(field.origin_lat_deg, field.origin_lon_deg, field.origin_alt_amsl_m, 0.0)
+    objects = [
+        {
+            "kind": thing.kind,
+            "north_m": round(thing.north_m, 3),
+            "east_m": round(thing.east_m, 3),
+            "radius_m": round(thing.radius_m, 3),
+            "target": thing.is_target,
+        }
+        for thing in field.objects
+    ]
+    truth = {"outline": [list(corner) for corner in field.outline_m], "objects": objects}
+    wind = (field.wind.north_m_s, field.wind.east_m_s, field.wind.gust_m_s)
+    places: dict[str, Place] = {"home": field.uas_home, "uas_home": field.uas_home, "ugv_start": field.ugv_start}
+    return World("corn_field", home, field.terrain, places, wind, truth, field)

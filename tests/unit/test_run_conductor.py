@@ -1,0 +1,159 @@
+"""The conductor on fakes: who is told what at a barrier, and that results don't depend on who is slow."""
+
+from collections import deque
+from typing import Any, NamedTuple
+
+from sitl_emu.core.radio import RadioSettings
+from sitl_emu.core.simulator_api import HilActuatorControls, HilSensor, SimulatorMessage
+from sitl_emu.run.conductor import CameraInRun, Conductor, VehicleInRun
+
+
+class FakePose(NamedTuple):
+    north_m: float
+    east_m: float = 0.0
+    down_m: float = 0.0
+    q: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+class FakeSimulator:
+    def __init__(self, north_m: float) -> None:
+        self.ticks, self.north_m = 0, north_m
+
+    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
+        assert (controls is None) == (self.ticks == 0)
+        self.ticks += 1
+        return [HilSensor(self.ticks * 4000, *[0.0] * 13, 0, 0)]
+
+    def pose(self) -> FakePose:
+        return FakePose(self.north_m)
+
+
+class FakeChannel:
+    """An autopilot that arms on its tenth tick."""
+
+    def __init__(self) -> None:
+        self.time = 0
+
+    def send(self, messages: list[SimulatorMessage]) -> None:
+        assert isinstance(messages[-1], HilSensor)
+        self.time = messages[-1].time_usec
+
+    def receive(self) -> HilActuatorControls:
+        return HilActuatorControls(self.time, 1, (0.0,), 128 if self.time >= 40000 else 0)
+
+
+class FakeControl:
+    """Keeps what it was told; says what `answers` yields."""
+
+    def __init__(self, answers: Any) -> None:
+        self.told: list[dict[str, Any]] = []
+        self._answers = answers
+
+    def send(self, message: dict[str, Any]) -> None:
+        self.told.append(message)
+
+    def receive(self) -> dict[str, Any]:
+        return next(self._answers)  # type: ignore[no-any-return]
+
+
+class FakePeer:
+    def __init__(self, to_radio: list[bytes]) -> None:
+        self.to_radio, self.from_radio = deque(to_radio), list[bytes]()
+
+    def receive(self, exactly: int | None) -> list[bytes]:
+        count = len(self.to_radio) if exactly is None else exactly
+        return [self.to_radio.popleft() for _ in range(count)]
+
+    def send(self, data: bytes) -> None:
+        self.from_radio.append(data)
+
+
+class FakeRecorder:
+    def __init__(self) -> None:
+        self.events: list[tuple[int, str, str]] = []
+        self.truths: list[tuple[int, str]] = []
+
+    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None:
+        self.events.append((now_us, vehicle, event["event"]))
+
+    def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
+        self.truths.append((now_us, vehicle))
+
+
+def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success") -> dict[str, Any]:
+    status = {"phase": "x", "progress": 0.0, "done": done, "outcome": outcome, "text": ""}
+    return {"autopilot": autopilot, "peer": peer, "status": status, "events": [], "dropped": 0}
+
+
+def vehicle(
+    name: str, replies: list[dict[str, Any]], north_m: float = 0.0, peer: FakePeer | None = None
+) -> VehicleInRun:
+    autopilot = FakeControl({"sent": n} for n in range(1, 100))
+    return VehicleInRun(name, FakeSimulator(north_m), FakeChannel(), autopilot, FakeControl(iter(replies)), peer=peer)
+
+
+def run_ticks(conductor: Conductor, ticks: int) -> None:
+    for _ in range(ticks):
+        conductor.tick()
+
+
+def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() -> None:
+    one = vehicle("one", [reply(), reply()])
+    run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 14)
+    assert one.companion.told == [
+        {"step": 20000, "autopilot": 1, "peer": 0, "frames": []},
+        {"step": 40000, "autopilot": 2, "peer": 0, "frames": []},
+    ]
+
+
+def test_what_a_companion_sent_in_one_step_is_read_by_its_autopilot_at_the_next_barrier() -> None:
+    one = vehicle("one", [reply(autopilot=3), reply(autopilot=0), reply(autopilot=5)])
+    run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 20)
+    assert one.autopilot.told == [{"read": 0}, {"read": 3}, {"read": 0}, {"read": 5}]
+
+
+def test_datagrams_cross_the_radio_after_its_latency() -> None:
+    near, far = FakePeer([b"hello"]), FakePeer([])
+    one = vehicle("one", [reply(peer=1)] + [reply()] * 9, peer=near)
+    two = vehicle("two", [reply()] * 10, north_m=50.0, peer=far)
+    settings = RadioSettings(range_m=100.0, latency_s=0.05, bandwidth_bit_s=1e9)
+    run_ticks(Conductor([one, two], settings, 1, FakeRecorder()), 25)
+    assert [step["peer"] for step in two.companion.told] == [0, 0, 0, 0, 1]
+    assert far.from_radio == [b"hello"] and not near.from_radio
+
+
+def test_beyond_the_range_nothing_arrives() -> None:
+    one = vehicle("one", [reply(peer=1)] + [reply()] * 9, peer=FakePeer([b"hello"]))
+    two = vehicle("two", [reply()] * 10, north_m=101.0, peer=FakePeer([]))
+    conductor = Conductor([one, two], RadioSettings(range_m=100.0, latency_s=0.0), 1, FakeRecorder())
+    run_ticks(conductor, 40)
+    assert sum(step["peer"] for step in two.companion.told) == 0
+    assert conductor.radio_counts == {"one>two": (1, 1), "two>one": (0, 0)}
+
+
+def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_for() -> None:
+    one = vehicle("one", [reply()] * 20)
+    one.camera = CameraInRun(FakeControl({"done": index} for index in range(10)), 15.0, 100_000)
+    conductor = Conductor([one], RadioSettings(), 1, FakeRecorder())
+    run_ticks(conductor, 75)
+    taken = {message["render"]: message["time"] for message in one.camera.control.told}
+    assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
+    delivered = [(frame, step["step"]) for step in one.companion.told for frame in step["frames"]]
+    assert delivered == [((0, 68000), 180000), ((1, 132000), 240000), ((2, 200000), 300000)]
+
+
+def test_arming_is_seen_in_the_actuator_controls() -> None:
+    recorder = FakeRecorder()
+    run_ticks(Conductor([vehicle("one", [reply()] * 5)], RadioSettings(), 1, recorder), 26)
+    assert recorder.events == [(40000, "one", "armed")]
+    assert recorder.truths == [(100000, "one")]
+
+
+def test_a_run_is_done_when_all_companions_are_and_fails_as_the_first_that_failed() -> None:
+    one = vehicle("one", [reply(done=True)] * 5)
+    two = vehicle("two", [reply(), reply(done=True, outcome="peer link lost")])
+    conductor = Conductor([one, two], RadioSettings(), 1, FakeRecorder())
+    run_ticks(conductor, 10)
+    assert not conductor.done
+    run_ticks(conductor, 5)
+    assert conductor.done and conductor.outcome == "peer link lost"
