@@ -1,1 +1,1 @@
-"""What passes on the autopilot's MAVLink links: links, streams out, services in."""
+"""MAVLink endpoints: links, streams and services of PX4 v1.18."""

@@ -1,1 +1,1 @@
-"""One file per MAVLink microservice, each a state machine on simulated time."""
+"""Services: what the autopilot answers, one module per MAVLink microservice (https://mavlink.io/en/services/)."""

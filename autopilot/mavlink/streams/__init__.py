@@ -1,1 +1,71 @@
-"""One file per outgoing message, named as the message."""
+"""Streams: one module per outgoing message, named as the message.
+
+A stream module has `ID` (MAVLink message id) and `fields(now_us, context)`, which returns the message's fields in wire
+order (arrays flattened), a list of such tuples if it comes in parts, or None when there is nothing to send.
+`stamp(context)`, if it is there, tells when the data last changed: then it is sent once per change. A module with
+`PER_LINK = True` is handed the link as third argument, because its content differs per link.
+"""
+
+import functools
+import importlib
+import pkgutil
+from types import ModuleType
+from typing import Any
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.encoder import Encoder
+from autopilot.mavlink.link import Link
+
+Fields = tuple[Any, ...]
+
+
+class Stream:
+    """A stream module at work for one vehicle; payloads made in one tick are shared by the links."""
+
+    def __init__(self, name: str, context: Context, encoder: Encoder) -> None:
+        """`name` is the MAVLink message's; raises ModuleNotFoundError if there is no such stream."""
+        module: Any = modules()[name]
+        self.name = name
+        self.codec = encoder.codec(module.ID)
+        self._fields = module.fields
+        self._stamp = getattr(module, "stamp", None)
+        self._per_link = bool(getattr(module, "PER_LINK", False))
+        self._context = context
+        self._made_us = -1
+        self._payloads: tuple[bytes, ...] = ()
+        self._sent_stamps: dict[str, int] = {}
+
+    def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
+        """What to send on a link now; empty if nothing, or nothing new."""
+        if self._per_link:
+            return (self.codec.pack(*self._fields(now_us, self._context, link)),)
+        if self._stamp is not None:
+            stamp = self._stamp(self._context)
+            if self._sent_stamps.get(link.name) == stamp:
+                return ()
+            self._sent_stamps[link.name] = stamp
+        return self.latest(now_us)
+
+    def latest(self, now_us: int) -> tuple[bytes, ...]:
+        """The message as it is now, new or not; empty if there is nothing to say."""
+        if self._made_us != now_us:
+            self._made_us = now_us
+            fields = self._fields(now_us, self._context)
+            if fields is None:
+                self._payloads = ()
+            elif isinstance(fields, list):
+                self._payloads = tuple(self.codec.pack(*part) for part in fields)
+            else:
+                self._payloads = (self.codec.pack(*fields),)
+        return self._payloads
+
+    def requested(self, now_us: int, link: Link) -> tuple[bytes, ...]:
+        """The message as REQUEST_MESSAGE wants it."""
+        return self.payloads(now_us, link) if self._per_link else self.latest(now_us)
+
+
+@functools.cache
+def modules() -> dict[str, ModuleType]:
+    """Stream modules by message name."""
+    names = [info.name for info in pkgutil.iter_modules(__path__)]
+    return {name.upper(): importlib.import_module(f"{__name__}.{name}") for name in names}

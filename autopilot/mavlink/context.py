@@ -1,0 +1,38 @@
+"""What a stream sees when it makes its message: the topics, the parameters it needs, and the date of boot."""
+
+import math
+
+from autopilot.dataman import Dataman
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics
+
+BOOT_UNIX_US = 1_767_225_600_000_000
+"""2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
+DEGREES = math.degrees(1.0)
+
+
+class Context:
+    """Shared by all streams of one vehicle; `refresh` copies parameters after a change."""
+
+    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman) -> None:
+        """Keeps references; nothing is copied but parameters."""
+        self.topics = topics
+        self.parameters = parameters
+        self.dataman = dataman
+        self.boot_unix_us = BOOT_UNIX_US
+        self.events_sequence = 0
+        """Sequence number of the newest EVENT."""
+        self.rc_channels: tuple[int, ...] = ()
+        """Last RC_CHANNELS_OVERRIDE in µs, and when it came."""
+        self.rc_channels_us = 0
+        self._version = -1
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Copy the parameters that streams show."""
+        if self._version == self.parameters.version:
+            return
+        self._version = self.parameters.version
+        self.mav_type = int(self.parameters["MAV_TYPE"])
+        self.motor_count = int(self.parameters["CA_ROTOR_COUNT"])
+        self.is_rover = self.mav_type == 10

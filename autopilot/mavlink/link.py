@@ -1,0 +1,219 @@
+"""One MAVLink link: what goes out on it, what came in, and when its streams are due.
+
+Behaves as PX4's mavlink_main.cpp and mavlink_receiver.cpp: streams keep their average rate (a late message does not
+shift the next), frames may be split over datagrams or several be in one, MAVLink 1 and 2 are understood and
+MAVLink 2 is answered, the sequence number counts per link. The frames of one moment travel in one datagram.
+"""
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+from autopilot.mavlink import rates
+from autopilot.mavlink.encoder import Codec, Encoder
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.ports import LinkPorts
+
+DATAGRAM_BYTES = 1400
+"""A datagram is closed before it would grow longer: it must fit an Ethernet frame."""
+RETRY_US = 8_000
+"""A stream that had nothing to say is asked again after this long."""
+NEVER_US = 1 << 62
+RESCALE_US = 1_000_000
+"""How often a limited link looks at what it sends."""
+
+
+class Stream(Protocol):
+    """What the schedule needs of a stream; see streams/__init__.py."""
+
+    name: str
+    codec: Codec
+
+    def payloads(self, now_us: int, link: "Link") -> tuple[bytes, ...]:
+        """Payloads to send now; empty when there is nothing to say."""
+        ...
+
+
+class ScheduledStream:
+    """A stream on a link: its interval, when it should go out, and when it is looked at next."""
+
+    __slots__ = ("due_us", "interval_us", "nominal_us", "parts", "requested_us", "stream")
+
+    def __init__(self, stream: Stream, interval_us: int, due_us: int) -> None:
+        self.stream, self.requested_us, self.interval_us = stream, interval_us, interval_us
+        self.nominal_us = self.due_us = due_us
+        self.parts = 1
+        """Messages that it sent the last time; 0 if it had nothing to say."""
+
+
+class Link:
+    """One of PX4's four MAVLink instances."""
+
+    def __init__(self, name: str, mode: str, ports: LinkPorts, encoder: Encoder) -> None:
+        """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal."""
+        self.name = name
+        self.mode = mode
+        self.ports = ports
+        self.outbox: list[bytes] = []
+        """Datagrams ready to be sent; the owner of the socket empties it."""
+        self.seen: set[tuple[int, int]] = set()
+        """(system, component) of everybody heard on this link."""
+        self.messages_sent = 0
+        self.messages_received = 0
+        self.bytes_sent = 0
+        self.bytes_received = 0
+        self.messages_lost = 0
+        self.parse_errors = 0
+        self.ping_sequence = 0
+        self.statustext_interval_us = 50_000
+        """Interval of STATUSTEXT as it was asked for; -1 is off."""
+        self.requested_once: set[int] = set()
+        """Messages that are off but were requested: GET_MESSAGE_INTERVAL says 0 of them."""
+        self._encoder = encoder
+        self._sequence = 0
+        self._pending: list[bytes] = []
+        self._pending_bytes = 0
+        self._schedule: dict[int, ScheduledStream] = {}
+        self._due_us = NEVER_US
+        self._limit_bytes_per_s = 0.0
+        self._rescale_us = 0
+        self._parser = self._make_parser()
+        self._last_sequence: dict[tuple[int, int], int] = {}
+
+    # --- out ---------------------------------------------------------------------------------------------
+
+    def send_payload(self, codec: Codec, payload: bytes) -> None:
+        """Queue one message, as packed by its codec."""
+        sequence = self._sequence
+        self._sequence = (sequence + 1) & 255
+        self.send_frame(codec.frame(payload, sequence))
+
+    def codec(self, message_id: int) -> Codec:
+        """Packer of a message, for who packs payloads itself."""
+        return self._encoder.codec(message_id)
+
+    def send_fields(self, message_id: int, *fields: Any) -> None:
+        """Queue one message given by its fields in wire order, arrays flattened."""
+        codec = self._encoder.codec(message_id)
+        self.send_payload(codec, codec.pack(*fields))
+
+    def send(self, message: Any) -> None:
+        """Queue a pymavlink message object, stamped with our ids and this link's sequence number."""
+        self.send_payload(*self._encoder.payload(message))
+
+    def send_frame(self, frame: bytes) -> None:
+        """Queue a finished frame (a forwarded one, for instance)."""
+        size = len(frame)
+        self.messages_sent += 1
+        self.bytes_sent += size
+        if self._pending_bytes + size > DATAGRAM_BYTES:
+            self.flush()
+        self._pending.append(frame)
+        self._pending_bytes += size
+
+    def flush(self) -> None:
+        """Close the datagram that is being filled."""
+        pending = self._pending
+        if pending:
+            self.outbox.append(pending[0] if len(pending) == 1 else b"".join(pending))
+            self._pending = []
+            self._pending_bytes = 0
+
+    # --- streams -----------------------------------------------------------------------------------------
+
+    def schedule(self, now_us: int, stream: Stream, interval_us: int) -> None:
+        """Send a stream every `interval_us` from now on (0: as often as it has something new)."""
+        self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, now_us + interval_us)
+        self._due_us = 0
+
+    def unschedule(self, message_id: int) -> None:
+        """Stop a stream; not an error if it was not running."""
+        self._schedule.pop(message_id, None)
+
+    def update_streams(self, now_us: int) -> None:
+        """Send every stream that is due; costs next to nothing when none is."""
+        if now_us < self._due_us:
+            return
+        if self._limit_bytes_per_s and now_us >= self._rescale_us:
+            self._rescale(now_us)
+        next_due_us = NEVER_US
+        for item in self._schedule.values():
+            if now_us >= item.due_us:
+                stream = item.stream
+                payloads = stream.payloads(now_us, self)
+                if payloads:
+                    item.parts = len(payloads)
+                    for payload in payloads:
+                        self.send_payload(stream.codec, payload)
+                    interval_us = item.interval_us
+                    nominal_us = item.nominal_us + interval_us
+                    if nominal_us + (interval_us >> 1) < now_us:
+                        nominal_us = now_us + interval_us
+                    item.nominal_us = item.due_us = nominal_us
+                else:
+                    if now_us - item.nominal_us > item.interval_us:
+                        item.parts = 0
+                    item.due_us = now_us + RETRY_US
+            if item.due_us < next_due_us:
+                next_due_us = item.due_us
+        self._due_us = next_due_us
+
+    def hurry(self, message_id: int) -> None:
+        """Send a running stream's message in this tick, whatever its interval."""
+        item = self._schedule.get(message_id)
+        if item is not None:
+            item.due_us = self._due_us = 0
+
+    def limit_rate(self, bytes_per_s: float) -> None:
+        """Keep the streams within a data rate by scaling them all."""
+        self._limit_bytes_per_s = bytes_per_s
+
+    def interval_us(self, message_id: int) -> int | None:
+        """Interval that was asked for a stream; None if it is not running."""
+        item = self._schedule.get(message_id)
+        return None if item is None else item.requested_us
+
+    def _rescale(self, now_us: int) -> None:
+        self._rescale_us = now_us + RESCALE_US
+        running = [
+            (item.stream.name, item.stream.codec.size, item.parts * 1e6 / item.requested_us)
+            for item in self._schedule.values()
+            if item.parts and item.requested_us
+        ]
+        multiplier = rates.multiplier(self._limit_bytes_per_s, running)
+        for item in self._schedule.values():
+            if item.stream.name not in rates.CONSTANT:
+                item.interval_us = round(item.requested_us / multiplier)
+
+    # --- in ----------------------------------------------------------------------------------------------
+
+    def parse(self, data: bytes) -> Iterator[Any]:
+        """The messages that a datagram completes, as pymavlink objects; garbage is skipped."""
+        self.bytes_received += len(data)
+        try:
+            messages = self._parser.parse_buffer(data) or []
+        except (mavlink.MAVError, ValueError, UnicodeError, IndexError):
+            self._parser = self._make_parser()
+            self.parse_errors += 1
+            return
+        for message in messages:
+            if message.get_type() == "BAD_DATA":
+                self.parse_errors += 1
+                continue
+            self.messages_received += 1
+            self._count_lost(message)
+            yield message
+
+    def _count_lost(self, message: Any) -> None:
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        sequence = message.get_seq()
+        last = self._last_sequence.get(sender)
+        if last is not None:
+            self.messages_lost += (sequence - last - 1) & 255
+        self._last_sequence[sender] = sequence
+        self.seen.add(sender)
+
+    @staticmethod
+    def _make_parser() -> Any:
+        parser = mavlink.MAVLink(None)
+        parser.robust_parsing = True
+        return parser

@@ -1,0 +1,134 @@
+"""The autopilot's MAVLink: four links, their streams, and the services that answer what comes in.
+
+A state machine on simulated time, like PX4's mavlink module with its four instances (px4-rc.mavlink): datagrams go in
+by `on_datagram`, leave in each link's `outbox`. Messages for others are forwarded between links by the rules of
+Mavlink::forward_message. Sockets are not known here.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from autopilot.commands import CommandResult
+from autopilot.dataman import Dataman
+from autopilot.mavlink import forwarding, rates
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.encoder import Encoder
+from autopilot.mavlink.link import Link
+from autopilot.mavlink.services import (
+    command,
+    event,
+    gcs_heartbeat,
+    manual_control,
+    message_interval,
+    message_request,
+    mission,
+    offboard,
+    parameter,
+    ping,
+    rc_override,
+    set_mode,
+    statustext,
+    system_time,
+    timesync,
+)
+from autopilot.mavlink.services.service import Service
+from autopilot.mavlink.streams import Stream
+from autopilot.parameters import Parameters
+from autopilot.texts import Texts
+from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.core import ports
+
+HandleCommand = Callable[[int, VehicleCommand], CommandResult | None]
+"""Decides on a command and returns what the ack says, or None for no ack."""
+
+
+class Mavlink:
+    """All MAVLink of one vehicle; `links` are gcs, onboard, payload, gimbal."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        dataman: Dataman,
+        texts: Texts,
+        handle_command: HandleCommand,
+        instance: int,
+    ) -> None:
+        """`instance` gives the ports; the system id is the parameter MAV_SYS_ID."""
+        self.system_id = int(parameters["MAV_SYS_ID"])
+        self.context = Context(topics, parameters, dataman)
+        self._encoder = encoder = Encoder(self.system_id)
+        self.links: tuple[Link, ...] = (
+            Link("gcs", "normal", ports.gcs(instance), encoder),
+            Link("onboard", "onboard", ports.onboard(instance), encoder),
+            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder),
+            Link("gimbal", "gimbal", ports.gimbal(instance), encoder),
+        )
+        self._streams: dict[str, Stream] = {}
+        for link in self.links:
+            self._start_streams(link)
+        requests = message_request.MessageRequest(self.context, self.stream)
+        intervals = message_interval.MessageInterval(self.stream)
+        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id)
+        self._services: tuple[Service, ...] = (
+            command.Command((requests, intervals), handle_command, self.system_id),
+            set_mode.SetMode(handle_command, self.system_id),
+            parameter.Parameter(self.links, parameters, self.system_id),
+            self.mission,
+            offboard.Offboard(topics, self.system_id),
+            manual_control.ManualControl(topics, parameters, self.system_id),
+            rc_override.RcOverride(self.context, self.system_id),
+            gcs_heartbeat.GcsHeartbeat(topics),
+            timesync.Timesync(),
+            ping.Ping(self.system_id),
+            system_time.SystemTime(),
+            statustext.StatusText(self.links, texts),
+            event.Event(self.context, self.links, self.system_id),
+        )
+        self._handlers: dict[int, list[Service]] = {}
+        for service in self._services:
+            for message_id in service.MESSAGES:
+                self._handlers.setdefault(message_id, []).append(service)
+        self._timed = tuple(service for service in self._services if service.HAS_TIMER)
+
+    def stream(self, name: str) -> Stream | None:
+        """The stream of a message, or None if PX4 has none of that name."""
+        found = self._streams.get(name)
+        if found is None:
+            try:
+                found = self._streams[name] = Stream(name, self.context, self._encoder)
+            except KeyError:
+                return None
+        return found
+
+    def on_datagram(self, now_us: int, link_index: int, data: bytes) -> None:
+        """Act on what came in on a link; answers wait in the outbox when this returns."""
+        link = self.links[link_index]
+        for message in link.parse(data):
+            self._dispatch(now_us, message, link)
+        for each in self.links:
+            each.flush()
+
+    def update(self, now_us: int) -> None:
+        """One tick: streams that are due, and what services have to say by themselves."""
+        self.context.refresh()
+        for service in self._timed:
+            service.on_time(now_us)
+        for link in self.links:
+            link.update_streams(now_us)
+            link.flush()
+
+    def _dispatch(self, now_us: int, message: Any, link: Link) -> None:
+        forwarding.forward(message, link, self.links, self.system_id)
+        for service in self._handlers.get(message.get_msgId(), ()):
+            service.on_message(now_us, message, link)
+
+    def _start_streams(self, link: Link) -> None:
+        table = rates.RATES[link.mode]
+        limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode)
+        for name, hz in table.items():
+            stream = self.stream(name)
+            assert stream is not None, f"no stream module for {name}"
+            link.schedule(0, stream, rates.interval_us(hz))
+        if limit is not None:
+            link.limit_rate(limit)

@@ -1,0 +1,71 @@
+"""SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL: change and ask the rate of a stream on the link of the command.
+
+As measured on PX4 v1.18: -1 stops a stream, 0 goes back to the link mode's default, HEARTBEAT's rate is fixed, a
+message without a stream FAILs. REQUEST_DATA_STREAM has no effect.
+"""
+
+from collections.abc import Callable
+
+from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
+from autopilot.mavlink import rates
+from autopilot.mavlink.link import Link
+from autopilot.mavlink.streams import Stream
+from autopilot.topics import VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+SET_MESSAGE_INTERVAL = 511
+GET_MESSAGE_INTERVAL = 510
+STOPPED = -1
+FIXED = frozenset({"HEARTBEAT"})
+NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
+"""Sent by services in PX4, so that there is no stream to configure."""
+STATUSTEXT_INTERVAL_US = 50_000
+
+
+class MessageInterval:
+    """Decides on the two commands."""
+
+    COMMANDS = frozenset({SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL})
+
+    def __init__(self, stream: Callable[[str], Stream | None]) -> None:
+        """`stream` finds a stream by message name."""
+        self._stream = stream
+
+    def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult:
+        """param1 is the message id, param2 the interval in µs."""
+        message_id = round(command.param1) if command.param1 == command.param1 else -1
+        if command.command == GET_MESSAGE_INTERVAL:
+            send_interval(link, message_id)
+            return CommandResult(MAV_RESULT_ACCEPTED)
+        interval_us = round(command.param2) if command.param2 == command.param2 else STOPPED
+        accepted = self._set(now_us, message_id, interval_us, link)
+        return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
+
+    def _set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
+        if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED
+            return True
+        table = mavlink.mavlink_map.get(message_id)
+        name = "" if table is None else table.msgname
+        stream = self._stream(name)
+        if stream is None or name in FIXED or name in NOT_CONFIGURABLE:
+            return False
+        link.requested_once.discard(message_id)
+        if interval_us == 0:
+            hz = rates.default_hz(link.mode, name)
+            interval_us = STOPPED if hz is None else rates.interval_us(hz)
+        if interval_us < 0:
+            link.unschedule(message_id)
+        else:
+            link.schedule(now_us, stream, interval_us)
+        return True
+
+
+def send_interval(link: Link, message_id: int) -> None:
+    """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off, 0 if it was only ever requested."""
+    interval_us = link.interval_us(message_id)
+    if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+        interval_us = link.statustext_interval_us
+    if interval_us is None:
+        interval_us = 0 if message_id in link.requested_once else STOPPED
+    link.send_fields(mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL, interval_us, message_id & 0xFFFF)

@@ -1,0 +1,43 @@
+"""SET_MODE: the old way to change the mode, which QGroundControl still uses; acked as MAV_CMD_DO_SET_MODE."""
+
+from collections.abc import Callable
+from typing import Any
+
+from autopilot.commands import CommandResult
+from autopilot.mavlink.link import Link
+from autopilot.mavlink.services.command import send_ack
+from autopilot.topics import VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+
+class SetMode:
+    """Turns SET_MODE into the command."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SET_MODE})
+    HAS_TIMER = False
+
+    def __init__(self, handle: Callable[[int, VehicleCommand], CommandResult | None], system_id: int) -> None:
+        """`handle` decides on commands."""
+        self._handle = handle
+        self._system_id = system_id
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """base_mode and the two bytes of custom_mode become the command's first three parameters."""
+        if message.target_system not in (0, self._system_id):
+            return
+        command = VehicleCommand(
+            mavlink.MAV_CMD_DO_SET_MODE,
+            float(message.base_mode),
+            float(message.custom_mode >> 16 & 255),
+            float(message.custom_mode >> 24 & 255),
+            source_system=message.get_srcSystem(),
+            source_component=message.get_srcComponent(),
+            target_system=self._system_id,
+            target_component=1,
+        )
+        result = self._handle(now_us, command)
+        if result is not None:
+            send_ack(link, command, result)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""

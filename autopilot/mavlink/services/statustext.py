@@ -1,0 +1,46 @@
+"""STATUSTEXT: what the autopilot says, cut into chunks of 50 characters (PX4: streams/STATUSTEXT.hpp)."""
+
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.texts import Texts
+from sitl_emu.core import dialect as mavlink
+
+CHUNK = 50
+STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
+
+
+class StatusText:
+    """Sends what is new in `texts` on every link that streams texts."""
+
+    MESSAGES: frozenset[int] = frozenset()
+    HAS_TIMER = True
+
+    def __init__(self, links: tuple[Link, ...], texts: Texts) -> None:
+        """Texts said before are not sent."""
+        self._links = tuple(link for link in links if link.mode in STREAMED_MODES)
+        self._texts = texts
+        self._sent = texts.count
+        self._chunk_id = 0
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Never called: nothing is listened to."""
+
+    def on_time(self, now_us: int) -> None:
+        """Send what is new."""
+        if self._texts.count == self._sent:
+            return
+        for text in self._texts.recent:
+            if text.number >= self._sent:
+                self._send(int(text.severity), text.text.encode())
+        self._sent = self._texts.count
+
+    def _send(self, severity: int, text: bytes) -> None:
+        chunk_id = 0
+        if len(text) > CHUNK:
+            self._chunk_id = chunk_id = self._chunk_id % 0xFFFF + 1
+        chunks = [text[start : start + CHUNK] for start in range(0, len(text), CHUNK)] or [b""]
+        for link in self._links:
+            if link.statustext_interval_us > 0:
+                for sequence, chunk in enumerate(chunks):
+                    link.send_fields(mavlink.MAVLINK_MSG_ID_STATUSTEXT, severity, chunk, chunk_id, sequence)

@@ -1,0 +1,25 @@
+"""ALTITUDE: heights in all their meanings (PX4: streams/ALTITUDE.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_ALTITUDE
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Metres; NaN for what is not known."""
+    topics = context.topics
+    local = topics.vehicle_local_position
+    if local.timestamp == 0:
+        return None
+    home = topics.home_position
+    amsl_m = local.ref_alt - local.z if local.z_valid else math.nan
+    relative_m = -(local.z - home.z) if home.valid else math.nan
+    terrain_m = clearance_m = math.nan
+    if local.dist_bottom_valid:
+        clearance_m = local.dist_bottom
+        terrain_m = -local.z - clearance_m
+    return (now_us, topics.sensor_baro.baro_alt_m, amsl_m, -local.z, relative_m, terrain_m, clearance_m)

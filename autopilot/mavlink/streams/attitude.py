@@ -1,0 +1,15 @@
+"""ATTITUDE: Euler angles and body rates (PX4: streams/ATTITUDE.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_ATTITUDE
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """Radians, rad/s; FRD to NED."""
+    attitude = context.topics.vehicle_attitude
+    roll, pitch, yaw = attitude.euler
+    p, q, r = context.topics.vehicle_angular_velocity.xyz
+    return (attitude.timestamp // 1000, roll, pitch, yaw, p, q, r)

@@ -1,0 +1,15 @@
+"""ATTITUDE_QUATERNION: attitude (w, x, y, z) and body rates (PX4: streams/ATTITUDE_QUATERNION.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """FRD to NED; no offset for tailsitters (all zero)."""
+    attitude = context.topics.vehicle_attitude
+    w, x, y, z = attitude.q
+    p, q, r = context.topics.vehicle_angular_velocity.xyz
+    return (attitude.timestamp // 1000, w, x, y, z, p, q, r, 0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,24 @@
+"""AUTOPILOT_VERSION: capabilities and version (PX4: streams/AUTOPILOT_VERSION.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+CAPABILITIES = 59647
+"""MAV_PROTOCOL_CAPABILITY bits of PX4 v1.18."""
+FLIGHT_SW_VERSION = 17957119
+"""v1.18.0, release type 255 (official)."""
+BOARD_VERSION = 1
+HASH = b"sitl-emu"
+"""Stands where PX4 has the first bytes of its git hashes."""
+UID = 0x5349544C_00000000
+OS_SW_VERSION = 0
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """On request; the uid is made from the system's number."""
+    uid = UID + int(context.parameters["MAV_SYS_ID"])
+    uid2 = uid.to_bytes(18, "little")
+    versions = (FLIGHT_SW_VERSION, FLIGHT_SW_VERSION, OS_SW_VERSION, BOARD_VERSION, 0, 0)
+    return (CAPABILITIES, uid, *versions, *HASH, *HASH, *HASH, *uid2)

@@ -1,0 +1,17 @@
+"""CURRENT_MODE: mode flown and mode asked for (PX4: streams/CURRENT_MODE.hpp)."""
+
+from autopilot.commander.custom_mode import custom_mode_of
+from autopilot.mavlink.available_modes import STANDARD_MODE
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_CURRENT_MODE
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """Custom modes and the MAV_STANDARD_MODE of the flown one."""
+    status = context.topics.vehicle_status
+    nav_state = status.nav_state
+    intended = custom_mode_of(status.nav_state_user_intention)
+    return (custom_mode_of(nav_state), intended, STANDARD_MODE.get(nav_state, 0))

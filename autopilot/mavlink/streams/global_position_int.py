@@ -1,0 +1,35 @@
+"""GLOBAL_POSITION_INT: position, velocity and heading (PX4: streams/GLOBAL_POSITION_INT.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+CDEG = math.degrees(100.0)
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the origin while there is no home."""
+    topics = context.topics
+    position = topics.vehicle_global_position
+    local = topics.vehicle_local_position
+    if not position.valid or not local.xy_valid:
+        return None
+    home = topics.home_position
+    relative_m = position.alt - home.alt if home.valid else -local.z
+    heading = local.heading
+    if heading < 0.0:
+        heading += 2.0 * math.pi
+    return (
+        position.timestamp // 1000,
+        round(position.lat * 1e7),
+        round(position.lon * 1e7),
+        int(position.alt * 1000.0),
+        int(relative_m * 1000.0),
+        int(local.vx * 100.0),
+        int(local.vy * 100.0),
+        int(local.vz * 100.0),
+        min(int(heading * CDEG), 35999),
+    )

@@ -1,0 +1,48 @@
+"""GPS_RAW_INT: what the receiver says (PX4: streams/GPS_RAW_INT.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
+HDOP_CENTI = 70
+VDOP_CENTI = 110
+VELOCITY_ACCURACY_MM_S = 400
+"""What PX4's simulated receiver states (SIH: hdop 0.7, vdop 1.1, s_variance 0.4 m/s)."""
+UNKNOWN = 65535
+
+
+def stamp(context: Context) -> int:
+    """Once per fix."""
+    return context.topics.sensor_gps.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """1e-7 deg, mm AMSL, cm/s, cdeg, mm; heights over the ellipsoid and AMSL are not told apart."""
+    gps = context.topics.sensor_gps
+    if gps.timestamp == 0:
+        return None
+    if gps.fix_type < 2 or math.isnan(gps.latitude_deg):
+        return (gps.timestamp, 0, 0, 0, UNKNOWN, UNKNOWN, 0, 0, gps.fix_type, gps.satellites_used, 0, 0, 0, 0, 0, 0)
+    north, east = gps.vel_n_m_s, gps.vel_e_m_s
+    altitude_mm = round(gps.altitude_msl_m * 1000.0)
+    return (
+        gps.timestamp,
+        round(gps.latitude_deg * 1e7),
+        round(gps.longitude_deg * 1e7),
+        altitude_mm,
+        HDOP_CENTI,
+        VDOP_CENTI,
+        min(int(math.hypot(north, east) * 100.0), UNKNOWN),
+        int(math.degrees(math.atan2(east, north)) % 360.0 * 100.0),
+        gps.fix_type,
+        gps.satellites_used,
+        altitude_mm,
+        round(gps.eph * 1000.0),
+        round(gps.epv * 1000.0),
+        VELOCITY_ACCURACY_MM_S,
+        0,
+        0,
+    )

@@ -1,0 +1,33 @@
+"""HOME_POSITION: home, global and local (PX4: streams/HOME_POSITION.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_HOME_POSITION
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """1e-7 deg, mm AMSL, m NED; q is home's heading; nothing until home is set."""
+    home = context.topics.home_position
+    if not home.valid:
+        return None
+    half_yaw = 0.5 * home.yaw
+    return (
+        round(home.lat * 1e7),
+        round(home.lon * 1e7),
+        round(home.alt * 1000.0),
+        home.x,
+        home.y,
+        home.z,
+        math.cos(half_yaw),
+        0.0,
+        0.0,
+        math.sin(half_yaw),
+        0.0,
+        0.0,
+        0.0,
+        home.timestamp,
+    )

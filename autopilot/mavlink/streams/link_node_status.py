@@ -1,0 +1,28 @@
+"""LINK_NODE_STATUS: traffic of a link (PX4: streams/LINK_NODE_STATUS.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.link import Link
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_LINK_NODE_STATUS
+PER_LINK = True
+UNKNOWN_BUFFER = 255
+
+
+def fields(now_us: int, context: Context, link: Link) -> Fields:
+    """Rates are averages since boot, B/s."""
+    seconds = max(now_us * 1e-6, 1e-3)
+    return (
+        now_us // 1000,
+        int(link.bytes_sent / seconds),
+        int(link.bytes_received / seconds),
+        link.messages_sent,
+        link.messages_received,
+        link.messages_lost,
+        min(link.parse_errors, 65535),
+        0,
+        0,
+        UNKNOWN_BUFFER,
+        UNKNOWN_BUFFER,
+    )

@@ -1,0 +1,28 @@
+"""MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp)."""
+
+from autopilot.constants import NavState
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
+NO_MISSION_TOTAL = 65535
+MODE_ACTIVE = 1
+MODE_SUSPENDED = 2
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """Total is 65535 without a mission; MISSION_MODE 1 is being flown, 2 suspended."""
+    dataman = context.dataman
+    result = context.topics.mission_result
+    total = len(dataman.mission.items)
+    flying = context.topics.vehicle_status.nav_state == NavState.AUTO_MISSION and total
+    return (
+        dataman.current_seq if total else 0,
+        total or NO_MISSION_TOTAL,
+        result.mission_state or mavlink.MISSION_STATE_NO_MISSION,
+        MODE_ACTIVE if flying else MODE_SUSPENDED,
+        dataman.mission.opaque_id,
+        dataman.fence.opaque_id,
+        dataman.rally.opaque_id,
+    )

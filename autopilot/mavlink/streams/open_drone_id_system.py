@@ -1,0 +1,22 @@
+"""OPEN_DRONE_ID_SYSTEM: the operator's place, which is home (PX4: streams/OPEN_DRONE_ID_SYSTEM.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_SYSTEM
+UNKNOWN_ALTITUDE = -1000.0
+EPOCH_2019_S = 1_546_300_800
+"""2019-01-01T00:00:00Z, from which the message counts."""
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """1e-7 deg, m; one aircraft; broadcast (targets 0)."""
+    home = context.topics.home_position
+    latitude = longitude = 0
+    altitude_m = UNKNOWN_ALTITUDE
+    if home.valid:
+        latitude, longitude, altitude_m = round(home.lat * 1e7), round(home.lon * 1e7), home.alt
+    timestamp_s = (context.boot_unix_us + now_us) // 1_000_000 - EPOCH_2019_S
+    ceiling_m = floor_m = UNKNOWN_ALTITUDE
+    return (latitude, longitude, ceiling_m, floor_m, altitude_m, timestamp_s, 1, 0, 0, 0, *(0,) * 20, 0, 0, 0, 0)

@@ -1,0 +1,24 @@
+"""RC_CHANNELS: the sticks, as RC_CHANNELS_OVERRIDE set them (PX4: streams/RC_CHANNELS.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_RC_CHANNELS
+UNUSED = 65535
+CHANNELS = 18
+FULL_STRENGTH = 100
+
+
+def stamp(context: Context) -> int:
+    """Once per received override."""
+    return context.rc_channels_us
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Microseconds; nothing until somebody overrides channels: there is no receiver."""
+    channels = context.rc_channels
+    if not channels:
+        return None
+    padding = (UNUSED,) * (CHANNELS - len(channels))
+    return (context.rc_channels_us // 1000, *channels, *padding, len(channels), FULL_STRENGTH)

@@ -1,0 +1,15 @@
+"""SCALED_PRESSURE: barometer (PX4: streams/SCALED_PRESSURE.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """hPa and cdegC; there is no differential pressure."""
+    baro = context.topics.sensor_baro
+    if baro.timestamp == 0:
+        return None
+    return (baro.timestamp // 1000, baro.pressure_pa * 0.01, 0.0, round(baro.temperature_c * 100.0), 0)

@@ -1,0 +1,18 @@
+"""SERVO_OUTPUT_RAW: outputs 1 to 16 as the mixer gives them (PX4: streams/SERVO_OUTPUT_RAW.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW
+CHANNELS = 16
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Microseconds; an output without function is 0. PX4's simulated rover does not send it."""
+    outputs = context.topics.actuator_outputs
+    if outputs.timestamp == 0 or context.is_rover:
+        return None
+    pwm = outputs.pwm
+    pwm = pwm[:CHANNELS] + (0,) * (CHANNELS - len(pwm))
+    return (outputs.timestamp & 0xFFFFFFFF, *pwm[:8], 0, *pwm[8:])

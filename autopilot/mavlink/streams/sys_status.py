@@ -1,0 +1,40 @@
+"""SYS_STATUS: which sensors and systems are there and well, and the battery (PX4: streams/SYS_STATUS.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
+UNKNOWN_VOLTAGE = 65535
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """Health as the commander reports it; the processor's load is not simulated."""
+    health = context.topics.health_report
+    battery = context.topics.battery_status
+    voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
+    if battery.connected:
+        voltage_mv = min(max(int(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)
+        if battery.current_a >= 0.0 and not math.isinf(battery.current_a):
+            current_ca = min(int(battery.current_a * 100.0), 32767)
+        remaining_pct = math.ceil(battery.remaining * 100.0)
+    return (
+        health.present,
+        health.enabled,
+        health.health,
+        0,
+        voltage_mv,
+        current_ca,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        remaining_pct,
+        0,
+        0,
+        0,
+    )

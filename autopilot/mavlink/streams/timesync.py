@@ -1,0 +1,12 @@
+"""TIMESYNC: our clock, for the other side to answer (PX4: streams/TIMESYNC.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_TIMESYNC
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """tc1 0 asks; ts1 is our time in ns."""
+    return (0, now_us * 1000)

@@ -1,0 +1,33 @@
+"""VFR_HUD: speeds, heading, throttle, altitude AMSL and climb (PX4: streams/VFR_HUD.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_VFR_HUD
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """m/s, degrees 0..359, percent; there is no airspeed sensor."""
+    topics = context.topics
+    local = topics.vehicle_local_position
+    if local.timestamp == 0:
+        return None
+    throttle_pct = 0
+    if topics.actuator_armed.armed:
+        x, y, z = topics.vehicle_attitude_setpoint.thrust_body
+        thrust = math.sqrt(x * x + y * y + z * z)
+        throttle_pct = int(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
+    altitude_m = topics.vehicle_global_position.alt
+    if altitude_m != altitude_m:
+        altitude_m = topics.sensor_baro.baro_alt_m
+    return (
+        0.0,
+        math.hypot(local.vx, local.vy),
+        altitude_m,
+        -local.vz,
+        int(math.degrees(local.heading) % 360.0) % 360,
+        throttle_pct,
+    )
