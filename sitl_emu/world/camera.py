@@ -2,8 +2,8 @@
 
 640 x 480 pixels, 90 degrees of horizontal field of view, no lens distortion (what is left after rectification).
 Mounts: straight down below the UAS, and on the UGV on a mast 2 m above the ground, 60 degrees below the horizon and
-forward. The picture's top is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or motion
-blur. The sensor adds a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
+forward. The picture's top is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or
+motion blur. The sensor adds a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
 """
 
 import math
@@ -51,7 +51,7 @@ MOUNTS = {"nadir": NADIR, "mast": MAST}
 
 
 class Pose(NamedTuple):
-    """Where a body is (metres NED from the world's origin) and its attitude, the quaternion (w, x, y, z) body to NED."""
+    """Where a body is (metres NED from the world's origin), and its attitude: quaternion (w, x, y, z), body to NED."""
 
     north_m: float
     east_m: float
@@ -63,13 +63,20 @@ class Posed(Protocol):
     """Anything that has a pose: `Pose` itself, or the truth a vehicle's simulator gives."""
 
     @property
-    def north_m(self) -> float: ...
+    def north_m(self) -> float:
+        """North of the world's origin."""
+
     @property
-    def east_m(self) -> float: ...
+    def east_m(self) -> float:
+        """East of the world's origin."""
+
     @property
-    def down_m(self) -> float: ...
+    def down_m(self) -> float:
+        """Down from the world's origin."""
+
     @property
-    def q(self) -> tuple[float, float, float, float]: ...
+    def q(self) -> tuple[float, float, float, float]:
+        """Unit quaternion (w, x, y, z), body to NED."""
 
 
 def body_to_ned(q: tuple[float, float, float, float]) -> FloatArray:

@@ -59,5 +59,5 @@ def inside(
 ) -> npt.NDArray[np.bool_]:
     """Which points lie within the outline."""
     d_north, d_east = north_m - thing.north_m, east_m - thing.east_m
-    limit = thing.radius_m * outline_factor(thing, np.arctan2(d_east, d_north))
+    limit = thing.radius_m * outline_factor(thing, np.asarray(np.arctan2(d_east, d_north), np.float64))
     return np.asarray(d_north * d_north + d_east * d_east <= limit * limit)

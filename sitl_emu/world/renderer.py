@@ -96,7 +96,7 @@ class Renderer:
     def _meet(
         position: FloatArray, slope_north: FloatArray, slope_east: FloatArray, drop: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Where rays have fallen by `drop` (never less than a hand's breadth, so that nothing meets behind the lens)."""
+        """Where rays have fallen by `drop`; at least a little, so that nothing meets behind the lens."""
         drop = np.maximum(drop, 0.05)
         return position[0] + slope_north * drop, position[1] + slope_east * drop
 

@@ -6,6 +6,7 @@ Corn after its growth stages V5 to V8; weeds are a broad-leaved rosette and a tu
 by eye, not botanical models.
 """
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -85,7 +86,7 @@ class _Canvas:
 
     def rib(self, joints: list[tuple[int, int, int]], lighter: float) -> None:
         """A pale midrib along a leaf."""
-        for (x, y, _), (x2, y2, _) in zip(joints[:-1], joints[1:], strict=True):
+        for (x, y, _), (x2, y2, _) in itertools.pairwise(joints):
             b, g, r, a = (
                 float(v) for v in self.bgra[min(max(y, 0), len(self.mask) - 1), min(max(x, 0), len(self.mask) - 1)]
             )

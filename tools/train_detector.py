@@ -1,0 +1,179 @@
+"""Trains the classical detector's small classifier on fields of seeds kept for it, and writes its weights.
+
+    python tools/train_detector.py [--seeds 100:130] [--frames 60] [--out missions/companion/detector_weights.json]
+
+Frames are taken over each field from 11 to 21 m, at any heading and a few degrees of tilt, half of them near an object
+(targets and distractors alike), and some from the rover's mast. A cell whose middle lies within a target's outline is that target;
+one near the outline is left out; all others are neither. Softmax regression with one hidden layer, Adam, numpy.
+Judge the result with `tools/score_detector.py` on other seeds.
+"""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from missions.companion import detector as det
+from missions.companion.camera_model import CameraModel, camera_pose, project
+from missions.companion.camera_model import MAST as MODEL_MAST
+from missions.companion.camera_model import NADIR as MODEL_NADIR
+from sitl_emu.world import corn_field
+from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
+from sitl_emu.world.objects import outline
+
+CELLS_PER_FRAME = 420
+MODEL = CameraModel()
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """(w, x, y, z), body to NED."""
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def label_picture(field, pose, mount):
+    """(480, 640): 0 neither, 1 weed, 2 disease, 255 near a target's outline; and 254 within a distractor."""
+    picture = np.zeros((MODEL.height, MODEL.width), np.uint8)
+    camera = camera_pose((pose.north_m, pose.east_m, pose.down_m), pose.q, mount)
+    for thing in field.objects:
+        value = det.LABELS.index(thing.kind) + 1 if thing.is_target else 254
+        rings = ((1.5, 255), (0.85, value)) if thing.is_target else ((1.0, value),)
+        for scale, mark in rings:
+            shape = outline(thing._replace(radius_m=thing.radius_m * scale + (0.12 if scale > 1 else 0.0)))
+            lift = 0.3 * field.plant_height_m
+            pixels = []
+            for north, east in shape.tolist():
+                point = (north, east, -field.terrain.height_m(north, east) - lift)
+                pixels.append(project(MODEL, camera, point))
+            if all(p is not None and abs(p[0]) < 4000 and abs(p[1]) < 4000 for p in pixels):
+                cv2.fillPoly(picture, [np.round(np.array(pixels)).astype(np.int32)], mark)
+    return picture
+
+
+def sample(seed, frames, rng):
+    """(features, labels) of cells of frames over one field."""
+    field = corn_field.build(seed)
+    nadir, mast = Camera(field, NADIR), Camera(field, MAST)
+    xs, ys = [], []
+    for i in range(frames):
+        from_mast = i % 5 == 4
+        thing = field.objects[int(rng.integers(len(field.objects)))]
+        if i % 5 in (0, 1):
+            thing = field.targets[int(rng.integers(len(field.targets)))]
+        yaw = rng.uniform(0, math.tau)
+        if from_mast:
+            ahead = rng.uniform(0.3, 3.5)
+            north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
+            down = -field.terrain.height_m(north, east) - 0.2
+            pose = Pose(north, east, down, quaternion(*rng.normal(scale=0.04, size=2), yaw + rng.normal(scale=0.3)))
+            camera, mount = mast, MODEL_MAST
+            gsd = 2.0 / math.sin(math.radians(60)) / MODEL.focal_px
+        else:
+            if i % 5 == 3:
+                north, east = rng.uniform(-4, field.size_m[0] + 4), rng.uniform(-4, field.size_m[1] + 4)
+            else:
+                north, east = thing.north_m + rng.uniform(-11, 11), thing.east_m + rng.uniform(-11, 11)
+            down = -rng.uniform(11, 21)
+            pose = Pose(north, east, down, quaternion(*rng.normal(scale=0.06, size=2), yaw))
+            camera, mount = nadir, MODEL_NADIR
+            gsd = -down / MODEL.focal_px
+        image = camera.render(pose, int(rng.integers(1 << 40)))
+        work = det.reduce(image, gsd)
+        cells = det.features(work)
+        marks = label_picture(field, pose, mount)
+        rows, columns = cells.shape[:2]
+        y = ((np.arange(rows) * det.CELL_PX + det.CELL_PX / 2) * 480 / work.shape[0]).astype(int).clip(0, 479)
+        x = ((np.arange(columns) * det.CELL_PX + det.CELL_PX / 2) * 640 / work.shape[1]).astype(int).clip(0, 639)
+        at = marks[np.ix_(y, x)].ravel()
+        flat = cells.reshape(-1, cells.shape[2])
+        chosen = [np.flatnonzero((at == 1) | (at == 2)), np.flatnonzero(at == 254)]
+        plain = np.flatnonzero(at == 0)
+        chosen.append(rng.choice(plain, size=min(CELLS_PER_FRAME, len(plain)), replace=False))
+        index = np.concatenate(chosen)
+        xs.append(flat[index])
+        ys.append(np.where(at[index] == 254, 0, at[index]))
+    return np.concatenate(xs), np.concatenate(ys)
+
+
+def train(x, y, rng, hidden=32, epochs=30):
+    """Weights by Adam on softmax cross-entropy."""
+    mean, scale = x.mean(axis=0), x.std(axis=0) + 1e-4
+    x = (x - mean) / scale
+    sizes = (x.shape[1], hidden, 3)
+    p = [
+        rng.normal(scale=math.sqrt(2 / sizes[0]), size=(sizes[0], hidden)).astype(np.float32),
+        np.zeros(hidden, np.float32),
+        rng.normal(scale=math.sqrt(1 / hidden), size=(hidden, 3)).astype(np.float32),
+        np.zeros(3, np.float32),
+    ]
+    m, v = [np.zeros_like(a) for a in p], [np.zeros_like(a) for a in p]
+    step, batch = 0, 1024
+    for epoch in range(epochs):
+        order = rng.permutation(len(x))
+        rate = 3e-3 * (0.5 + 0.5 * math.cos(math.pi * epoch / epochs)) + 1e-5
+        loss = 0.0
+        for k in range(0, len(order), batch):
+            index = order[k : k + batch]
+            a, t = x[index], y[index]
+            h = np.maximum(a @ p[0] + p[1], 0.0)
+            z = h @ p[2] + p[3]
+            z -= z.max(axis=1, keepdims=True)
+            e = np.exp(z)
+            e /= e.sum(axis=1, keepdims=True)
+            loss -= float(np.log(e[np.arange(len(t)), t] + 1e-9).sum())
+            e[np.arange(len(t)), t] -= 1.0
+            e /= len(t)
+            dh = (e @ p[2].T) * (h > 0)
+            g = [a.T @ dh + 2e-5 * p[0], dh.sum(axis=0), h.T @ e + 2e-5 * p[2], e.sum(axis=0)]
+            step += 1
+            for j in range(4):
+                m[j] = 0.9 * m[j] + 0.1 * g[j]
+                v[j] = 0.999 * v[j] + 0.001 * g[j] ** 2
+                p[j] -= rate * (m[j] / (1 - 0.9**step)) / (np.sqrt(v[j] / (1 - 0.999**step)) + 1e-8)
+        if epoch % 5 == 4:
+            print(f"epoch {epoch + 1}: loss {loss / len(x):.4f}", flush=True)
+    return det.Weights(mean, scale, *p)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", default="100:130")
+    parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--hidden", type=int, default=32)
+    parser.add_argument("--epochs", type=int, default=30)
+    parser.add_argument("--cache", help="keep the sampled cells in this .npz, and use it if it is there")
+    parser.add_argument("--out", default=str(det.WEIGHTS))
+    args = parser.parse_args()
+    first, last = (int(v) for v in args.seeds.split(":"))
+    rng = np.random.Generator(np.random.PCG64(1))
+    if args.cache and Path(args.cache).exists():
+        stored = np.load(args.cache)
+        x, y = stored["x"], stored["y"]
+    else:
+        parts = [sample(seed, args.frames, rng) for seed in range(first, last)]
+        x, y = np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+        if args.cache:
+            np.savez(args.cache, x=x, y=y)
+    print(
+        f"{len(x)} cells, {x.shape[1]} features, weed {int((y == 1).sum())}, disease {int((y == 2).sum())}", flush=True
+    )
+    weights = train(x.astype(np.float32), y.astype(int), rng, args.hidden, args.epochs)
+    stored = {name: np.round(getattr(weights, name).astype(float), 5).tolist() for name in det.Weights._fields}
+    Path(args.out).write_text(json.dumps(stored) + "\n")
+
+
+if __name__ == "__main__":
+    main()
