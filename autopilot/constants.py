@@ -13,6 +13,7 @@ class NavState(IntEnum):
     AUTO_LOITER = 4
     AUTO_RTL = 5
     POSITION_SLOW = 6
+    GUIDED_COURSE = 7
     ALTITUDE_CRUISE = 8
     ACRO = 10
     DESCEND = 12

@@ -470,6 +470,14 @@ class VehicleCommand(NamedTuple):
     confirmation: int = 0
 
 
+class CommandRecord(NamedTuple):
+    """A command that its owner has accepted and that another module acts on; `number` counts up from 1."""
+
+    number: int
+    timestamp: int
+    command: VehicleCommand
+
+
 class GcsHeartbeats(NamedTuple):
     """When a ground station, and an onboard controller, was last heard."""
 
@@ -550,3 +558,7 @@ class Topics:
         self.orbit = OrbitCommand()
         self.orbit_status = OrbitStatus()
         self.position_controller_status = PositionControllerStatus()
+        self.vehicle_commands: tuple[CommandRecord, ...] = ()
+        """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
+        self.navigator_commands: tuple[CommandRecord, ...] = ()
+        """Writer: navigator; the last few commands that mission items gave, for the commander."""

@@ -1,0 +1,144 @@
+"""All checks in their order, and what their findings mean: who may arm, which mode can run, the bits of SYS_STATUS.
+
+PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts parts as
+healthy that it does not have. Texts come at most every two seconds, not before the first time that all was well, and
+each once until it has gone.
+"""
+
+from collections.abc import Callable
+
+from autopilot.commander.arming_checks import (
+    baro,
+    battery,
+    estimator,
+    flight_time,
+    gcs_connection,
+    geofence,
+    gps,
+    home_position,
+    imu,
+    magnetometer,
+    manual_control,
+    mission,
+    offboard,
+    system,
+)
+from autopilot.commander.arming_checks.findings import (
+    ABSOLUTE_PRESSURE,
+    ACCEL,
+    AHRS,
+    ATTITUDE_STABILIZATION,
+    BATTERY,
+    GPS,
+    GYRO,
+    LOGGING,
+    MAG,
+    MOTOR_OUTPUTS,
+    PREARM_CHECK,
+    RC_RECEIVER,
+    XY_POSITION_CONTROL,
+    Findings,
+    Settings,
+)
+from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
+from autopilot.constants import NavState, Severity
+from autopilot.parameters import Parameters
+from autopilot.topics import FailsafeFlags, HealthReport, Topics
+
+Check = Callable[[int, Topics, Settings, Findings], None]
+CHECKS: tuple[Check, ...] = (
+    imu.check,
+    magnetometer.check,
+    baro.check,
+    gps.check,
+    estimator.check,
+    home_position.check,
+    mission.check,
+    manual_control.check,
+    gcs_connection.check,
+    offboard.check,
+    battery.check,
+    geofence.check,
+    flight_time.check,
+    system.check,
+)
+REPORT_INTERVAL_US = 2_000_000
+PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | MOTOR_OUTPUTS | LOGGING | BATTERY
+ENABLED = PRESENT | RC_RECEIVER
+DIFFERENTIAL_PRESSURE = 0x10
+ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | AHRS | RC_RECEIVER
+
+
+class HealthAndArmingChecks:
+    """Runs the checks and keeps what they said."""
+
+    def __init__(self, topics: Topics, parameters: Parameters, say: Callable[[Severity, str], None]) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self._say = say
+        self._version = -1
+        self._settings = _settings(parameters, rover=False)
+        self._told: set[str] = set()
+        self._told_us = -REPORT_INTERVAL_US
+        self._ever_passed = False
+
+    def update(self, now_us: int) -> None:
+        """Run every check; replaces topics failsafe_flags and health_report."""
+        topics = self._topics
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            self._settings = _settings(self._parameters, rover=topics.vehicle_status.vehicle_type == "rover")
+        findings = Findings()
+        for check in CHECKS:
+            check(now_us, topics, self._settings, findings)
+        flags = findings.flags()
+        can_run = runnable_modes(flags)
+        can_arm = 0 if findings.arming_forbidden else can_run & ~PREVENT_ARMING_MODES
+        nav_state = topics.vehicle_status.nav_state
+        health = (PRESENT | ALWAYS_HEALTHY) & ~findings.unhealthy
+        if can_arm >> nav_state & 1:
+            health |= PREARM_CHECK
+            self._ever_passed = True
+        topics.failsafe_flags = flags
+        topics.health_report = HealthReport(
+            now_us, _present(flags), ENABLED, health, can_arm, can_run
+        )
+        self._report(now_us, findings)
+
+    def can_arm(self, nav_state: NavState) -> bool:
+        """Whether the vehicle may be armed in a mode."""
+        return bool(self._topics.health_report.can_arm_mode_flags >> nav_state & 1)
+
+    def can_run(self, nav_state: NavState) -> bool:
+        """Whether a mode can be flown now."""
+        return bool(self._topics.health_report.can_run_mode_flags >> nav_state & 1)
+
+    def _report(self, now_us: int, findings: Findings) -> None:
+        self._told &= findings.texts.keys()
+        if not self._ever_passed or now_us - self._told_us < REPORT_INTERVAL_US:
+            return
+        for text, severity in findings.texts.items():
+            if text not in self._told:
+                self._told.add(text)
+                self._told_us = now_us
+                self._say(severity, text)
+
+
+def _present(flags: FailsafeFlags) -> int:
+    return PRESENT if flags.manual_control_signal_lost else PRESENT | RC_RECEIVER
+
+
+def _settings(parameters: Parameters, *, rover: bool) -> Settings:
+    return Settings(
+        com_pos_fs_eph_m=float(parameters["COM_POS_FS_EPH"]),
+        com_vel_fs_evh_m_s=float(parameters["COM_VEL_FS_EVH"]),
+        com_of_loss_us=int(parameters["COM_OF_LOSS_T"] * 1e6),
+        com_rc_loss_us=int(parameters["COM_RC_LOSS_T"] * 1e6),
+        com_dl_loss_us=int(parameters["COM_DL_LOSS_T"] * 1e6),
+        com_flt_time_max_us=int(parameters["COM_FLT_TIME_MAX"] * 1e6),
+        com_arm_wo_gps=int(parameters["COM_ARM_WO_GPS"]),
+        com_arm_bat_min=float(parameters["COM_ARM_BAT_MIN"]),
+        com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
+        sys_has_gps=int(parameters["SYS_HAS_GPS"]),
+        rover=rover,
+    )

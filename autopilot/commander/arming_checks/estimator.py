@@ -1,0 +1,28 @@
+"""What the estimator knows: attitude, height, local and global position (PX4's estimatorCheck).
+
+A position counts while it is fresh and its error stays below COM_POS_FS_EPH (horizontally; 0 and less: no limit).
+"""
+
+from autopilot.commander.arming_checks.findings import AHRS, Findings, Settings
+from autopilot.topics import Topics
+
+TIMEOUT_US = 1_000_000
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """Flags for what is not valid; no attitude forbids arming."""
+    attitude = topics.vehicle_attitude
+    status = topics.estimator_status
+    if now_us - attitude.timestamp > TIMEOUT_US or not status.tilt_aligned or not status.yaw_aligned:
+        findings.attitude_invalid = True
+        findings.forbid_arming(AHRS, "Preflight Fail: Attitude estimate not valid")
+    local = topics.vehicle_local_position
+    fresh = local.timestamp > 0 and now_us - local.timestamp < TIMEOUT_US
+    too_far_off = 0.0 < settings.com_pos_fs_eph_m < local.eph
+    findings.local_altitude_invalid = not (fresh and local.z_valid)
+    findings.local_velocity_invalid = not (fresh and local.v_xy_valid)
+    findings.local_position_invalid = not (fresh and local.xy_valid) or too_far_off
+    position = topics.vehicle_global_position
+    findings.global_position_invalid = (
+        not position.valid or now_us - position.timestamp > TIMEOUT_US or findings.local_position_invalid
+    )

@@ -1,0 +1,104 @@
+"""What the checks write into: the failsafe flags of this moment, what forbids arming, and what to tell people.
+
+PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp), without its event arguments.
+"""
+
+from typing import NamedTuple
+
+from autopilot.constants import Severity
+from autopilot.topics import FailsafeFlags
+
+# MAV_SYS_STATUS_SENSOR bits (MAVLink common)
+GYRO = 0x01
+ACCEL = 0x02
+MAG = 0x04
+ABSOLUTE_PRESSURE = 0x08
+GPS = 0x20
+ATTITUDE_STABILIZATION = 0x800
+XY_POSITION_CONTROL = 0x4000
+MOTOR_OUTPUTS = 0x8000
+RC_RECEIVER = 0x10000
+AHRS = 0x200000
+LOGGING = 0x1000000
+BATTERY = 0x2000000
+PREARM_CHECK = 0x10000000
+
+
+class Settings(NamedTuple):
+    """Parameters that the checks obey, copied when they change."""
+
+    com_pos_fs_eph_m: float
+    com_vel_fs_evh_m_s: float
+    com_of_loss_us: int
+    com_rc_loss_us: int
+    com_dl_loss_us: int
+    com_flt_time_max_us: int
+    com_arm_wo_gps: int
+    com_arm_bat_min: float
+    com_arm_mis_req: int
+    sys_has_gps: int
+    rover: bool
+
+
+class Findings:
+    """Filled by one round of checks. Flags begin as good; a check that finds trouble says so."""
+
+    def __init__(self) -> None:
+        self.angular_velocity_invalid = False
+        self.attitude_invalid = False
+        self.local_altitude_invalid = False
+        self.local_position_invalid = False
+        self.local_velocity_invalid = False
+        self.global_position_invalid = False
+        self.auto_mission_missing = False
+        self.offboard_control_signal_lost = False
+        self.home_position_invalid = False
+        self.manual_control_signal_lost = False
+        self.gcs_connection_lost = False
+        self.battery_warning = 0
+        self.battery_unhealthy = False
+        self.geofence_breached = False
+        self.mission_failure = False
+        self.wind_limit_exceeded = False
+        self.flight_time_limit_exceeded = False
+        self.fd_critical_failure = False
+        self.fd_motor_failure = False
+        self.arming_forbidden = False
+        self.unhealthy = 0
+        """Bits of MAV_SYS_STATUS_SENSOR that are not well."""
+        self.texts: dict[str, Severity] = {}
+
+    def forbid_arming(self, sensor_bits: int, text: str) -> None:
+        """A failure that forbids arming in every mode; `text` as PX4 tells it."""
+        self.arming_forbidden = True
+        self.unhealthy |= sensor_bits
+        self.texts[text] = Severity.CRITICAL
+
+    def warn(self, sensor_bits: int, text: str, severity: Severity = Severity.CRITICAL) -> None:
+        """A failure that is told and shown, and that forbids nothing."""
+        self.unhealthy |= sensor_bits
+        self.texts[text] = severity
+
+    def flags(self) -> FailsafeFlags:
+        """The record for the topic."""
+        return FailsafeFlags(
+            self.angular_velocity_invalid,
+            self.attitude_invalid,
+            self.local_altitude_invalid,
+            self.local_position_invalid,
+            self.local_velocity_invalid,
+            self.global_position_invalid,
+            self.auto_mission_missing,
+            self.offboard_control_signal_lost,
+            self.home_position_invalid,
+            self.manual_control_signal_lost,
+            self.gcs_connection_lost,
+            self.battery_warning,
+            self.battery_unhealthy,
+            self.geofence_breached,
+            self.mission_failure,
+            self.wind_limit_exceeded,
+            self.flight_time_limit_exceeded,
+            self.fd_critical_failure,
+            self.fd_motor_failure,
+        )

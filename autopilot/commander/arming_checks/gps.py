@@ -1,0 +1,27 @@
+"""GPS: a 3D fix that is not old (the GPS half of PX4's estimatorCheck).
+
+Whether a vehicle may arm without GPS is COM_ARM_WO_GPS: 0 forbids it, 1 tells, 2 says nothing.
+"""
+
+from autopilot.commander.arming_checks.findings import GPS, Findings, Settings
+from autopilot.topics import Topics
+
+TIMEOUT_US = 2_000_000
+FIX_3D = 3
+TOLD = "Preflight: GPS fix too low"
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """A missing or poor fix is told, and forbids arming where COM_ARM_WO_GPS says so."""
+    gps = topics.sensor_gps
+    if not settings.sys_has_gps:
+        return
+    lost = gps.timestamp == 0 or now_us - gps.timestamp > TIMEOUT_US
+    if not lost and gps.fix_type >= FIX_3D:
+        return
+    if lost:
+        findings.unhealthy |= GPS
+    if settings.com_arm_wo_gps == 0:
+        findings.forbid_arming(0, TOLD.replace("Preflight:", "Preflight Fail:"))
+    elif settings.com_arm_wo_gps == 1:
+        findings.warn(0, TOLD)

@@ -1,0 +1,9 @@
+"""Home is set (PX4's homePositionCheck)."""
+
+from autopilot.commander.arming_checks.findings import Findings, Settings
+from autopilot.topics import Topics
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """Returning needs a home."""
+    findings.home_position_invalid = not topics.home_position.valid

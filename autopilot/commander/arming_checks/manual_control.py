@@ -1,0 +1,13 @@
+"""Sticks have been seen within COM_RC_LOSS_T (PX4's manualControlCheck)."""
+
+from autopilot.commander.arming_checks.findings import RC_RECEIVER, Findings, Settings
+from autopilot.topics import Topics
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """Lost sticks end the modes that are flown by them."""
+    sticks = topics.manual_control_setpoint
+    lost = not sticks.valid or sticks.timestamp == 0 or now_us - sticks.timestamp > settings.com_rc_loss_us
+    findings.manual_control_signal_lost = lost
+    if lost:
+        findings.unhealthy |= RC_RECEIVER

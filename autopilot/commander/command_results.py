@@ -1,0 +1,70 @@
+"""Results of the commands that PX4 v1.18 answers and that change nothing here, or nothing but the answer.
+
+They come from the commander and from modules that PX4's SITL runs beside it (payload, actuator test, camera feedback,
+gimbal, logger). None: PX4 sends no ack at all, because somebody else on the network is expected to answer. A command that
+is in no table is UNSUPPORTED.
+"""
+
+from sitl_emu.core import dialect as mavlink
+
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+TEMPORARILY_REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+DENIED = mavlink.MAV_RESULT_DENIED
+UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
+FAILED = mavlink.MAV_RESULT_FAILED
+CANCELLED = mavlink.MAV_RESULT_CANCELLED
+
+FIXED: dict[int, int | None] = {
+    **dict.fromkeys(
+        (
+            80,  # MAV_CMD_NAV_ROI
+            mavlink.MAV_CMD_DO_CHANGE_ALTITUDE,
+            mavlink.MAV_CMD_DO_SET_ACTUATOR,
+            mavlink.MAV_CMD_DO_GO_AROUND,
+            mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN,
+            mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE,
+            620,  # external attitude estimate
+            mavlink.MAV_CMD_EXTERNAL_POSITION_ESTIMATE,
+        ),
+        ACCEPTED,
+    ),
+    **dict.fromkeys(
+        (
+            0,
+            1,
+            mavlink.MAV_CMD_NAV_DELAY,
+            35,  # figure eight: the navigator of a fixed wing
+            203,  # DO_DIGICAM_CONTROL and what follows: for a camera or a gimbal
+            204,
+            205,
+            206,
+            214,
+            220,
+            242,
+            243,
+            260,
+            311,
+            500,
+            521,
+            530,
+            531,
+            532,
+            1000,
+            1001,
+            2003,
+            2510,
+            2511,
+            3000,
+            30001,
+            30002,
+            42600,
+            43002,
+        ),
+        None,
+    ),
+    mavlink.MAV_CMD_DO_LAND_START: CANCELLED,
+    mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: FAILED,
+}
+
+CALIBRATION_NAMES = ((0, "gyro"), (1, "mag"))
+"""Param index of PREFLIGHT_CALIBRATION, and what PX4 calls it in its texts."""

@@ -1,0 +1,278 @@
+"""What happens when something fails in flight: an ordered list of actions, of which the worst one that is asked for wins.
+
+PX4's failsafe framework and its rules (src/modules/commander/failsafe/framework.cpp and failsafe.cpp, v1.18). A rule
+names a condition, the action that a parameter asks for, and when the action ends. Link losses, batteries and fences first
+hold for COM_FAIL_ACT_T, so that a pilot can take over; a mode that can no longer be flown is left at once. An action that
+cannot be flown is replaced by the next worse one that can. A pilot who changes the mode while an action is flown takes
+over.
+
+Left out: VTOL, parachute, deferred failsafes, remaining flight time, wind, motor failures, stick takeover.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import NamedTuple
+
+from autopilot.constants import NavState
+from autopilot.parameters import Parameters
+from autopilot.topics import FailsafeFlags
+
+
+class Action(IntEnum):
+    """Further down is worse, and wins."""
+
+    NONE = 0
+    WARN = 1
+    FALLBACK_POSCTL = 2
+    FALLBACK_ALTCTL = 3
+    FALLBACK_STAB = 4
+    HOLD = 5
+    RTL = 6
+    LAND = 7
+    DESCEND = 8
+    DISARM = 9
+    TERMINATE = 10
+
+
+class Clear(IntEnum):
+    """When an action ends."""
+
+    WHEN_CONDITION_CLEARS = 0
+    ON_MODE_CHANGE_OR_DISARM = 1
+    ON_DISARM = 2
+
+
+class Option(NamedTuple):
+    """What a parameter's value asks for."""
+
+    action: Action = Action.NONE
+    clear: Clear = Clear.WHEN_CONDITION_CLEARS
+
+
+NOTHING = Option()
+WARN = Option(Action.WARN)
+HOLD = Option(Action.HOLD, Clear.ON_MODE_CHANGE_OR_DISARM)
+RTL = Option(Action.RTL, Clear.ON_MODE_CHANGE_OR_DISARM)
+LAND = Option(Action.LAND, Clear.ON_MODE_CHANGE_OR_DISARM)
+DISARM = Option(Action.DISARM, Clear.ON_MODE_CHANGE_OR_DISARM)
+TERMINATE = Option(Action.TERMINATE, Clear.ON_DISARM)
+
+LINK_LOSS_ACT = {0: NOTHING, 1: HOLD, 2: RTL, 3: LAND, 5: TERMINATE, 6: DISARM}
+GF_ACTION = {0: NOTHING, 1: WARN, 2: HOLD, 3: RTL, 4: TERMINATE, 5: LAND}
+LOW_BAT_CRITICAL = {0: WARN, 2: LAND, 3: RTL}
+LOW_BAT_EMERGENCY = {0: WARN, 2: LAND, 3: LAND}
+OFFBOARD_LOSS_ACT = {
+    0: Action.FALLBACK_POSCTL,
+    1: Action.FALLBACK_ALTCTL,
+    2: Action.FALLBACK_STAB,
+    3: Action.RTL,
+    4: Action.LAND,
+    5: Action.HOLD,
+    6: Action.TERMINATE,
+    7: Action.DISARM,
+}
+"""COM_OBL_RC_ACT."""
+
+WARNING_LOW = 1
+WARNING_CRITICAL = 2
+WARNING_EMERGENCY = 3
+EXCEPT_MISSION = 1
+EXCEPT_HOLD = 2
+EXCEPT_OFFBOARD = 4
+"""Bits of COM_RCL_EXCEPT and COM_DLL_EXCEPT."""
+STICKS_DISABLED = 4
+"""COM_RC_IN_MODE: no stick input at all."""
+
+_FALLBACK_MODES = (
+    (Action.FALLBACK_POSCTL, NavState.POSCTL),
+    (Action.FALLBACK_ALTCTL, NavState.ALTCTL),
+    (Action.FALLBACK_STAB, NavState.STAB),
+    (Action.HOLD, NavState.AUTO_LOITER),
+    (Action.RTL, NavState.AUTO_RTL),
+    (Action.LAND, NavState.AUTO_LAND),
+    (Action.DESCEND, NavState.DESCEND),
+)
+_MODE_OF_ACTION = dict(_FALLBACK_MODES) | {Action.TERMINATE: NavState.TERMINATION}
+
+FailsafeNotice = Callable[[Action, int], None]
+"""Told (action, seconds of hold before it; 0: at once)."""
+
+
+class Failsafe:
+    """Which actions are active, and what is flown because of them."""
+
+    def __init__(self, parameters: Parameters, notice: FailsafeNotice) -> None:
+        self._parameters = parameters
+        self._notice = notice
+        self._active: dict[str, tuple[Option, bool]] = {}
+        """By rule: the action and whether it waits for the hold first."""
+        self._selected = Action.NONE
+        self._chosen = Action.NONE
+        """The selected action before it was replaced by one that can be flown."""
+        self._hold_until_us = 0
+        self._taken_over = False
+        self._mode_changes = 0
+        self._manual_control_lost_at_arming = False
+        self._was_armed = False
+
+    @property
+    def in_failsafe(self) -> bool:
+        """An action is being flown."""
+        return self._selected > Action.WARN
+
+    @property
+    def selected(self) -> Action:
+        """The action that is being flown now."""
+        return self._selected
+
+    def update(
+        self,
+        now_us: int,
+        *,
+        armed: bool,
+        user_mode: NavState,
+        mode_changes: int,
+        flags: FailsafeFlags,
+        can_run_mode_flags: int,
+    ) -> NavState:
+        """The mode to fly. `user_mode` is what was asked for, `mode_changes` counts the requests."""
+        if not armed:
+            self._active.clear()
+            self._selected = self._chosen = Action.NONE
+            self._taken_over = self._was_armed = False
+            self._mode_changes = mode_changes
+            return user_mode
+        if not self._was_armed:
+            self._was_armed = True
+            self._manual_control_lost_at_arming = flags.manual_control_signal_lost
+        elif not flags.manual_control_signal_lost:
+            self._manual_control_lost_at_arming = False
+        user_mode_changed = mode_changes != self._mode_changes
+        self._mode_changes = mode_changes
+        self._check_rules(now_us, user_mode, flags, can_run_mode_flags, user_mode_changed)
+        return self._select(now_us, user_mode, user_mode_changed, can_run_mode_flags)
+
+    def _check_rules(
+        self, now_us: int, user_mode: NavState, flags: FailsafeFlags, can_run: int, user_mode_changed: bool
+    ) -> None:
+        parameters = self._parameters
+        checks: list[tuple[str, bool, Option, bool]] = []
+        sticks_ignored = (
+            self._manual_control_lost_at_arming
+            or parameters["COM_RC_IN_MODE"] == STICKS_DISABLED
+            or _excepted(int(parameters["COM_RCL_EXCEPT"]), user_mode)
+        )
+        checks.append(
+            (
+                "manual_control_signal_lost",
+                flags.manual_control_signal_lost and not sticks_ignored,
+                LINK_LOSS_ACT.get(int(parameters["NAV_RCL_ACT"]), NOTHING),
+                True,
+            )
+        )
+        link_ignored = user_mode in (NavState.AUTO_LAND, NavState.AUTO_PRECLAND) or _excepted(
+            int(parameters["COM_DLL_EXCEPT"]), user_mode
+        )
+        checks.append(
+            (
+                "gcs_connection_lost",
+                flags.gcs_connection_lost and not link_ignored,
+                LINK_LOSS_ACT.get(int(parameters["NAV_DLL_ACT"]), NOTHING),
+                True,
+            )
+        )
+        checks.append(
+            ("mission_failure", flags.mission_failure and user_mode is NavState.AUTO_MISSION, RTL, True),
+        )
+        checks.append(("flight_time", flags.flight_time_limit_exceeded, RTL, True))
+        checks.append(
+            ("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), NOTHING), True)
+        )
+        low_battery = int(parameters["COM_LOW_BAT_ACT"])
+        warning = flags.battery_warning
+        checks.append(("battery_low", warning == WARNING_LOW, WARN, False))
+        checks.append(
+            ("battery_critical", warning == WARNING_CRITICAL, LOW_BAT_CRITICAL.get(low_battery, WARN), True)
+        )
+        checks.append(
+            ("battery_emergency", warning >= WARNING_EMERGENCY, LOW_BAT_EMERGENCY.get(low_battery, WARN), True)
+        )
+        fallback = self._mode_fallback(user_mode, flags, can_run)
+        checks.append(("mode_fallback", fallback is not Action.NONE, Option(fallback), False))
+        for name, failed, option, delayed in checks:
+            self._check(now_us, name, failed, option, delayed, user_mode_changed)
+
+    def _check(
+        self, now_us: int, name: str, failed: bool, option: Option, delayed: bool, user_mode_changed: bool
+    ) -> None:
+        active = self._active
+        before = active.get(name)
+        if failed and option.action is not Action.NONE:
+            if before is None:
+                delayed = delayed and option.action not in (Action.WARN, Action.HOLD, Action.DISARM, Action.TERMINATE)
+                if delayed and not any(waits for _, waits in active.values()):
+                    self._hold_until_us = now_us + int(self._parameters["COM_FAIL_ACT_T"] * 1e6)
+                active[name] = (option, delayed)
+            elif before[0] != option and before[0].clear is Clear.WHEN_CONDITION_CLEARS:
+                active[name] = (option, before[1])
+        elif before is not None:
+            clear = before[0].clear
+            if clear is Clear.WHEN_CONDITION_CLEARS or (
+                clear is Clear.ON_MODE_CHANGE_OR_DISARM and (self._taken_over or user_mode_changed or self._holding(now_us))
+            ):
+                del active[name]
+
+    def _holding(self, now_us: int) -> bool:
+        return now_us < self._hold_until_us
+
+    def _mode_fallback(self, user_mode: NavState, flags: FailsafeFlags, can_run: int) -> Action:
+        if user_mode is NavState.OFFBOARD and flags.offboard_control_signal_lost:
+            return OFFBOARD_LOSS_ACT.get(int(self._parameters["COM_OBL_RC_ACT"]), Action.RTL)
+        if user_mode in (NavState.POSCTL, NavState.POSITION_SLOW) and not can_run >> user_mode & 1:
+            if can_run >> NavState.ALTCTL & 1:
+                return Action.FALLBACK_ALTCTL
+            if can_run >> NavState.STAB & 1:
+                return Action.FALLBACK_STAB
+        elif user_mode is NavState.ALTCTL and not can_run >> NavState.ALTCTL & 1 and can_run >> NavState.STAB & 1:
+            return Action.FALLBACK_STAB
+        return Action.NONE if can_run >> user_mode & 1 else Action.RTL
+
+    def _select(self, now_us: int, user_mode: NavState, user_mode_changed: bool, can_run: int) -> NavState:
+        action = max((option.action for option, _ in self._active.values()), default=Action.NONE)
+        if action is Action.NONE:
+            self._taken_over = False
+        elif user_mode_changed and action == self._chosen and action < Action.DISARM:
+            if action is Action.WARN:
+                self._notice(action, 0)
+            self._taken_over = True
+        self._chosen = action
+        hold_s = 0
+        if self._taken_over and (action < Action.DISARM and can_run >> user_mode & 1):
+            action = min(action, Action.WARN)
+        elif Action.HOLD < action < Action.DISARM and self._only_delayed(action) and self._holding(now_us):
+            hold_s = round(float(self._parameters["COM_FAIL_ACT_T"]))
+            action = Action.HOLD
+        possible = self._possible(action, can_run)
+        if possible > Action.WARN and possible is not self._selected and (possible > self._selected):
+            self._notice(possible, hold_s)
+        self._selected = possible
+        return _MODE_OF_ACTION.get(possible, user_mode)
+
+    def _only_delayed(self, action: Action) -> bool:
+        return all(waits for option, waits in self._active.values() if option.action is action)
+
+    def _possible(self, action: Action, can_run: int) -> Action:
+        if action < Action.FALLBACK_POSCTL or action > Action.DESCEND:
+            return action
+        for candidate, mode in _FALLBACK_MODES:
+            if candidate >= action and can_run >> mode & 1:
+                return candidate
+        return Action.TERMINATE
+
+
+def _excepted(exceptions: int, user_mode: NavState) -> bool:
+    if user_mode is NavState.AUTO_MISSION:
+        return bool(exceptions & EXCEPT_MISSION)
+    if user_mode in (NavState.AUTO_LOITER, NavState.AUTO_TAKEOFF, NavState.ORBIT):
+        return bool(exceptions & EXCEPT_HOLD)
+    return user_mode is NavState.OFFBOARD and bool(exceptions & EXCEPT_OFFBOARD)

@@ -1,0 +1,34 @@
+"""The mode that the user wants, and the one to come back to after disarming.
+
+PX4's UserModeIntention (src/modules/commander/UserModeIntention.cpp, v1.18): on the ground any mode may be chosen, in
+flight only one that can run. Modes that prevent arming (LAND, RTL, ...) are forgotten at disarming.
+"""
+
+from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from autopilot.commander.mode_requirements import PREVENT_ARMING
+from autopilot.constants import NavState
+
+
+class UserModeIntention:
+    """What was asked for last."""
+
+    def __init__(self, checks: HealthAndArmingChecks, mode: NavState) -> None:
+        self._checks = checks
+        self.mode = mode
+        self.changes = 0
+        """Counts every accepted request, also those for the mode that it is already."""
+        self._mode_after_disarming = mode
+
+    def change(self, mode: NavState, *, armed: bool, force: bool = False) -> bool:
+        """Ask for a mode; False where it cannot be flown now."""
+        if armed and not force and not self._checks.can_run(mode):
+            return False
+        self.mode = mode
+        self.changes += 1
+        if mode not in PREVENT_ARMING:
+            self._mode_after_disarming = mode
+        return True
+
+    def on_disarm(self) -> None:
+        """Back to the last mode in which one can arm."""
+        self.mode = self._mode_after_disarming
