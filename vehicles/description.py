@@ -50,8 +50,8 @@ class Aerodynamics:
     """Drag by body axis, against the air: force (linear + quadratic · |v|) · v, moment angular · ω."""
 
     linear_n_s_m: Vector3 = limited(0.0)
-    quadratic_n_s2_m2: Vector3 = limited(0.0, default=ZERO)
     angular_n_m_s: Vector3 = limited(0.0)
+    quadratic_n_s2_m2: Vector3 = limited(0.0, default=ZERO)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +131,8 @@ class Magnetometer:
     """White noise per axis of one sample (gauss), hard-iron bias left after calibration, rate."""
 
     noise_gauss: Vector3 = limited(0.0)
-    bias_gauss: float = limited(0.0, default=0.0)
     rate_hz: float = limited(1.0, 250.0)
+    bias_gauss: float = limited(0.0, default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +140,10 @@ class Barometer:
     """White noise, and a slow Gauss-Markov drift with its time constant."""
 
     noise_pa: float = limited(0.0)
+    rate_hz: float = limited(1.0, 250.0)
     drift_pa: float = limited(0.0, default=0.0)
     drift_time_s: float = limited(1.0, default=300.0)
     temperature_c: float = limited(-40.0, 85.0, default=15.0)
-    rate_hz: float = limited(1.0, 250.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,22 @@
+"""Barometer: standard atmosphere, white noise and a slow drift (weather, self-heating). Rotor wash is left out."""
+
+from vehicles.description import Barometer as BarometerData
+
+from sitl_emu.world.atmosphere import pressure_altitude_m, pressure_hpa
+from sitl_emu.world.noise import GaussMarkov, normals
+
+
+class Barometer:
+    """Reads pressure and pressure altitude; to be read at the data's rate, which paces the drift."""
+
+    def __init__(self, data: BarometerData, seed: int, name: str) -> None:
+        self._draw = normals(seed, name, "barometer")
+        self._noise = 0.01 * data.noise_pa
+        drift = normals(seed, name, "barometer drift")
+        self._drift = GaussMarkov(0.01 * data.drift_pa, data.drift_time_s, 1.0 / data.rate_hz, drift)
+        self.temperature_c = data.temperature_c
+
+    def read(self, alt_amsl_m: float) -> tuple[float, float]:
+        """(pressure in hPa, pressure altitude in m)."""
+        pressure = pressure_hpa(alt_amsl_m) + self._drift.step() + self._noise * self._draw()
+        return pressure, pressure_altitude_m(pressure)

@@ -1,0 +1,38 @@
+"""Magnetometer: the Earth's field of the home location in the body frame, hard-iron bias, white noise."""
+
+import math
+
+from vehicles.description import Magnetometer as MagnetometerData
+from vehicles.dynamics import Quaternion
+
+from sitl_emu.core.geomagnetism import MagneticField
+from sitl_emu.world.noise import normals
+
+
+class Magnetometer:
+    """Reads the field in gauss, FRD."""
+
+    def __init__(self, data: MagnetometerData, field: MagneticField, seed: int, name: str) -> None:
+        draw = self._draw = normals(seed, name, "magnetometer")
+        self._bias = (data.bias_gauss * draw(), data.bias_gauss * draw(), data.bias_gauss * draw())
+        self._noise = data.noise_gauss
+        horizontal = field.strength_gauss * math.cos(field.inclination_rad)
+        self._field = (
+            horizontal * math.cos(field.declination_rad),
+            horizontal * math.sin(field.declination_rad),
+            field.strength_gauss * math.sin(field.inclination_rad),
+        )
+
+    def read(self, attitude: Quaternion) -> tuple[float, float, float]:
+        """Field along body x, y, z, gauss."""
+        w, x, y, z = attitude
+        north, east, down = self._field
+        draw = self._draw
+        return (
+            (1.0 - 2.0 * (y * y + z * z)) * north + 2.0 * (x * y + w * z) * east + 2.0 * (x * z - w * y) * down
+            + self._bias[0] + self._noise[0] * draw(),
+            2.0 * (x * y - w * z) * north + (1.0 - 2.0 * (x * x + z * z)) * east + 2.0 * (y * z + w * x) * down
+            + self._bias[1] + self._noise[1] * draw(),
+            2.0 * (x * z + w * y) * north + 2.0 * (y * z - w * x) * east + (1.0 - 2.0 * (x * x + y * y)) * down
+            + self._bias[2] + self._noise[2] * draw(),
+        )  # fmt: skip

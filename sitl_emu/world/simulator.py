@@ -1,0 +1,287 @@
+"""The simulator's end of the seam, for one vehicle: dynamics and sensors, one tick of 4 ms at a time.
+
+Messages: HIL_SENSOR every tick, last (250 Hz; magnetometer and barometer at their own rates, as fields_updated says);
+HIL_GPS, DISTANCE_SENSOR, battery at 5 Hz and truth (HIL_STATE_QUATERNION) at 10 Hz when due
+(https://mavlink.io/en/messages/common.html; PX4: src/modules/simulation/simulator_mavlink). A state machine on
+simulated time: `tick` is all that happens. The autopilot's parameters do not exist in here; what PX4's own simulator
+reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …), for who has both.
+"""
+
+import math
+import struct
+from typing import NamedTuple
+
+from vehicles.ackermann import Ackermann
+from vehicles.battery import Px4Battery, battery_model
+from vehicles.description import Vehicle
+from vehicles.dynamics import STEP_S, Dynamics, Quaternion
+from vehicles.multicopter import Multicopter
+from vehicles.sih_ackermann import SihAckermann
+
+from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.core.geomagnetism import MagneticField, magnetic_field
+from sitl_emu.core.simulator_api import (
+    FIELDS_UPDATED_ACCEL,
+    FIELDS_UPDATED_BARO,
+    FIELDS_UPDATED_GYRO,
+    FIELDS_UPDATED_MAG,
+    HilActuatorControls,
+    HilSensor,
+    HilStateQuaternion,
+    SimulatedBattery,
+    SimulatorMessage,
+)
+from sitl_emu.world.atmosphere import gravity_m_s2
+from sitl_emu.world.ground import Terrain
+from sitl_emu.world.sensors.barometer import Barometer
+from sitl_emu.world.sensors.gps import Gps
+from sitl_emu.world.sensors.imu import Imu
+from sitl_emu.world.sensors.lidar import Lidar
+from sitl_emu.world.sensors.magnetometer import Magnetometer
+from sitl_emu.world.wind import Wind
+
+TICK_US = 4000
+BATTERY_EVERY_US = 200_000
+TRUTH_EVERY_US = 100_000
+NEVER_US = 1 << 62
+MODE_FLAG_SAFETY_ARMED = 128
+IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
+UNKNOWN_CURRENT_CA = -1
+_FLOATS = struct.Struct("<7f")
+
+
+class Home(NamedTuple):
+    """The world's origin: latitude, longitude (deg), altitude AMSL (m); and the heading (deg) vehicles start with."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+    heading_deg: float
+
+
+class Pose(NamedTuple):
+    """Truth of one vehicle at a time: NED metres from the world's origin, body-to-NED quaternion, latitude and so on."""
+
+    time_usec: int
+    north_m: float
+    east_m: float
+    down_m: float
+    vn_m_s: float
+    ve_m_s: float
+    vd_m_s: float
+    q: Quaternion
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+
+
+class VehicleSimulator:
+    """One simulated vehicle. It starts at rest on the terrain, `start_north_m`, `start_east_m` from the world's origin.
+
+    Failures are attributes, to be set at any time: `gps_off`, `baro_off`, `mag_off`, `lidar_off` silence a sensor,
+    `motor_off[i]` stops a motor. Equal arguments give equal runs; `name` and `seed` choose the noise.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        home: Home,
+        seed: int,
+        terrain: Terrain,
+        wind: Wind | None = None,
+        start_north_m: float = 0.0,
+        start_east_m: float = 0.0,
+        name: str = "vehicle",
+    ) -> None:
+        self.vehicle, self.home, self.name = vehicle, home, name
+        self.time_usec = 0
+        self._projection = MapProjection(home.lat_deg, home.lon_deg)
+        self._wind = wind if wind is not None and not vehicle.wind_is_px4s else Wind()
+        start = (start_north_m, start_east_m, math.radians(home.heading_deg))
+        self.dynamics: Dynamics = _dynamics(vehicle, home, terrain, start)
+        self.motor_off: list[bool] = self.dynamics.motor_off if isinstance(self.dynamics, Multicopter) else [False]
+        self.gps_off = self.baro_off = self.mag_off = self.lidar_off = False
+        self.sih_wind_n = self.sih_wind_e = 0.0
+        """PX4's SIH_WIND_N, SIH_WIND_E in m/s: air that moves *south*, *west*; they add to the world's wind."""
+
+        sensors = vehicle.sensors
+        self._imu = Imu(sensors.imu, seed, name)
+        self._magnetometer = Magnetometer(sensors.magnetometer, _field(vehicle, home), seed, name)
+        self._barometer = Barometer(sensors.barometer, seed, name)
+        self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
+        self._lidar = Lidar(sensors.lidar, terrain, seed, name) if sensors.lidar else None
+        self.battery = battery_model(vehicle.battery)
+        self._mag_every, self._mag_at = _period_us(sensors.magnetometer.rate_hz), 0
+        self._baro_every, self._baro_at = _period_us(sensors.barometer.rate_hz), 0
+        self._gps_every, self._gps_at = _period_us(sensors.gps.rate_hz), 0
+        self._lidar_every = _period_us(sensors.lidar.rate_hz) if sensors.lidar else 0
+        self._lidar_at = 0 if sensors.lidar else NEVER_US
+        self._battery_at = self._truth_at = 0
+        self._due_at = 0
+        self._mag = self._magnetometer.read(self.dynamics.q)
+        self._pressure = self._barometer.read(home.alt_amsl_m - self.dynamics.down_m)
+        self._coasts = vehicle.sih_rover is not None
+        self._controls: tuple[float, ...] = ()
+        self._armed = False
+
+    @property
+    def sim_gps_used(self) -> int:
+        """Satellites in use (PX4's SIM_GPS_USED); fewer than four give no fix."""
+        return self._gps.satellites
+
+    @sim_gps_used.setter
+    def sim_gps_used(self, satellites: int) -> None:
+        self._gps.satellites = satellites
+
+    @property
+    def sim_bat_drain(self) -> float:
+        """Seconds in which an armed vehicle empties its battery (PX4's SIM_BAT_DRAIN); NaN where the load does that."""
+        return self.battery.sim_bat_drain if isinstance(self.battery, Px4Battery) else math.nan
+
+    @sim_bat_drain.setter
+    def sim_bat_drain(self, seconds: float) -> None:
+        if isinstance(self.battery, Px4Battery):
+            self.battery.sim_bat_drain = seconds
+
+    @property
+    def sim_bat_min_pct(self) -> float:
+        """Charge below which it does not fall (PX4's SIM_BAT_MIN_PCT); NaN where the load drains the battery."""
+        return self.battery.sim_bat_min_pct if isinstance(self.battery, Px4Battery) else math.nan
+
+    @sim_bat_min_pct.setter
+    def sim_bat_min_pct(self, percent: float) -> None:
+        if isinstance(self.battery, Px4Battery):
+            self.battery.sim_bat_min_pct = percent
+
+    def start_messages(self) -> list[SimulatorMessage]:
+        """The first tick's messages, before the autopilot has answered anything."""
+        return self.tick(None)
+
+    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
+        """Advance by 4 ms under these controls (None: none came, the last ones hold); HIL_SENSOR comes last."""
+        if controls is not None:
+            self._armed = controls.mode & MODE_FLAG_SAFETY_ARMED != 0
+            # PX4 says nothing to a disarmed vehicle's actuators: SIH's rover keeps its last throttle and steering
+            if self._armed or not self._coasts:
+                self._controls = controls.controls
+        now_us = self.time_usec = self.time_usec + TICK_US
+        wind = self._wind
+        if wind.calm:
+            wind_n = wind_e = wind_d = 0.0
+        else:
+            wind_n, wind_e, wind_d = wind.at(now_us)
+        body = self.dynamics
+        body.step(self._controls, wind_n - self.sih_wind_n, wind_e - self.sih_wind_e, wind_d)
+
+        updated = IMU_UPDATED
+        messages: list[SimulatorMessage] = []
+        if now_us >= self._due_at:
+            updated |= self._slow_sensors(now_us, messages)
+        reading = self._imu.read(
+            body.ax_m_s2, body.ay_m_s2, body.az_m_s2, body.p_rad_s, body.q_rad_s, body.r_rad_s, body.running
+        )
+        pressure, pressure_alt = self._pressure
+        temperature = self._barometer.temperature_c
+        messages.append(HilSensor(now_us, *reading, *self._mag, pressure, 0.0, pressure_alt, temperature, updated, 0))
+        return messages
+
+    def pose(self) -> Pose:
+        """Where the vehicle really is: for camera, scoring and radio."""
+        body = self.dynamics
+        lat, lon = self._projection.reproject(body.north_m, body.east_m)
+        return Pose(
+            self.time_usec, body.north_m, body.east_m, body.down_m, body.vn_m_s, body.ve_m_s, body.vd_m_s, body.q,
+            lat, lon, self.home.alt_amsl_m - body.down_m,
+        )  # fmt: skip
+
+    def truth(self) -> HilStateQuaternion:
+        """HIL_STATE_QUATERNION of now; accelerations in mg, as MAVLink has them."""
+        pose, body = self.pose(), self.dynamics
+        w, x, y, z, p, q, r = _FLOATS.unpack(_FLOATS.pack(*body.q, body.p_rad_s, body.q_rad_s, body.r_rad_s))
+        airspeed = _int16(100.0 * math.sqrt(body.vn_m_s**2 + body.ve_m_s**2 + body.vd_m_s**2))
+        return HilStateQuaternion(
+            pose.time_usec, (w, x, y, z), p, q, r,
+            round(pose.lat_deg * 1e7), round(pose.lon_deg * 1e7), round(pose.alt_amsl_m * 1e3),
+            _int16(body.vn_m_s * 100), _int16(body.ve_m_s * 100), _int16(body.vd_m_s * 100),
+            max(airspeed, 0), max(airspeed, 0),
+            _int16(body.ax_m_s2 * 1e3 / 9.80665), _int16(body.ay_m_s2 * 1e3 / 9.80665), _int16(body.az_m_s2 * 1e3 / 9.80665),
+        )  # fmt: skip
+
+    def _slow_sensors(self, now_us: int, messages: list[SimulatorMessage]) -> int:
+        """Read what is due besides the IMU; the bits it adds to fields_updated."""
+        body, updated = self.dynamics, 0
+        if now_us >= self._mag_at:
+            self._mag_at = _next_us(self._mag_at, self._mag_every, now_us)
+            if not self.mag_off:
+                self._mag = self._magnetometer.read(body.q)
+                updated |= FIELDS_UPDATED_MAG
+        if now_us >= self._baro_at:
+            self._baro_at = _next_us(self._baro_at, self._baro_every, now_us)
+            if not self.baro_off:
+                self._pressure = self._barometer.read(self.home.alt_amsl_m - body.down_m)
+                updated |= FIELDS_UPDATED_BARO
+        if now_us >= self._gps_at:
+            self._gps_at = _next_us(self._gps_at, self._gps_every, now_us)
+            if not self.gps_off:
+                messages.append(
+                    self._gps.read(
+                        now_us, body.north_m, body.east_m, body.down_m, body.vn_m_s, body.ve_m_s, body.vd_m_s
+                    )
+                )
+        if self._lidar and now_us >= self._lidar_at:
+            self._lidar_at = _next_us(self._lidar_at, self._lidar_every, now_us)
+            if not self.lidar_off:
+                messages.append(self._lidar.read(now_us, body.north_m, body.east_m, body.down_m, body.q))
+        if now_us >= self._battery_at:
+            self._battery_at = _next_us(self._battery_at, BATTERY_EVERY_US, now_us)
+            messages.append(self._battery_message())
+        if now_us >= self._truth_at:
+            self._truth_at = _next_us(self._truth_at, TRUTH_EVERY_US, now_us)
+            messages.append(self.truth())
+        self._due_at = min(
+            self._mag_at, self._baro_at, self._gps_at, self._lidar_at, self._battery_at, self._truth_at
+        )
+        return updated
+
+    def _battery_message(self) -> SimulatedBattery:
+        battery = self.battery
+        battery.step(BATTERY_EVERY_US * 1e-6, self.dynamics.power_w, self._armed)
+        measured = not isinstance(battery, Px4Battery)
+        return SimulatedBattery(
+            round(battery.voltage_v * 1e3),
+            _int16(battery.current_a * 100) if measured else UNKNOWN_CURRENT_CA,
+            round(battery.remaining * 100),
+        )
+
+
+def _dynamics(vehicle: Vehicle, home: Home, terrain: Terrain, start: tuple[float, float, float]) -> Dynamics:
+    gravity = gravity_m_s2(home.lat_deg)
+    if vehicle.propulsion is not None:
+        return Multicopter(vehicle, terrain.height_m, *start, gravity)
+    if vehicle.chassis is not None:
+        return Ackermann(vehicle, terrain.height_m, *start, gravity)
+    return SihAckermann(vehicle, terrain.height_m, *start, gravity, home.lat_deg, home.lon_deg)
+
+
+def _field(vehicle: Vehicle, home: Home) -> MagneticField:
+    """The field at home; an airframe that comes with a declination of its own (EKF2_MAG_DECL) finds that one."""
+    field = magnetic_field(home.lat_deg, home.lon_deg)
+    declination_deg = vehicle.airframe.get("EKF2_MAG_DECL")
+    return field if declination_deg is None else field._replace(declination_rad=math.radians(declination_deg))
+
+
+def _period_us(rate_hz: float) -> int:
+    return round(1e6 / rate_hz)
+
+
+def _next_us(at_us: int, every_us: int, now_us: int) -> int:
+    """The next due time on a grid that does not drift: a period of 125 ms stays 8 Hz on ticks of 4 ms."""
+    following = at_us + every_us
+    return following if following > now_us else now_us + every_us
+
+
+def _int16(value: float) -> int:
+    return max(-32768, min(32767, round(value)))
+
+
+assert round(STEP_S * 1e6) == TICK_US

@@ -1,0 +1,83 @@
+"""Batteries: one that its load drains, and PX4's simulated one.
+
+`LoadBattery`: current I = P/V of the actuators and the avionics, state of charge s̄ = -I/capacity, open-circuit
+voltage per cell between empty and full along a lithium discharge curve (steep at both ends, flat between), terminal
+voltage V = V_oc - R I, smoothed over 0.5 s of load (the slow part of the sag).
+`Px4Battery`: src/modules/simulation/battery_simulator of PX4 v1.18: while armed it loses its charge within
+SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the voltage is linear in the charge.
+Not modelled: temperature, ageing, recovery beyond the sag's own.
+"""
+
+from typing import Protocol
+
+from vehicles.description import Battery
+
+SAG_TIME_S = 0.5
+CURVE = ((0.0, 0.0), (0.05, 0.22), (0.15, 0.38), (0.40, 0.50), (0.60, 0.62), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0))
+"""Charge against height of the cell's voltage between empty and full: a generic lithium-polymer discharge curve."""
+
+
+class BatteryModel(Protocol):
+    """voltage_v, current_a (NaN: unknown) and remaining 0..1 may be read at any time."""
+
+    voltage_v: float
+    current_a: float
+    remaining: float
+
+    def step(self, dt_s: float, power_w: float, armed: bool) -> None:
+        """Advance by `dt_s` at this power of the actuators."""
+        ...
+
+
+class LoadBattery:
+    """Drained by what the vehicle does."""
+
+    def __init__(self, battery: Battery) -> None:
+        self._battery = battery
+        self.remaining = 1.0
+        self.current_a = 0.0
+        self.voltage_v = battery.cells * battery.cell_full_v
+
+    def step(self, dt_s: float, power_w: float, armed: bool) -> None:
+        """Advance; an empty battery stays empty, it does not stop the motors."""
+        battery = self._battery
+        current = (power_w + battery.avionics_power_w) / max(self.voltage_v, 1.0)
+        self.current_a += min(1.0, dt_s / SAG_TIME_S) * (current - self.current_a)
+        self.remaining = max(0.0, self.remaining - current * dt_s / (3600.0 * battery.capacity_ah))
+        cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * _curve(self.remaining)
+        self.voltage_v = battery.cells * cell - battery.internal_resistance_ohm * self.current_a
+
+
+class Px4Battery:
+    """PX4's BatterySimulator; `sim_bat_drain` (s) and `sim_bat_min_pct` (%) are PX4's parameters of these names."""
+
+    def __init__(self, battery: Battery) -> None:
+        self._battery = battery
+        self.sim_bat_drain = 60.0
+        self.sim_bat_min_pct = 50.0
+        self.remaining = 1.0
+        self.current_a = 0.0
+        self.voltage_v = battery.cells * battery.cell_full_v
+
+    def step(self, dt_s: float, power_w: float, armed: bool) -> None:
+        """Advance; the load plays no part."""
+        if armed:
+            drained = self.remaining - dt_s / max(self.sim_bat_drain, 0.01)
+            self.remaining = max(drained, 0.01 * self.sim_bat_min_pct, 0.0)
+        else:
+            self.remaining = 1.0
+        battery = self._battery
+        cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * self.remaining
+        self.voltage_v = battery.cells * cell
+
+
+def battery_model(battery: Battery) -> LoadBattery | Px4Battery:
+    """The model that a vehicle's data asks for."""
+    return Px4Battery(battery) if battery.kind == "px4" else LoadBattery(battery)
+
+
+def _curve(charge: float) -> float:
+    for (x0, y0), (x1, y1) in zip(CURVE, CURVE[1:], strict=False):
+        if charge <= x1:
+            return y0 + (y1 - y0) * (charge - x0) / (x1 - x0)
+    return 1.0

@@ -1,0 +1,71 @@
+"""What all dynamics have in common: the state that the world reads, and quaternions.
+
+Frames: position and velocity NED in metres from the world's origin, body FRD, quaternion (w, x, y, z) body to NED.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+Quaternion = tuple[float, float, float, float]
+Height = Callable[[float, float], float]
+"""Terrain: (north_m, east_m) -> height above the world's origin, up."""
+
+STEP_S = 0.004
+
+
+class Dynamics(Protocol):
+    """A moving vehicle. `step` advances by STEP_S; everything else is state that may be read at any time."""
+
+    north_m: float
+    east_m: float
+    down_m: float
+    """Of the centre of mass."""
+    vn_m_s: float
+    ve_m_s: float
+    vd_m_s: float
+    q: Quaternion
+    p_rad_s: float
+    q_rad_s: float
+    r_rad_s: float
+    ax_m_s2: float
+    ay_m_s2: float
+    az_m_s2: float
+    """Specific force in the body frame over the last step: what an accelerometer feels."""
+    power_w: float
+    """Electrical power of the actuators."""
+    running: bool
+    """Whether motors push: the airframe vibrates."""
+
+    def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
+        """Advance by STEP_S; `controls` as HIL_ACTUATOR_CONTROLS, wind as the velocity of the air, NED."""
+        ...
+
+
+def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
+    """Quaternion of yaw, then pitch, then roll."""
+    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
+    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
+    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def slope(height: Height, north_m: float, east_m: float, reach_m: float) -> tuple[float, float, float]:
+    """Ground plane at a place: height (m), and its rise per metre to north and east, over ± `reach_m`."""
+    k = 0.5 / reach_m
+    north = (height(north_m + reach_m, east_m) - height(north_m - reach_m, east_m)) * k
+    east = (height(north_m, east_m + reach_m) - height(north_m, east_m - reach_m)) * k
+    return height(north_m, east_m), north, east
+
+
+def slope_angles(rise_north: float, rise_east: float, yaw_rad: float) -> tuple[float, float]:
+    """(roll, pitch) of a body with this yaw that lies on such a plane."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    forward, right = rise_north * c + rise_east * s, rise_east * c - rise_north * s
+    pitch = math.atan(forward)
+    return -math.atan(right * math.cos(pitch)), pitch

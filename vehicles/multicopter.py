@@ -1,0 +1,225 @@
+"""A multicopter: rigid body with six degrees of freedom, in scalars, one semi-implicit step of 4 ms.
+
+Equations (body FRD, world NED, q body to NED, R its matrix):
+
+- rotor i: u̇ᵢ = (cᵢ - uᵢ)/τ (cᵢ the control 0..1, uᵢ speed over greatest speed), thrust Tᵢ = T_max uᵢ²,
+  reaction torque κ Tᵢ (positive yaw for a ccw rotor)
+- moment: M = Σ (-yᵢ Tᵢ, xᵢ Tᵢ, ±κ Tᵢ) - ω × (I ω + h e_z) - k_ω ω + ground, with h = Σ ±J Ω uᵢ of the rotors
+- drag by body axis, of the velocity v_a against the air: F = -(k₁ + k₂ |v_a|) v_a
+- ω' = ω + dt I⁻¹ M;  q' = q ⊗ (1, ω' dt/2), normalised
+- v' = v + dt (R f + g e_z), f = (thrust + drag + ground)/m being what the accelerometer feels;  p' = p + dt (v + v')/2
+
+Ground: the gear's feet make a plane `height_m` below the centre of mass. In contact, a spring-damper along the
+ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 6 mm), Coulomb friction that holds what
+it can hold (a vehicle at rest stays exactly where it is, on a slope too), and moments that turn the gear's plane onto
+the ground as far as the load on it reaches (load · half the stance). Not modelled: ground effect, blade flapping,
+vortex ring, feet one by one.
+PX4 for comparison: src/modules/simulation/simulator_sih (v1.18), whose hexacopter `sihsim_hex` is this with its numbers.
+"""
+
+import math
+
+from vehicles.description import Vehicle
+from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope, slope_angles
+
+GEAR_RAD_S = 40.0
+GEAR_DAMPING = 0.8
+CLOSING_M_S = 40.0
+"""Faster than any vehicle meets the ground: how long the height above it need not be asked for."""
+SLOPE_REACH_M = 0.3
+SLOPE_FRESH_M = 0.1
+"""The ground's plane is taken anew when the vehicle has moved so far along it."""
+
+
+class Multicopter:
+    """State and step of a multicopter; implements `dynamics.Dynamics`. Starts at rest on the ground.
+
+    `motor_off[i]` stops rotor i, whatever its control says.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        height: Height,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        yaw_rad: float = 0.0,
+        gravity_m_s2: float = 9.80665,
+    ) -> None:
+        """Raises ValueError for a vehicle without propulsion."""
+        if vehicle.propulsion is None or vehicle.aerodynamics is None or vehicle.gear is None:
+            raise ValueError(f"{vehicle.model} is no multicopter")
+        propulsion, air, gear = vehicle.propulsion, vehicle.aerodynamics, vehicle.gear
+        self._height = height
+        self._gravity = gravity_m_s2
+        self._mass = vehicle.mass_kg
+        self._inertia = vehicle.inertia_kg_m2
+        self._gear_height = gear.height_m
+        self._half_length, self._half_width, self._friction = gear.half_length_m, gear.half_width_m, gear.friction
+        self._linear, self._quadratic = air.linear_n_s_m, air.quadratic_n_s2_m2
+        self._has_quadratic = any(air.quadratic_n_s2_m2)
+        self._angular = air.angular_n_m_s
+        self._lag = 1.0 - math.exp(-STEP_S / propulsion.time_constant_s)
+        self._thrust_max = propulsion.thrust_max_n
+        self._power_max = propulsion.power_max_w
+        signs = [1.0 if rotor.turns == "ccw" else -1.0 for rotor in propulsion.rotors]
+        t_max = propulsion.thrust_max_n
+        self._roll_arms = [-rotor.position_m[1] * t_max for rotor in propulsion.rotors]
+        self._pitch_arms = [rotor.position_m[0] * t_max for rotor in propulsion.rotors]
+        self._yaw_arms = [sign * propulsion.torque_per_thrust_m * t_max for sign in signs]
+        self._momenta = [-sign * propulsion.angular_momentum_max_kg_m2_s for sign in signs]
+        self.motor_off = [False] * len(signs)
+        self._still = (0.0,) * len(signs)
+        self.speeds = list(self._still)
+        """Rotor speeds over the greatest, 0..1."""
+        self.north_m, self.east_m = north_m, east_m
+        self.vn_m_s = self.ve_m_s = self.vd_m_s = 0.0
+        self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
+        self.power_w = 0.0
+        self.running = False
+        self._plane = slope(height, north_m, east_m, SLOPE_REACH_M)
+        self._plane_at = (north_m, east_m)
+        roll, pitch = slope_angles(self._plane[1], self._plane[2], yaw_rad)
+        self.q: Quaternion = from_euler(roll, pitch, yaw_rad)
+        normal = 1.0 / math.sqrt(1.0 + self._plane[1] ** 2 + self._plane[2] ** 2)
+        # where the gear carries the weight, so that the vehicle starts at rest
+        give = gravity_m_s2 / GEAR_RAD_S**2 * normal
+        self.down_m = -self._plane[0] - (self._gear_height - give) / normal
+        up = from_body_down(self.q)
+        self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = (-gravity_m_s2 * component for component in up)
+        self._check_in = 0
+
+    def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
+        """Advance by 4 ms; too few controls count as zeros."""
+        # rotors
+        speeds, lag, off = self.speeds, self._lag, self.motor_off
+        if len(controls) < len(speeds):
+            controls = controls + self._still[len(controls) :]
+        lift = mx = my = mz = spin = cubes = 0.0
+        i = 0
+        for roll_arm, pitch_arm, yaw_arm, momentum in zip(
+            self._roll_arms, self._pitch_arms, self._yaw_arms, self._momenta, strict=True
+        ):
+            u = speeds[i]
+            u += lag * ((0.0 if off[i] else controls[i]) - u)
+            speeds[i] = u
+            i += 1
+            square = u * u
+            lift += square
+            cubes += square * u
+            spin += momentum * u
+            mx += roll_arm * square
+            my += pitch_arm * square
+            mz += yaw_arm * square
+        lift *= self._thrust_max
+        self.power_w = cubes * self._power_max
+        self.running = lift > 1e-7
+
+        # rotation matrix, body to NED
+        w, x, y, z = self.q
+        xx, yy, zz = x * x, y * y, z * z
+        xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
+        r00, r01, r02 = 1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy)
+        r10, r11, r12 = 2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx)
+        r20, r21, r22 = 2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)
+
+        # drag against the air, in the body frame
+        vn, ve, vd = self.vn_m_s, self.ve_m_s, self.vd_m_s
+        an, ae, ad = vn - wind_n_m_s, ve - wind_e_m_s, vd - wind_d_m_s
+        kx, ky, kz = self._linear
+        if self._has_quadratic:
+            speed = math.sqrt(an * an + ae * ae + ad * ad)
+            qx, qy, qz = self._quadratic
+            kx, ky, kz = kx + qx * speed, ky + qy * speed, kz + qz * speed
+        mass = self._mass
+        fx = -kx * (r00 * an + r10 * ae + r20 * ad)
+        fy = -ky * (r01 * an + r11 * ae + r21 * ad)
+        fz = -kz * (r02 * an + r12 * ae + r22 * ad) - lift
+
+        # moments
+        p, q, r = self.p_rad_s, self.q_rad_s, self.r_rad_s
+        ix, iy, iz = self._inertia
+        dx, dy, dz = self._angular
+        mx -= dx * p + (iz - iy) * q * r + spin * q
+        my -= dy * q + (ix - iz) * p * r - spin * p
+        mz -= dz * r + (iy - ix) * p * q
+
+        dt = STEP_S
+        fn = r00 * fx + r01 * fy + r02 * fz
+        fe = r10 * fx + r11 * fy + r12 * fz
+        fd = r20 * fx + r21 * fy + r22 * fz
+        self._check_in -= 1
+        if self._check_in < 0:
+            ground, rise_n, rise_e = self._ground()
+            k = 1.0 / math.sqrt(1.0 + rise_n * rise_n + rise_e * rise_e)
+            north0, east0 = self._plane_at
+            above = -self.down_m - ground - rise_n * (self.north_m - north0) - rise_e * (self.east_m - east0)
+            clearance = above * k - self._gear_height
+            if clearance > 0.0:
+                self._check_in = int(clearance / (CLOSING_M_S * dt))
+            else:
+                # normal of the ground, pointing up, in NED
+                nn, ne, nd = -rise_n * k, -rise_e * k, -k
+                v_normal = vn * nn + ve * ne + vd * nd
+                load = mass * (-clearance * GEAR_RAD_S**2 - 2.0 * GEAR_DAMPING * GEAR_RAD_S * v_normal)
+                if load > 0.0:
+                    fn, fe, fd = fn + load * nn, fe + load * ne, fd + load * nd
+                    # friction: what would stop the sliding within this step, if the load allows it
+                    tn = mass * vn + dt * fn
+                    te = mass * ve + dt * fe
+                    td = mass * vd + dt * (fd + mass * self._gravity)
+                    along = tn * nn + te * ne + td * nd
+                    tn, te, td = tn - along * nn, te - along * ne, td - along * nd
+                    slide, hold = math.sqrt(tn * tn + te * te + td * td), self._friction * load * dt
+                    if slide > 0.0:
+                        grip = (-1.0 if slide <= hold else -hold / slide) / dt
+                        fn, fe, fd = fn + grip * tn, fe + grip * te, fd + grip * td
+                    # the gear's plane turns onto the ground: error = body z × -normal, in the body frame
+                    bx = -(r00 * nn + r10 * ne + r20 * nd)
+                    by = -(r01 * nn + r11 * ne + r21 * nd)
+                    stiff, damp = GEAR_RAD_S**2, 2.0 * GEAR_DAMPING * GEAR_RAD_S
+                    mx += _within(ix * (-stiff * by - damp * p), load * self._half_width)
+                    my += _within(iy * (stiff * bx - damp * q), load * self._half_length)
+                    mz -= _within(iz * r / dt + mz, self._friction * load * self._half_width)
+                fx = r00 * fn + r10 * fe + r20 * fd
+                fy = r01 * fn + r11 * fe + r21 * fd
+                fz = r02 * fn + r12 * fe + r22 * fd
+
+        # what an accelerometer feels, then velocity and position
+        self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = fx / mass, fy / mass, fz / mass
+        k = dt / mass
+        vn2, ve2, vd2 = vn + fn * k, ve + fe * k, vd + fd * k + self._gravity * dt
+        self.vn_m_s, self.ve_m_s, self.vd_m_s = vn2, ve2, vd2
+        k = 0.5 * dt
+        self.north_m += (vn + vn2) * k
+        self.east_m += (ve + ve2) * k
+        self.down_m += (vd + vd2) * k
+
+        # rates and attitude
+        p += dt * mx / ix
+        q += dt * my / iy
+        r += dt * mz / iz
+        self.p_rad_s, self.q_rad_s, self.r_rad_s = p, q, r
+        p, q, r = p * k, q * k, r * k
+        w2, x2 = w - p * x - q * y - r * z, x + p * w + r * y - q * z
+        y2, z2 = y + q * w - r * x + p * z, z + r * w + q * x - p * y
+        k = 1.0 / math.sqrt(w2 * w2 + x2 * x2 + y2 * y2 + z2 * z2)
+        self.q = (w2 * k, x2 * k, y2 * k, z2 * k)
+
+    def _ground(self) -> tuple[float, float, float]:
+        """The ground's plane below, at `_plane_at`; kept while the vehicle stays near."""
+        north0, east0 = self._plane_at
+        if abs(self.north_m - north0) + abs(self.east_m - east0) > SLOPE_FRESH_M:
+            self._plane_at = (self.north_m, self.east_m)
+            self._plane = slope(self._height, self.north_m, self.east_m, SLOPE_REACH_M)
+        return self._plane
+
+
+def from_body_down(q: Quaternion) -> tuple[float, float, float]:
+    """The world's down axis in the body frame."""
+    w, x, y, z = q
+    return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+def _within(value: float, limit: float) -> float:
+    return limit if value > limit else -limit if value < -limit else value

@@ -1,0 +1,125 @@
+"""PX4's SIH Ackermann rover, so that the reference rover drives here as PX4 drives there.
+
+Behaviour: src/modules/simulation/simulator_sih/sih.cpp of PX4 v1.18, its rover dynamics, and what flights of it show.
+Body x forward, y right; v = (vx, vy) in the body frame, r the yaw rate, u₀ steering and u₁ throttle after a common lag:
+
+- F_x = F_max u₁;  steering angle δ = δ_max u₀
+- rolling (|vx| > 0.05):  F_y = C δ - m |vx| r - 2 C vy/|vx|;  M_z = L C δ - C L² r/|vx|;  else both 0
+- friction: rolling μ_r m g along -v; between 0.01 and 0.05 m/s kinetic, or what stops it when nothing pushes; below
+  that, static friction takes away up to μ_s m g of the push
+- drag: k_v v², squared *per axis of the Earth-fixed frame*: the same throttle drives 3.0 m/s north and 2.55 m/s east
+- ω̇ = (M_z - k_w r)/I_z
+
+It stands level, whatever the terrain: SIH's ground is flat. Steps of 2 ms, since SIH runs at 400 Hz.
+"""
+
+import math
+
+from vehicles.description import Vehicle
+from vehicles.dynamics import STEP_S, Height, Quaternion
+
+SUBSTEPS = 2
+ROLLING_M_S = 0.05
+STATIC_M_S = 0.01
+
+
+class SihAckermann:
+    """State and step of the rover; implements `dynamics.Dynamics`. controls: (steering -1..1, throttle -1..1)."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        height: Height,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        yaw_rad: float = 0.0,
+        gravity_m_s2: float = 9.80665,
+        lat_deg: float = 0.0,
+        lon_deg: float = 0.0,
+    ) -> None:
+        """`lat_deg`, `lon_deg`: where the world's origin is, which matters for the drag. ValueError for another kind."""
+        if vehicle.sih_rover is None:
+            raise ValueError(f"{vehicle.model} is no SIH rover")
+        self._rover = vehicle.sih_rover
+        self._mass, self._izz = vehicle.mass_kg, vehicle.inertia_kg_m2[2]
+        self._height, self._gravity = height, gravity_m_s2
+        lat, lon = math.radians(lat_deg), math.radians(lon_deg)
+        # rows: Earth-fixed axes in north and east components
+        self._earth = (
+            (-math.sin(lat) * math.cos(lon), -math.sin(lon)),
+            (-math.sin(lat) * math.sin(lon), math.cos(lon)),
+            (math.cos(lat), 0.0),
+        )
+        self._lag = 1.0 - math.exp(-STEP_S / self._rover.thrust_time_constant_s)
+        self._steering = self._throttle = 0.0
+        self._yaw = yaw_rad
+        self.north_m, self.east_m, self.down_m = north_m, east_m, -height(north_m, east_m)
+        self.vn_m_s = self.ve_m_s = self.vd_m_s = 0.0
+        self.q: Quaternion = (math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2))
+        self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
+        self.ax_m_s2 = self.ay_m_s2 = 0.0
+        self.az_m_s2 = -gravity_m_s2
+        self.power_w = 0.0
+        self.running = False
+
+    def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
+        """Advance by 4 ms. The rover's drag does not know wind, as SIH's does not."""
+        if len(controls) < 2:
+            controls = (0.0, 0.0)
+        self._steering += self._lag * (controls[0] - self._steering)
+        self._throttle += self._lag * (controls[1] - self._throttle)
+        ax = ay = 0.0
+        for _ in range(SUBSTEPS):
+            fx, fy = self._substep(STEP_S / SUBSTEPS)
+            ax, ay = ax + fx, ay + fy
+        mass = self._mass * SUBSTEPS
+        self.ax_m_s2, self.ay_m_s2 = ax / mass, ay / mass
+        down = -self._height(self.north_m, self.east_m)
+        self.vd_m_s, self.down_m = (down - self.down_m) / STEP_S, down
+        half = 0.5 * self._yaw
+        self.q = (math.cos(half), 0.0, 0.0, math.sin(half))
+
+    def _substep(self, dt: float) -> tuple[float, float]:
+        """Advance by `dt`; the sum of forces in the body frame."""
+        rover, mass = self._rover, self._mass
+        weight = mass * self._gravity
+        c, s = math.cos(self._yaw), math.sin(self._yaw)
+        vn, ve, r = self.vn_m_s, self.ve_m_s, self.r_rad_s
+        vx, vy = c * vn + s * ve, c * ve - s * vn
+        push = rover.throttle_force_max_n * self._throttle
+        side = moment = 0.0
+        rolling = abs(vx)
+        if rolling > ROLLING_M_S:
+            steer = rover.steer_angle_max_rad * self._steering
+            stiffness, length = rover.cornering_stiffness_n_rad, rover.wheelbase_m
+            side = stiffness * steer - mass * rolling * r - 2.0 * stiffness * vy / rolling
+            moment = length * stiffness * steer - stiffness * length * length * r / rolling
+        fx, fy = push, side
+        self.running = abs(push) + abs(side) > 1e-7
+        speed = math.sqrt(vn * vn + ve * ve)
+        if speed < STATIC_M_S:
+            hold = rover.static_friction * weight
+            fx, fy = fx - _within(fx, hold), fy - _within(fy, hold)
+            fn, fe = c * fx - s * fy, s * fx + c * fy
+        else:
+            fn, fe = c * fx - s * fy, s * fx + c * fy
+            if speed >= ROLLING_M_S:
+                k = rover.rolling_friction * weight / speed
+                for north, east in self._earth:
+                    along = north * vn + east * ve
+                    drag = rover.kdv * along * abs(along)
+                    fn, fe = fn - drag * north, fe - drag * east
+            else:
+                k = rover.kinetic_friction * weight / speed if self.running else mass / dt
+            fn, fe = fn - k * vn, fe - k * ve
+        vn2, ve2 = vn + dt * fn / mass, ve + dt * fe / mass
+        self.north_m += 0.5 * dt * (vn + vn2)
+        self.east_m += 0.5 * dt * (ve + ve2)
+        self.vn_m_s, self.ve_m_s = vn2, ve2
+        self.r_rad_s = r + dt * (moment - rover.kdw * r) / self._izz
+        self._yaw = math.remainder(self._yaw + dt * r, math.tau)
+        return c * fn + s * fe, c * fe - s * fn
+
+
+def _within(value: float, limit: float) -> float:
+    return limit if value > limit else -limit if value < -limit else value
