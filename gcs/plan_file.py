@@ -41,6 +41,8 @@ class FlightPlan(NamedTuple):
     rally: tuple[MissionItem, ...]
     home: tuple[float, float, float]
     """plannedHomePosition: latitude, longitude in degrees, altitude above sea in m."""
+    area: tuple[tuple[float, float], ...] = ()
+    """Corners (latitude, longitude in degrees) of the first Survey's polygon; empty without one."""
 
 
 class _Reader:
@@ -114,6 +116,7 @@ def read_plan(path: Path) -> FlightPlan:
         _fence(reader, data.get("geoFence", {"polygons": [], "circles": []})),
         _rally(reader, data.get("rallyPoints", {"points": []})),
         (home[0], home[1], altitude),
+        _area(reader, mission),
     )
 
 
@@ -133,6 +136,15 @@ def _mission(reader: _Reader, mission: dict[str, Any]) -> tuple[MissionItem, ...
             raise reader.wrong(f"{field}.type", kind, "SimpleItem, ComplexItem")
     jump_ids = {item.get("doJumpId"): seq for seq, (_, item) in enumerate(simple)}
     return tuple(_simple_item(reader, field, item, jump_ids) for field, item in simple)
+
+
+def _area(reader: _Reader, mission: dict[str, Any]) -> tuple[tuple[float, float], ...]:
+    for field, item in reader.each(mission, "mission", "items", dict, "objects"):
+        if item.get("complexItemType") == "survey":
+            corners = reader.each(item, field, "polygon", list, "[latitude, longitude]")
+            positions = [reader.position(where, corner) for where, corner in corners]
+            return tuple((lat * 1e-7, lon * 1e-7) for lat, lon in positions)
+    return ()
 
 
 def _simple_item(reader: _Reader, field: str, item: dict[str, Any], jump_ids: dict[Any, int]) -> MissionItem:
@@ -166,7 +178,8 @@ def _simple_item(reader: _Reader, field: str, item: dict[str, Any], jump_ids: di
     autocontinue = item.get("autoContinue", True)
     if not isinstance(autocontinue, bool):
         raise reader.wrong(f"{field}.autoContinue", autocontinue, "true, false")
-    return MissionItem(frame, command, *params[:4], x, y, params[6], int(autocontinue))
+    p1, p2, p3, p4, _, _, z = params
+    return MissionItem(frame, command, p1, p2, p3, p4, x, y, z, int(autocontinue))
 
 
 def _fence(reader: _Reader, fence: object) -> tuple[MissionItem, ...]:

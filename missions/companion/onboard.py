@@ -3,15 +3,32 @@
 What every mission needs, put together; a mission holds one `Onboard` and decides what to do.
 """
 
+from collections.abc import Generator
+from typing import TypeVar
+
 from gcs.heartbeat import Heartbeat
 from gcs.service import Service
-from gcs.statustext import INFO, messages_of
+from gcs.statustext import INFO, WARNING, messages_of
 from gcs.telemetry import Telemetry
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing
 from missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
 from missions.companion.router import route
 from missions.companion.yielding import Yielding
 from sitl_emu.core import dialect as mavlink
+
+AnyService = TypeVar("AnyService", bound=Service)
+Script = Generator[None, None, None]
+"""What a mission does, one thing after the other; it is gone on with at each step until its next `yield`."""
+
+
+def advanced(script: Script | None) -> Script | None:
+    """The script after its next step; None when it has ended. What it raises goes through."""
+    try:
+        if script is not None:
+            next(script)
+    except StopIteration:
+        return None
+    return script
 
 
 class Onboard:
@@ -21,8 +38,6 @@ class Onboard:
         self.telemetry = Telemetry()
         self.peer = PeerLink(peer_lost_after_us)
         self.yielding = Yielding()
-        self.passed_on: mavlink.MAVLink_message | None = None
-        """The last message that was routed from one link to the other, for missions that look at what passes."""
         self._heartbeats = {link: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER) for link in (AUTOPILOT_LINK, PEER_LINK)}
         self._services: list[tuple[str, Service]] = []
         self._outbox: Outgoing = []
@@ -38,9 +53,28 @@ class Onboard:
         """Runs a service on a link until it is done."""
         self._services.append((link, service))
 
+    def do(self, link: str, service: AnyService) -> Generator[None, None, AnyService]:
+        """The same as a step of a script: ends when the service is done."""
+        self.start(link, service)
+        while not service.done:
+            yield
+        return service
+
     def stop_services(self, link: str) -> None:
         """Drops what is still running on a link."""
         self._services = [entry for entry in self._services if entry[0] != link]
+
+    def watch_pilot(self, now_us: int) -> bool:
+        """True while a pilot has the vehicle; says so when that changes. Services towards the autopilot rest
+        meanwhile.""" if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode):
+            pilot_mode = self.yielding.yielded_to
+            if pilot_mode is not None:
+                self.say(now_us, f"Companion yields: pilot chose {pilot_mode}", WARNING)
+                self.note(now_us, "yielded", f"pilot chose {pilot_mode}", mode=pilot_mode)
+            else:
+                self.say(now_us, f"Companion resumes in {self.telemetry.mode}")
+                self.note(now_us, "resumed", f"in {self.telemetry.mode}")
+        return self.yielding.yielded_to is not None
 
     def say(self, now_us: int, text: str, severity: int = INFO) -> None:
         """Tells people at the ground station, and the run's events."""
@@ -70,7 +104,6 @@ class Onboard:
         way = route(link, msg, system, self.peer.peers)
         out: Outgoing = []
         if way.forward is not None:
-            self.passed_on = msg
             out.append((way.forward, msg))
         if not way.mine:
             return False, out
@@ -89,6 +122,7 @@ class Onboard:
         for link, heartbeat in self._heartbeats.items():
             out += [(link, msg) for msg in heartbeat.on_time(now_us)]
         for link, service in self._services:
-            out += [(link, msg) for msg in service.on_time(now_us)]
+            if link != AUTOPILOT_LINK or self.yielding.yielded_to is None:
+                out += [(link, msg) for msg in service.on_time(now_us)]
         self._services = [entry for entry in self._services if not entry[1].done]
         return out

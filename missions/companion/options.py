@@ -1,0 +1,36 @@
+"""Options of a mission, from a scenario file or a command line: typed, and unknown ones told."""
+
+from typing import Any
+
+
+class Options:
+    """Takes options out of a mapping. All errors are ValueErrors that name option, value and what is allowed."""
+
+    def __init__(self, options: dict[str, Any]) -> None:
+        self._left = dict(options)
+        self._known: list[str] = []
+
+    def number(self, name: str, default: float, low: float, high: float) -> float:
+        """A number between `low` and `high`."""
+        value = self._take(name, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise ValueError(f"option {name}: {value!r}; allowed: a number from {low:g} to {high:g}")
+        return float(value)
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """A text; without a default it has to be there."""
+        value = self._take(name, default)
+        if not isinstance(value, str) or not value:
+            shown = "missing" if value is None else repr(value)
+            raise ValueError(f"option {name}: {shown}; allowed: a text")
+        return value
+
+    def end(self) -> None:
+        """All have been taken: what is left is unknown."""
+        if self._left:
+            name = next(iter(self._left))
+            raise ValueError(f"option {name}: unknown; allowed: {', '.join(self._known)}")
+
+    def _take(self, name: str, default: object) -> object:
+        self._known.append(name)
+        return self._left.pop(name, default)

@@ -1,0 +1,23 @@
+"""Writes missions/scenarios/agriculture.plan: the survey of the default corn field, as QGroundControl would save it.
+
+python tools/make_agriculture_plan.py
+"""
+
+from pathlib import Path
+
+from gcs.plan_file import write_plan
+from missions.agriculture.survey import field_plan
+from sitl_emu.world import corn_field
+
+PLAN = Path(__file__).parent.parent / "missions" / "scenarios" / "agriculture.plan"
+
+
+def main() -> None:
+    """Write the plan."""
+    place = (corn_field.ORIGIN_LAT_DEG, corn_field.ORIGIN_LON_DEG, corn_field.ORIGIN_ALT_AMSL_M)
+    write_plan(PLAN, field_plan(*place, *corn_field.DEFAULT_SIZE_M))
+    print(PLAN)
+
+
+if __name__ == "__main__":
+    main()
