@@ -22,7 +22,7 @@ Gcs = Annotated[
     str | None,
     typer.Option(
         metavar="HOST[:PORT]",
-        help="Where the ground station listens, if not on this machine (from Docker or WSL, say). Port 14550 unless given.",
+        help="Where the ground station listens, if not on this machine (Docker, WSL); port 14550 unless given.",
     ),
 ]
 
@@ -113,7 +113,7 @@ def world(
     seed: Annotated[int, typer.Option(min=0, help="Other seed, other field and noise.")] = 1,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
 ) -> None:
-    """Serve the simulator alone, on TCP 4560+instance, to whatever autopilot connects (a real PX4, say); until Ctrl-C."""
+    """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C."""
     wanted, factor = _wanted(vehicle), _speed(speed)
 
     from sitl_emu.run.serve_world import serve_world

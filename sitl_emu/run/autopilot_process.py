@@ -1,9 +1,9 @@
 """The process of one autopilot in a run: the emulated PX4, its sockets, and the simulator at TCP 4560+i.
 
 It steps whenever HIL_SENSOR comes. In lockstep with a companion of ours it says after every fifth tick how many
-datagrams it sent on the onboard link, and reads as many as it is told; ground station, payload and gimbal links, and the
-onboard link of any other companion, are answered at once. What passes on its links is logged (.tlog), stamped with the
-scenario's start date plus simulated time.
+datagrams it sent on the onboard link, and reads as many as it is told; ground station, payload and gimbal links, and
+the onboard link of any other companion, are answered at once. What passes on its links is logged (.tlog), stamped with
+the scenario's start date plus simulated time.
 """
 
 from pathlib import Path

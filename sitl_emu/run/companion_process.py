@@ -1,7 +1,7 @@
 """The process of one companion of ours in a run: a mission's state machine, in lockstep with the simulation.
 
-At each step it reads exactly the datagrams and frames that it is told of, then lets the mission's state machine act, and
-says what it sent. Its detector works in a thread while simulated time goes on; a frame's detections are handed over
+At each step it reads exactly the datagrams and frames that it is told of, then lets the mission's state machine act,
+and says what it sent. Its detector works in a thread while simulated time goes on; a frame's detections are handed over
 `inference_latency_s` after the frame came, waiting for the thread if need be: so no frame is dropped and results do not
 depend on the CPU. The very same state machine runs on real hardware under `missions.companion.main`.
 """
@@ -18,7 +18,7 @@ import cv2
 from gcs.tlog import TlogWriter
 from missions.companion.camera import CameraSource, Frame, Image, open_camera
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Companion, Event, Outgoing
-from missions.companion.detector import ClassicalDetector, Detection
+from missions.companion.detector import Detection
 from missions.companion.wire import Wire
 from missions.registry import MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
@@ -31,7 +31,8 @@ LOOPBACK = "127.0.0.1"
 RECEIVE_BUFFER_BYTES = 4 << 20
 LARGEST_DATAGRAM_BYTES = 65535
 UNDER_WAY_LIMIT_S = 10.0
-KEPT_FRAMES = 64
+KEPT_FRAMES = 96
+"""Of those with detections: a target is confirmed seconds after the frame that showed it best."""
 BOX_COLOUR, TEXT_COLOUR, FOUND_COLOUR = (0, 200, 255), (255, 255, 255), (60, 60, 255)
 
 
@@ -102,7 +103,6 @@ class Eyes:
 
     def __init__(self, camera: CameraSource, companion: Companion, inference_latency_us: int) -> None:
         self._camera, self._companion, self._latency_us = camera, companion, inference_latency_us
-        self._detector = ClassicalDetector()
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="detector")
         self._looking: deque[Looked] = deque()
         self._looked: deque[Looked] = deque(maxlen=KEPT_FRAMES)
@@ -116,7 +116,7 @@ class Eyes:
             return
         gsd_m = self._companion.wants_frame(frame.time_usec)
         if gsd_m is not None:
-            found = self._worker.submit(self._detector.detect, frame.image, gsd_m or None)
+            found = self._worker.submit(self._companion.detect, frame.image, gsd_m)
             self._looking.append(Looked(frame, now_us + self._latency_us, found))
 
     def due(self, now_us: int) -> list[tuple[int, Sequence[Detection]]]:
@@ -124,8 +124,10 @@ class Eyes:
         ready = list[tuple[int, Sequence[Detection]]]()
         while self._looking and self._looking[0].due_us <= now_us:
             looked = self._looking.popleft()
-            ready.append((looked.frame.time_usec, looked.detections.result()))
-            self._looked.append(looked)
+            found = looked.detections.result()
+            ready.append((looked.frame.time_usec, found))
+            if found:
+                self._looked.append(looked)
         return ready
 
     def picture(self, frame_time_us: int, event: Event) -> Image | None:

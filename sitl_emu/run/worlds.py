@@ -48,8 +48,7 @@ class World:
     """The world's origin; its heading is of no meaning."""
     terrain: Terrain
     places: dict[str, Place]
-    wind: tuple[float, float, float]
-    """Mean to north and east, standard deviation of the gusts; m/s."""
+    wind: Wind
     truth: dict[str, Any]
     """For scoring and maps: outline, objects, targets."""
     field: Any = None
@@ -65,7 +64,7 @@ def build(kind: str, seed: int, options: dict[str, Any]) -> World:
             raise WorldError(f"world flat knows no options, not even {next(iter(options))!r}")
         places: dict[str, Place] = {"home": Spot(0.0, 0.0, 0.0)}
         truth = {"outline": [], "objects": []}
-        return World("flat", PX4_HOME, FlatGround(), places, (0.0, 0.0, 0.0), truth)
+        return World("flat", PX4_HOME, FlatGround(), places, Wind(), truth)
     return _corn_field(seed, options)
 
 
@@ -95,6 +94,6 @@ def _corn_field(seed: int, options: dict[str, Any]) -> World:
         for thing in field.objects
     ]
     truth = {"outline": [list(corner) for corner in field.outline_m], "objects": objects}
-    wind = (field.wind.north_m_s, field.wind.east_m_s, field.wind.gust_m_s)
+    wind = Wind(field.wind.north_m_s, field.wind.east_m_s, field.wind.gust_m_s, seed)
     places: dict[str, Place] = {"home": field.uas_home, "uas_home": field.uas_home, "ugv_start": field.ugv_start}
     return World("corn_field", home, field.terrain, places, wind, truth, field)
