@@ -60,7 +60,7 @@ class _Reader:
         if name not in data:
             raise PlanError(f"{self.path}: {field}.{name}: missing; allowed: {allowed}".replace(": .", ": "))
         value = data[name]
-        if not isinstance(value, kind) or isinstance(value, bool) and kind is not bool:
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
             raise self.wrong(f"{field}.{name}".lstrip("."), value, allowed)
         return value
 

@@ -16,7 +16,7 @@ Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeou
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from typing import Any, NamedTuple
 
 from gcs.command import arm, disarm, reposition, set_mode
@@ -206,7 +206,7 @@ class Inspect:
             yield from self._park()
             self._job, self._expected, self._seen = None, None, None
 
-    def _visit(self, job: Job) -> "Script | Any":
+    def _visit(self, job: Job) -> Generator[None, None, Result]:
         lat, lon = job.x * 1e-7, job.y * 1e-7
         place = self._telemetry.place
         start = to_metres(place.lat_deg, place.lon_deg, lat, lon) if place is not None else (0.0, 0.0)

@@ -34,7 +34,7 @@ from gcs.parameter import ParameterSet
 from gcs.plan_file import FlightPlan, PlanError, read_plan
 from gcs.statustext import CRITICAL, WARNING
 from gcs.telemetry import Pose, Telemetry
-from missions.agriculture.report import Report, Result, ack_of, report_of
+from missions.agriculture.report import Report, ack_of, report_of
 from missions.companion.camera import Image
 from missions.companion.camera_model import NADIR, CameraModel, camera_pose, gsd_m
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
@@ -210,8 +210,8 @@ class Scout:
             items = (self.plan.mission, self.plan.fence, self.plan.rally)[mission_type]
             upload = yield from self._onboard.do(AUTOPILOT_LINK, MissionUpload(telemetry.system, items, mission_type))
             if upload.outcome is None or not upload.outcome.accepted:
-                raise MissionFailed(f"upload of {name} failed: {upload.outcome.text if upload.outcome else 'no
-                answer'}")
+                text = upload.outcome.text if upload.outcome else "no answer"
+                raise MissionFailed(f"upload of {name} failed: {text}")
         self._enter("waiting for health", "autopilot gets ready")
         yield from self._until_ready()
         self._enter("starting", "mission mode, arming")
@@ -326,17 +326,17 @@ class Scout:
             waypoint_lon_deg=lon,
             system=ugv,
         )
-        item = MissionItem(FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=job.waypoint[0],
-        y=job.waypoint[1]) upload = MissionUpload(ugv, [item], tries=1000) self._onboard.start(PEER_LINK, upload)
+        x, y = job.waypoint
+        item = MissionItem(FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=x, y=y)
+        upload = MissionUpload(ugv, [item], tries=1000)
+        self._onboard.start(PEER_LINK, upload)
         while upload.outcome is None:
             self._check_peer(ugv, since_us)
             yield
         if not upload.outcome.accepted:
             raise MissionFailed(f"refused by the UGV: {upload.outcome.text}")
         job.state = "driving"
-        self._onboard.note(
-            self._now_us, "target_accepted", f"the UGV has target {job.target.id}", target=job.target.id
-        )
+        self._onboard.note(self._now_us, "target_accepted", f"the UGV has target {job.target.id}", target=job.target.id)
         since_us = self._now_us
         while job.report is None:
             self._check_peer(ugv, since_us)
@@ -438,11 +438,10 @@ class Scout:
     def _progress(self) -> float:
         if self._done:
             return 1.0
-        flown = min(1.0, (self._telemetry.mission_reached or 0) / max(1, self._last_waypoint)) if self._scanning else
-        0.0 if self._scanned:
-            flown = 1.0
-        reported = sum(job.report is not None for job in self.jobs) / len(self.jobs) if self.jobs else
-        float(self._flown) return 0.7 * flown + 0.2 * reported + 0.1 * self._flown
+        reached = (self._telemetry.mission_reached or 0) if self._scanning else 0
+        flown = 1.0 if self._scanned else min(1.0, reached / max(1, self._last_waypoint))
+        reported = sum(job.report is not None for job in self.jobs) / max(1, len(self.jobs))
+        return 0.7 * flown + 0.2 * reported + 0.1 * self._flown
 
     def _pose(self, frame_time_us: int) -> Pose | None:
         return self._telemetry.pose_at(frame_time_us)
@@ -486,11 +485,9 @@ class Scout:
             score=target.score,
             lat_deg=lat,
             lon_deg=lon,
-            count=target.count,
             frame_time_us=target.frame_time_us,
             x=box.x,
             y=box.y,
             w=box.w,
             h=box.h,
         )
-

@@ -65,8 +65,8 @@ class Onboard:
         self._services = [entry for entry in self._services if entry[0] != link]
 
     def watch_pilot(self, now_us: int) -> bool:
-        """True while a pilot has the vehicle; says so when that changes. Services towards the autopilot rest
-        meanwhile.""" if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode):
+        """True while a pilot has the vehicle; says so when that changes. Services to the autopilot rest meanwhile."""
+        if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode):
             pilot_mode = self.yielding.yielded_to
             if pilot_mode is not None:
                 self.say(now_us, f"Companion yields: pilot chose {pilot_mode}", WARNING)
