@@ -14,11 +14,16 @@ from sitl_emu.core.ports import LinkPorts
 
 RECEIVE_BUFFER_BYTES = 4 << 20
 LARGEST_DATAGRAM_BYTES = 65535
+UNDER_WAY_LIMIT_S = 5.0
 LOOPBACK = "127.0.0.1"
 
 
 class PortInUseError(Exception):
     """A port of a link is taken; the text names port, link and remedy."""
+
+
+class DatagramLostError(Exception):
+    """A datagram that was announced did not come: the kernel dropped it, or its sender has died."""
 
 
 class DatagramLink(Protocol):
@@ -56,24 +61,33 @@ class LinkSockets:
         """Let `wait` return also when this file descriptor can be read."""
         self._poll.register(fileno, select.POLLIN)
 
+    def leave_out(self, index: int) -> None:
+        """Let `wait` take no notice of a link, whose datagrams are read by number (lockstep)."""
+        self._poll.unregister(self._sockets[index].fileno())
+
     def wait(self, timeout_s: float) -> list[int]:
         """Indices of the links where datagrams wait, after at most `timeout_s` (0: look only)."""
         ready = self._poll.poll(max(0.0, timeout_s) * 1000.0)
         return [self._index_of[number] for number, _ in ready if number in self._index_of] if ready else []
 
     def receive(self, index: int, exactly: int | None = None) -> list[bytes]:
-        """Datagrams of one link: all that wait, or `exactly` so many (waiting for those under way)."""
-        opened, datagrams = self._sockets[index], []
-        opened.setblocking(exactly is not None)
+        """Datagrams of one link: all that wait, or `exactly` so many (waiting for those under way).
+
+        Raises DatagramLostError when those under way do not come.
+        """
+        opened, datagrams = self._sockets[index], list[bytes]()
+        opened.settimeout(0.0 if exactly is None else UNDER_WAY_LIMIT_S)
         while exactly is None or len(datagrams) < exactly:
             try:
                 data, sender = opened.recvfrom(LARGEST_DATAGRAM_BYTES)
             except BlockingIOError:
                 break
+            except TimeoutError:
+                name = self._links[index].name
+                raise DatagramLostError(f"{name} link: {len(datagrams)} of {exactly} datagrams came") from None
             if not self._spoken_to[index]:
                 self._peers[index], self._spoken_to[index] = sender, True
             datagrams.append(data)
-        opened.setblocking(False)
         return datagrams
 
     def flush(self) -> None:

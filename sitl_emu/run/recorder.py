@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
-TRUTH_HEADER = "time_s,north_m,east_m,down_m,v_north_m_s,v_east_m_s,v_down_m_s,qw,qx,qy,qz\n"
+TRUTH_HEADER = "time_s,north_m,east_m,down_m,vn_m_s,ve_m_s,vd_m_s,qw,qx,qy,qz\n"
 
 
 class RunRecorder:
@@ -29,7 +29,7 @@ class RunRecorder:
 
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
         """Where a vehicle truly is."""
-        numbers = (pose.north_m, pose.east_m, pose.down_m, pose.v_north_m_s, pose.v_east_m_s, pose.v_down_m_s)
+        numbers = (pose.north_m, pose.east_m, pose.down_m, pose.vn_m_s, pose.ve_m_s, pose.vd_m_s)
         row = ",".join(f"{number:.3f}" for number in numbers)
         attitude = ",".join(f"{number:.5f}" for number in pose.q)
         self._truth[vehicle].write(f"{now_us / 1e6:.2f},{row},{attitude}\n")

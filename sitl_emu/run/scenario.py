@@ -158,9 +158,20 @@ def load(path: Path) -> Scenario:
     if not isinstance(data, dict):
         raise ScenarioError(f"{path}: a scenario is a mapping with the fields {', '.join(Scenario.model_fields)}")
     try:
-        return Scenario.model_validate(data)
+        scenario = Scenario.model_validate(data)
     except ValidationError as error:
         raise ScenarioError(f"{path}: {_explained(error)}") from None
+    for vehicle in scenario.vehicles:
+        if vehicle.companion is not None:
+            _find_files(vehicle.companion.options, path.parent)
+    return scenario
+
+
+def _find_files(options: dict[str, Any], folder: Path) -> None:
+    """Make options that name a file beside the scenario into whole paths."""
+    for name, value in options.items():
+        if isinstance(value, str) and value and (folder / value).is_file():
+            options[name] = str((folder / value).resolve())
 
 
 def _explained(error: ValidationError) -> str:

@@ -108,13 +108,13 @@ def stops(folder: Path, events: list[dict[str, Any]], truth: dict[str, Any], hom
     """Where vehicles stopped for the waypoints they were sent."""
     targets, tracks, made = true_targets(truth), dict[str, Track](), list[Stop]()
     for event in events:
-        if event["event"] == "stopped" and "lat_deg" in event:
+        if event["event"] == "stopped" and "waypoint_lat_deg" in event:
             name = event["vehicle"]
             track = tracks[name] = tracks.get(name) or read_track(folder, name)
             if not track.time_s:
                 continue
             north, east = track.at(event["time_s"])
-            wanted = MapProjection(home[0], home[1]).project(event["lat_deg"], event["lon_deg"])
+            wanted = MapProjection(home[0], home[1]).project(event["waypoint_lat_deg"], event["waypoint_lon_deg"])
             index, _ = _nearest(targets, *wanted)
             error = None
             if index is not None:

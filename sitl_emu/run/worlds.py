@@ -95,5 +95,5 @@ def _corn_field(seed: int, options: dict[str, Any]) -> World:
     ]
     truth = {"outline": [list(corner) for corner in field.outline_m], "objects": objects}
     wind = Wind(field.wind.north_m_s, field.wind.east_m_s, field.wind.gust_m_s, seed)
-    places: dict[str, Place] = {"home": field.uas_home, "uas_home": field.uas_home, "ugv_start": field.ugv_start}
+    places: dict[str, Place] = {"home": field.uas_home, "ugv": field.ugv_start}
     return World("corn_field", home, field.terrain, places, wind, truth, field)
