@@ -1,0 +1,34 @@
+"""Bearing along a line: the vehicle heads for the point of the path that is one look-ahead distance away.
+
+Behaves as PX4's PurePursuit (src/lib/pure_pursuit, v1.18; R. C. Coulter, "Implementation of the Pure Pursuit Path
+Tracking Algorithm", CMU 1992) with PP_LOOKAHD_GAIN, _MIN, _MAX. The path has no end: who has passed its target by more
+than the look-ahead follows it further on.
+"""
+
+import math
+
+Place = tuple[float, float]
+"""North and east in metres."""
+
+
+def lookahead_m(speed: float, gain: float, least_m: float, most_m: float) -> float:
+    """Look-ahead distance for a speed in m/s."""
+    return max(least_m, min(most_m, gain * abs(speed)))
+
+
+def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) -> float:
+    """Bearing in rad to drive from `place` for the line from `start` to `target`."""
+    to_n, to_e = target[0] - place[0], target[1] - place[1]
+    leg_n, leg_e = target[0] - start[0], target[1] - start[1]
+    leg = math.hypot(leg_n, leg_e)
+    if leg < 1e-7 or math.hypot(to_n, to_e) < ahead_m:
+        return math.atan2(to_e, to_n)
+    u_n, u_e = leg_n / leg, leg_e / leg
+    off_n, off_e = place[0] - start[0], place[1] - start[1]
+    along = off_n * u_n + off_e * u_e
+    path_n, path_e = along * u_n - off_n, along * u_e - off_e
+    across = math.hypot(path_n, path_e)
+    if across > ahead_m:
+        return math.atan2(path_e, path_n)
+    onwards = math.sqrt(ahead_m * ahead_m - across * across)
+    return math.atan2(path_e + onwards * u_e, path_n + onwards * u_n)

@@ -1,0 +1,350 @@
+"""Rover with Ackermann steering: modes, position, speed, heading, yaw rate and the two actuators.
+
+Behaves as PX4's rover_ackermann (src/modules/rover_ackermann, v1.18), which runs its own modes: MANUAL, ACRO, STAB,
+POSCTL, AUTO_* and OFFBOARD with position or velocity. Pure pursuit to the target; it brakes by RO_DECEL_LIM and
+RO_JERK_LIM, slows down for corners and while it heads elsewhere by RO_SPEED_RED, and turns a yaw rate into a steering
+angle by the wheelbase and a PID. Its quirks are kept: a target passed is not sought, a velocity of zero asks for a
+heading of north, and with RO_SPEED_RED 1 it does not start for a target straight behind. ORBIT and modes of aircraft
+stop it. It does not reverse on its own.
+"""
+
+import math
+from typing import NamedTuple
+
+from autopilot.constants import NavState, SetpointType
+from autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
+from autopilot.control.rover_control import (
+    Pid,
+    SpeedControl,
+    approach_speed,
+    arrival_speed,
+    corner_angle,
+    slew,
+    speed_limited_by_course,
+)
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    ActuatorOutputs,
+    PositionControllerStatus,
+    PositionSetpoint,
+    PositionSetpointTriplet,
+    Topics,
+    TrajectorySetpoint,
+    VehicleLocalPosition,
+)
+from sitl_emu.core.geodesy import MapProjection, wrap_pi
+
+NAN = math.nan
+LONGEST_STEP_S = 0.1
+STEERING_FUNCTION, MOTOR_FUNCTION = 201, 101
+OUTPUTS = 16
+PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
+COURSE_AHEAD_M = 100.0
+"""How far ahead the line lies that POSCTL drives along when the steering stick is centred."""
+AUTO = frozenset(
+    (
+        NavState.AUTO_MISSION,
+        NavState.AUTO_LOITER,
+        NavState.AUTO_RTL,
+        NavState.AUTO_TAKEOFF,
+        NavState.AUTO_LAND,
+        NavState.AUTO_PRECLAND,
+    )
+)
+STICKS = frozenset((NavState.MANUAL, NavState.ACRO, NavState.STAB, NavState.POSCTL, NavState.POSITION_SLOW))
+
+
+class Target(NamedTuple):
+    """rover_position_setpoint: where to drive, along which line, and how fast."""
+
+    place: Place
+    start: Place
+    arrival_speed: float = 0.0
+    cruising_speed: float = NAN
+    acceptance_m: float = NAN
+    """NaN for NAV_ACC_RAD."""
+
+
+class RoverAckermannControl:
+    """Writer of actuator_outputs and position_controller_status for a rover."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self._speed_control = SpeedControl()
+        self._yaw_rate_pid = Pid()
+        self._projection: MapProjection | None = None
+        self._reference_timestamp = -1
+        self._triplet: PositionSetpointTriplet | None = None
+        self._waypoint: PositionSetpoint | None = None
+        self._offboard: TrajectorySetpoint | None = None
+        self._target: Target | None = None
+        self._course: Target | None = None
+        self._held_yaw = NAN
+        self._nav_state: NavState | None = None
+        self._updated_us = 0
+        self._yaw_rate_setpoint = 0.0
+        self._throttle = self._steering = 0.0
+        self._version = -1
+        self._refresh()
+
+    def update_position(self, now_us: int) -> None:
+        """All controllers, at 125 Hz."""
+        topics = self._topics
+        dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
+        self._updated_us = now_us
+        if self._version != self._parameters.version:
+            self._refresh()
+        if not topics.actuator_armed.armed:
+            self._stop(now_us)
+            return
+        local = topics.vehicle_local_position
+        nav_state = topics.vehicle_status.nav_state
+        if nav_state != self._nav_state:
+            self._nav_state = nav_state
+            self._triplet = self._waypoint = self._offboard = self._target = self._course = None
+            self._held_yaw = NAN
+        heading = local.heading
+        speed = local.vx * math.cos(heading) + local.vy * math.sin(heading)
+        speed = speed if abs(speed) > self._speed_threshold else 0.0
+        if nav_state in AUTO:
+            self._update_waypoint(topics.position_setpoint_triplet, local)
+            throttle, steering = self._to_target(self._target, local, speed, dt_s)
+        elif nav_state == NavState.OFFBOARD:
+            throttle, steering = self._fly_offboard(local, speed, dt_s)
+        elif nav_state in STICKS:
+            throttle, steering = self._fly_sticks(nav_state, local, speed, dt_s)
+        else:
+            throttle, steering = self._speed_control.update(0.0, speed, dt_s), 0.0
+        self._actuate(now_us, throttle, steering, dt_s)
+
+    def update_rate(self, now_us: int) -> None:
+        """Nothing to do between the steps of `update_position`, but to stop at once when disarmed."""
+        if not self._topics.actuator_armed.armed and self._throttle:
+            self._stop(now_us)
+
+    # --- modes -------------------------------------------------------------------------------------------
+
+    def _update_waypoint(self, triplet: PositionSetpointTriplet, local: VehicleLocalPosition) -> None:
+        """`_target` from the navigator's triplet, whenever that changes."""
+        if local.ref_timestamp != self._reference_timestamp and math.isfinite(local.ref_lat):
+            self._reference_timestamp = local.ref_timestamp
+            self._projection = MapProjection(local.ref_lat, local.ref_lon)
+            self._triplet = None
+        if triplet is self._triplet:
+            return
+        self._triplet = triplet
+        current = triplet.current
+        place = self._local(current)
+        if place is None:
+            self._target = self._waypoint = None
+            return
+        here = (local.x, local.y)
+        start = self._local(triplet.previous)
+        if start is None:
+            known = self._waypoint
+            same = known is not None and known.lat == current.lat and known.lon == current.lon
+            start = self._target.start if same and self._target else here
+        self._waypoint = current
+        then = self._local(triplet.next)
+        angle = corner_angle(start, place, then) if then else NAN
+        stops = current.type in (SetpointType.LAND, SetpointType.IDLE)
+        cruising = current.cruising_speed if current.cruising_speed > 0.0 else self._speed_limit
+        cruising = min(cruising, self._speed_limit)
+        leaving = 0.0 if stops else min(arrival_speed(angle, self._full_throttle_speed, self._reduction), cruising)
+        acceptance_m = self._corner_acceptance(angle)
+        self._target = Target(place, start, leaving, cruising, acceptance_m)
+        self._topics.position_controller_status = PositionControllerStatus(self._updated_us, acceptance_m)
+
+    def _fly_offboard(self, local: VehicleLocalPosition, speed: float, dt_s: float) -> tuple[float, float]:
+        setpoint = self._topics.offboard_setpoint.trajectory
+        if setpoint is None:
+            return self._speed_control.update(0.0, speed, dt_s), 0.0
+        north, east, _ = setpoint.position
+        if math.isfinite(north) and math.isfinite(east):
+            if setpoint is not self._offboard:
+                self._offboard = setpoint
+                self._target = Target((north, east), (local.x, local.y))
+            return self._to_target(self._target, local, speed, dt_s)
+        vn, ve, _ = setpoint.velocity
+        if math.isfinite(vn) and math.isfinite(ve):
+            return self._to_course(math.hypot(vn, ve), math.atan2(ve, vn), local.heading, speed, dt_s)
+        return self._speed_control.update(0.0, speed, dt_s), 0.0
+
+    def _fly_sticks(
+        self, nav_state: NavState, local: VehicleLocalPosition, speed: float, dt_s: float
+    ) -> tuple[float, float]:
+        sticks = self._topics.manual_control_setpoint
+        throttle, roll = (sticks.throttle, sticks.roll) if sticks.valid else (0.0, 0.0)
+        if nav_state == NavState.MANUAL:
+            return throttle, roll
+        yaw_rate = self._yaw_rate_of_stick(roll)
+        if nav_state in (NavState.POSCTL, NavState.POSITION_SLOW):
+            wanted = throttle * self._speed_limit
+            wanted = wanted if abs(wanted) > self._speed_threshold else 0.0
+            if yaw_rate or not wanted:
+                self._course = None
+                steering = self._steer(yaw_rate if wanted >= 0.0 else -yaw_rate, dt_s)
+                return self._speed_control.update(wanted, speed, dt_s), steering
+            return self._along_course(wanted, local, speed, dt_s)
+        if nav_state == NavState.STAB and not yaw_rate and throttle:
+            if math.isnan(self._held_yaw):
+                self._held_yaw = local.heading
+            yaw_rate = self._turn(self._held_yaw, local.heading)
+        else:
+            self._held_yaw = NAN
+        return throttle, self._steer(yaw_rate, dt_s)
+
+    def _along_course(
+        self, wanted: float, local: VehicleLocalPosition, speed: float, dt_s: float
+    ) -> tuple[float, float]:
+        """POSCTL with a centred steering stick: on along the line on which it was centred."""
+        here = (local.x, local.y)
+        if self._course is None:
+            reach = math.copysign(COURSE_AHEAD_M, wanted)
+            along = (math.cos(local.heading) * reach, math.sin(local.heading) * reach)
+            self._course = Target((here[0] + along[0], here[1] + along[1]), here)
+        course = self._course
+        ahead_m = lookahead_m(wanted, self._ahead_gain, self._ahead_min_m, self._ahead_max_m)
+        bearing = target_bearing(course.place, course.start, here, ahead_m)
+        return self._to_course(wanted, bearing if wanted > 0.0 else bearing + math.pi, local.heading, speed, dt_s)
+
+    # --- controllers -------------------------------------------------------------------------------------
+
+    def _to_target(
+        self, target: Target | None, local: VehicleLocalPosition, speed: float, dt_s: float
+    ) -> tuple[float, float]:
+        """Throttle and steering on the way to a place, or to stop there."""
+        if target is None:
+            return self._speed_control.update(0.0, speed, dt_s), self._steer(0.0, dt_s)
+        here = (local.x, local.y)
+        distance = math.dist(here, target.place)
+        acceptance_m = target.acceptance_m if math.isfinite(target.acceptance_m) else self._acceptance_m
+        if distance <= acceptance_m:
+            return self._to_course(0.0, local.heading, local.heading, speed, dt_s)
+        braking_m = distance - acceptance_m if target.arrival_speed > 0.0 else distance
+        wanted = approach_speed(braking_m, target.arrival_speed, self._jerk, self._deceleration)
+        wanted = min(wanted, self._speed_limit)
+        if math.isfinite(target.cruising_speed):
+            wanted = min(wanted, target.cruising_speed)
+        ahead_m = lookahead_m(wanted, self._ahead_gain, self._ahead_min_m, self._ahead_max_m)
+        bearing = target_bearing(target.place, target.start, here, ahead_m)
+        return self._to_course(wanted, bearing, local.heading, speed, dt_s)
+
+    def _to_course(self, wanted: float, yaw: float, heading: float, speed: float, dt_s: float) -> tuple[float, float]:
+        """Throttle and steering for a speed and a heading."""
+        limit = self._speed_limit
+        wanted = max(-limit, min(limit, wanted))
+        wanted = wanted if abs(wanted) > self._speed_threshold else 0.0
+        wanted = speed_limited_by_course(wanted, yaw - heading, self._full_throttle_speed, self._reduction)
+        return self._speed_control.update(wanted, speed, dt_s), self._steer(self._turn(yaw, heading), dt_s)
+
+    def _turn(self, yaw: float, heading: float) -> float:
+        """Yaw rate towards a heading."""
+        limit = self._yaw_rate_limit
+        return max(-limit, min(limit, self._yaw_gain * wrap_pi(yaw - heading)))
+
+    def _steer(self, yaw_rate: float, dt_s: float) -> float:
+        """Steering of -1..1 for a yaw rate, at the speed that the throttle gives."""
+        speed = self._throttle * self._full_throttle_speed
+        if abs(speed) <= self._speed_threshold:
+            self._yaw_rate_pid.integral = 0.0
+            self._yaw_rate_setpoint = 0.0
+            return 0.0
+        feasible = abs(speed) * math.tan(self._max_angle) / self._wheel_base
+        limit = min(feasible, self._yaw_rate_limit)
+        yaw_rate = max(-limit, min(limit, yaw_rate))
+        measured = self._topics.vehicle_angular_velocity.xyz[2]
+        measured = measured if abs(measured) > self._yaw_rate_threshold else 0.0
+        rate = self._yaw_acceleration if abs(yaw_rate) >= abs(measured) else self._yaw_deceleration
+        setpoint = self._yaw_rate_setpoint = slew(self._yaw_rate_setpoint, yaw_rate, rate, dt_s)
+        angle = math.atan(setpoint * self._yaw_rate_correction * self._wheel_base / speed)
+        angle += self._yaw_rate_pid.update(setpoint - measured, dt_s)
+        return max(-1.0, min(1.0, angle / self._max_angle))
+
+    def _yaw_rate_of_stick(self, stick: float) -> float:
+        """Yaw rate for the steering stick: dead zone, curve (RO_YAW_EXPO, RO_YAW_SUPEXPO), limit."""
+        size = abs(stick)
+        if size <= self._stick_dead_zone:
+            return 0.0
+        moved = (size - self._stick_dead_zone) / (1.0 - self._stick_dead_zone)
+        curved = (1.0 - self._stick_expo) * moved + self._stick_expo * moved**3
+        curved *= (1.0 - self._stick_super_expo) / (1.0 - moved * self._stick_super_expo)
+        return math.copysign(curved * self._yaw_rate_limit, stick)
+
+    # --- actuators ---------------------------------------------------------------------------------------
+
+    def _actuate(self, now_us: int, throttle: float, steering: float, dt_s: float) -> None:
+        faster = abs(throttle) >= abs(self._throttle)
+        rate = self._throttle_up if faster else self._throttle_down
+        self._throttle = max(-1.0, min(1.0, slew(self._throttle, throttle, rate, dt_s)))
+        self._steering = max(-1.0, min(1.0, slew(self._steering, steering, self._steering_rate, dt_s)))
+        motor = self._throttle if self._reversible else max(self._throttle, 0.0)
+        values = {STEERING_FUNCTION: self._steering, MOTOR_FUNCTION: motor}
+        controls = tuple(values.get(function, 0.0) for function in self._functions)
+        pwm = tuple(round(PWM_CENTRE + PWM_RANGE * value) for value in controls)
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm)
+
+    def _stop(self, now_us: int) -> None:
+        """Disarmed: nothing moves, and everything begins anew."""
+        self._speed_control.reset(0.0)
+        self._yaw_rate_pid.integral = self._yaw_rate_setpoint = 0.0
+        self._throttle = self._steering = 0.0
+        self._nav_state = None
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+    # --- helpers -----------------------------------------------------------------------------------------
+
+    def _local(self, setpoint: PositionSetpoint) -> Place | None:
+        if not setpoint.valid or self._projection is None or not math.isfinite(setpoint.lat + setpoint.lon):
+            return None
+        return self._projection.project(setpoint.lat, setpoint.lon)
+
+    def _corner_acceptance(self, angle_rad: float) -> float:
+        """Distance at which a corner counts as reached: the smallest circle then touches both legs (RA_ACC_RAD_*)."""
+        if math.isnan(angle_rad) or self._corner_gain <= 0.0 or self._corner_max_m <= self._acceptance_m:
+            return self._acceptance_m
+        radius = self._wheel_base / max(math.sin(self._max_angle), 1e-3)
+        cut = self._corner_gain * radius / max(math.tan(0.5 * angle_rad), 1e-3)
+        return max(self._acceptance_m, min(self._corner_max_m, cut))
+
+    def _refresh(self) -> None:
+        parameters = self._parameters
+        self._version = parameters.version
+        get = parameters.__getitem__
+        self._wheel_base = max(get("RA_WHEEL_BASE"), 1e-3)
+        self._max_angle = max(get("RA_MAX_STR_ANG"), 1e-3)
+        self._steering_rate = math.radians(get("RA_STR_RATE_LIM")) / self._max_angle
+        self._corner_gain, self._corner_max_m = get("RA_ACC_RAD_GAIN"), get("RA_ACC_RAD_MAX")
+        self._acceptance_m = get("NAV_ACC_RAD")
+        self._speed_limit = max(get("RO_SPEED_LIM"), 0.0)
+        self._speed_threshold = get("RO_SPEED_TH")
+        self._full_throttle_speed = get("RO_MAX_THR_SPEED")
+        self._deceleration, self._jerk = get("RO_DECEL_LIM"), get("RO_JERK_LIM")
+        self._reduction = get("RO_SPEED_RED")
+        self._throttle_up = self._throttle_down = 0.0
+        if self._full_throttle_speed > 0.0:
+            self._throttle_up = get("RO_ACCEL_LIM") / self._full_throttle_speed
+            self._throttle_down = get("RO_DECEL_LIM") / self._full_throttle_speed
+        speed_control = self._speed_control
+        speed_control.acceleration, speed_control.deceleration = get("RO_ACCEL_LIM"), get("RO_DECEL_LIM")
+        speed_control.full_throttle_speed = self._full_throttle_speed
+        speed_control.pid.gain_p, speed_control.pid.gain_i = get("RO_SPEED_P"), get("RO_SPEED_I")
+        self._yaw_gain = get("RO_YAW_P")
+        self._yaw_rate_limit = math.radians(get("RO_YAW_RATE_LIM"))
+        self._yaw_rate_threshold = math.radians(get("RO_YAW_RATE_TH"))
+        self._yaw_acceleration = math.radians(get("RO_YAW_ACCEL_LIM"))
+        self._yaw_deceleration = math.radians(get("RO_YAW_DECEL_LIM"))
+        self._yaw_rate_correction = get("RO_YAW_RATE_CORR")
+        self._yaw_rate_pid.gain_p, self._yaw_rate_pid.gain_i = get("RO_YAW_RATE_P"), get("RO_YAW_RATE_I")
+        self._stick_dead_zone, self._stick_expo = get("RO_YAW_STICK_DZ"), get("RO_YAW_EXPO")
+        self._stick_super_expo = get("RO_YAW_SUPEXPO")
+        self._ahead_gain = get("PP_LOOKAHD_GAIN")
+        self._ahead_min_m, self._ahead_max_m = get("PP_LOOKAHD_MIN"), get("PP_LOOKAHD_MAX")
+        self._reversible = bool(int(get("CA_R_REV")) & 1)
+        functions = [int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)]
+        while functions and functions[-1] not in (STEERING_FUNCTION, MOTOR_FUNCTION):
+            functions.pop()
+        self._functions = functions
+        self._stopped = (0.0,) * len(functions)
+        self._stopped_pwm = (PWM_DISARMED,) * len(functions)
