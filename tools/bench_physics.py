@@ -1,6 +1,6 @@
 """CPU time of one simulated tick (4 ms) per vehicle: physics, sensors, and the way over the memory channel.
 
-    python tools/bench_physics.py [MODEL ...]
+python tools/bench_physics.py [MODEL ...]
 """
 
 import sys

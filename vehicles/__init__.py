@@ -12,7 +12,7 @@ import json
 import pathlib
 import tomllib
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from vehicles import inertia, record
 from vehicles.description import (
@@ -41,8 +41,8 @@ class _File:
     description: str
     battery: Battery
     sensors: Sensors
-    mass_kg: float | None = record.limited(0.001, default=None)
-    inertia_kg_m2: Vector3 | None = record.limited(0.0, default=None)
+    mass_kg: Annotated[float | None, record.Limits(0.001)] = None
+    inertia_kg_m2: Annotated[Vector3 | None, record.Limits(0.0)] = None
     parts: tuple[Part, ...] = ()
     propulsion: Propulsion | None = None
     aerodynamics: Aerodynamics | None = None

@@ -92,7 +92,9 @@ class Ackermann:
 
         # along: drive, rolling resistance, slope
         share = self._front / chassis.wheelbase_m
-        drive = _within(chassis.stall_force_n * (motor - u / chassis.free_speed_m_s), chassis.tyre_friction * load * share)
+        drive = _within(
+            chassis.stall_force_n * (motor - u / chassis.free_speed_m_s), chassis.tyre_friction * load * share
+        )
         standing = abs(u) < STANDING_M_S and abs(motor) < STANDING_COMMAND
         pull = mass * math.sqrt(gx * gx + gy * gy)
         if standing and pull <= chassis.holding_friction * load:

@@ -8,6 +8,7 @@ SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the v
 Not modelled: temperature, ageing, recovery beyond the sag's own.
 """
 
+import itertools
 from typing import Protocol
 
 from vehicles.description import Battery
@@ -77,7 +78,7 @@ def battery_model(battery: Battery) -> LoadBattery | Px4Battery:
 
 
 def _curve(charge: float) -> float:
-    for (x0, y0), (x1, y1) in zip(CURVE, CURVE[1:], strict=False):
+    for (x0, y0), (x1, y1) in itertools.pairwise(CURVE):
         if charge <= x1:
             return y0 + (y1 - y0) * (charge - x0) / (x1 - x0)
     return 1.0

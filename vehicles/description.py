@@ -6,8 +6,9 @@ airframe (`airframe.json`): parameters that differ from PX4's defaults.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from vehicles.record import choice, limited
+from vehicles.record import Limits, Words
 
 Vector3 = tuple[float, float, float]
 ZERO: Vector3 = (0.0, 0.0, 0.0)
@@ -18,8 +19,8 @@ class Part:
     """A cuboid of the vehicle, for its inertia: `size_m` along x, y, z; `count` tells how many share the mass each."""
 
     name: str
-    mass_kg: float = limited(0.0)
-    size_m: Vector3 = limited(0.0)
+    mass_kg: Annotated[float, Limits(0.0)]
+    size_m: Annotated[Vector3, Limits(0.0)]
     centre_m: Vector3 = ZERO
 
 
@@ -28,20 +29,20 @@ class Rotor:
     """Place of a rotor relative to the centre of mass; a `ccw` rotor (seen from above) yaws the body to the right."""
 
     position_m: Vector3
-    turns: str = choice("ccw", "cw")
+    turns: Annotated[str, Words(("ccw", "cw"))]
 
 
 @dataclass(frozen=True, slots=True)
 class Propulsion:
     """Rotors whose thrust is thrust_max_n · u², u being their speed over the greatest, which lags its command."""
 
-    thrust_max_n: float = limited(0.01)
-    torque_per_thrust_m: float = limited(0.0)
-    time_constant_s: float = limited(0.001)
-    power_max_w: float = limited(0.0)
+    thrust_max_n: Annotated[float, Limits(0.01)]
+    torque_per_thrust_m: Annotated[float, Limits(0.0)]
+    time_constant_s: Annotated[float, Limits(0.001)]
+    power_max_w: Annotated[float, Limits(0.0)]
     """Electrical power of one rotor at full thrust; it grows with u³."""
     rotors: tuple[Rotor, ...]
-    angular_momentum_max_kg_m2_s: float = limited(0.0, default=0.0)
+    angular_momentum_max_kg_m2_s: Annotated[float, Limits(0.0)] = 0.0
     """Of one rotor at full speed, for the gyroscopic moment."""
 
 
@@ -49,127 +50,127 @@ class Propulsion:
 class Aerodynamics:
     """Drag by body axis, against the air: force (linear + quadratic · |v|) · v, moment angular · ω."""
 
-    linear_n_s_m: Vector3 = limited(0.0)
-    angular_n_m_s: Vector3 = limited(0.0)
-    quadratic_n_s2_m2: Vector3 = limited(0.0, default=ZERO)
+    linear_n_s_m: Annotated[Vector3, Limits(0.0)]
+    angular_n_m_s: Annotated[Vector3, Limits(0.0)]
+    quadratic_n_s2_m2: Annotated[Vector3, Limits(0.0)] = ZERO
 
 
 @dataclass(frozen=True, slots=True)
 class Gear:
     """Landing gear: half the stance along x and y, height of the centre of mass above its feet, friction."""
 
-    half_length_m: float = limited(0.01)
-    half_width_m: float = limited(0.01)
-    height_m: float = limited(0.0)
-    friction: float = limited(0.0, 5.0, default=0.7)
+    half_length_m: Annotated[float, Limits(0.01)]
+    half_width_m: Annotated[float, Limits(0.01)]
+    height_m: Annotated[float, Limits(0.0)]
+    friction: Annotated[float, Limits(0.0, 5.0)] = 0.7
 
 
 @dataclass(frozen=True, slots=True)
 class Chassis:
     """An Ackermann-steered chassis with rear motor; see `vehicles/ackermann.py` for what each number does."""
 
-    wheelbase_m: float = limited(0.05)
-    track_m: float = limited(0.05)
-    centre_to_rear_axle_m: float = limited(0.0)
-    centre_height_m: float = limited(0.0)
-    max_steer_angle_rad: float = limited(0.05, 1.2)
-    steer_time_constant_s: float = limited(0.001)
-    stall_force_n: float = limited(1.0)
-    free_speed_m_s: float = limited(0.1)
-    motor_time_constant_s: float = limited(0.001)
-    rolling_resistance: float = limited(0.0, 1.0)
-    holding_friction: float = limited(0.0, 2.0)
-    tyre_friction: float = limited(0.05, 2.0)
-    cornering_stiffness_n_rad: float = limited(1.0)
-    suspension_rad_s: float = limited(2.0, 100.0)
-    motor_efficiency: float = limited(0.05, 1.0)
+    wheelbase_m: Annotated[float, Limits(0.05)]
+    track_m: Annotated[float, Limits(0.05)]
+    centre_to_rear_axle_m: Annotated[float, Limits(0.0)]
+    centre_height_m: Annotated[float, Limits(0.0)]
+    max_steer_angle_rad: Annotated[float, Limits(0.05, 1.2)]
+    steer_time_constant_s: Annotated[float, Limits(0.001)]
+    stall_force_n: Annotated[float, Limits(1.0)]
+    free_speed_m_s: Annotated[float, Limits(0.1)]
+    motor_time_constant_s: Annotated[float, Limits(0.001)]
+    rolling_resistance: Annotated[float, Limits(0.0, 1.0)]
+    holding_friction: Annotated[float, Limits(0.0, 2.0)]
+    tyre_friction: Annotated[float, Limits(0.05, 2.0)]
+    cornering_stiffness_n_rad: Annotated[float, Limits(1.0)]
+    suspension_rad_s: Annotated[float, Limits(2.0, 100.0)]
+    motor_efficiency: Annotated[float, Limits(0.05, 1.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class SihRover:
     """PX4's SIH Ackermann rover (`vehicles/sih_ackermann.py`), under its parameters' and constants' names."""
 
-    kdv: float = limited(0.0)
-    kdw: float = limited(0.0)
-    thrust_time_constant_s: float = limited(0.001)
-    throttle_force_max_n: float = limited(0.0)
-    steer_angle_max_rad: float = limited(0.05, 1.2)
-    wheelbase_m: float = limited(0.05)
-    cornering_stiffness_n_rad: float = limited(1.0)
-    static_friction: float = limited(0.0)
-    kinetic_friction: float = limited(0.0)
-    rolling_friction: float = limited(0.0)
+    kdv: Annotated[float, Limits(0.0)]
+    kdw: Annotated[float, Limits(0.0)]
+    thrust_time_constant_s: Annotated[float, Limits(0.001)]
+    throttle_force_max_n: Annotated[float, Limits(0.0)]
+    steer_angle_max_rad: Annotated[float, Limits(0.05, 1.2)]
+    wheelbase_m: Annotated[float, Limits(0.05)]
+    cornering_stiffness_n_rad: Annotated[float, Limits(1.0)]
+    static_friction: Annotated[float, Limits(0.0)]
+    kinetic_friction: Annotated[float, Limits(0.0)]
+    rolling_friction: Annotated[float, Limits(0.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class Battery:
     """`load`: state of charge and sag follow the current. `px4`: PX4's BatterySimulator (see `vehicles/battery.py`)."""
 
-    kind: str = choice("load", "px4")
-    cells: int = limited(1, 20)
-    cell_full_v: float = limited(2.5, 4.5)
-    cell_empty_v: float = limited(2.5, 4.5)
-    capacity_ah: float = limited(0.01, default=1.0)
-    internal_resistance_ohm: float = limited(0.0, default=0.0)
-    avionics_power_w: float = limited(0.0, default=0.0)
+    kind: Annotated[str, Words(("load", "px4"))]
+    cells: Annotated[int, Limits(1, 20)]
+    cell_full_v: Annotated[float, Limits(2.5, 4.5)]
+    cell_empty_v: Annotated[float, Limits(2.5, 4.5)]
+    capacity_ah: Annotated[float, Limits(0.01)] = 1.0
+    internal_resistance_ohm: Annotated[float, Limits(0.0)] = 0.0
+    avionics_power_w: Annotated[float, Limits(0.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Imu:
     """Standard deviations of one 250 Hz sample (white), moving and at rest, and of the biases drawn at start."""
 
-    accel_noise_m_s2: Vector3 = limited(0.0)
-    accel_noise_still_m_s2: Vector3 = limited(0.0)
-    gyro_noise_rad_s: Vector3 = limited(0.0)
-    gyro_noise_still_rad_s: Vector3 = limited(0.0)
-    accel_bias_m_s2: float = limited(0.0, default=0.0)
-    gyro_bias_rad_s: float = limited(0.0, default=0.0)
+    accel_noise_m_s2: Annotated[Vector3, Limits(0.0)]
+    accel_noise_still_m_s2: Annotated[Vector3, Limits(0.0)]
+    gyro_noise_rad_s: Annotated[Vector3, Limits(0.0)]
+    gyro_noise_still_rad_s: Annotated[Vector3, Limits(0.0)]
+    accel_bias_m_s2: Annotated[float, Limits(0.0)] = 0.0
+    gyro_bias_rad_s: Annotated[float, Limits(0.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Magnetometer:
     """White noise per axis of one sample (gauss), hard-iron bias left after calibration, rate."""
 
-    noise_gauss: Vector3 = limited(0.0)
-    rate_hz: float = limited(1.0, 250.0)
-    bias_gauss: float = limited(0.0, default=0.0)
+    noise_gauss: Annotated[Vector3, Limits(0.0)]
+    rate_hz: Annotated[float, Limits(1.0, 250.0)]
+    bias_gauss: Annotated[float, Limits(0.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Barometer:
     """White noise, and a slow Gauss-Markov drift with its time constant."""
 
-    noise_pa: float = limited(0.0)
-    rate_hz: float = limited(1.0, 250.0)
-    drift_pa: float = limited(0.0, default=0.0)
-    drift_time_s: float = limited(1.0, default=300.0)
-    temperature_c: float = limited(-40.0, 85.0, default=15.0)
+    noise_pa: Annotated[float, Limits(0.0)]
+    rate_hz: Annotated[float, Limits(1.0, 250.0)]
+    drift_pa: Annotated[float, Limits(0.0)] = 0.0
+    drift_time_s: Annotated[float, Limits(1.0)] = 300.0
+    temperature_c: Annotated[float, Limits(-40.0, 85.0)] = 15.0
 
 
 @dataclass(frozen=True, slots=True)
 class Gps:
     """Per-axis standard deviations: white noise and Gauss-Markov drift of position, white noise of velocity."""
 
-    rate_hz: float = limited(1.0, 50.0)
-    noise_horizontal_m: float = limited(0.0)
-    noise_vertical_m: float = limited(0.0)
-    drift_horizontal_m: float = limited(0.0)
-    drift_vertical_m: float = limited(0.0)
-    drift_time_s: float = limited(1.0)
-    noise_velocity_m_s: float = limited(0.0)
-    eph_m: float = limited(0.01)
-    epv_m: float = limited(0.01)
-    satellites: int = limited(0, 60)
+    rate_hz: Annotated[float, Limits(1.0, 50.0)]
+    noise_horizontal_m: Annotated[float, Limits(0.0)]
+    noise_vertical_m: Annotated[float, Limits(0.0)]
+    drift_horizontal_m: Annotated[float, Limits(0.0)]
+    drift_vertical_m: Annotated[float, Limits(0.0)]
+    drift_time_s: Annotated[float, Limits(1.0)]
+    noise_velocity_m_s: Annotated[float, Limits(0.0)]
+    eph_m: Annotated[float, Limits(0.01)]
+    epv_m: Annotated[float, Limits(0.01)]
+    satellites: Annotated[int, Limits(0, 60)]
 
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
     """A single beam along body down: range, white noise, rate."""
 
-    min_distance_m: float = limited(0.0)
-    max_distance_m: float = limited(0.1)
-    noise_m: float = limited(0.0)
-    rate_hz: float = limited(1.0, 100.0)
+    min_distance_m: Annotated[float, Limits(0.0)]
+    max_distance_m: Annotated[float, Limits(0.1)]
+    noise_m: Annotated[float, Limits(0.0)]
+    rate_hz: Annotated[float, Limits(1.0, 100.0)]
 
 
 @dataclass(frozen=True, slots=True)

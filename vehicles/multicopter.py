@@ -14,7 +14,7 @@ ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 6 m
 it can hold (a vehicle at rest stays exactly where it is, on a slope too), and moments that turn the gear's plane onto
 the ground as far as the load on it reaches (load · half the stance). Not modelled: ground effect, blade flapping,
 vortex ring, feet one by one.
-PX4 for comparison: src/modules/simulation/simulator_sih (v1.18), whose hexacopter `sihsim_hex` is this with its numbers.
+PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` is its hexacopter, with its numbers.
 """
 
 import math
@@ -64,10 +64,12 @@ class Multicopter:
         self._power_max = propulsion.power_max_w
         signs = [1.0 if rotor.turns == "ccw" else -1.0 for rotor in propulsion.rotors]
         t_max = propulsion.thrust_max_n
-        self._roll_arms = [-rotor.position_m[1] * t_max for rotor in propulsion.rotors]
-        self._pitch_arms = [rotor.position_m[0] * t_max for rotor in propulsion.rotors]
-        self._yaw_arms = [sign * propulsion.torque_per_thrust_m * t_max for sign in signs]
-        self._momenta = [-sign * propulsion.angular_momentum_max_kg_m2_s for sign in signs]
+        yaw_arm, momentum = propulsion.torque_per_thrust_m * t_max, propulsion.angular_momentum_max_kg_m2_s
+        # a rotor that turns ccw (negative about body z) pushes the body the other way
+        self._rotors = [
+            (i, -rotor.position_m[1] * t_max, rotor.position_m[0] * t_max, sign * yaw_arm, -sign * momentum)
+            for i, (rotor, sign) in enumerate(zip(propulsion.rotors, signs, strict=True))
+        ]
         self.motor_off = [False] * len(signs)
         self._still = (0.0,) * len(signs)
         self.speeds = list(self._still)
@@ -96,14 +98,10 @@ class Multicopter:
         if len(controls) < len(speeds):
             controls = controls + self._still[len(controls) :]
         lift = mx = my = mz = spin = cubes = 0.0
-        i = 0
-        for roll_arm, pitch_arm, yaw_arm, momentum in zip(
-            self._roll_arms, self._pitch_arms, self._yaw_arms, self._momenta, strict=True
-        ):
+        for i, roll_arm, pitch_arm, yaw_arm, momentum in self._rotors:
             u = speeds[i]
             u += lag * ((0.0 if off[i] else controls[i]) - u)
             speeds[i] = u
-            i += 1
             square = u * u
             lift += square
             cubes += square * u

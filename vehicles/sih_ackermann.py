@@ -37,7 +37,7 @@ class SihAckermann:
         lat_deg: float = 0.0,
         lon_deg: float = 0.0,
     ) -> None:
-        """`lat_deg`, `lon_deg`: where the world's origin is, which matters for the drag. ValueError for another kind."""
+        """`lat_deg`, `lon_deg`: the world's origin, which matters for the drag. ValueError for another vehicle."""
         if vehicle.sih_rover is None:
             raise ValueError(f"{vehicle.model} is no SIH rover")
         self._rover = vehicle.sih_rover

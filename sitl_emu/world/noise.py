@@ -13,7 +13,7 @@ BLOCK = 1024
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """The generator of a source, e.g. generator(7, "uas", "gps"); other names are independent of it."""
+    """Generator of one source, such as (7, "uas", "gps"); other names give independent ones."""
     digest = hashlib.sha256("/".join((str(seed), *names)).encode()).digest()
     return np.random.default_rng(int.from_bytes(digest[:16], "big"))
 

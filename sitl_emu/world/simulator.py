@@ -11,13 +11,6 @@ import math
 import struct
 from typing import NamedTuple
 
-from vehicles.ackermann import Ackermann
-from vehicles.battery import Px4Battery, battery_model
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Dynamics, Quaternion
-from vehicles.multicopter import Multicopter
-from vehicles.sih_ackermann import SihAckermann
-
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import MagneticField, magnetic_field
 from sitl_emu.core.simulator_api import (
@@ -39,6 +32,12 @@ from sitl_emu.world.sensors.imu import Imu
 from sitl_emu.world.sensors.lidar import Lidar
 from sitl_emu.world.sensors.magnetometer import Magnetometer
 from sitl_emu.world.wind import Wind
+from vehicles.ackermann import Ackermann
+from vehicles.battery import Px4Battery, battery_model
+from vehicles.description import Vehicle
+from vehicles.dynamics import STEP_S, Dynamics, Quaternion
+from vehicles.multicopter import Multicopter
+from vehicles.sih_ackermann import SihAckermann
 
 TICK_US = 4000
 BATTERY_EVERY_US = 200_000
@@ -47,6 +46,7 @@ NEVER_US = 1 << 62
 MODE_FLAG_SAFETY_ARMED = 128
 IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
 UNKNOWN_CURRENT_CA = -1
+MILLI_G = 9.80665e-3
 _FLOATS = struct.Struct("<7f")
 
 
@@ -60,7 +60,7 @@ class Home(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Truth of one vehicle at a time: NED metres from the world's origin, body-to-NED quaternion, latitude and so on."""
+    """Truth of one vehicle at a time: NED metres from the world's origin, quaternion body to NED."""
 
     time_usec: int
     north_m: float
@@ -204,7 +204,7 @@ class VehicleSimulator:
             round(pose.lat_deg * 1e7), round(pose.lon_deg * 1e7), round(pose.alt_amsl_m * 1e3),
             _int16(body.vn_m_s * 100), _int16(body.ve_m_s * 100), _int16(body.vd_m_s * 100),
             max(airspeed, 0), max(airspeed, 0),
-            _int16(body.ax_m_s2 * 1e3 / 9.80665), _int16(body.ay_m_s2 * 1e3 / 9.80665), _int16(body.az_m_s2 * 1e3 / 9.80665),
+            _int16(body.ax_m_s2 / MILLI_G), _int16(body.ay_m_s2 / MILLI_G), _int16(body.az_m_s2 / MILLI_G),
         )  # fmt: skip
 
     def _slow_sensors(self, now_us: int, messages: list[SimulatorMessage]) -> int:
@@ -238,9 +238,7 @@ class VehicleSimulator:
         if now_us >= self._truth_at:
             self._truth_at = _next_us(self._truth_at, TRUTH_EVERY_US, now_us)
             messages.append(self.truth())
-        self._due_at = min(
-            self._mag_at, self._baro_at, self._gps_at, self._lidar_at, self._battery_at, self._truth_at
-        )
+        self._due_at = min(self._mag_at, self._baro_at, self._gps_at, self._lidar_at, self._battery_at, self._truth_at)
         return updated
 
     def _battery_message(self) -> SimulatedBattery:

@@ -26,9 +26,7 @@ class Wind:
         time_s = LENGTH_SCALE_M / max(math.hypot(north_m_s, east_m_s), 3.0)
         dt_s = TICK_US * 1e-6
         sigmas = {"north": gust_m_s, "east": gust_m_s, "down": 0.5 * gust_m_s}
-        self._gusts = [
-            GaussMarkov(sigma, time_s, dt_s, normals(seed, "wind", axis)) for axis, sigma in sigmas.items()
-        ]
+        self._gusts = [GaussMarkov(sigma, time_s, dt_s, normals(seed, "wind", axis)) for axis, sigma in sigmas.items()]
         self._next_us = 0
         self._now = (north_m_s, east_m_s, 0.0)
 

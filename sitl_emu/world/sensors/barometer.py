@@ -1,9 +1,8 @@
 """Barometer: standard atmosphere, white noise and a slow drift (weather, self-heating). Rotor wash is left out."""
 
-from vehicles.description import Barometer as BarometerData
-
 from sitl_emu.world.atmosphere import pressure_altitude_m, pressure_hpa
 from sitl_emu.world.noise import GaussMarkov, normals
+from vehicles.description import Barometer as BarometerData
 
 
 class Barometer:

@@ -6,11 +6,10 @@ without common corrections do. `eph` and `epv` are what the receiver says of its
 
 import math
 
-from vehicles.description import Gps as GpsData
-
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import HilGps
 from sitl_emu.world.noise import GaussMarkov, normals
+from vehicles.description import Gps as GpsData
 
 MIN_SATELLITES = 4
 NO_FIX_DOP = 10_000

@@ -3,9 +3,8 @@
 Bias instability over a flight and temperature are left out: PX4 re-estimates biases within seconds.
 """
 
-from vehicles.description import Imu as ImuData
-
 from sitl_emu.world.noise import normals
+from vehicles.description import Imu as ImuData
 
 
 class Imu:

@@ -7,12 +7,11 @@ centimetre above max_distance, signal quality 0. Canopy and obstacles are not se
 
 import math
 
-from vehicles.description import Lidar as LidarData
-from vehicles.dynamics import Quaternion
-
 from sitl_emu.core.simulator_api import DistanceSensor
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.noise import normals
+from vehicles.description import Lidar as LidarData
+from vehicles.dynamics import Quaternion
 
 LASER = 0
 DOWNWARD_FACING = 25

@@ -2,11 +2,10 @@
 
 import math
 
-from vehicles.description import Magnetometer as MagnetometerData
-from vehicles.dynamics import Quaternion
-
 from sitl_emu.core.geomagnetism import MagneticField
 from sitl_emu.world.noise import normals
+from vehicles.description import Magnetometer as MagnetometerData
+from vehicles.dynamics import Quaternion
 
 
 class Magnetometer:
