@@ -15,7 +15,7 @@ NOT_FORWARDED = frozenset({mavlink.MAVLINK_MSG_ID_STATUSTEXT})
 
 def forward(message: Any, source: Link, links: Iterable[Link], own_system: int) -> None:
     """Queue a received message on the links that it concerns."""
-    if message.get_msgId() in NOT_FORWARDED or message.get_srcSystem() == own_system and _is_own(message):
+    if message.get_msgId() in NOT_FORWARDED or (message.get_srcSystem() == own_system and _is_own(message)):
         return
     system = getattr(message, "target_system", 0)
     component = getattr(message, "target_component", 0)

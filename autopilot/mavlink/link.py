@@ -121,8 +121,12 @@ class Link:
     # --- streams -----------------------------------------------------------------------------------------
 
     def schedule(self, now_us: int, stream: Stream, interval_us: int) -> None:
-        """Send a stream every `interval_us` from now on (0: as often as it has something new)."""
-        self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, now_us + interval_us)
+        """Send a stream every `interval_us` from now on (0: as often as it has something new).
+
+        1 µs is accepted and sends nothing, as in PX4.
+        """
+        first_us = NEVER_US if interval_us == 1 else now_us + interval_us
+        self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, first_us)
         self._due_us = 0
 
     def unschedule(self, message_id: int) -> None:

@@ -7,6 +7,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.mavlink import available_modes as modes
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import message_interval
@@ -51,7 +52,7 @@ class MessageRequest:
         return CommandResult(MAV_RESULT_ACCEPTED if payloads else MAV_RESULT_DENIED)
 
     def _available_modes(self, now_us: int, index: int, link: Link) -> CommandResult:
-        count = len(available_modes.MODES)
+        count = len(modes.MODES)
         if index == 0:
             wanted = range(1, count + 1)
         elif 1 <= index <= count:

@@ -1,9 +1,9 @@
 """Mission protocol for mission, fence and rally points (https://mavlink.io/en/services/mission.html).
 
-As PX4's mavlink_mission.cpp: one transfer at a time per link; an upload asks for one item after the other, again
-every 250 ms, and gives up after 5 s; a plan replaces the old one only when it is complete; any failure leaves the old
-one. Items are kept in GLOBAL and GLOBAL_RELATIVE_ALT with integer coordinates. Partial lists are ignored, as PX4 does.
-Every answer goes out in the datagram's own moment, so that a transfer runs as fast as the other side asks.
+As PX4's mavlink_mission.cpp: one transfer at a time per link, and one upload at a time in all. An upload asks for one
+item after the other, again every 250 ms, and gives up after 5 s; a plan replaces the old one only when it is complete,
+any failure leaves the old one. Items are kept in GLOBAL_INT and GLOBAL_RELATIVE_ALT_INT. Partial lists are ignored, as
+PX4 does. Every answer goes out in the datagram's own moment, so that a transfer runs as fast as the other side asks.
 """
 
 from collections.abc import Callable
@@ -130,6 +130,9 @@ class Mission:
             self._say("WPM: REJ. CMD: Busy\t")
             self._ack(link, partner, ERROR, kind)
             return
+        if any(isinstance(other, Upload) for busy, other in self._transfers.items() if busy is not link):
+            self._ack(link, partner, ERROR, kind)
+            return
         if kind not in MAX_ITEMS or count > MAX_ITEMS[kind]:
             self._ack(link, partner, NO_SPACE, kind)
             return
@@ -151,7 +154,7 @@ class Mission:
         upload.last_sent_us = now_us
         link.send_fields(
             mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT
-            if self._integer.get(link)
+            if self._integer.get(link, True)
             else mavlink.MAVLINK_MSG_ID_MISSION_REQUEST,
             len(upload.items),
             *upload.partner,
@@ -177,8 +180,7 @@ class Mission:
         item, error = mission_items.parse(message, upload.kind)
         if item is None:
             del self._transfers[link]
-            if upload.kind == MISSION or error != mavlink.MAV_MISSION_ACCEPTED:
-                self._say("IGN MISSION_ITEM: Invalid item\t")
+            self._say("IGN MISSION_ITEM: Invalid item\t")
             self._ack(link, partner, error, upload.kind)
             return
         upload.items.append(item)
@@ -188,10 +190,8 @@ class Mission:
         del self._transfers[link]
         self._last_count[link] = upload.count
         items = tuple(upload.items)
-        error = mission_items.check_plan(items, upload.kind)
-        if error == ACCEPTED:
-            self._store(upload.kind, items)
-        self._ack(link, partner, error, upload.kind)
+        self._store(upload.kind, items)
+        self._ack(link, partner, ACCEPTED, upload.kind)
 
     def _store(self, kind: int, items: tuple[MissionItem, ...]) -> None:
         plan = plan_of(items)

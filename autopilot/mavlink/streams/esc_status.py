@@ -10,7 +10,7 @@ FULL_RPM = 6000.0
 
 
 def fields(now_us: int, context: Context) -> list[Fields]:
-    """rpm follows the output; current is shared out evenly."""
+    """Rpm follows the output; current is shared out evenly."""
     topics = context.topics
     outputs = topics.actuator_outputs
     if context.is_rover or outputs.timestamp == 0:

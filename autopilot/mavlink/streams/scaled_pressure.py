@@ -8,7 +8,7 @@ ID = mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """hPa and cdegC; there is no differential pressure."""
+    """HPa and cdegC; there is no differential pressure."""
     baro = context.topics.sensor_baro
     if baro.timestamp == 0:
         return None

@@ -1,0 +1,14 @@
+"""COMPONENT_METADATA: where a ground station finds what our parameters and events mean (PX4's stream of that name)."""
+
+from autopilot.mavlink import component_files
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA
+
+
+def fields(now_us: int, context: Context) -> Fields:
+    """On request; the file is served by FTP."""
+    general = component_files.general()
+    return (now_us // 1000, general.crc32, component_files.GENERAL_URI.encode())

@@ -1,0 +1,36 @@
+"""HIL_STATE_QUATERNION: the vehicle's state; PX4's simulation sends its truth, ours what the autopilot estimates."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
+G_MILLI = 1000.0 / 9.80665
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Truth stays with the simulator, so this is the estimate; cm/s, mG, 1e-7 deg, mm."""
+    topics = context.topics
+    position, local = topics.vehicle_global_position, topics.vehicle_local_position
+    if not position.valid:
+        return None
+    accelerations = tuple(clamped(value * G_MILLI) for value in topics.sensor_combined.accelerometer_m_s2)
+    return (
+        now_us,
+        *topics.vehicle_attitude.q,
+        *topics.vehicle_angular_velocity.xyz,
+        round(position.lat * 1e7),
+        round(position.lon * 1e7),
+        round(position.alt * 1000.0),
+        clamped(local.vx * 100.0),
+        clamped(local.vy * 100.0),
+        clamped(local.vz * 100.0),
+        0,
+        0,
+        *accelerations,
+    )
+
+
+def clamped(value: float) -> int:
+    """Within int16."""
+    return max(-32768, min(32767, round(value)))
