@@ -485,19 +485,6 @@ class GcsHeartbeats(NamedTuple):
     onboard_us: int = 0
 
 
-class OrbitCommand(NamedTuple):
-    """What DO_ORBIT asked for (writer: commander). radius in m, negative for anticlockwise; NaN for the mode's own."""
-
-    timestamp: int = 0
-    radius: float = NAN
-    velocity: float = NAN
-    yaw_behaviour: float = NAN
-    """ORBIT_YAW_BEHAVIOUR."""
-    lat: float = NAN
-    lon: float = NAN
-    alt: float = NAN
-
-
 class OrbitStatus(NamedTuple):
     """What the orbit mode flies (ORBIT_EXECUTION_STATUS); timestamp 0 when it was never flown."""
 
@@ -555,7 +542,6 @@ class Topics:
         self.manual_control_setpoint = ManualControlSetpoint()
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
-        self.orbit = OrbitCommand()
         self.orbit_status = OrbitStatus()
         self.position_controller_status = PositionControllerStatus()
         self.vehicle_commands: tuple[CommandRecord, ...] = ()

@@ -1,7 +1,7 @@
 """ORBIT: a circle around a point, at its height, facing as asked (PX4 v1.18's FlightTaskOrbit).
 
-`topics.orbit` says what DO_ORBIT asked for; `topics.orbit_status` what is flown. On the way to the circle it flies like
-AUTO. Sticks don't change radius or speed.
+The accepted DO_ORBIT comes in `topics.vehicle_commands`; `topics.orbit_status` says what is flown. On the way to the
+circle it flies like AUTO. Sticks don't change radius or speed.
 """
 
 import math
@@ -9,7 +9,7 @@ import math
 from autopilot.modes.flight_task import Setpoint, start_state
 from autopilot.modes.position_smoothing import PositionSmoothing
 from autopilot.parameters import Parameters
-from autopilot.topics import NAN3, OrbitCommand, OrbitStatus, Topics, TrajectorySetpoint, VehicleConstraints
+from autopilot.topics import NAN3, OrbitStatus, Topics, TrajectorySetpoint, VehicleCommand, VehicleConstraints
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 NAN = math.nan
@@ -19,6 +19,8 @@ ACCELERATION_MAX = 2.0
 ON_CIRCLE_M = 3.0
 """How far from the circle the vehicle still flies around it."""
 APPROACH_ACCEPTANCE_M = 1.0
+DO_ORBIT = 34
+"""MAV_CMD_DO_ORBIT: radius, velocity, yaw behaviour, -, latitude, longitude, altitude."""
 FACE_CENTRE, HOLD_INITIAL, UNCONTROLLED, TANGENT, BY_STICKS = range(5)
 STATUS_EVERY_US = 500_000
 
@@ -30,9 +32,10 @@ class Orbit:
         self._topics = topics
         self._parameters = parameters
         self._smoothing = PositionSmoothing()
-        self._command: OrbitCommand | None = None
+        self._command_number = 0
         self._centre = (0.0, 0.0, 0.0)
         self._radius, self._velocity, self._behaviour = RADIUS_MIN_M, DEFAULT_VELOCITY, FACE_CENTRE
+        self._published_us = 0
         self._on_circle = False
         self._initial_yaw = 0.0
         self._yaw = 0.0
@@ -59,20 +62,22 @@ class Orbit:
         smoothing.max_error_m = parameters["MPC_XY_ERR_MAX"]
 
     def activate(self, last: TrajectorySetpoint) -> None:
-        """Begin, with the circle that `topics.orbit` asks for."""
+        """Begin, with a circle around where it is until a command asks for another."""
         local = self._topics.vehicle_local_position
         self._smoothing.reset(*start_state(last, local))
         self._yaw = self._initial_yaw = last.yaw if math.isfinite(last.yaw) else local.heading
-        self._command = None
+        self._take(VehicleCommand(DO_ORBIT))
         self._on_circle = False
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step towards the circle or around it."""
         topics = self._topics
-        if topics.orbit is not self._command:
-            self._take(topics.orbit)
-        status = topics.orbit_status
-        if now_us - status.timestamp >= STATUS_EVERY_US or status.timestamp == 0:
+        for record in topics.vehicle_commands:
+            if record.number > self._command_number and record.command.command == DO_ORBIT:
+                self._command_number = record.number
+                self._take(record.command)
+                self._published_us = 0
+        if now_us - self._published_us >= STATUS_EVERY_US:
             self._publish(now_us)
         local = topics.vehicle_local_position
         from_n, from_e = local.x - self._centre[0], local.y - self._centre[1]
@@ -137,27 +142,26 @@ class Orbit:
         step = self._yaw_rate * dt_s
         self._yaw = wrap_pi(self._yaw + max(-step, min(step, wrap_pi(yaw - self._yaw))))
 
-    def _take(self, command: OrbitCommand) -> None:
+    def _take(self, command: VehicleCommand) -> None:
         """A circle as asked for, within the limits; what is NaN is what is flown here and now."""
         local = self._topics.vehicle_local_position
-        self._command = command
         north, east = local.x, local.y
-        if math.isfinite(command.lat) and math.isfinite(command.lon) and math.isfinite(local.ref_lat):
-            north, east = MapProjection(local.ref_lat, local.ref_lon).project(command.lat, command.lon)
-        down = local.ref_alt - command.alt
+        if math.isfinite(command.param5) and math.isfinite(command.param6) and math.isfinite(local.ref_lat):
+            north, east = MapProjection(local.ref_lat, local.ref_lon).project(command.param5, command.param6)
+        down = local.ref_alt - command.param7
         self._centre = (north, east, down if math.isfinite(down) else local.z)
-        radius = abs(command.radius) if math.isfinite(command.radius) else RADIUS_MIN_M
+        radius = abs(command.param1) if math.isfinite(command.param1) else RADIUS_MIN_M
         self._radius = max(RADIUS_MIN_M, min(self._radius_max_m, radius))
-        speed = abs(command.velocity) if math.isfinite(command.velocity) else DEFAULT_VELOCITY
+        speed = abs(command.param2) if math.isfinite(command.param2) else DEFAULT_VELOCITY
         speed = min(speed, math.sqrt(ACCELERATION_MAX * self._radius))
-        self._velocity = -speed if command.radius < 0.0 or command.velocity < 0.0 else speed
-        self._behaviour = int(command.yaw_behaviour) if math.isfinite(command.yaw_behaviour) else self._yaw_mode
-        self._publish(command.timestamp)
+        self._velocity = -speed if command.param1 < 0.0 or command.param2 < 0.0 else speed
+        self._behaviour = int(command.param3) if math.isfinite(command.param3) else self._yaw_mode
 
     def _publish(self, now_us: int) -> None:
         local = self._topics.vehicle_local_position
         if not math.isfinite(local.ref_lat):
             return
+        self._published_us = now_us
         lat, lon = MapProjection(local.ref_lat, local.ref_lon).reproject(self._centre[0], self._centre[1])
         radius = math.copysign(self._radius, self._velocity)
         alt = local.ref_alt - self._centre[2]
