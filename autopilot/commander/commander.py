@@ -57,7 +57,9 @@ STANDARD_MODES = {
     mavlink.MAV_STANDARD_MODE_TAKEOFF: NavState.AUTO_TAKEOFF,
 }
 ROVER_STANDARD_MODES = {
-    mode: state for mode, state in STANDARD_MODES.items() if state not in (NavState.POSCTL, NavState.ORBIT, NavState.ALTCTL)
+    mode: state
+    for mode, state in STANDARD_MODES.items()
+    if state not in (NavState.POSCTL, NavState.ORBIT, NavState.ALTCTL)
 }
 
 
@@ -150,9 +152,7 @@ class Commander:
         if not (self._armed and result.finished and result.timestamp >= self._nav_state_us):
             return
         nav_state = self._nav_state
-        if nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF):
-            self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
-        elif nav_state is NavState.AUTO_MISSION and not self._was_landed:
+        if nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF) or (nav_state is NavState.AUTO_MISSION and not self._was_landed):
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
 
     def _choose_nav_state(self, now_us: int) -> None:

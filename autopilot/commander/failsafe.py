@@ -185,15 +185,11 @@ class Failsafe:
             ("mission_failure", flags.mission_failure and user_mode is NavState.AUTO_MISSION, RTL, True),
         )
         checks.append(("flight_time", flags.flight_time_limit_exceeded, RTL, True))
-        checks.append(
-            ("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), NOTHING), True)
-        )
+        checks.append(("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), NOTHING), True))
         low_battery = int(parameters["COM_LOW_BAT_ACT"])
         warning = flags.battery_warning
         checks.append(("battery_low", warning == WARNING_LOW, WARN, False))
-        checks.append(
-            ("battery_critical", warning == WARNING_CRITICAL, LOW_BAT_CRITICAL.get(low_battery, WARN), True)
-        )
+        checks.append(("battery_critical", warning == WARNING_CRITICAL, LOW_BAT_CRITICAL.get(low_battery, WARN), True))
         checks.append(
             ("battery_emergency", warning >= WARNING_EMERGENCY, LOW_BAT_EMERGENCY.get(low_battery, WARN), True)
         )
@@ -218,7 +214,8 @@ class Failsafe:
         elif before is not None:
             clear = before[0].clear
             if clear is Clear.WHEN_CONDITION_CLEARS or (
-                clear is Clear.ON_MODE_CHANGE_OR_DISARM and (self._taken_over or user_mode_changed or self._holding(now_us))
+                clear is Clear.ON_MODE_CHANGE_OR_DISARM
+                and (self._taken_over or user_mode_changed or self._holding(now_us))
             ):
                 del active[name]
 

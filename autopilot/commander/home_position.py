@@ -32,7 +32,9 @@ def at_vehicle(now_us: int, topics: Topics, *, manual_home: bool = False) -> Hom
     )
 
 
-def at_place(now_us: int, topics: Topics, lat_deg: float, lon_deg: float, alt_m: float, yaw_rad: float) -> HomePosition | None:
+def at_place(
+    now_us: int, topics: Topics, lat_deg: float, lon_deg: float, alt_m: float, yaw_rad: float
+) -> HomePosition | None:
     """Home at a place that somebody gave; None without a reference for the local frame."""
     local = topics.vehicle_local_position
     if not all(map(math.isfinite, (lat_deg, lon_deg, alt_m, local.ref_lat, local.ref_lon, local.ref_alt))):
@@ -40,7 +42,17 @@ def at_place(now_us: int, topics: Topics, lat_deg: float, lon_deg: float, alt_m:
     x, y = MapProjection(local.ref_lat, local.ref_lon).project(lat_deg, lon_deg)
     count = topics.home_position.update_count + 1
     return HomePosition(
-        now_us, True, lat_deg, lon_deg, alt_m, x, y, local.ref_alt - alt_m, yaw_rad, manual_home=True, update_count=count
+        now_us,
+        True,
+        lat_deg,
+        lon_deg,
+        alt_m,
+        x,
+        y,
+        local.ref_alt - alt_m,
+        yaw_rad,
+        manual_home=True,
+        update_count=count,
     )
 
 

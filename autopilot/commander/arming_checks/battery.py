@@ -20,5 +20,5 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if battery.warning >= WARNING_CRITICAL:
         findings.unhealthy |= BATTERY
         findings.arming_forbidden = True
-    elif 0.0 < settings.com_arm_bat_min and battery.remaining < settings.com_arm_bat_min:
+    elif settings.com_arm_bat_min > 0.0 and battery.remaining < settings.com_arm_bat_min:
         findings.forbid_arming(BATTERY, "Preflight Fail: Low battery")

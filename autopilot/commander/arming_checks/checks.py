@@ -100,9 +100,7 @@ class HealthAndArmingChecks:
             health |= PREARM_CHECK
             self._ever_passed = True
         topics.failsafe_flags = flags
-        topics.health_report = HealthReport(
-            now_us, _present(flags), ENABLED, health, can_arm, can_run
-        )
+        topics.health_report = HealthReport(now_us, _present(flags), ENABLED, health, can_arm, can_run)
         self._report(now_us, findings)
 
     def can_arm(self, nav_state: NavState) -> bool:

@@ -1,0 +1,160 @@
+"""The fence: polygons and circles, inside or outside of them, and GF_MAX_HOR_DIST and GF_MAX_VER_DIST from home.
+
+PX4's Geofence (src/modules/navigator/geofence.cpp, v1.18), with its texts. Checked at 10 Hz while the vehicle is armed
+and flies. Where a breach leads to, is decided by the commander's failsafe by GF_ACTION.
+
+Left out: GF_SOURCE 1 (raw GPS), prediction of a breach ahead.
+"""
+
+from typing import NamedTuple
+
+from autopilot.constants import Severity
+from autopilot.dataman import Plan
+from autopilot.navigator.state import NavigatorState
+from autopilot.topics import GeofenceResult
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import distance_m
+
+CHECK_INTERVAL_US = 100_000
+BREACH_MAXALT = mavlink.FENCE_BREACH_MAXALT
+BREACH_BOUNDARY = mavlink.FENCE_BREACH_BOUNDARY
+POLYGONS = {
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
+}
+CIRCLES = {
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: True,
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: False,
+}
+TEXT_HORIZONTAL = "Geofence: exceeding maximum distance to Home\t"
+TEXT_VERTICAL = "Geofence: exceeding maximum altitude above Home\t"
+TEXT_FENCE = "Geofence: approaching or outside geofence\t"
+
+
+class Polygon(NamedTuple):
+    """Vertices as (lat_deg, lon_deg)."""
+
+    inclusion: bool
+    vertices: tuple[tuple[float, float], ...]
+
+    def contains(self, lat_deg: float, lon_deg: float) -> bool:
+        """Even-odd rule."""
+        inside = False
+        lat1, lon1 = self.vertices[-1]
+        for lat2, lon2 in self.vertices:
+            if (lon2 > lon_deg) != (lon1 > lon_deg) and lat_deg < (lat1 - lat2) * (lon_deg - lon2) / (
+                lon1 - lon2
+            ) + lat2:
+                inside = not inside
+            lat1, lon1 = lat2, lon2
+        return inside
+
+
+class Circle(NamedTuple):
+    """Centre and radius."""
+
+    inclusion: bool
+    lat_deg: float
+    lon_deg: float
+    radius_m: float
+
+    def contains(self, lat_deg: float, lon_deg: float) -> bool:
+        """Within the radius."""
+        return distance_m(self.lat_deg, self.lon_deg, lat_deg, lon_deg) < self.radius_m
+
+
+Area = Polygon | Circle
+
+
+def areas_of(plan: Plan) -> tuple[Area, ...]:
+    """Areas of a fence plan; items that belong to none are passed over."""
+    areas: list[Area] = []
+    items = plan.items
+    index = 0
+    while index < len(items):
+        item = items[index]
+        if item.command in POLYGONS:
+            count = max(int(item.param1), 1)
+            corners = items[index : index + count]
+            if count >= 3 and len(corners) == count:
+                areas.append(
+                    Polygon(POLYGONS[item.command], tuple((corner.lat_deg, corner.lon_deg) for corner in corners))
+                )
+            index += count
+            continue
+        if item.command in CIRCLES:
+            areas.append(Circle(CIRCLES[item.command], item.lat_deg, item.lon_deg, item.param1))
+        index += 1
+    return tuple(areas)
+
+
+def inside_areas(areas: tuple[Area, ...], lat_deg: float, lon_deg: float) -> bool:
+    """In one of the inclusions, where there are any, and in no exclusion."""
+    included, inclusions = False, False
+    for area in areas:
+        contains = area.contains(lat_deg, lon_deg)
+        if area.inclusion:
+            inclusions = True
+            included = included or contains
+        elif contains:
+            return False
+    return included or not inclusions
+
+
+class Geofence:
+    """Writes geofence_result."""
+
+    def __init__(self, state: NavigatorState) -> None:
+        self._state = state
+        self._plan = state.dataman.fence
+        self._areas: tuple[Area, ...] = ()
+        self._due_us = 0
+        self._breached_text = ""
+
+    def update(self) -> None:
+        """Compare the vehicle with the fence, at 10 Hz."""
+        state = self._state
+        if state.now_us < self._due_us:
+            return
+        self._due_us = state.now_us + CHECK_INTERVAL_US
+        position = state.position
+        text = ""
+        if state.settings.gf_action and position.valid:
+            text = self._breach(position.lat, position.lon, position.alt)
+        result = state.topics.geofence_result
+        breached = bool(text)
+        if breached and not result.breached:
+            if state.armed:
+                state.say(Severity.CRITICAL, text)
+            state.topics.geofence_result = GeofenceResult(
+                state.now_us,
+                True,
+                state.settings.gf_action,
+                BREACH_MAXALT if text is TEXT_VERTICAL else BREACH_BOUNDARY,
+                result.breach_count + 1,
+                state.now_us,
+            )
+        elif result.breached and not breached:
+            state.topics.geofence_result = result._replace(timestamp=state.now_us, breached=False, breach_type=0)
+
+    def allows(self, lat_deg: float, lon_deg: float, alt_m: float) -> bool:
+        """Whether a place (altitude AMSL) is within the fence."""
+        return not self._breach(lat_deg, lon_deg, alt_m)
+
+    def _breach(self, lat_deg: float, lon_deg: float, alt_m: float) -> str:
+        """PX4's text for what the place breaks; empty when it is allowed."""
+        state = self._state
+        if state.dataman.fence is not self._plan:
+            self._plan = state.dataman.fence
+            self._areas = areas_of(self._plan)
+        settings, home = state.settings, state.topics.home_position
+        if home.valid:
+            if settings.gf_max_hor_dist_m > 0.0 and (
+                distance_m(home.lat, home.lon, lat_deg, lon_deg) > settings.gf_max_hor_dist_m
+            ):
+                return TEXT_HORIZONTAL
+            if 0.0 < settings.gf_max_ver_dist_m < alt_m - home.alt:
+                return TEXT_VERTICAL
+        if self._areas and not inside_areas(self._areas, lat_deg, lon_deg):
+            return TEXT_FENCE
+        return ""

@@ -1,0 +1,23 @@
+"""LAND: come to rest and descend there. PX4's Land (src/modules/navigator/land.cpp, v1.18)."""
+
+from autopilot.constants import SetpointType
+from autopilot.navigator.state import NavigatorState
+
+
+class Land:
+    """AUTO_LAND, and the other modes that land where the vehicle is."""
+
+    def __init__(self, state: NavigatorState) -> None:
+        self._state = state
+
+    def on_activation(self) -> None:
+        """Enter LAND."""
+        state = self._state
+        lat, lon = state.stop_point()
+        state.can_loiter_at_setpoint = False
+        state.fly(state.setpoint(SetpointType.LAND, lat, lon, state.position.alt))
+
+    def on_active(self) -> None:
+        """Every cycle in LAND."""
+        if self._state.landed and not self._state.armed:
+            self._state.finished = True

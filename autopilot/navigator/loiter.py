@@ -1,0 +1,83 @@
+"""HOLD: stay at the setpoint that was reached, else where the vehicle comes to rest; go where DO_REPOSITION says.
+
+PX4's Loiter (src/modules/navigator/loiter.cpp, v1.18). On the ground the setpoint is idle.
+"""
+
+import math
+
+from autopilot.constants import NavState, SetpointType, Severity
+from autopilot.navigator.geofence import Geofence
+from autopilot.navigator.state import NavigatorState
+from autopilot.topics import VehicleCommand
+
+
+class Loiter:
+    """AUTO_LOITER."""
+
+    def __init__(self, state: NavigatorState, geofence: Geofence) -> None:
+        self._state = state
+        self._geofence = geofence
+        self._reposition: VehicleCommand | None = None
+        self._idle = False
+
+    def reposition(self, command: VehicleCommand) -> None:
+        """DO_REPOSITION, for when this mode is active. Refused beyond the fence, with PX4's text."""
+        state = self._state
+        lat, lon, alt = self._destination(command)
+        if state.settings.gf_action >= 2 and not self._geofence.allows(lat, lon, alt):
+            state.say(Severity.CRITICAL, "Reposition is outside geofence\t")
+            self._reposition = None
+            return
+        self._reposition = command
+
+    def on_activation(self) -> None:
+        """Enter HOLD."""
+        self._stay()
+
+    def on_active(self) -> None:
+        """Every cycle in HOLD."""
+        if self._reposition is not None:
+            command, self._reposition = self._reposition, None
+            if not (self._state.landed and not self._state.armed):
+                self._go(command)
+        elif self._idle and not self._state.landed:
+            self._stay()
+
+    def _stay(self) -> None:
+        state = self._state
+        self._idle = state.landed
+        if state.landed:
+            state.idle()
+            return
+        current = state.triplet.current
+        if state.can_loiter_at_setpoint and current.valid and math.isfinite(current.lat):
+            lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
+        else:
+            lat, lon = state.stop_point()
+            alt, yaw = state.position.alt, math.nan
+        state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))
+        state.can_loiter_at_setpoint = True
+
+    def _destination(self, command: VehicleCommand) -> tuple[float, float, float]:
+        position = self._state.position
+        finite = math.isfinite(command.param5) and math.isfinite(command.param6)
+        lat, lon = (command.param5, command.param6) if finite else (position.lat, position.lon)
+        return lat, lon, command.param7 if math.isfinite(command.param7) else position.alt
+
+    def _go(self, command: VehicleCommand) -> None:
+        state = self._state
+        lat, lon, alt = self._destination(command)
+        current = state.triplet.current
+        if not (math.isfinite(command.param5) and math.isfinite(command.param6)) and current.valid:
+            lat, lon = (current.lat, current.lon) if math.isfinite(current.lat) else (lat, lon)
+        was_loitering = state.topics.vehicle_status.nav_state is NavState.AUTO_LOITER
+        if math.isfinite(command.param1) and command.param1 > 0.0:
+            state.cruising_speed_m_s = command.param1
+        elif not was_loitering:
+            state.cruising_speed_m_s = -1.0
+        self._idle = False
+        state.can_loiter_at_setpoint = True
+        state.fly(
+            state.setpoint(SetpointType.LOITER, lat, lon, alt, command.param4),
+            previous=state.here(),
+        )

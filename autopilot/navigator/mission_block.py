@@ -1,0 +1,125 @@
+"""When is an item of a mission done? PX4's MissionBlock::is_mission_item_reached_or_completed (v1.18).
+
+A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
+height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
+waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the height
+is reached. All other items are done at once.
+"""
+
+import math
+from typing import NamedTuple
+
+from autopilot.dataman import MissionItem
+from autopilot.navigator.state import NavigatorState
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import distance_m, wrap_pi
+
+RELATIVE_FRAMES = frozenset(
+    (
+        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
+        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT,
+        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
+    )
+)
+WAYPOINT = mavlink.MAV_CMD_NAV_WAYPOINT
+LOITER_UNLIM = mavlink.MAV_CMD_NAV_LOITER_UNLIM
+LOITER_TIME = mavlink.MAV_CMD_NAV_LOITER_TIME
+LOITER_TO_ALT = mavlink.MAV_CMD_NAV_LOITER_TO_ALT
+LAND = mavlink.MAV_CMD_NAV_LAND
+TAKEOFF = mavlink.MAV_CMD_NAV_TAKEOFF
+VTOL_TAKEOFF = mavlink.MAV_CMD_NAV_VTOL_TAKEOFF
+VTOL_LAND = mavlink.MAV_CMD_NAV_VTOL_LAND
+RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
+DELAY = mavlink.MAV_CMD_NAV_DELAY
+CONDITION_GATE = mavlink.MAV_CMD_CONDITION_GATE
+TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
+LANDS = frozenset((LAND, VTOL_LAND))
+PLACED = frozenset((WAYPOINT, LOITER_UNLIM, LOITER_TIME, LOITER_TO_ALT, *LANDS, *TAKEOFFS, CONDITION_GATE))
+
+
+class Target(NamedTuple):
+    """A mission item as it is flown: degrees, metres AMSL, radians, seconds."""
+
+    command: int
+    lat_deg: float = math.nan
+    lon_deg: float = math.nan
+    alt_m: float = math.nan
+    yaw_rad: float = math.nan
+    acceptance_radius_m: float = 0.0
+    hold_s: float = 0.0
+    autocontinue: bool = True
+
+
+def target_of(item: MissionItem, home_alt_m: float) -> Target:
+    """The item with its altitude made absolute; `home_alt_m` is AMSL."""
+    if item.command not in PLACED:
+        return Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
+    alt_m = item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z
+    yaw_rad = wrap_pi(math.radians(item.param4)) if math.isfinite(item.param4) else math.nan
+    return Target(
+        item.command,
+        item.lat_deg,
+        item.lon_deg,
+        alt_m,
+        yaw_rad,
+        item.param2 if item.command == WAYPOINT and math.isfinite(item.param2) else 0.0,
+        item.param1 if item.command in (WAYPOINT, LOITER_TIME) and math.isfinite(item.param1) else 0.0,
+        bool(item.autocontinue),
+    )
+
+
+class Reached:
+    """Watches one target until it is done."""
+
+    def __init__(self) -> None:
+        self._position_reached = False
+        self._position_reached_us = 0
+        self._started_us = -1
+
+    def restart(self, now_us: int) -> None:
+        """A new target begins."""
+        self._position_reached = False
+        self._position_reached_us = 0
+        self._started_us = now_us
+
+    def update(self, state: NavigatorState, target: Target, rover_radius_m: float = math.nan) -> bool:
+        """Whether the target is done; `rover_radius_m` is a rover's acceptance radius for it."""
+        command = target.command
+        if command in LANDS:
+            return state.landed
+        if command == LOITER_UNLIM:
+            return False
+        if command == DELAY:
+            return (state.now_us - self._started_us) * 1e-6 >= target.hold_s
+        if command not in PLACED:
+            return True
+        if not self._position_reached:
+            if not self._is_there(state, target, rover_radius_m):
+                return False
+            self._position_reached = True
+            self._position_reached_us = state.now_us
+        if not self._yaw_is_there(state, target):
+            return False
+        hold_s = 0.0 if state.rover and command == WAYPOINT else max(target.hold_s, 0.0)
+        return (state.now_us - self._position_reached_us) * 1e-6 >= hold_s
+
+    def _is_there(self, state: NavigatorState, target: Target, rover_radius_m: float) -> bool:
+        position = state.position
+        if not position.valid:
+            return False
+        away_m = distance_m(target.lat_deg, target.lon_deg, position.lat, position.lon)
+        if state.rover:
+            return away_m <= (rover_radius_m if rover_radius_m == rover_radius_m else state.settings.nav_acc_rad_m)
+        if target.command in TAKEOFFS:
+            return position.alt > target.alt_m - state.settings.nav_mc_alt_rad_m
+        radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.settings.nav_acc_rad_m
+        return away_m <= radius_m and abs(target.alt_m - position.alt) <= state.settings.nav_mc_alt_rad_m
+
+    def _yaw_is_there(self, state: NavigatorState, target: Target) -> bool:
+        if state.rover or target.command in TAKEOFFS or target.yaw_rad != target.yaw_rad:
+            return True
+        settings = state.settings
+        error = abs(wrap_pi(target.yaw_rad - state.topics.vehicle_local_position.heading))
+        waited_s = (state.now_us - self._position_reached_us) * 1e-6
+        return error < settings.mis_yaw_err_rad or 0.0 <= settings.mis_yaw_tmt_s < waited_s

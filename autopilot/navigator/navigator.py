@@ -1,0 +1,154 @@
+"""Where to go: runs the navigator's modes and publishes what they want to fly.
+
+PX4's Navigator (src/modules/navigator/navigator_main.cpp, v1.18). Writes position_setpoint_triplet, mission_result,
+geofence_result and vehicle_roi. Which mode is active, follows from vehicle_status; what was commanded, from
+vehicle_commands.
+"""
+
+from autopilot.commands import CommandResult
+from autopilot.constants import NavState
+from autopilot.dataman import Dataman
+from autopilot.navigator.geofence import Geofence
+from autopilot.navigator.land import Land
+from autopilot.navigator.loiter import Loiter
+from autopilot.navigator.mission import Mission, change_speed
+from autopilot.navigator.roi import ROI_COMMANDS, Roi
+from autopilot.navigator.rtl import Rtl
+from autopilot.navigator.state import NavigatorState, Say, settings_of
+from autopilot.navigator.takeoff import Takeoff
+from autopilot.parameters import Parameters
+from autopilot.topics import MissionResult, Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+Mode = Takeoff | Loiter | Mission | Rtl | Land
+
+
+class Navigator:
+    """The modes and the one that is active."""
+
+    COMMANDS: frozenset[int] = frozenset()
+    """All commands go to the commander, who passes on what it has accepted."""
+
+    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say) -> None:
+        """`say(severity, text)` tells the ground."""
+        self._topics = topics
+        self._parameters = parameters
+        self._dataman = dataman
+        self._state = state = NavigatorState(topics, parameters, dataman, say)
+        self._version = parameters.version
+        self._roi = Roi(state)
+        self._geofence = Geofence(state)
+        self._takeoff = Takeoff(state)
+        self._loiter = Loiter(state, self._geofence)
+        self._mission = Mission(state, self._roi)
+        self._modes: dict[NavState, Mode] = {
+            NavState.AUTO_TAKEOFF: self._takeoff,
+            NavState.AUTO_VTOL_TAKEOFF: self._takeoff,
+            NavState.AUTO_LOITER: self._loiter,
+            NavState.AUTO_MISSION: self._mission,
+            NavState.AUTO_RTL: Rtl(state),
+            NavState.AUTO_LAND: Land(state),
+            NavState.AUTO_PRECLAND: Land(state),
+        }
+        self._nav_state: NavState | None = None
+        self._commands_seen = 0
+        self._was_armed = False
+        self._published = MissionResult()
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        """Nothing comes here: COMMANDS is empty."""
+        raise ValueError(f"command {command.command} is the commander's")
+
+    def set_current_mission_item(self, now_us: int, seq: int) -> bool:
+        """MISSION_SET_CURRENT; False for an item that is not in the mission."""
+        self._state.now_us = now_us
+        accepted = self._mission.set_current(seq)
+        self._publish_mission_result(now_us)
+        return accepted
+
+    def mission_changed(self, now_us: int) -> None:
+        """A plan was uploaded or cleared; also noticed by itself at the next update."""
+        self._state.now_us = now_us
+        self._mission.take_plan()
+        self._publish_mission_result(now_us)
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz."""
+        state, topics = self._state, self._topics
+        state.now_us = now_us
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            state.settings = settings_of(self._parameters)
+        self._mission.take_plan()
+        self._geofence.update()
+        self._take_commands()
+        status = topics.vehicle_status
+        if status.armed is not self._was_armed:
+            self._was_armed = status.armed
+            state.cruising_speed_m_s = -1.0
+        before = state.triplet
+        self._run_mode(status.nav_state)
+        if state.triplet is not before:
+            topics.position_setpoint_triplet = state.triplet
+        self._publish_mission_result(now_us)
+
+    def _take_commands(self) -> None:
+        for record in self._topics.vehicle_commands:
+            if record.number <= self._commands_seen:
+                continue
+            self._commands_seen = record.number
+            command = record.command
+            if command.command == mavlink.MAV_CMD_NAV_TAKEOFF:
+                self._takeoff.request(command)
+            elif command.command == mavlink.MAV_CMD_DO_REPOSITION:
+                self._loiter.reposition(command)
+            elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+                self._change_speed(command.param2)
+            elif command.command in ROI_COMMANDS:
+                self._roi.take(command)
+
+    def _change_speed(self, speed_m_s: float) -> None:
+        state = self._state
+        change_speed(state, speed_m_s)
+        if not state.rover:
+            triplet = state.triplet
+            current = triplet.current._replace(timestamp=state.now_us, cruising_speed=state.cruising_speed_m_s)
+            state.fly(current, previous=triplet.previous, following=triplet.next)
+
+    def _run_mode(self, nav_state: NavState) -> None:
+        state = self._state
+        mode = self._modes.get(nav_state)
+        if nav_state is not self._nav_state:
+            self._nav_state = nav_state
+            state.finished = False
+            if nav_state is not NavState.AUTO_MISSION:
+                self._mission.on_inactive()
+            if mode is None:
+                state.can_loiter_at_setpoint = False
+            else:
+                if nav_state is not NavState.AUTO_LOITER:
+                    state.cruising_speed_m_s = -1.0
+                mode.on_activation()
+        if mode is not None:
+            mode.on_active()
+
+    def _publish_mission_result(self, now_us: int) -> None:
+        mission, plan = self._mission, self._dataman
+        result = MissionResult(
+            self._published.timestamp,
+            plan.mission.opaque_id,
+            plan.fence.opaque_id,
+            plan.rally.opaque_id,
+            mission.valid,
+            False,
+            self._state.finished,
+            False,
+            mission.seq_current,
+            mission.seq_reached,
+            mission.seq_reached_us,
+            len(plan.mission.items),
+            False,
+            mission.mission_state(),
+        )
+        if result != self._published:
+            self._published = self._topics.mission_result = result._replace(timestamp=now_us)

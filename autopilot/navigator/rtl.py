@@ -1,0 +1,170 @@
+"""RTL: climb, return to home or to a rally point, descend, land. PX4's RTL and RtlDirect (v1.18).
+
+RTL_TYPE 0 and 1 go to home or the nearest rally point (5: only to a rally point where there is one); 2 to 4,
+which follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination, less within the cone
+RTL_CONE_ANG, and within RTL_MIN_DIST the present height. With RTL_LAND_DELAY 0 the vehicle lands as soon as it is within
+the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). A rover drives
+straight home.
+"""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from autopilot.constants import SetpointType, Severity
+from autopilot.navigator.mission_block import (
+    LAND,
+    LOITER_TIME,
+    LOITER_UNLIM,
+    RELATIVE_FRAMES,
+    WAYPOINT,
+    Reached,
+    Target,
+)
+from autopilot.navigator.state import NavigatorState
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import distance_m
+
+
+class Phase(IntEnum):
+    """Where the return is."""
+
+    CLIMB = 0
+    RETURN = 1
+    DESCEND = 2
+    WAIT = 3
+    LAND = 4
+    LANDED = 5
+
+
+class Destination(NamedTuple):
+    """Where it ends; altitude AMSL of the ground there."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+    yaw_rad: float = math.nan
+
+
+class Rtl:
+    """AUTO_RTL."""
+
+    def __init__(self, state: NavigatorState) -> None:
+        self._state = state
+        self._phase = Phase.CLIMB
+        self._destination = Destination(math.nan, math.nan, math.nan)
+        self._return_alt_m = math.nan
+        self._target: Target | None = None
+        self._reached = Reached()
+        self._started = False
+
+    def on_activation(self) -> None:
+        """Enter RTL; on the ground, wait for a takeoff that does not come."""
+        self._started = False
+        if not self._state.armed:
+            self._state.idle()
+
+    def on_active(self) -> None:
+        """Every cycle in RTL."""
+        state = self._state
+        if not self._started:
+            if not state.armed:
+                return
+            self._start()
+        assert self._target is not None
+        if self._phase is Phase.LANDED:
+            return
+        if self._reached.update(state, self._target):
+            if self._phase is Phase.LAND:
+                self._phase = Phase.LANDED
+                state.finished = True
+                return
+            self._phase = self._next_phase()
+            self._fly_phase()
+
+    def _start(self) -> None:
+        state = self._state
+        self._started = True
+        self._destination = self._nearest_destination()
+        self._return_alt_m = self._return_altitude_m()
+        state.cruising_speed_m_s = -1.0
+        state.can_loiter_at_setpoint = False
+        above_m = self._return_alt_m - self._destination.alt_m
+        amsl_m, above_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
+        text = f"RTL: start return at {amsl_m} m ({above_m} m above destination)\t"
+        if state.rover:
+            self._phase = Phase.LAND
+            self._fly_phase()
+            state.say(Severity.INFO, text)
+            return
+        state.say(Severity.INFO, text)
+        self._phase = (
+            Phase.CLIMB if state.position.alt < self._return_alt_m - state.settings.nav_mc_alt_rad_m else Phase.RETURN
+        )
+        self._fly_phase()
+
+    def _nearest_destination(self) -> Destination:
+        state = self._state
+        home, position = state.topics.home_position, state.position
+        at_home = Destination(home.lat, home.lon, home.alt, home.yaw)
+        rally = [
+            Destination(item.lat_deg, item.lon_deg, item.z + home.alt if item.frame in RELATIVE_FRAMES else item.z)
+            for item in state.dataman.rally.items
+            if item.command == mavlink.MAV_CMD_NAV_RALLY_POINT
+        ]
+        if state.settings.rtl_type == 5 and rally:
+            places = rally
+        elif state.settings.rtl_type in (0, 1, 3):
+            places = [at_home, *rally]
+        else:
+            places = [at_home]
+        return min(places, key=lambda place: distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon))
+
+    def _return_altitude_m(self) -> float:
+        state, settings, destination = self._state, self._state.settings, self._destination
+        position = state.position
+        away_m = distance_m(destination.lat_deg, destination.lon_deg, position.lat, position.lon)
+        height_m = settings.rtl_return_alt_m
+        if not state.rover:
+            if away_m <= settings.rtl_min_dist_m:
+                return position.alt
+            if settings.rtl_cone_ang_deg > 0.0:
+                slope = math.tan(math.radians(min(max(settings.rtl_cone_ang_deg, 1.0), 89.0)))
+                height_m = min(height_m, settings.rtl_descend_alt_m + away_m / slope)
+        return max(destination.alt_m + height_m, position.alt)
+
+    def _next_phase(self) -> Phase:
+        settings = self._state.settings
+        if self._phase is Phase.CLIMB:
+            return Phase.RETURN
+        if self._phase is Phase.RETURN:
+            return Phase.DESCEND if settings.rtl_land_delay_s != 0.0 else Phase.LAND
+        if self._phase is Phase.DESCEND:
+            return Phase.WAIT
+        return Phase.LAND
+
+    def _fly_phase(self) -> None:
+        state, place, phase = self._state, self._destination, self._phase
+        settings = state.settings
+        kind = SetpointType.POSITION
+        if phase is Phase.CLIMB:
+            lat, lon = state.stop_point()
+            target = Target(WAYPOINT, lat, lon, self._return_alt_m)
+        elif phase is Phase.RETURN:
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m)
+        elif phase is Phase.DESCEND:
+            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, acceptance_radius_m=settings.nav_acc_rad_m)
+        elif phase is Phase.WAIT:
+            kind = SetpointType.LOITER
+            command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
+            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
+            target = Target(command, place.lat_deg, place.lon_deg, alt_m, hold_s=settings.rtl_land_delay_s)
+        else:
+            kind = SetpointType.LAND
+            target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)
+            state.say(Severity.INFO, "RTL: land at destination\t")
+        self._target = target
+        self._reached.restart(state.now_us)
+        yaw = place.yaw_rad if phase >= Phase.DESCEND else math.nan
+        state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())

@@ -1,0 +1,190 @@
+"""What the navigator's modes share: topics, parameters of the moment, the triplet in the making, progress, speed.
+
+PX4's Navigator object as its NavigatorModes see it (src/modules/navigator/navigator.h, v1.18).
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from autopilot.constants import SetpointType, Severity
+from autopilot.dataman import Dataman
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    CommandRecord,
+    PositionSetpoint,
+    PositionSetpointTriplet,
+    Topics,
+    VehicleCommand,
+    VehicleGlobalPosition,
+)
+from sitl_emu.core.geodesy import MapProjection
+
+Say = Callable[[Severity, str], None]
+GRAVITY_M_S2 = 9.80665
+KEPT_COMMANDS = 8
+
+
+class Settings(NamedTuple):
+    """Parameters that navigation obeys, copied when they change."""
+
+    nav_acc_rad_m: float
+    nav_mc_alt_rad_m: float
+    nav_loiter_rad_m: float
+    mis_takeoff_alt_m: float
+    mis_yaw_err_rad: float
+    mis_yaw_tmt_s: float
+    mis_dist_1wp_m: float
+    mis_tko_land_req: int
+    rtl_return_alt_m: float
+    rtl_descend_alt_m: float
+    rtl_cone_ang_deg: float
+    rtl_land_delay_s: float
+    rtl_min_dist_m: float
+    rtl_type: int
+    gf_action: int
+    gf_max_hor_dist_m: float
+    gf_max_ver_dist_m: float
+    mpc_acc_hor_m_s2: float
+    mpc_jerk_auto_m_s3: float
+    rover_acc_rad_gain: float
+    rover_acc_rad_max_m: float
+    rover_wheel_base_m: float
+    rover_max_str_ang_rad: float
+
+
+def settings_of(parameters: Parameters) -> Settings:
+    """Copy what navigation needs."""
+    return Settings(
+        nav_acc_rad_m=float(parameters["NAV_ACC_RAD"]),
+        nav_mc_alt_rad_m=float(parameters["NAV_MC_ALT_RAD"]),
+        nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
+        mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
+        mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
+        mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),
+        mis_dist_1wp_m=float(parameters["MIS_DIST_1WP"]),
+        mis_tko_land_req=int(parameters["MIS_TKO_LAND_REQ"]),
+        rtl_return_alt_m=float(parameters["RTL_RETURN_ALT"]),
+        rtl_descend_alt_m=float(parameters["RTL_DESCEND_ALT"]),
+        rtl_cone_ang_deg=float(parameters["RTL_CONE_ANG"]),
+        rtl_land_delay_s=float(parameters["RTL_LAND_DELAY"]),
+        rtl_min_dist_m=float(parameters["RTL_MIN_DIST"]),
+        rtl_type=int(parameters["RTL_TYPE"]),
+        gf_action=int(parameters["GF_ACTION"]),
+        gf_max_hor_dist_m=float(parameters["GF_MAX_HOR_DIST"]),
+        gf_max_ver_dist_m=float(parameters["GF_MAX_VER_DIST"]),
+        mpc_acc_hor_m_s2=float(parameters["MPC_ACC_HOR"]),
+        mpc_jerk_auto_m_s3=float(parameters["MPC_JERK_AUTO"]),
+        rover_acc_rad_gain=float(parameters["RA_ACC_RAD_GAIN"]),
+        rover_acc_rad_max_m=float(parameters["RA_ACC_RAD_MAX"]),
+        rover_wheel_base_m=float(parameters["RA_WHEEL_BASE"]),
+        rover_max_str_ang_rad=float(parameters["RA_MAX_STR_ANG"]),
+    )
+
+
+class NavigatorState:
+    """The shared part; its owner is `Navigator`, which publishes what changed after each mode has run."""
+
+    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say) -> None:
+        self.topics = topics
+        self.dataman = dataman
+        self.say = say
+        self.settings = settings_of(parameters)
+        self.rover = topics.vehicle_status.vehicle_type == "rover"
+        self.now_us = 0
+        self.triplet = PositionSetpointTriplet()
+        self.cruising_speed_m_s = -1.0
+        """What DO_CHANGE_SPEED asked for; below 0: the vehicle's own."""
+        self.can_loiter_at_setpoint = False
+        self.finished = False
+        self._commands = 0
+
+    # --- where the vehicle is --------------------------------------------------------------------------------
+
+    @property
+    def position(self) -> VehicleGlobalPosition:
+        """Latitude, longitude, altitude."""
+        return self.topics.vehicle_global_position
+
+    @property
+    def landed(self) -> bool:
+        """The land detector says so."""
+        return self.topics.vehicle_land_detected.landed
+
+    @property
+    def armed(self) -> bool:
+        """Motors may turn."""
+        return self.topics.vehicle_status.armed
+
+    def home_alt_m(self) -> float:
+        """AMSL altitude that relative altitudes count from; the reference's where home is unknown."""
+        home = self.topics.home_position
+        return home.alt if home.valid else self.topics.vehicle_local_position.ref_alt
+
+    def stop_point(self) -> tuple[float, float]:
+        """(lat_deg, lon_deg) where the vehicle comes to rest when it brakes now (PX4's preproject_stop_point)."""
+        local, position = self.topics.vehicle_local_position, self.position
+        speed = math.hypot(local.vx, local.vy)
+        if self.rover or speed < 0.1 or not local.xy_valid:
+            return position.lat, position.lon
+        settings = self.settings
+        acceleration = settings.mpc_acc_hor_m_s2
+        distance = speed * (speed / (2.0 * acceleration) + acceleration / settings.mpc_jerk_auto_m_s3)
+        place = MapProjection(position.lat, position.lon)
+        return place.reproject(local.vx / speed * distance, local.vy / speed * distance)
+
+    # --- what it shall do ------------------------------------------------------------------------------------
+
+    def setpoint(
+        self,
+        kind: SetpointType,
+        lat_deg: float,
+        lon_deg: float,
+        alt_m: float,
+        yaw_rad: float = math.nan,
+        acceptance_radius_m: float = math.nan,
+    ) -> PositionSetpoint:
+        """A setpoint of this moment, at the present cruising speed."""
+        radius = acceptance_radius_m if acceptance_radius_m == acceptance_radius_m else self.settings.nav_acc_rad_m
+        return PositionSetpoint(
+            self.now_us,
+            True,
+            int(kind),
+            lat_deg,
+            lon_deg,
+            alt_m,
+            yaw_rad,
+            radius,
+            self.cruising_speed_m_s,
+            self.settings.nav_loiter_rad_m,
+            False,
+        )
+
+    def fly(
+        self,
+        current: PositionSetpoint,
+        *,
+        previous: PositionSetpoint | None = None,
+        following: PositionSetpoint | None = None,
+    ) -> None:
+        """Replace the triplet."""
+        self.triplet = PositionSetpointTriplet(
+            self.now_us, previous or PositionSetpoint(), current, following or PositionSetpoint()
+        )
+
+    def idle(self) -> None:
+        """Stand on the ground."""
+        self.fly(PositionSetpoint(self.now_us, True, int(SetpointType.IDLE)))
+
+    def here(self) -> PositionSetpoint:
+        """The vehicle's own place, as the previous setpoint of a new leg."""
+        position = self.position
+        return self.setpoint(
+            SetpointType.POSITION, position.lat, position.lon, position.alt, self.topics.vehicle_local_position.heading
+        )
+
+    def command(self, command: VehicleCommand) -> None:
+        """Give a command to the commander."""
+        self._commands += 1
+        record = CommandRecord(self._commands, self.now_us, command)
+        self.topics.navigator_commands = (*self.topics.navigator_commands[1 - KEPT_COMMANDS :], record)

@@ -1,0 +1,60 @@
+"""TAKEOFF: climb straight up to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground.
+
+PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is done at once.
+"""
+
+import math
+
+from autopilot.constants import SetpointType, Severity
+from autopilot.navigator.mission_block import TAKEOFF, Reached, Target
+from autopilot.navigator.state import NavigatorState
+from autopilot.topics import VehicleCommand
+
+
+class Takeoff:
+    """AUTO_TAKEOFF."""
+
+    def __init__(self, state: NavigatorState) -> None:
+        self._state = state
+        self._command: VehicleCommand | None = None
+        self._target: Target | None = None
+        self._reached = Reached()
+
+    def request(self, command: VehicleCommand) -> None:
+        """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN."""
+        self._command = command
+        self._target = None
+
+    def on_activation(self) -> None:
+        """Enter TAKEOFF: nothing is flown before the vehicle is armed."""
+        self._target = None
+
+    def on_active(self) -> None:
+        """Every cycle in TAKEOFF."""
+        state = self._state
+        if self._target is None and state.armed:
+            self._begin()
+        elif self._target is None:
+            return
+        assert self._target is not None
+        if state.rover or self._reached.update(state, self._target):
+            state.finished = True
+            state.can_loiter_at_setpoint = True
+
+    def _begin(self) -> None:
+        state, command = self._state, self._command
+        self._command = None
+        position = state.position
+        lat, lon, yaw = position.lat, position.lon, math.nan
+        if command is not None and math.isfinite(command.param7):
+            alt = command.param7
+        else:
+            alt = position.alt + state.settings.mis_takeoff_alt_m
+            state.say(Severity.INFO, f"Using default takeoff altitude: {state.settings.mis_takeoff_alt_m:.1f} m\t")
+        if command is not None and math.isfinite(command.param5) and math.isfinite(command.param6):
+            lat, lon = command.param5, command.param6
+        if command is not None and math.isfinite(command.param4):
+            yaw = command.param4
+        self._target = Target(TAKEOFF, lat, lon, alt, yaw)
+        self._reached.restart(state.now_us)
+        state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, yaw), previous=state.here())

@@ -1,0 +1,220 @@
+"""A vehicle that is where its setpoint says: enough for commander and navigator, without estimator and controllers."""
+
+import math
+
+from autopilot.commander.commander import Commander
+from autopilot.commands import CommandResult
+from autopilot.constants import NavState, SetpointType, Severity
+from autopilot.dataman import Dataman, MissionItem, plan_of
+from autopilot.navigator.navigator import Navigator
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    BatteryStatus,
+    EstimatorStatus,
+    GcsHeartbeats,
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+    Topics,
+    VehicleAttitude,
+    VehicleCommand,
+    VehicleGlobalPosition,
+    VehicleLandDetected,
+    VehicleLocalPosition,
+)
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import MapProjection
+
+HOME_LAT, HOME_LON, HOME_ALT = 47.397743, 8.545594, 489.4
+STEP_US = 20_000
+SPEED_M_S = 5.0
+PLACE = MapProjection(HOME_LAT, HOME_LON)
+
+
+class FakeVehicle:
+    """Commander and navigator on a point that moves straight to its setpoint at 5 m/s."""
+
+    def __init__(self, airframe_class: str = "multicopter", **parameters: float) -> None:
+        rover = airframe_class == "rover"
+        base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}
+        base |= {"RTL_RETURN_ALT": 30.0, "RTL_DESCEND_ALT": 10.0, "COM_RC_IN_MODE": 1}
+        self.rover = rover
+        self.parameters = Parameters(airframe_class, base | parameters)
+        self.topics = Topics()
+        self.dataman = Dataman()
+        self.said: list[str] = []
+        self.modes: list[str] = []
+        self.reached: list[int] = []
+        self.current: list[int] = []
+        self.setpoints: list[SetpointType] = []
+        self.commander = Commander(self.topics, self.parameters, self.dataman, self._say)
+        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say)
+        self.now_us = 0
+        self.north = self.east = self.up = 0.0
+        self.landed = True
+        self.gps = self.sensors = self.gcs = True
+        self.battery = BatteryStatus(connected=True, remaining=1.0)
+        self._armed_for_us = 0
+        self._on_ground_us = 0
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self.said.append(text)
+
+    def take_texts(self) -> list[str]:
+        """What was said since the last call, without the tab of texts that have an event."""
+        texts, self.said = [text.rstrip("\t") for text in self.said], []
+        return texts
+
+    @property
+    def mode(self) -> NavState:
+        """Mode that is flown."""
+        return self.topics.vehicle_status.nav_state
+
+    @property
+    def armed(self) -> bool:
+        """Motors may turn."""
+        return self.topics.vehicle_status.armed
+
+    def run(self, seconds: float) -> None:
+        """Let time go by."""
+        for _ in range(round(seconds * 1e6 / STEP_US)):
+            self.step()
+
+    def run_until_disarmed(self, limit_s: float = 200.0) -> None:
+        """Let time go by until the vehicle has disarmed itself."""
+        for _ in range(round(limit_s * 1e6 / STEP_US)):
+            self.step()
+            if not self.armed:
+                return
+        raise AssertionError(f"still armed after {limit_s} s in {self.mode.name}, said {self.said}")
+
+    def step(self) -> None:
+        """20 ms: publish what an estimator would, run commander and navigator, move."""
+        self.now_us += STEP_US
+        self._sense()
+        self.commander.update(self.now_us)
+        self.navigator.update(self.now_us)
+        self._note()
+        self._move()
+
+    def command(self, number: int, *params: float, **fields: int) -> CommandResult | None:
+        """Send a command; missing parameters are 0."""
+        values = (*params, *(0.0,) * (7 - len(params)))
+        result = self.commander.handle_command(self.now_us, VehicleCommand(number, *values, **fields))
+        return result
+
+    def result(self, number: int, *params: float) -> int:
+        """MAV_RESULT of a command that has to be answered."""
+        answer = self.command(number, *params)
+        assert answer is not None
+        return answer.result
+
+    def set_mode(self, main: int, sub: int = 0) -> int:
+        """DO_SET_MODE."""
+        return self.result(mavlink.MAV_CMD_DO_SET_MODE, 1, main, sub)
+
+    def arm(self) -> int:
+        """COMPONENT_ARM_DISARM 1."""
+        return self.result(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+
+    def take_off(self, up_m: float) -> None:
+        """Arm, take off, reach Hold."""
+        assert self.arm() == 0
+        nan = math.nan
+        assert self.result(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, nan, nan, nan, HOME_ALT + up_m) == 0
+        for _ in range(3000):
+            self.step()
+            if self.mode is NavState.AUTO_LOITER:
+                break
+        else:
+            raise AssertionError("takeoff does not end")
+        self.run(1.0)
+
+    def reposition(self, north_m: float, east_m: float, up_m: float, speed: float = -1.0, yaw: float = math.nan) -> int:
+        """DO_REPOSITION."""
+        lat, lon = PLACE.reproject(north_m, east_m)
+        return self.result(mavlink.MAV_CMD_DO_REPOSITION, speed, 1, 0, yaw, lat, lon, HOME_ALT + up_m)
+
+    def upload(self, *items: MissionItem) -> None:
+        """A new mission, as the mission service stores it."""
+        self.dataman.mission = plan_of(tuple(item._replace(seq=seq) for seq, item in enumerate(items)))
+
+    def _sense(self) -> None:
+        now, topics = self.now_us, self.topics
+        if self.sensors:
+            topics.sensor_combined = SensorCombined(now)
+            topics.sensor_mag = SensorMag(now, (0.2, 0.0, 0.4))
+            topics.sensor_baro = SensorBaro(now, 95000.0, HOME_ALT + self.up)
+            topics.vehicle_attitude = VehicleAttitude(now)
+            topics.estimator_status = EstimatorStatus(now, tilt_aligned=True, yaw_aligned=True)
+        lat, lon = PLACE.reproject(self.north, self.east)
+        known = self.gps and self.now_us > 1_000_000
+        if self.gps:
+            topics.sensor_gps = SensorGps(now, lat, lon, HOME_ALT + self.up, fix_type=3)
+        topics.vehicle_local_position = VehicleLocalPosition(
+            now, known, True, known, True, self.north, self.east, -self.up,
+            ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
+        )  # fmt: skip
+        topics.vehicle_global_position = VehicleGlobalPosition(
+            now, known, lat, lon, HOME_ALT + self.up, HOME_ALT, 0.5, 0.8
+        )
+        topics.vehicle_land_detected = VehicleLandDetected(now, self.landed, self.landed, self.landed)
+        topics.battery_status = self.battery._replace(timestamp=now)
+        if self.gcs:
+            topics.gcs_heartbeats = GcsHeartbeats(now, 0)
+
+    def _note(self) -> None:
+        result = self.topics.mission_result
+        for kept, value in (
+            (self.modes, self.mode.name),
+            (self.reached, result.seq_reached),
+            (self.current, result.seq_current),
+            (self.setpoints, SetpointType(self.topics.position_setpoint_triplet.current.type)),
+        ):
+            if not kept or kept[-1] != value:
+                kept.append(value)  # type: ignore[attr-defined]
+
+    def _move(self) -> None:
+        if not self.armed:
+            self._armed_for_us = 0
+            self.landed = True
+            return
+        self._armed_for_us += STEP_US
+        current = self.topics.position_setpoint_triplet.current
+        if self.rover:
+            self._drive(current.lat, current.lon, SetpointType(current.type))
+            return
+        if self.mode is NavState.DESCEND:
+            self._approach(self.north, self.east, 0.0)
+        elif current.valid and current.type != SetpointType.IDLE and self._armed_for_us > 1_000_000:
+            north, east = PLACE.project(current.lat, current.lon)
+            up = 0.0 if current.type == SetpointType.LAND else current.alt - HOME_ALT
+            self._approach(north, east, up)
+        if self.up > 0.3:
+            self.landed, self._on_ground_us = False, 0
+        else:
+            self._on_ground_us += STEP_US
+            self.landed = self.landed or self._on_ground_us > 2_000_000
+
+    def _drive(self, lat: float, lon: float, kind: SetpointType) -> None:
+        at_home = self.topics.vehicle_status.nav_state is NavState.AUTO_RTL and math.hypot(self.north, self.east) < 0.5
+        self.landed = self._armed_for_us < 500_000 or at_home
+        if kind is not SetpointType.IDLE and math.isfinite(lat):
+            self._approach(*PLACE.project(lat, lon), 0.0)
+
+    def _approach(self, north: float, east: float, up: float) -> None:
+        way = SPEED_M_S * STEP_US * 1e-6
+        d_north, d_east = north - self.north, east - self.east
+        away = math.hypot(d_north, d_east)
+        share = min(1.0, way / away) if away > 0.0 else 0.0
+        self.north += share * d_north
+        self.east += share * d_east
+        self.up += max(-0.3 * way, min(0.3 * way, up - self.up))
+
+
+def item(command: int, north_m: float = 0.0, east_m: float = 0.0, up_m: float = 0.0, *params: float) -> MissionItem:
+    """A mission item at a place relative to home; params fill param1.. (param4 defaults to NaN)."""
+    values = (*params, *(0.0, 0.0, 0.0, math.nan)[len(params) :])
+    lat, lon = PLACE.reproject(north_m, east_m)
+    return MissionItem(0, 6, command, 1, *values, round(lat * 1e7), round(lon * 1e7), up_m)
