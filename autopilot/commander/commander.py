@@ -35,6 +35,8 @@ from sitl_emu.core import dialect as mavlink
 
 Say = Callable[[Severity, str], None]
 CHECKS_INTERVAL_US = 100_000
+NAVIGATOR_COMMAND_LATENCY_US = 60_000
+"""So that a mission that ends with a command ends first: its RTL item leads over HOLD to RTL."""
 FORCE_ARM_MAGIC = 21196
 KEPT_COMMANDS = 8
 MAV_TYPE_GROUND_ROVER = 10
@@ -130,7 +132,8 @@ class Commander:
 
     def _take_navigator_commands(self, now_us: int) -> None:
         for record in self._topics.navigator_commands:
-            if record.number > self._navigator_commands_seen:
+            waits = now_us - record.timestamp < NAVIGATOR_COMMAND_LATENCY_US
+            if record.number > self._navigator_commands_seen and not waits:
                 self._navigator_commands_seen = record.number
                 self.handle_command(now_us, record.command)
 
@@ -152,6 +155,8 @@ class Commander:
         if not (self._armed and result.finished and result.timestamp >= self._nav_state_us):
             return
         nav_state = self._nav_state
+        if nav_state is not self._intention.mode:
+            return
         if nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF) or (nav_state is NavState.AUTO_MISSION and not self._was_landed):
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
 
