@@ -1,0 +1,157 @@
+"""`sitl-emu launch`: autopilots with the simulator in the same process, one process per vehicle.
+
+The lightest way to fly: for ground stations, MAVSDK and swarms. Everything is imported once, then a process is forked
+for each vehicle; each runs unthrottled until it is armable, and at the asked speed from then on. Stays until Ctrl-C.
+"""
+
+import gc
+import math
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import NamedTuple, NoReturn
+
+import vehicles
+from autopilot.autopilot import Autopilot
+from autopilot.process import Pacer, serve
+from autopilot.sockets import LinkSockets, PortInUseError
+from sitl_emu.core import ports
+from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.run.simulated_parameters import SimulatedParameters
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+SPACING_M = 3.0
+"""Vehicles of one launch stand side by side, eastwards."""
+BOOT_LIMIT_US = 20_000_000
+"""An autopilot that is not armable after so much simulated time gets its asked speed all the same."""
+STANDBY = 3
+PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
+"""PX4's default home, near Zürich (SIH_LOC_LAT0, SIH_LOC_LON0, SIH_LOC_H0)."""
+
+
+class OrphanedError(Exception):
+    """The launcher has died, and so its vehicles end too."""
+
+
+class Wanted(NamedTuple):
+    """One vehicle to launch."""
+
+    model: str
+    instance: int
+
+
+def launch(
+    wanted: Sequence[Wanted], speed: float, home: Home, gcs: tuple[str, int] | None, say: Callable[[str], None]
+) -> int:
+    """Start a process per vehicle and stay until they end; the exit status. `speed` is a factor, inf for no limit.
+
+    Raises vehicles.UnknownModel before anything is started.
+    """
+    for model in {vehicle.model for vehicle in wanted}:
+        vehicles.load(model)
+    children = {}
+    gc.collect()
+    gc.freeze()
+    for place, vehicle in enumerate(wanted):
+        pid = os.fork()
+        if pid == 0:
+            _child(vehicle, place, speed, home, gcs)
+        children[pid] = vehicle
+    say(port_table(wanted))
+    return _wait_for(children, say)
+
+
+def port_table(wanted: Sequence[Wanted]) -> str:
+    """Who listens and sends where, for people."""
+    rows = [("vehicle", "system id", "ground station", "MAVSDK / companion", "simulator seed")]
+    for model, instance in wanted:
+        gcs, onboard = ports.gcs(instance), ports.onboard(instance)
+        rows.append(
+            (
+                f"{model} (instance {instance})",
+                str(ports.system_id(instance)),
+                f"udp {gcs.remote} (from {gcs.local})",
+                f"udp {onboard.remote} (from {onboard.local})",
+                str(instance),
+            )
+        )
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+
+
+def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> NoReturn:
+    """Run one vehicle: simulator and autopilot, tick by tick, for ever. Raises PortInUseError."""
+    parent = os.getppid()
+    data = vehicles.load(vehicle.model)
+    autopilot = Autopilot(data.airframe, vehicle.instance)
+    sockets = LinkSockets(autopilot.mavlink.links, gcs)
+    simulator = VehicleSimulator(
+        data, home, seed=vehicle.instance, terrain=FlatGround(), start_east_m=place * SPACING_M, name=vehicle.model
+    )
+    simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
+    channel = MemoryChannel()
+    boot, pacer = Pacer(math.inf), Pacer(speed)
+    pace, controls = boot, None
+    while True:
+        simulated_parameters.update()
+        channel.simulator.send(simulator.tick(controls))
+        channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
+        controls = channel.simulator.receive()
+        if pace is boot and _booted(autopilot):
+            pace = pacer
+            pacer.start()
+        serve(autopilot, sockets, pace)
+        if os.getppid() != parent:
+            raise OrphanedError
+
+
+def _booted(autopilot: Autopilot) -> bool:
+    return autopilot.topics.vehicle_status.system_status >= STANDBY or autopilot.now_us > BOOT_LIMIT_US
+
+
+def _child(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> NoReturn:
+    """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    status = 1
+    try:
+        fly(vehicle, place, speed, home, gcs)
+    except PortInUseError as error:
+        print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
+    except OrphanedError:
+        status = 0
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:
+    """Wait until Ctrl-C, SIGTERM or the death of a vehicle ends them all."""
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, stop)
+    status = 0
+    try:
+        pid, code = os.wait()
+        vehicle = children.pop(pid)
+        say(f"{vehicle.model} (instance {vehicle.instance}) ended: {_how(code)}; ending the others")
+        status = 1
+    except KeyboardInterrupt:
+        pass
+    finally:
+        for pid in children:
+            os.kill(pid, signal.SIGTERM)
+        for pid in children:
+            os.waitpid(pid, 0)
+    return status
+
+
+def _how(code: int) -> str:
+    if os.WIFSIGNALED(code):
+        return f"killed by {signal.Signals(os.WTERMSIG(code)).name}"
+    return f"exit status {os.waitstatus_to_exitcode(code)}"

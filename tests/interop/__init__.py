@@ -1,0 +1,1 @@
+"""Real clients fly the emulator: MAVSDK, pymavlink, MAVProxy."""

@@ -1,0 +1,83 @@
+"""MAVProxy loads every parameter and lists a mission that was uploaded by it."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from tests.launched import launched
+
+INSTANCE = 21
+LIMIT_S = 60.0
+MISSION = """QGC WPL 110
+0\t1\t0\t16\t0\t0\t0\t0\t47.397742\t8.545594\t489.4\t1
+1\t0\t3\t22\t0\t0\t0\t0\t47.397742\t8.545594\t10.0\t1
+2\t0\t3\t16\t0\t0\t0\t0\t47.397842\t8.545594\t10.0\t1
+"""
+
+
+class MavProxy:
+    """MAVProxy at a terminal: commands in, its output out."""
+
+    def __init__(self, folder: pathlib.Path, master: str) -> None:
+        command = [sys.executable, "-P", str(pathlib.Path(sys.executable).with_name("mavproxy.py"))]
+        command += [f"--master={master}", "--state-basedir", str(folder), "--default-modules=param,wp"]
+        self.log = folder / "mavproxy.txt"
+        with self.log.open("w") as output:
+            self.process = subprocess.Popen(
+                command,
+                cwd=folder,
+                stdin=subprocess.PIPE,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                text=True,
+                env={**os.environ, "PYTHONWARNINGS": "ignore"},
+            )
+
+    def say(self, line: str) -> None:
+        """Type a command."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+
+    def expect(self, pattern: str) -> re.Match[str]:
+        """Wait until the output matches."""
+        end = time.monotonic() + LIMIT_S
+        while time.monotonic() < end:
+            found = re.search(pattern, self.log.read_text())
+            if found:
+                return found
+            time.sleep(0.1)
+        raise TimeoutError(f"MAVProxy never printed {pattern!r}; it printed:\n{self.log.read_text()[-2000:]}")
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+
+
+@pytest.fixture
+def mavproxy(tmp_path: pathlib.Path) -> Iterator[MavProxy]:
+    """MAVProxy on the ground-station link of a launched quadrotor."""
+    with launched("iris", "--instance", str(INSTANCE)):
+        proxy = MavProxy(tmp_path, f"udpout:127.0.0.1:{18570 + INSTANCE}")
+        yield proxy
+        proxy.close()
+
+
+def test_mavproxy_loads_all_parameters_and_lists_a_mission(mavproxy: MavProxy, tmp_path: pathlib.Path) -> None:
+    """All that PX4 announces, and the items as they were sent."""
+    received = mavproxy.expect(r"Received (\d+) parameters")
+    assert int(received[1]) == 947
+    (tmp_path / "mission.txt").write_text(MISSION)
+    mavproxy.say(f"wp load {tmp_path / 'mission.txt'}")
+    mavproxy.expect(r"Sent all|Loaded \d+ waypoints")
+    mavproxy.say("wp list")
+    mavproxy.expect(r"22 3 47\.39774\d* 8\.5455\d* 10\.0")

@@ -1,0 +1,26 @@
+"""Start `sitl-emu launch` as a user would, and end it whatever happens."""
+
+import contextlib
+import subprocess
+import sys
+from collections.abc import Iterator
+
+STOP_LIMIT_S = 10.0
+
+
+@contextlib.contextmanager
+def launched(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A running `sitl-emu launch ARGUMENTS`, ended by SIGTERM on leaving; its output is in the pipe."""
+    command = [sys.executable, "-P", "-m", "sitl_emu", "launch", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(STOP_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        assert process.stdout is not None
+        process.stdout.close()
