@@ -1,0 +1,331 @@
+"""The simulator API over TCP: MAVLink 2 frames between a simulator that listens on 4560+i and an autopilot.
+
+As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
+COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
+HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, which a real PX4 ignores. Other messages are
+skipped unread, broken frames (wrong CRC) too. Records arrive with the very values that `MemoryChannel` hands over.
+Packed and parsed by prepared struct formats, since this runs 250 times a simulated second. No signing, no MAVLink 1.
+"""
+
+import contextlib
+import errno
+import socket
+import struct
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from fastcrc import crc16
+
+from sitl_emu.core.simulator_api import (
+    DISTANCE_SENSOR_HEAD,
+    HIL_ACTUATOR_CONTROLS_LAYOUT,
+    HIL_GPS_LAYOUT,
+    HIL_SENSOR_LAYOUT,
+    ChannelClosed,
+    DistanceSensor,
+    HilActuatorControls,
+    HilGps,
+    HilSensor,
+    HilStateQuaternion,
+    SimulatedBattery,
+    SimulatorMessage,
+)
+
+HIL_STATE_QUATERNION_LAYOUT = struct.Struct("<Q4ffffiiihhhHHhhh")
+BATTERY_STATUS_LAYOUT = struct.Struct("<iih10HhBBBbiB4HBI")
+
+MAGIC = 0xFD
+HEADER_BYTES = 10
+CRC_BYTES = 2
+SIGNATURE_BYTES = 13
+SIGNED = 0x01
+READ_BYTES = 1 << 16
+SIMULATOR_SYSTEM, SIMULATOR_COMPONENT = 1, 200
+AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT = 1, 1
+NO_CELL = 0xFFFF
+
+_crc = crc16.mcrf4xx
+
+
+class _Codec(NamedTuple):
+    """How a record becomes a payload and back; `size` is the payload's full length."""
+
+    message_id: int
+    crc_extra: bytes
+    size: int
+    pack: Callable[[Any], bytes]
+    unpack: Callable[[bytes], Any]
+
+
+def _pack_distance(message: DistanceSensor) -> bytes:
+    return DISTANCE_SENSOR_HEAD.pack(*message[:10], *message.quaternion, message.signal_quality)
+
+
+def _unpack_distance(payload: bytes) -> DistanceSensor:
+    fields = DISTANCE_SENSOR_HEAD.unpack(payload)
+    return DistanceSensor._make((*fields[:10], fields[10:14], fields[14]))
+
+
+def _pack_truth(message: HilStateQuaternion) -> bytes:
+    return HIL_STATE_QUATERNION_LAYOUT.pack(message.time_usec, *message.attitude_quaternion, *message[2:])
+
+
+def _unpack_truth(payload: bytes) -> HilStateQuaternion:
+    fields = HIL_STATE_QUATERNION_LAYOUT.unpack(payload)
+    return HilStateQuaternion._make((fields[0], fields[1:5], *fields[5:]))
+
+
+def _pack_battery(message: SimulatedBattery) -> bytes:
+    voltages = (message.voltage_mv,) + (NO_CELL,) * 9
+    return BATTERY_STATUS_LAYOUT.pack(
+        -1, -1, 0x7FFF, *voltages, message.current_ca, 0, 0, 0, message.remaining_pct, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+def _unpack_battery(payload: bytes) -> SimulatedBattery:
+    fields = BATTERY_STATUS_LAYOUT.unpack(payload)
+    return SimulatedBattery(sum(mv for mv in fields[3:13] if mv != NO_CELL), fields[13], fields[17])
+
+
+def _pack_controls(message: HilActuatorControls) -> bytes:
+    controls = message.controls
+    if len(controls) < 16:
+        controls = controls + (0.0,) * (16 - len(controls))
+    return HIL_ACTUATOR_CONTROLS_LAYOUT.pack(message.time_usec, message.flags, *controls, message.mode)
+
+
+def _unpack_controls(payload: bytes) -> HilActuatorControls:
+    fields = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(payload)
+    return HilActuatorControls(fields[0], fields[1], fields[2:18], fields[18])
+
+
+CODECS: dict[type, _Codec] = {
+    HilSensor: _Codec(
+        107,
+        b"\x6c",
+        HIL_SENSOR_LAYOUT.size,
+        lambda message: HIL_SENSOR_LAYOUT.pack(*message),
+        lambda payload: HilSensor._make(HIL_SENSOR_LAYOUT.unpack(payload)),
+    ),
+    HilGps: _Codec(
+        113,
+        b"\x7c",
+        HIL_GPS_LAYOUT.size,
+        lambda message: HIL_GPS_LAYOUT.pack(*message),
+        lambda payload: HilGps._make(HIL_GPS_LAYOUT.unpack(payload)),
+    ),
+    DistanceSensor: _Codec(132, b"\x55", DISTANCE_SENSOR_HEAD.size, _pack_distance, _unpack_distance),
+    HilStateQuaternion: _Codec(115, b"\x04", HIL_STATE_QUATERNION_LAYOUT.size, _pack_truth, _unpack_truth),
+    SimulatedBattery: _Codec(147, b"\x9a", BATTERY_STATUS_LAYOUT.size, _pack_battery, _unpack_battery),
+    HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, _pack_controls, _unpack_controls),
+}
+_BY_ID = {codec.message_id: codec for codec in CODECS.values()}
+
+
+class Framer:
+    """MAVLink 2 frames from records, and records from a stream of bytes; no socket in here."""
+
+    def __init__(self, system: int, component: int) -> None:
+        self._system, self._component = system, component
+        self._sequence = 0
+        self._buffer = bytearray()
+
+    def encode(self, message: SimulatorMessage | HilActuatorControls) -> bytes:
+        """One frame, its payload without trailing zeros, as MAVLink 2 has it."""
+        codec = CODECS[type(message)]
+        payload = codec.pack(message).rstrip(b"\0") or b"\0"
+        body = b"".join(
+            (
+                bytes((len(payload), 0, 0, self._sequence, self._system, self._component)),
+                codec.message_id.to_bytes(3, "little"),
+                payload,
+            )
+        )
+        self._sequence = (self._sequence + 1) & 0xFF
+        return b"".join((b"\xfd", body, _crc(body + codec.crc_extra).to_bytes(2, "little")))
+
+    def decode(self, data: bytes) -> list[SimulatorMessage | HilActuatorControls]:
+        """The records that these bytes complete, in order; the rest is kept for later."""
+        buffer = self._buffer
+        buffer += data
+        records: list[SimulatorMessage | HilActuatorControls] = []
+        at, end = 0, len(buffer)
+        while end - at >= HEADER_BYTES + CRC_BYTES:
+            if buffer[at] != MAGIC:
+                found = buffer.find(MAGIC, at)
+                at = end if found < 0 else found
+                continue
+            length = buffer[at + 1]
+            signature = SIGNATURE_BYTES if buffer[at + 2] & SIGNED else 0
+            crc_at = at + HEADER_BYTES + length
+            if crc_at + CRC_BYTES + signature > end:
+                break
+            codec = _BY_ID.get(int.from_bytes(buffer[at + 7 : at + 10], "little"))
+            if codec is not None:
+                body = bytes(buffer[at + 1 : crc_at])
+                if _crc(body + codec.crc_extra) != buffer[crc_at] | buffer[crc_at + 1] << 8:
+                    at += 1  # not a frame, or a broken one: look for the next beginning
+                    continue
+                records.append(codec.unpack(body[HEADER_BYTES - 1 :].ljust(codec.size, b"\0")[: codec.size]))
+            at = crc_at + CRC_BYTES + signature
+        del buffer[:at]
+        return records
+
+
+class _TcpChannel:
+    """What both ends share: a connected socket, a framer, and who is at the other end (for errors)."""
+
+    def __init__(self, connection: socket.socket, framer: Framer, peer: str) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket, self._framer, self._peer = connection, framer, peer
+
+    def fileno(self) -> int:
+        """For select: readable when something came."""
+        return self._socket.fileno()
+
+    def close(self) -> None:
+        """Hang up; the other end sees ChannelClosed."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def _send(self, data: bytes) -> None:
+        try:
+            self._socket.sendall(data)
+        except OSError as error:
+            raise ChannelClosed(f"{self._peer} has gone ({error.strerror or error})") from None
+
+    def _read(self) -> list[SimulatorMessage | HilActuatorControls]:
+        """What came; blocks as long as the socket's timeout allows (then TimeoutError)."""
+        try:
+            data = self._socket.recv(READ_BYTES)
+        except TimeoutError:
+            raise
+        except OSError as error:
+            raise ChannelClosed(f"{self._peer} has gone ({error.strerror or error})") from None
+        if not data:
+            raise ChannelClosed(f"{self._peer} has closed the connection")
+        return self._framer.decode(data)
+
+
+class TcpAutopilotChannel(_TcpChannel):
+    """The autopilot's end of the seam over TCP (`simulator_api.AutopilotChannel`)."""
+
+    def __init__(self, connection: socket.socket, port: int) -> None:
+        super().__init__(connection, Framer(AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT), f"the simulator on TCP port {port}")
+        self._waiting: deque[SimulatorMessage] = deque()
+        self._ticks = 0
+        """HIL_SENSORs among what is waiting."""
+
+    def receive(self) -> list[SimulatorMessage]:
+        """What came up to and with the next HIL_SENSOR, in order; blocks. Raises ChannelClosed."""
+        while not self._ticks:
+            for record in self._read():
+                if not isinstance(record, HilActuatorControls):
+                    self._waiting.append(record)
+                    self._ticks += isinstance(record, HilSensor)
+        messages: list[SimulatorMessage] = []
+        while True:
+            message = self._waiting.popleft()
+            messages.append(message)
+            if isinstance(message, HilSensor):
+                self._ticks -= 1
+                return messages
+
+    @property
+    def ready(self) -> bool:
+        """Whether `receive` has a tick in hand and would not block (select knows only what is still in the socket)."""
+        return self._ticks > 0
+
+    def send(self, controls: HilActuatorControls) -> None:
+        """Answer a HIL_SENSOR. Raises ChannelClosed."""
+        self._send(self._framer.encode(controls))
+
+
+class TcpSimulatorChannel(_TcpChannel):
+    """The simulator's end of the seam over TCP (`simulator_api.SimulatorChannel`)."""
+
+    def __init__(self, connection: socket.socket, port: int) -> None:
+        peer = f"the autopilot on TCP port {port}"
+        super().__init__(connection, Framer(SIMULATOR_SYSTEM, SIMULATOR_COMPONENT), peer)
+        self._waiting: deque[HilActuatorControls] = deque()
+
+    def send(self, messages: list[SimulatorMessage]) -> None:
+        """One tick's messages, HIL_SENSOR last. Raises ChannelClosed."""
+        encode = self._framer.encode
+        self._send(b"".join([encode(message) for message in messages]))
+
+    def receive(self) -> HilActuatorControls:
+        """The answer to the last HIL_SENSOR; blocks. Raises ChannelClosed."""
+        while not self._waiting:
+            self._take()
+        return self._waiting.popleft()
+
+    def poll(self, timeout_s: float) -> HilActuatorControls | None:
+        """An answer if one comes in time. For a real PX4, which answers only when its outputs have started.
+
+        Raises ChannelClosed.
+        """
+        if not self._waiting:
+            self._socket.settimeout(timeout_s)
+            try:
+                self._take()
+            except (TimeoutError, BlockingIOError):
+                return None
+            finally:
+                self._socket.settimeout(None)
+        return self._waiting.popleft() if self._waiting else None
+
+    def _take(self) -> None:
+        self._waiting.extend(record for record in self._read() if isinstance(record, HilActuatorControls))
+
+
+class SimulatorListener:
+    """A simulator's TCP port, open for one autopilot."""
+
+    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
+        """Raises OSError that names the port and says what to do when it is taken."""
+        self.port = port
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind((host, port))
+            self._socket.listen(1)
+        except OSError as error:
+            self._socket.close()
+            if error.errno == errno.EADDRINUSE:
+                text = f"TCP port {port} is in use, by another simulator or run; end that one, or use another instance"
+                raise OSError(errno.EADDRINUSE, text) from None
+            raise OSError(error.errno, f"TCP port {port} on {host} cannot be opened: {error.strerror}") from None
+
+    def fileno(self) -> int:
+        """For select: readable when an autopilot wants to connect."""
+        return self._socket.fileno()
+
+    def accept(self, timeout_s: float | None = None) -> TcpSimulatorChannel:
+        """Wait for the autopilot; the port then closes for others. Raises ChannelClosed when none comes in time."""
+        self._socket.settimeout(timeout_s)
+        try:
+            connection, _ = self._socket.accept()
+        except TimeoutError:
+            text = f"no autopilot has connected to TCP port {self.port} within {timeout_s:g} s"
+            raise ChannelClosed(text) from None
+        finally:
+            self._socket.close()
+        connection.settimeout(None)
+        return TcpSimulatorChannel(connection, self.port)
+
+    def close(self) -> None:
+        """Give the port up without having accepted anybody."""
+        self._socket.close()
+
+
+def connect(port: int, host: str = "127.0.0.1") -> TcpAutopilotChannel:
+    """Connect an autopilot to its simulator. Raises ChannelClosed when none listens there."""
+    try:
+        connection = socket.create_connection((host, port), timeout=10.0)
+    except OSError as error:
+        raise ChannelClosed(f"no simulator answers on {host}, TCP port {port} ({error.strerror or error})") from None
+    connection.settimeout(None)
+    return TcpAutopilotChannel(connection, port)

@@ -1,0 +1,190 @@
+import socket
+import threading
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vehicles
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.simulator_api import (
+    ChannelClosed,
+    DistanceSensor,
+    HilActuatorControls,
+    HilGps,
+    HilSensor,
+    HilStateQuaternion,
+    MemoryChannel,
+    SimulatedBattery,
+    actuators_as_on_the_wire,
+    as_on_the_wire,
+)
+from sitl_emu.core.tcp_channel import (
+    CODECS,
+    Framer,
+    SimulatorListener,
+    TcpAutopilotChannel,
+    TcpSimulatorChannel,
+    connect,
+)
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+HOME = Home(40.47, -86.99, 215.0, 30.0)
+
+
+def unsigned(bits: int):
+    return st.integers(0, 2**bits - 1)
+
+
+def signed(bits: int):
+    return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
+f32 = st.floats(width=32, allow_nan=False)
+quaternions = st.tuples(f32, f32, f32, f32)
+records = st.one_of(
+    st.builds(HilSensor, unsigned(64), *[f32] * 13, unsigned(32), unsigned(8)),
+    st.builds(
+        HilGps, unsigned(64), *[signed(32)] * 3, *[unsigned(16)] * 3, *[signed(16)] * 3, unsigned(16),
+        *[unsigned(8)] * 3, unsigned(16),
+    ),
+    st.builds(
+        DistanceSensor, unsigned(32), *[unsigned(16)] * 3, *[unsigned(8)] * 4, f32, f32, quaternions, unsigned(8)
+    ),
+    st.builds(
+        HilStateQuaternion, unsigned(64), quaternions, f32, f32, f32, *[signed(32)] * 3, *[signed(16)] * 3,
+        unsigned(16), unsigned(16), *[signed(16)] * 3,
+    ),
+    st.builds(SimulatedBattery, st.integers(0, 65534), signed(16), st.integers(-1, 100)),
+    st.builds(
+        HilActuatorControls, unsigned(64), unsigned(64), st.lists(f32, max_size=16).map(tuple), unsigned(8)
+    ),
+)  # fmt: skip
+
+
+def wire(record):
+    if isinstance(record, HilActuatorControls):
+        return actuators_as_on_the_wire(record)
+    return as_on_the_wire(record)
+
+
+@given(st.lists(records, max_size=5), st.integers(1, 300))
+@settings(max_examples=150, deadline=None)
+def test_round_trip_in_pieces_of_any_size(messages, piece):
+    sender, receiver = Framer(1, 200), Framer(1, 1)
+    stream = b"".join(sender.encode(message) for message in messages)
+    received = [record for at in range(0, len(stream), piece) for record in receiver.decode(stream[at : at + piece])]
+    assert received == [wire(message) for message in messages]
+
+
+@given(records)
+@settings(max_examples=60, deadline=None)
+def test_pymavlink_reads_and_writes_the_same_bytes(record):
+    frame = Framer(1, 200).encode(record)
+    link = mavlink.MAVLink(None, srcSystem=1, srcComponent=200)
+    message = link.parse_buffer(bytearray(frame))[0]
+    assert message.get_msgId() == CODECS[type(record)].message_id
+    assert bytes(message.pack(link)) == frame
+
+
+def test_foreign_messages_and_noise_are_skipped():
+    link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    heartbeat = link.heartbeat_encode(2, 12, 0, 0, 0).pack(link)
+    interval = link.command_long_encode(1, 1, 511, 0, 107, 4000, 0, 0, 0, 0, 0).pack(link)
+    controls = HilActuatorControls(5, 1, (0.5,), 128)
+    frame = Framer(1, 1).encode(controls)
+    broken = bytearray(frame)
+    broken[20] ^= 1
+    receiver = Framer(1, 200)
+    got = receiver.decode(b"\x00\xfe" + heartbeat + interval + bytes(broken) + frame)
+    assert got == [actuators_as_on_the_wire(controls)]
+
+
+def pair() -> tuple[TcpSimulatorChannel, TcpAutopilotChannel]:
+    listener = socket.create_server(("127.0.0.1", 0))
+    autopilot = connect(listener.getsockname()[1])
+    connection, _ = listener.accept()
+    listener.close()
+    return TcpSimulatorChannel(connection, 4560), autopilot
+
+
+@pytest.mark.parametrize("model", ["m600", "rover"])
+def test_memory_and_tcp_carry_identical_records(model):
+    def fly(simulator_end, autopilot_end):
+        simulator = VehicleSimulator(vehicles.load(model), HOME, 5, FlatGround(), name="one")
+        answer, log = None, []
+        for tick in range(500):
+            simulator_end.send(simulator.tick(answer))
+            messages = autopilot_end.receive()
+            log += messages
+            # what is answered depends on what came, so that a difference would grow
+            level = 0.6 + 0.01 * messages[-1].xacc
+            autopilot_end.send(HilActuatorControls(messages[-1].time_usec, 1, (level, tick / 1000.0) * 3, 128))
+            answer = simulator_end.receive()
+            log.append(answer)
+        return log
+
+    memory = MemoryChannel()
+    ends = pair()
+    try:
+        assert fly(memory.simulator, memory.autopilot) == fly(*ends)
+    finally:
+        for end in ends:
+            end.close()
+
+
+def test_autopilot_gets_one_tick_at_a_time():
+    simulator_end, autopilot_end = pair()
+    try:
+        simulator = VehicleSimulator(vehicles.load("iris"), HOME, 5, FlatGround())
+        first, second = simulator.start_messages(), simulator.tick(None)
+        simulator_end.send(first + second)
+        assert autopilot_end.receive() == [as_on_the_wire(message) for message in first]
+        assert autopilot_end.ready
+        assert autopilot_end.receive() == [as_on_the_wire(message) for message in second]
+        assert not autopilot_end.ready
+        assert simulator_end.poll(0.01) is None
+    finally:
+        simulator_end.close()
+        autopilot_end.close()
+
+
+def test_a_closed_peer_is_named():
+    simulator_end, autopilot_end = pair()
+    simulator_end.close()
+    with pytest.raises(ChannelClosed, match="simulator on TCP port"):
+        autopilot_end.receive()
+    autopilot_end.close()
+    simulator_end, autopilot_end = pair()
+    autopilot_end.close()
+    with pytest.raises(ChannelClosed, match="autopilot on TCP port 4560"):
+        simulator_end.receive()
+    simulator_end.close()
+
+
+def test_port_in_use_names_the_port():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(OSError, match=f"TCP port {port} is in use"):
+            SimulatorListener(port)
+
+
+def test_listener_accepts_one_and_gives_up_in_time():
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    listener = SimulatorListener(port)
+    with pytest.raises(ChannelClosed, match=f"no autopilot has connected to TCP port {port}"):
+        listener.accept(0.01)
+    with pytest.raises(ChannelClosed, match=f"no simulator answers on 127.0.0.1, TCP port {port}"):
+        connect(port)
+    listener = SimulatorListener(port)
+    autopilots = []
+    thread = threading.Thread(target=lambda: autopilots.append(connect(port)))
+    thread.start()
+    simulator_end = listener.accept(5.0)
+    thread.join()
+    autopilots[0].send(HilActuatorControls(4000, 1, (0.25,), 0))
+    assert simulator_end.receive().controls[0] == 0.25
+    simulator_end.close()
+    autopilots[0].close()
