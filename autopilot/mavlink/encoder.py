@@ -59,17 +59,3 @@ class Encoder:
         if codec is None:
             codec = self._codecs[message_id] = Codec(message_id, self.system_id)
         return codec
-
-    def payload(self, message: Any) -> tuple[Codec, bytes]:
-        """Codec and payload of a pymavlink message object: for services, where speed matters less."""
-        codec = self.codec(message.id)
-        fields: list[Any] = []
-        for name, length in zip(message.ordered_fieldnames, message.array_lengths, strict=True):
-            value = getattr(message, name)
-            if isinstance(value, str):
-                fields.append(value.encode())
-            elif length and not isinstance(value, bytes):
-                fields.extend(value)
-            else:
-                fields.append(value)
-        return codec, codec.pack(*fields)

@@ -96,10 +96,6 @@ class Link:
         codec = self._encoder.codec(message_id)
         self.send_payload(codec, codec.pack(*fields))
 
-    def send(self, message: Any) -> None:
-        """Queue a pymavlink message object, stamped with our ids and this link's sequence number."""
-        self.send_payload(*self._encoder.payload(message))
-
     def send_frame(self, frame: bytes) -> None:
         """Queue a finished frame (a forwarded one, for instance)."""
         size = len(frame)

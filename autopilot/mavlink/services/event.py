@@ -63,8 +63,8 @@ class Event:
                 self._send(link, event, *partner)
                 continue
             oldest = self._kept[0].sequence if self._kept else self._context.events_sequence
-            error = mavlink.MAVLink_response_event_error_message(*partner, sequence, oldest, ERROR_UNAVAILABLE)
-            link.send(error)
+            fields = (sequence, oldest, *partner, ERROR_UNAVAILABLE)
+            link.send_fields(mavlink.MAVLINK_MSG_ID_RESPONSE_EVENT_ERROR, *fields)
             return
 
     def on_time(self, now_us: int) -> None:
