@@ -1,9 +1,9 @@
 """Land detector: whether the vehicle stands on the ground.
 
 PX4's land_detector (src/modules/land_detector, v1.18). A multicopter goes ground_contact -> maybe_landed -> landed,
-each held for a time; the times are PX4's 0.35, 0.25 and 0.3 s, three times as long without a measured distance to
-ground. Limits: LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX. A rover is in the air, as PX4 sees it, 0.5 s after
-arming, and landed within NAV_ACC_RAD of its home in a return, or whenever it is told to land.
+each held for a time; the times are PX4's 0.35, 0.25 and 0.3 s, three times as long where a distance to ground was
+measured before and is not now. Limits: LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX. A rover is in the air, as
+PX4 sees it, 0.5 s after arming, and landed within NAV_ACC_RAD of its home in a return, or whenever it is told to land.
 Free fall (throw launch) and LNDMC_ALT_GND's ground effect are left out.
 """
 
@@ -15,7 +15,7 @@ from autopilot.topics import Topics, VehicleLandDetected
 from sitl_emu.core.geodesy import distance_m
 
 GROUND_CONTACT_S, MAYBE_LANDED_S, LANDED_S = 0.35, 0.25, 0.3
-SLOWER_WITHOUT_DISTANCE = 3.0
+SLOWER_BEYOND_RANGE = 3.0
 LOW_THRUST_SHARE, MINIMAL_THRUST_SHARE = 0.3, 0.1
 """Between MPC_THR_MIN (0) and hover (1): below, the vehicle can't be flying."""
 LAND_SPEED_SHARE = 0.9
@@ -49,6 +49,7 @@ class LandDetector:
         self._topics, self._parameters = topics, parameters
         self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
         self._rates = (0.0, 0.0, 0.0)
+        self._measures_distance = False
 
     def update(self, now_us: int) -> None:
         """Run at 50 Hz."""
@@ -61,7 +62,9 @@ class LandDetector:
             self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
             topics.vehicle_land_detected = VehicleLandDetected(now_us)
             return
-        slower = 1.0 if topics.vehicle_local_position.dist_bottom_valid else SLOWER_WITHOUT_DISTANCE
+        distance_known = topics.vehicle_local_position.dist_bottom_valid
+        self._measures_distance |= distance_known
+        slower = SLOWER_BEYOND_RANGE if self._measures_distance and not distance_known else 1.0
         touching, still = self._touching()
         contact = self._ground_contact.update(now_us, touching, GROUND_CONTACT_S * slower)
         quiet = contact and still and self._thrust_below(MINIMAL_THRUST_SHARE) and not self._rotating()

@@ -110,6 +110,8 @@ class Sensors:
     def _warning(self, remaining: float) -> int:
         """0 none, 1 low, 2 critical, 3 emergency."""
         parameters = self._parameters
+        # Thresholds are float32 values, a little above the numbers that they stand for.
+        remaining += 1e-6
         if remaining < parameters["BAT_EMERGEN_THR"]:
             return 3
         if remaining < parameters["BAT_CRIT_THR"]:

@@ -33,6 +33,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
 )
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
+from sitl_emu.core.geomagnetism import magnetic_field
 
 IMU_HZ = 250.0
 FUSE_EVERY_US = 100_000
@@ -41,6 +42,8 @@ REJECTED_TIMEOUT_US = 5_000_000
 SENSOR_TIMEOUT_US = 1_000_000
 HGT_REF_BARO = 0
 MAG_TYPE_NONE = 5
+DECLINATION_BY_PLACE = 1
+"""Bit of EKF2_DECL_TYPE; a declination in EKF2_MAG_DECL (PX4 saves one there) goes before."""
 LEAST_HORIZONTAL_FIELD_GA = 0.02
 ZERO_VELOCITY_VARIANCE = 1e-6
 STILL_RAD_S = 0.05
@@ -97,6 +100,8 @@ class Estimator:
             p["EKF2_GYR_NOISE"], p["EKF2_ACC_NOISE"], p["EKF2_GYR_B_NOISE"], p["EKF2_ACC_B_NOISE"]
         )
         self._p = p
+        if p["EKF2_MAG_DECL"] or self._origin is None:
+            self._declination_rad = math.radians(p["EKF2_MAG_DECL"])
         self._height_by_baro = int(p["EKF2_HGT_REF"]) == HGT_REF_BARO
         self._noaid_timeout_us = p["EKF2_NOAID_TOUT"]
         self._gps_control = int(p["EKF2_GPS_CTRL"])
@@ -156,7 +161,7 @@ class Estimator:
         if not (self._alignment.tilt_ready() and height and (heading or not uses_mag)):
             return
         self._aligned, self._yaw_aligned = True, heading
-        self._state.q = self._alignment.attitude(self._declination())
+        self._state.q = self._alignment.attitude(self._declination_rad)
         self._state.restart_sums()
         self._baro_ref_m, self._baro_us = baro.baro_alt_m, baro.timestamp
         yaw_rad = 0.1 if heading else math.pi
@@ -167,9 +172,6 @@ class Estimator:
         self._horizontal_good_us = self._height_good_us = self._height_aid_us = self._fused_us = now_us
         self._horizontal_aid_us = now_us - int(self._noaid_timeout_us) - 1
 
-    def _declination(self) -> float:
-        return math.radians(self._p["EKF2_MAG_DECL"])
-
     def _set_origin(self, now_us: int, gps: SensorGps) -> None:
         """The first good fix is where the vehicle stands: zero, at the height the barometer has counted to."""
         state = self._state
@@ -177,6 +179,10 @@ class Estimator:
         self._ref_alt_m = gps.altitude_msl_m + state.pd
         self._gps_bias.reset(0.0)
         self._reset_horizontal(now_us, gps)
+        if self._p["EKF2_MAG_DECL"] == 0.0 and int(self._p["EKF2_DECL_TYPE"]) & DECLINATION_BY_PLACE:
+            field = magnetic_field(gps.latitude_deg, gps.longitude_deg)
+            self._reset_yaw(field.declination_rad - self._declination_rad)
+            self._declination_rad = field.declination_rad
         cov.forget(self._covariance, cov.POSITION + 2, 1, (1.5 * self._gps_position_noise(gps.epv)) ** 2)
 
     # --- fusion --------------------------------------------------------------------------------------------
@@ -264,7 +270,7 @@ class Estimator:
         horizontal = math.hypot(north, east)
         if not horizontal > LEAST_HORIZONTAL_FIELD_GA:
             return
-        innovation = wrap_pi(self._declination() - math.atan2(east, north))
+        innovation = wrap_pi(self._declination_rad - math.atan2(east, north))
         if not self._yaw_aligned:
             self._reset_yaw(innovation)
             return

@@ -1,0 +1,174 @@
+"""The estimator as the other modules see it: what it publishes when sensors come, go and lie."""
+
+import math
+
+import pytest
+
+from autopilot.topics import DistanceSensorSample, Vector3
+from tests.unit.estimator_feed import ALT_M, LAT, LON, Feed
+
+
+def circle(time_s: float) -> tuple[Vector3, Vector3, Vector3]:
+    """At rest for 3 s, then a circle of 20 m at up to 5 m/s, at a height of 10 m."""
+    t = time_s - 3.0
+    if t <= 0.0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    # The angle begins with no speed: w * (t - sin(t)), so that all derivatives are smooth.
+    w = 0.125
+    angle, rate, accel = w * (t - math.sin(t)), w * (1.0 - math.cos(t)), w * math.sin(t)
+    c, s, r = math.cos(angle), math.sin(angle), 20.0
+    position = (r * s, r * (1.0 - c), -0.1 * (t - math.sin(t)))
+    velocity = (r * c * rate, r * s * rate, -0.1 * (1.0 - math.cos(t)))
+    return (
+        position,
+        velocity,
+        (r * (c * accel - s * rate * rate), r * (s * accel + c * rate * rate), -0.1 * math.sin(t)),
+    )
+
+
+def test_knows_where_it_is_two_seconds_after_power_on() -> None:
+    feed = Feed()
+    feed.run(2.0)
+    local, status = feed.topics.vehicle_local_position, feed.topics.estimator_status
+    assert local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid
+    assert status.tilt_aligned and status.yaw_aligned and status.gps_fused and status.baro_fused and status.mag_fused
+    assert (local.ref_lat, local.ref_lon) == pytest.approx((LAT, LON), abs=1e-5)
+    assert local.ref_alt == pytest.approx(ALT_M, abs=0.5)
+    assert local.heading == pytest.approx(0.7, abs=0.05)
+    place = feed.topics.vehicle_global_position
+    assert place.valid and place.alt == pytest.approx(ALT_M, abs=0.5)
+
+
+def test_stands_still_on_the_ground() -> None:
+    feed = Feed()
+    feed.run(5.0)
+    seen = []
+    for _ in range(60):
+        feed.run(0.25)
+        local = feed.topics.vehicle_local_position
+        seen.append((local.x, local.z, local.vx, local.vz, local.heading))
+    spans = [max(column) - min(column) for column in zip(*seen, strict=True)]
+    assert spans[0] < 0.3 and spans[1] < 0.3, "position"
+    assert spans[2] < 0.05 and spans[3] < 0.05, "velocity"
+    assert spans[4] < 0.02, "heading"
+
+
+def test_follows_a_moving_vehicle() -> None:
+    feed = Feed(circle)
+    feed.run(4.0)
+    for _ in range(52):
+        feed.run(0.5)
+        position, velocity, _ = circle(feed.time_s)
+        local = feed.topics.vehicle_local_position
+        assert math.dist((local.x, local.y, local.z), position) < 1.0
+        assert math.dist((local.vx, local.vy, local.vz), velocity) < 0.4
+        roll, pitch, yaw = feed.topics.vehicle_attitude.euler
+        assert abs(roll) < 0.03 and abs(pitch) < 0.03 and abs(yaw - 0.7) < 0.05
+
+
+def test_learns_an_imu_bias() -> None:
+    feed = Feed()
+    feed.accel_bias_z, feed.gyro_bias_x = 0.15, 0.02
+    feed.run(20.0)
+    status = feed.topics.estimator_status
+    assert status.gyro_bias[0] == pytest.approx(0.02, abs=0.005)
+    assert status.accel_bias[2] == pytest.approx(0.15, abs=0.05)
+    assert feed.topics.vehicle_angular_velocity.xyz[0] == pytest.approx(0.0, abs=0.02)
+
+
+def test_without_gps_there_is_height_but_no_position() -> None:
+    feed = Feed()
+    feed.gps = False
+    feed.run(4.0)
+    local = feed.topics.vehicle_local_position
+    assert not local.xy_valid and not local.v_xy_valid and local.z_valid
+    assert math.isnan(local.ref_lat) and not feed.topics.vehicle_global_position.valid
+
+
+def test_position_ends_five_seconds_after_the_last_fix_and_comes_back() -> None:
+    feed = Feed(circle)
+    feed.run(10.0)
+    feed.gps = False
+    feed.run(4.7)
+    local = feed.topics.vehicle_local_position
+    assert local.xy_valid and feed.topics.estimator_status.dead_reckoning
+    assert not feed.topics.estimator_status.gps_fused
+    feed.run(0.5)
+    local = feed.topics.vehicle_local_position
+    assert not local.xy_valid and not local.v_xy_valid and local.z_valid
+    assert not feed.topics.vehicle_global_position.valid
+    resets = local.xy_reset_counter
+    feed.gps = True
+    feed.run(1.5)
+    local = feed.topics.vehicle_local_position
+    assert local.xy_valid and local.xy_reset_counter == resets + 1
+    assert math.dist((local.x, local.y), circle(feed.time_s)[0][:2]) < 1.0
+
+
+def test_timeout_is_the_parameter_s() -> None:
+    feed = Feed(circle, EKF2_NOAID_TOUT=2_000_000)
+    feed.run(10.0)
+    feed.gps = False
+    feed.run(2.3)
+    assert not feed.topics.vehicle_local_position.xy_valid
+
+
+def test_a_jump_of_the_gps_is_gated_and_after_five_seconds_believed() -> None:
+    feed = Feed(circle)
+    feed.run(12.0)
+    feed.gps_offset_m = 60.0
+    feed.run(2.0)
+    assert feed.topics.estimator_status.pos_test_ratio > 1.0
+    error = feed.topics.vehicle_local_position.x - circle(feed.time_s)[0][0]
+    assert abs(error) < 2.0
+    feed.run(5.0)
+    error = feed.topics.vehicle_local_position.x - circle(feed.time_s)[0][0]
+    assert error == pytest.approx(60.0, abs=2.0)
+
+
+def test_height_goes_on_without_barometer() -> None:
+    feed = Feed(circle)
+    feed.run(8.0)
+    feed.baro = False
+    feed.run(10.0)
+    local = feed.topics.vehicle_local_position
+    assert local.z_valid and not feed.topics.estimator_status.baro_fused
+    assert local.z == pytest.approx(circle(feed.time_s)[0][2], abs=0.5)
+
+
+def test_barometer_as_height_reference() -> None:
+    feed = Feed(circle, EKF2_HGT_REF=0)
+    feed.run(15.0)
+    assert feed.topics.vehicle_local_position.z == pytest.approx(circle(feed.time_s)[0][2], abs=0.6)
+
+
+def test_distance_to_ground() -> None:
+    feed = Feed(circle)
+    feed.run(10.0)
+    for _ in range(10):
+        feed.run(0.1)
+        height = -feed.topics.vehicle_local_position.z
+        feed.topics.distance_sensor = DistanceSensorSample(feed.ticks * 4000, height + 2.0, 0.2, 12.0)
+    local = feed.topics.vehicle_local_position
+    assert local.dist_bottom_valid and local.dist_bottom == pytest.approx(2.0 - local.z, abs=0.2)
+    feed.run(1.5)
+    assert not feed.topics.vehicle_local_position.dist_bottom_valid
+
+
+def test_same_sensors_same_estimate() -> None:
+    ends = []
+    for _ in range(2):
+        feed = Feed(circle)
+        feed.run(6.0)
+        ends.append((feed.topics.vehicle_local_position, feed.topics.vehicle_attitude))
+    assert ends[0] == ends[1]
+
+
+def test_declination_comes_from_the_place_unless_a_parameter_has_it() -> None:
+    feed = Feed(EKF2_MAG_DECL=0.0)
+    feed.run(3.0)
+    # The feed's field turns 3.4 degrees east; the IGRF's at that place is 0.7 less (at degree 6).
+    assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7 - math.radians(0.7), abs=0.03)
+    nowhere = Feed(EKF2_MAG_DECL=0.0, EKF2_DECL_TYPE=0)
+    nowhere.run(3.0)
+    assert nowhere.topics.vehicle_local_position.heading == pytest.approx(0.7 - math.radians(3.4), abs=0.03)

@@ -1,0 +1,153 @@
+"""Land detector: a multicopter that comes down, and a rover that never leaves the ground."""
+
+import pytest
+
+from autopilot.constants import NavState, TakeoffState
+from autopilot.land_detector import LandDetector
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    ActuatorArmed,
+    PositionSetpoint,
+    PositionSetpointTriplet,
+    TakeoffStatus,
+    Topics,
+    VehicleGlobalPosition,
+    VehicleLocalPosition,
+    VehicleLocalPositionSetpoint,
+    VehicleRatesSetpoint,
+)
+
+STEP_US = 20_000
+
+
+class Descending:
+    """A multicopter that is told to descend at 0.7 m/s."""
+
+    def __init__(self) -> None:
+        self.topics = Topics()
+        self.detector = LandDetector(self.topics, Parameters("multicopter"))
+        self.now_us = 0
+        topics = self.topics
+        topics.actuator_armed = ActuatorArmed(True)
+        topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.FLIGHT))
+        topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(0, vz=0.7)
+        self.moves(0.7, 0.5)
+        self.run(1.0)
+
+    def moves(self, vz: float, thrust: float, vx: float = 0.0, dist_bottom: float | None = None) -> None:
+        local = VehicleLocalPosition(0, True, True, True, True, vx=vx, vz=vz)
+        if dist_bottom is not None:
+            local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True)
+        self.topics.vehicle_local_position = local
+        self.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(0, (0.0,) * 3, (0.0, 0.0, -thrust))
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * 1e6 / STEP_US)):
+            self.now_us += STEP_US
+            self.detector.update(self.now_us)
+
+    def state(self) -> tuple[bool, bool, bool]:
+        land = self.topics.vehicle_land_detected
+        return land.ground_contact, land.maybe_landed, land.landed
+
+
+def test_disarmed_is_landed() -> None:
+    topics = Topics()
+    LandDetector(topics, Parameters("multicopter")).update(0)
+    assert topics.vehicle_land_detected.landed
+
+
+def test_flying_is_not_landed() -> None:
+    assert Descending().state() == (False, False, False)
+
+
+def test_contact_then_maybe_then_landed_each_in_its_time() -> None:
+    vehicle = Descending()
+    vehicle.moves(0.0, 0.4)
+    vehicle.run(0.34)
+    assert vehicle.state() == (False, False, False)
+    vehicle.run(0.06)
+    assert vehicle.state() == (True, False, False), "stopped though told to sink"
+    vehicle.run(2.0)
+    assert vehicle.state() == (True, False, False), "thrust is not low"
+    vehicle.moves(0.0, 0.12)
+    vehicle.run(0.28)
+    assert vehicle.state() == (True, True, False)
+    vehicle.run(0.32)
+    assert vehicle.state() == (True, True, True)
+
+
+def test_out_of_the_range_of_its_sensor_it_takes_three_times_as_long() -> None:
+    vehicle = Descending()
+    vehicle.moves(0.7, 0.5, dist_bottom=0.8)
+    vehicle.run(0.1)
+    vehicle.moves(0.0, 0.12)
+    vehicle.run(2.6)
+    assert vehicle.state() == (True, True, False)
+    vehicle.run(0.2)
+    assert vehicle.state() == (True, True, True)
+
+
+def test_high_above_measured_ground_it_never_lands() -> None:
+    vehicle = Descending()
+    vehicle.moves(0.0, 0.12, dist_bottom=5.0)
+    vehicle.run(5.0)
+    assert vehicle.state() == (False, False, False)
+
+
+@pytest.mark.parametrize("motion", [{"vz": 0.5}, {"vz": 0.0, "vx": 2.0}])
+def test_motion_forbids_it(motion: dict[str, float]) -> None:
+    vehicle = Descending()
+    vehicle.moves(thrust=0.12, **motion)
+    vehicle.run(5.0)
+    assert vehicle.state() == (False, False, False)
+
+
+def test_waiting_for_takeoff_is_landed_and_ramping_up_is_not() -> None:
+    vehicle = Descending()
+    vehicle.topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.READY_FOR_TAKEOFF))
+    vehicle.moves(0.0, 0.0)
+    vehicle.run(4.0)
+    assert vehicle.state() == (True, True, True)
+    vehicle.topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.RAMPUP))
+    vehicle.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(0, vz=-1.0)
+    vehicle.moves(-0.5, 0.6)
+    vehicle.run(0.04)
+    assert vehicle.state() == (False, False, False)
+
+
+def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:
+    topics = Topics()
+    topics.vehicle_status = topics.vehicle_status._replace(vehicle_type="rover", nav_state=nav_state)
+    topics.vehicle_global_position = VehicleGlobalPosition(0, True, 47.0 + north_deg, 8.0, 0.0)
+    home = PositionSetpoint(0, True, 0, 47.0, 8.0, 0.0)
+    topics.position_setpoint_triplet = PositionSetpointTriplet(0, current=home)
+    return topics, LandDetector(topics, Parameters("rover"))
+
+
+def test_a_rover_is_in_the_air_half_a_second_after_arming() -> None:
+    topics, detector = rover(NavState.AUTO_LOITER)
+    detector.update(0)
+    assert topics.vehicle_land_detected.landed
+    topics.actuator_armed = ActuatorArmed(True)
+    topics.vehicle_status = topics.vehicle_status._replace(armed=True, armed_time=1_000_000)
+    detector.update(1_480_000)
+    assert topics.vehicle_land_detected.landed
+    detector.update(1_500_000)
+    assert not topics.vehicle_land_detected.landed
+
+
+@pytest.mark.parametrize(
+    ("nav_state", "north_deg", "landed"),
+    [
+        (NavState.AUTO_LAND, 0.01, True),
+        (NavState.AUTO_RTL, 0.01, False),
+        (NavState.AUTO_RTL, 1e-6, True),
+        (NavState.AUTO_MISSION, 1e-6, False),
+    ],
+)
+def test_a_rover_lands_when_told_to_or_back_home(nav_state: NavState, north_deg: float, landed: bool) -> None:
+    topics, detector = rover(nav_state, north_deg)
+    topics.actuator_armed = ActuatorArmed(True)
+    detector.update(10_000_000)
+    assert topics.vehicle_land_detected.landed is landed

@@ -1,0 +1,91 @@
+"""Sensors: what the simulator sends, in SI units."""
+
+import math
+
+import pytest
+
+from autopilot.parameters import Parameters
+from autopilot.sensors import Sensors, altitude_m
+from autopilot.topics import Topics
+from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
+
+IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
+
+
+def sensors() -> tuple[Sensors, Topics]:
+    topics = Topics()
+    return Sensors(topics, Parameters("multicopter")), topics
+
+
+def test_time_is_the_imu_s() -> None:
+    reader, topics = sensors()
+    assert reader.update([IMU]) == 8000
+    assert topics.sensor_combined.gyro_rad_s == (0.1, 0.2, 0.3)
+    assert topics.sensor_mag.magnetometer_ga == (0.2, 0.0, 0.4)
+    assert topics.sensor_baro.pressure_pa == pytest.approx(95500.0)
+
+
+def test_what_is_not_updated_stays() -> None:
+    reader, topics = sensors()
+    reader.update([IMU])
+    reader.update([IMU._replace(time_usec=12000, xmag=9.0, abs_pressure=1.0, fields_updated=0b111111)])
+    assert topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
+    assert topics.sensor_combined.timestamp == 12000
+
+
+def test_pressure_altitude_is_the_standard_atmosphere_s() -> None:
+    assert altitude_m(1013.25, 1013.25) == 0.0
+    assert altitude_m(898.746, 1013.25) == pytest.approx(1000.0, abs=0.5)
+
+
+def test_gps_units() -> None:
+    reader, topics = sensors()
+    gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
+    reader.update([gps, IMU])
+    fix = topics.sensor_gps
+    assert (fix.latitude_deg, fix.longitude_deg) == pytest.approx((47.39774, 8.545594))
+    assert (fix.altitude_msl_m, fix.eph, fix.epv) == pytest.approx((488.123, 0.9, 1.78))
+    assert (fix.vel_n_m_s, fix.vel_e_m_s, fix.vel_d_m_s) == pytest.approx((1.0, -2.0, 0.3))
+    reader.update([gps._replace(eph=65535), IMU])
+    assert math.isnan(topics.sensor_gps.eph)
+
+
+@pytest.mark.parametrize(
+    ("distance_cm", "quality", "expected"), [(350, 0, 3.5), (350, 100, 3.5), (1201, 0, None), (350, 1, None)]
+)
+def test_distance_out_of_range_is_nan(distance_cm: int, quality: int, expected: float | None) -> None:
+    reader, topics = sensors()
+    reader.update([DistanceSensor(4, 20, 1200, distance_cm, 0, 0, 25, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), quality), IMU])
+    current = topics.distance_sensor.current_distance
+    assert math.isnan(current) if expected is None else current == pytest.approx(expected)
+
+
+def test_a_forward_lidar_is_no_height() -> None:
+    reader, topics = sensors()
+    reader.update([DistanceSensor(4, 20, 1200, 300, 0, 0, 0, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 0), IMU])
+    assert topics.distance_sensor.timestamp == 0
+
+
+@pytest.mark.parametrize(("percent", "warning"), [(100, 0), (15, 0), (14, 1), (6, 2), (4, 3)])
+def test_battery_warns_by_its_thresholds(percent: int, warning: int) -> None:
+    reader, topics = sensors()
+    reader.update([SimulatedBattery(15000, 1000, percent), IMU])
+    assert topics.battery_status.warning == warning
+    assert topics.battery_status.connected and topics.battery_status.voltage_v == 15.0
+
+
+def test_battery_counts_what_was_drawn() -> None:
+    reader, topics = sensors()
+    reader.update([IMU._replace(time_usec=0)])
+    reader.update([SimulatedBattery(15000, 1000, 90)])
+    reader.update([IMU._replace(time_usec=36_000_000)])
+    reader.update([SimulatedBattery(15000, 1000, 80)])
+    assert topics.battery_status.discharged_mah == pytest.approx(100.0)
+
+
+def test_the_truth_is_thrown_away() -> None:
+    reader, topics = sensors()
+    truth = HilStateQuaternion(0, (0.0, 1.0, 0.0, 0.0), 0, 0, 0, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0)
+    before = dict(vars(topics))
+    reader.update([truth])
+    assert vars(topics) == before
