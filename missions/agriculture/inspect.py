@@ -41,6 +41,8 @@ STILL_US = 1_500_000
 ARM_TRIES = 10
 PAUSE_US = 1_000_000
 TURNS = 2
+UPLOAD_US = 10_000_000
+"""An upload of which nothing has passed for so long was given up."""
 
 
 class CantDrive(Exception):
@@ -79,6 +81,8 @@ class Inspect:
         self._phase, self._text = "connecting", "waiting for the autopilot"
         self._inspected = 0
         self._uploading: tuple[int, dict[int, tuple[int, int]]] | None = None
+        """Who sends a mission now, and its waypoints so far."""
+        self._uploading_us = 0
         self._jobs: list[Job] = []
         self._job: Job | None = None
         self._expected: tuple[float, float] | None = None
@@ -112,7 +116,8 @@ class Inspect:
     @property
     def status(self) -> Status:
         """Idle is done: there is nothing left to do until a peer sends the next target."""
-        idle = self._job is None and not self._jobs and self._uploading is None
+        uploading = self._uploading is not None and self._now_us - self._uploading_us < UPLOAD_US
+        idle = self._job is None and not self._jobs and not uploading
         phase = "yielded" if self._onboard.yielding.yielded_to is not None else self._phase
         return Status(phase, float(idle), idle, "success" if idle else "", self._text)
 
@@ -323,6 +328,7 @@ class Inspect:
         """Follows an upload of mission items that passes through."""
         if getattr(msg, "mission_type", 0) != 0:
             return
+        self._uploading_us = self._now_us
         if kind == "MISSION_COUNT" and msg.get_srcSystem() != self.system_id:
             if self._uploading is None or self._uploading[0] != msg.get_srcSystem():
                 self._uploading = (msg.get_srcSystem(), {})
