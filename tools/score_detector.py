@@ -123,14 +123,14 @@ def score(
         else:
             near = min(field.objects, key=lambda o: math.hypot(o.north_m - target.north_m, o.east_m - target.east_m))
             away = math.hypot(near.north_m - target.north_m, near.east_m - target.east_m)
-            false.append(f"{target.label} {target.score:.2f} x{target.count} {away:.1f} m from {near.kind}")
+            false.append(f"{target.label} {target.score:.2f} x{target.sightings} {away:.1f} m from {near.kind}")
     missed = [f"{t.kind} r{t.radius_m:.2f}" for i, t in enumerate(field.targets) if i not in found]
     errors = [
         math.hypot(field.targets[i].north_m - t.north_m, field.targets[i].east_m - t.east_m) for i, t in found.items()
     ]
     if verbose:
         for i, t in found.items():
-            print(f"    {field.targets[i].kind} r{field.targets[i].radius_m:.2f}: {t.label} {t.score:.2f} x{t.count}")
+            print(f"    {field.targets[i].kind} r{field.targets[i].radius_m:.2f}: {t.label} {t.score:.2f} x{t.sightings}")
     right = sum(field.targets[i].kind == t.label for i, t in found.items())
     frames = len(path)
     render_ms, detect_ms = render_s / frames * 1e3, detect_s / frames * 1e3

@@ -27,7 +27,8 @@ from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
 from sitl_emu.world.objects import outline
 
-CELLS_PER_FRAME = 420
+CELLS_PER_FRAME = 500
+HARD = 0.05
 MODEL = CameraModel()
 
 
@@ -62,7 +63,7 @@ def label_picture(field, pose, mount):
     return picture
 
 
-def sample(seed, frames, rng):
+def sample(seed, frames, rng, miner):
     """(features, labels) of cells of frames over one field."""
     field = corn_field.build(seed)
     nadir, mast = Camera(field, NADIR), Camera(field, MAST)
@@ -94,13 +95,16 @@ def sample(seed, frames, rng):
         cells = det.features(work)
         marks = label_picture(field, pose, mount)
         rows, columns = cells.shape[:2]
-        y = ((np.arange(rows) * det.CELL_PX + det.CELL_PX / 2) * 480 / work.shape[0]).astype(int).clip(0, 479)
-        x = ((np.arange(columns) * det.CELL_PX + det.CELL_PX / 2) * 640 / work.shape[1]).astype(int).clip(0, 639)
+        y = ((np.arange(rows) + 0.5) * 480 / rows).astype(int)
+        x = ((np.arange(columns) + 0.5) * 640 / columns).astype(int)
         at = marks[np.ix_(y, x)].ravel()
         flat = cells.reshape(-1, cells.shape[2])
         chosen = [np.flatnonzero((at == 1) | (at == 2)), np.flatnonzero(at == 254)]
         plain = np.flatnonzero(at == 0)
         chosen.append(rng.choice(plain, size=min(CELLS_PER_FRAME, len(plain)), replace=False))
+        if miner is not None:
+            likely = 1.0 - det.probabilities(cells, miner)[..., 0].ravel()
+            chosen.append(plain[likely[plain] > HARD])
         index = np.concatenate(chosen)
         xs.append(flat[index])
         ys.append(np.where(at[index] == 254, 0, at[index]))
@@ -154,6 +158,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--hidden", type=int, default=32)
     parser.add_argument("--epochs", type=int, default=30)
+    parser.add_argument("--mine", action="store_true", help="add cells that the present weights take for targets")
     parser.add_argument("--cache", help="keep the sampled cells in this .npz, and use it if it is there")
     parser.add_argument("--out", default=str(det.WEIGHTS))
     args = parser.parse_args()
@@ -163,7 +168,8 @@ def main() -> None:
         stored = np.load(args.cache)
         x, y = stored["x"], stored["y"]
     else:
-        parts = [sample(seed, args.frames, rng) for seed in range(first, last)]
+        miner = det.load_weights() if args.mine else None
+        parts = [sample(seed, args.frames, np.random.Generator(np.random.PCG64([seed, args.mine])), miner) for seed in range(first, last)]
         x, y = np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
         if args.cache:
             np.savez(args.cache, x=x, y=y)

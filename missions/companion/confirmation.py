@@ -3,10 +3,10 @@
 A detection joins the track whose target it sees (nearest on the ground, within `GATE_M`) or starts one.
 **Consecutive** counts frames in which the track's place lies well inside the picture: a frame that sees it extends the
 run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is *confirmed* by a run of
-3 frames whose mean score reaches `CONFIRM_SCORE`. It is *reported*, once, when it is confirmed and settled: its rays have crossed
-at 20 degrees, so that its height is known, or it has left the picture; it must then still have been seen in
-`HIT_SHARE` of the frames that should have seen it, with a mean score over these frames of `REPORT_SCORE`
-(a frame that missed it counts as 0). That throws out what flickers or looks like a target from one side only.
+3 frames whose mean score reaches `CONFIRM_SCORE`. It is *reported*, once, when it is confirmed and settled: its rays
+have crossed at 35 degrees, so that its height is known, or it has left the picture; it must then still have been seen
+in `HIT_SHARE` of the frames that should have seen it, with a mean score over these frames of `REPORT_SCORE` (a frame
+that missed it counts as 0). That throws out what flickers or looks like a target from one side only.
 **Label**: each detection votes with its score; the larger sum wins.
 **Merging**: a track within `MERGE_M` of another is the same target, seen again from a neighbouring line: its rays join
 the older one, and nothing is reported twice.
@@ -28,9 +28,11 @@ EDGE_PX = 24.0
 """A target nearer to the picture's edge than this need not be seen."""
 CONSECUTIVE = 3
 CONFIRM_SCORE = 0.5
-REPORT_SCORE = 0.45
+REPORT_SCORE = 0.6
 HIT_SHARE = 0.6
-SETTLED_RAD = math.radians(20.0)
+SETTLED_RAD = math.radians(35.0)
+LEAST_SPREAD_RAD = math.radians(10.0)
+"""What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
 GONE_US = 700_000
 """A track that no frame has looked at for this long has left the picture."""
 
@@ -45,7 +47,7 @@ class Target(NamedTuple):
     north_m: float
     east_m: float
     down_m: float
-    count: int
+    sightings: int
     """Detections it rests on."""
     frame_time_us: int
     """The frame that showed it best, and where in it:"""
@@ -213,7 +215,7 @@ class Confirmation:
             if track.reported:
                 kept.append(track)
                 continue
-            if track.confirmed and (gone or not self._settle or track.place.spread_rad >= SETTLED_RAD):
+            if track.confirmed and (not self._settle or track.place.spread_rad >= (LEAST_SPREAD_RAD if gone else SETTLED_RAD)):
                 steady = track.hits >= HIT_SHARE * track.expected and track.score >= REPORT_SCORE
                 if steady and (self._inside is None or self._inside(track.point[0], track.point[1])):
                     track.reported = True

@@ -5,7 +5,7 @@
 `ClassicalDetector` uses OpenCV and a very small classifier. A picture is reduced to a fixed ground sampling distance, so
 that a patch looks alike from 20 m and from a mast. Per pixel it takes greenness (excess green, Woebbecke et al. 1995),
 warmth (red over blue), brightness and fine texture, each relative to the whole picture's, so that light matters little.
-Their means over windows of 0.3 to 4 m, and what morphology leaves of the green once rows are opened away, are the
+Their means over windows of 0.2 to 4 m, and what morphology leaves of the green once rows are opened away, are the
 features of one cell of ground, 0.2 m wide. A two-layer perceptron makes of them the probabilities of weed, disease and
 neither; its weights, trained on fields of other seeds than those it is judged on, lie in `detector_weights.json`
 (`tools/train_detector.py` makes them). Cells join to blobs; a blob of a target's size is a detection, its score
@@ -33,7 +33,9 @@ WEIGHTS = Path(__file__).with_name("detector_weights.json")
 WORK_GSD_M = 0.07
 CELL_PX = 3
 """Pixels at `WORK_GSD_M` along a cell's side."""
-WINDOWS_M = (0.30, 0.75, 1.5, 4.0)
+WINDOWS = (3, 5, 9, 23)
+"""Sides of the windows that features are means over, in cells; the last is the surroundings."""
+_DISCS = tuple(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)) for side in (5, 7))
 DEFAULT_GSD_M = 15.0 / 320.0
 """From 15 m, with 640 pixels over 90 degrees: taken when no distance is given."""
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.30, 3.2
@@ -85,17 +87,11 @@ def load_weights(path: Path = WEIGHTS) -> Weights:
     return weights
 
 
-def _window(maps: Maps, side_m: float) -> Maps:
-    """Mean over a square window of ground."""
-    side = max(1, round(side_m / WORK_GSD_M)) | 1
-    return np.asarray(cv2.blur(maps, (side, side), borderType=cv2.BORDER_REFLECT_101), np.float32)
-
-
 def reduce(image: Image, gsd_m: float) -> Image:
     """The picture at `WORK_GSD_M`."""
     scale = gsd_m / WORK_GSD_M
     size = (max(24, round(image.shape[1] * scale)), max(24, round(image.shape[0] * scale)))
-    how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
+    how = cv2.INTER_AREA if scale < 0.5 else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(image, size, interpolation=how), np.uint8)
 
 
@@ -103,31 +99,25 @@ def features(work: Image) -> Maps:
     """Features of every cell of a reduced picture: (rows, columns, features)."""
     bgr = work.astype(np.float32)
     blue, green, red = cv2.split(bgr)
-    total = blue + green + red + 12.0
-    greenness = (2.0 * green - red - blue) / total
+    total = blue + green + red + np.float32(12.0)
+    greenness = (green * np.float32(3.0) - total) / total
     warmth = (red - blue) / total
-    bright = total * np.float32(1.0 / max(float(total.mean()), 1.0))
+    bright = total * np.float32(1.0 / max(cv2.mean(total)[0], 1.0))
     # 0 is soil, 1 is leaf: soft, so that a mixed pixel counts by its share.
-    leaf = np.clip((greenness - 0.06) * 5.0, 0.0, 1.0)
+    leaf = np.clip((greenness - np.float32(0.06)) * np.float32(5.0), 0.0, 1.0)
+    dry = np.clip((warmth - np.float32(0.14)) * np.float32(6.0), 0.0, 1.0)
     sharp = np.abs(cv2.Laplacian(bright, cv2.CV_32F))
-    sick = leaf * 0.0 + np.clip((warmth - 0.14) * 6.0, 0.0, 1.0)
-    base = cv2.merge((leaf, greenness, warmth, bright))
-    extra = cv2.merge((sharp, leaf * leaf, sick, sick * (1.0 - leaf)))
-    # What of the green is wider than a row: a patch between the rows stays, rows go.
-    byte = (leaf * 255.0).astype(np.uint8)
-    opened = [
-        cv2.morphologyEx(byte, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k))) for k in (5, 7)
-    ]
-    wide = cv2.merge([o.astype(np.float32) * np.float32(1.0 / 255.0) for o in opened])
-    cells = slice(CELL_PX // 2, None, CELL_PX)
-    parts: list[Maps] = []
-    far = _window(base, WINDOWS_M[-1])
-    for side_m in WINDOWS_M[:-1]:
-        near = _window(base, side_m)
-        parts += [(near - far)[cells, cells], _window(extra, side_m)[cells, cells]]
-    parts += [_window(wide, side_m)[cells, cells] for side_m in WINDOWS_M[:2]]
-    parts += [far[cells, cells], _window(extra, WINDOWS_M[-1])[cells, cells]]
-    return np.concatenate(parts, axis=2)
+    # What of the green is wider than a row's leaves: a patch between the rows stays, rows go.
+    byte = (leaf * np.float32(255.0)).astype(np.uint8)
+    opened = [cv2.morphologyEx(byte, cv2.MORPH_OPEN, disc).astype(np.float32) / np.float32(255.0) for disc in _DISCS]
+    maps = (leaf, greenness, warmth, bright, sharp, leaf * leaf, dry, dry * leaf, bright * bright, *opened)
+    size = (work.shape[1] // CELL_PX, work.shape[0] // CELL_PX)
+    cells = cv2.merge([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in maps])
+    # How unlike its neighbours a cell's cover is: rows alternate, a patch does not.
+    cells = np.concatenate((cells, cells[..., :1] ** 2, cells[..., 2:3] ** 2), axis=2)
+    near = [cells] + [cv2.blur(cells, (side, side), borderType=cv2.BORDER_REFLECT_101) for side in WINDOWS]
+    far = near.pop()
+    return np.concatenate([one - far for one in near] + [far], axis=2)
 
 
 def probabilities(cells: Maps, weights: Weights) -> Maps:
@@ -154,7 +144,7 @@ class ClassicalDetector:
         work = reduce(image, gsd_m if gsd_m else DEFAULT_GSD_M)
         likely = probabilities(features(work), self._weights)
         # A cell, in pixels of the picture.
-        cell_x, cell_y = CELL_PX * image.shape[1] / work.shape[1], CELL_PX * image.shape[0] / work.shape[0]
+        cell_x, cell_y = image.shape[1] / likely.shape[1], image.shape[0] / likely.shape[0]
         found: list[Detection] = []
         for index, label in enumerate(LABELS, start=1):
             smooth = np.asarray(cv2.GaussianBlur(np.ascontiguousarray(likely[..., index]), (3, 3), 0.8), np.float32)
@@ -166,7 +156,7 @@ def _blobs(smooth: Maps, label: str, cell_x: float, cell_y: float) -> list[Detec
     """Connected cells of one label, if they have a target's size."""
     count, marks, stats, _ = cv2.connectedComponentsWithStats((smooth > EDGE).astype(np.uint8), connectivity=8)
     cell_m = CELL_PX * WORK_GSD_M
-    found = []
+    found: list[Detection] = []
     for i in range(1, count):
         left, top, wide, tall, area = stats[i].tolist()
         part = smooth[top : top + tall, left : left + wide]

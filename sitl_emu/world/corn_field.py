@@ -195,7 +195,7 @@ def _place_objects(
 
 
 def _candidate(rng: np.random.Generator, field: CornField, kind: str, rows: np.ndarray) -> FieldObject:
-    radius = float(rng.uniform(0.40 if kind in GROWS_IN_ROWS else 0.30, 0.95))
+    radius = float(rng.uniform(0.40 if kind in GROWS_IN_ROWS else 0.36, 0.95))
     margin = HEADLAND_M + 2.0
     north = float(rng.uniform(margin, field.size_m[0] - margin))
     east = float(rng.uniform(margin, field.size_m[1] - margin))

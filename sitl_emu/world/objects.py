@@ -39,9 +39,9 @@ class FieldObject(NamedTuple):
         return self.kind in TARGET_KINDS
 
 
-def outline_factor(thing: FieldObject, angle_rad: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def outline_factor(thing: FieldObject, angle_rad: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
     """Outline radius over `radius_m` at angles counted from north over east."""
-    factor = np.ones_like(angle_rad)
+    factor = np.ones(angle_rad.shape)
     for k, (amplitude, phase) in enumerate(thing.harmonics, start=2):
         factor += amplitude * np.cos(k * angle_rad + phase)
     return factor
@@ -59,5 +59,5 @@ def inside(
 ) -> npt.NDArray[np.bool_]:
     """Which points lie within the outline."""
     d_north, d_east = north_m - thing.north_m, east_m - thing.east_m
-    limit = thing.radius_m * outline_factor(thing, np.asarray(np.arctan2(d_east, d_north), np.float64))
+    limit = thing.radius_m * outline_factor(thing, np.arctan2(d_east, d_north))
     return np.asarray(d_north * d_north + d_east * d_east <= limit * limit)

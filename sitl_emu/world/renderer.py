@@ -87,8 +87,10 @@ class Renderer:
                 position_ned_m, slope_north, slope_east, camera_height - self._heights(north, east) - lift
             )
             seen = self._look_up(layers.canopy, layers, north, east)
-            least = shell / shells * self.field.plant_height_m / HEIGHT_SCALE_M * 255.0
-            _, mask = cv2.threshold(cv2.extractChannel(seen, 3), max(least, 2.0), 255, cv2.THRESH_BINARY)
+            # A shell shows the leaves about its own height, and not again those that a higher one will.
+            unit = self.field.plant_height_m / HEIGHT_SCALE_M * 255.0 / shells
+            least, most = max(unit * (shell - 0.35), 2.0), 255.0 if shell == shells - 1 else unit * (shell + 1.35)
+            mask = cv2.inRange(cv2.extractChannel(seen, 3), least, most)
             cv2.copyTo(seen, mask, picture)
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGRA2BGR), np.uint8)
 

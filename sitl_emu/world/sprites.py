@@ -121,7 +121,7 @@ def _vary(rng: np.random.Generator, colour: Bgr, spread: float) -> Bgr:
 
 def _corn(rng: np.random.Generator, kind: str, height_m: float) -> _Canvas:
     """A corn plant: leaves to both sides of one plane, each set a little off it, upper ones short and erect."""
-    scale = height_m / 0.42 * float(rng.uniform(0.88, 1.12)) * (1.22 if kind == "lush_corn" else 1.0)
+    scale = (height_m / 0.42) ** 0.55 * float(rng.uniform(0.88, 1.12)) * (1.22 if kind == "lush_corn" else 1.0)
     green: Bgr = {
         "corn": (52.0, 128.0, 84.0),
         "lush_corn": (46.0, 118.0, 66.0),
@@ -134,8 +134,8 @@ def _corn(rng: np.random.Generator, kind: str, height_m: float) -> _Canvas:
     for i in range(leaves):
         rank = i / (leaves - 1)  # 0 the lowest leaf, 1 the whorl
         bearing = plane + math.pi * (i % 2) + float(rng.normal(scale=0.45))
-        length = scale * (0.37 - 0.22 * abs(rank - 0.35) / 0.65) * float(rng.uniform(0.85, 1.1))
-        width = scale * (0.060 - 0.022 * rank)
+        length = scale * (0.32 - 0.19 * abs(rank - 0.35) / 0.65) * float(rng.uniform(0.85, 1.1))
+        width = scale * (0.056 - 0.02 * rank)
         heights = (height_m * (0.35 + 0.45 * rank), height_m * (0.25 + 0.75 * rank))
         colour = _vary(rng, green, 0.08)
         if kind == "disease" and rng.uniform() < 0.75 - 0.35 * rank:

@@ -63,7 +63,8 @@ class HeightMap:
         south = south_west + (flat[i + 1] - south_west) * x
         i += self._columns
         north_west = flat[i]
-        return south + (north_west + (flat[i + 1] - north_west) * x - south) * (y - row)
+        height: float = south + (north_west + (flat[i + 1] - north_west) * x - south) * (y - row)
+        return height
 
     def heights_m(self, north_m: npt.NDArray[np.floating], east_m: npt.NDArray[np.floating]) -> FloatArray:
         """Heights at many points (arrays of one shape), exact to double precision."""
