@@ -13,7 +13,7 @@ from autopilot.parameters import Parameters
 from autopilot.topics import Topics, TrajectorySetpoint
 
 NAN = math.nan
-BRAKE_BOOST = 2.0
+BRAKE_BOOST_MIN = 2.0
 BRAKE_TIME_CONSTANT_S = 0.8
 EPSILON = 1.2e-7
 
@@ -35,7 +35,9 @@ class ManualPosition(ManualAltitude):
         parameters = self._parameters
         # Because of the drag the mean acceleration is half of the stick's.
         self._acceleration = 2.0 * parameters["MPC_ACC_HOR"]
-        self._drag = self._acceleration / max(parameters["MPC_VEL_MANUAL"], 0.1)
+        velocity = max(parameters["MPC_VEL_MANUAL"], 0.1)
+        self._drag = self._acceleration / velocity
+        self._braking = max(BRAKE_BOOST_MIN, math.sqrt(velocity))
         self._jerk = parameters["MPC_JERK_MAX"]
 
     def activate(self, last: TrajectorySetpoint) -> None:
@@ -74,7 +76,7 @@ class ManualPosition(ManualAltitude):
         self._stick_acceleration = ax, ay
         vx, vy = self._velocity
         speed = math.sqrt(vx * vx + vy * vy)
-        boost = BRAKE_BOOST if north == 0.0 and east == 0.0 else 1.0
+        boost = self._braking if north == 0.0 and east == 0.0 else 1.0
         self._brake_boost += (boost - self._brake_boost) * dt_s / (BRAKE_TIME_CONSTANT_S + dt_s)
         # Below 1 m/s the drag follows the square root, so that the vehicle does stop.
         drag = self._drag * self._brake_boost * (math.sqrt(speed) if speed < 1.0 else speed)
