@@ -1,7 +1,7 @@
 """PX4's custom_mode of the heartbeat: NavState to main and sub mode, and back.
 
-From PX4's px4_custom_mode.h (v1.18): main mode in bits 16 to 23, sub mode in bits 24 to 31. DESCEND shows itself as LAND,
-and AUTO without a sub mode means MISSION. Base mode flags are those of MAV_MODE_FLAG.
+From PX4's px4_custom_mode.h (v1.18): main mode in bits 16 to 23, sub mode in bits 24 to 31. DESCEND shows itself as
+LAND, and AUTO without a sub mode means MISSION. Base mode flags are those of MAV_MODE_FLAG.
 """
 
 from autopilot.constants import NavState

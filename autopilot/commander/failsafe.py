@@ -1,10 +1,10 @@
-"""What happens when something fails in flight: an ordered list of actions, of which the worst one that is asked for wins.
+"""What happens when something fails in flight: an ordered list of actions; the worst that is asked for wins.
 
 PX4's failsafe framework and its rules (src/modules/commander/failsafe/framework.cpp and failsafe.cpp, v1.18). A rule
-names a condition, the action that a parameter asks for, and when the action ends. Link losses, batteries and fences first
-hold for COM_FAIL_ACT_T, so that a pilot can take over; a mode that can no longer be flown is left at once. An action that
-cannot be flown is replaced by the next worse one that can. A pilot who changes the mode while an action is flown takes
-over.
+names a condition, the action that a parameter asks for, and when the action ends. Link losses, batteries and fences
+first hold for COM_FAIL_ACT_T, so that a pilot can take over; a mode that can no longer be flown is left at once. An
+action that cannot be flown is replaced by the next worse one that can. A pilot who changes the mode while an action
+is flown takes over.
 
 Left out: VTOL, parachute, deferred failsafes, remaining flight time, wind, motor failures, stick takeover.
 """

@@ -1,11 +1,12 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
-Items that need no flying are carried out at once on the way to the next place, so of several items done in one cycle only
-the last is announced as reached. A takeoff on the ground climbs straight up first and then flies to its place; a landing
-that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the air: hold, and
-the commander changes to HOLD.
+Items that need no flying are carried out at once on the way to the next place, so of several items done in one cycle
+only the last is announced as reached. A takeoff on the ground climbs straight up first and then flies to its place; a
+landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the
+air: hold, and the commander changes to HOLD.
 
-Left out: mission landing patterns of fixed wings and VTOL, payload items (carried out without effect), terrain heights.
+Left out: mission landing patterns of fixed wings and VTOL, payload items (carried out without effect), terrain
+heights.
 """
 
 import math
@@ -38,6 +39,11 @@ from sitl_emu.core.geodesy import distance_m
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
+STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
+STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
+STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
+STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
+STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
 HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
 
 
@@ -332,12 +338,12 @@ class Mission:
         """MISSION_STATE."""
         status = self._state.topics.vehicle_status
         if not self.items or not self.valid:
-            return mavlink.MISSION_STATE_NO_MISSION
+            return STATE_NO_MISSION
         if self.ended:
-            return mavlink.MISSION_STATE_COMPLETE
+            return STATE_COMPLETE
         if status.nav_state is NavState.AUTO_MISSION and status.armed:
-            return mavlink.MISSION_STATE_ACTIVE
-        return mavlink.MISSION_STATE_PAUSED if self.started and status.armed else mavlink.MISSION_STATE_NOT_STARTED
+            return STATE_ACTIVE
+        return STATE_PAUSED if self.started and status.armed else STATE_NOT_STARTED
 
 
 def change_speed(state: NavigatorState, speed_m_s: float) -> None:

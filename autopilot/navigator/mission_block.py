@@ -2,8 +2,8 @@
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
-waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the height
-is reached. All other items are done at once.
+waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the
+height is reached. All other items are done at once.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Can this mission be flown? PX4's FeasibilityChecker (src/modules/navigator/MissionFeasibility, v1.18), the part that matters.
+"""Can this mission be flown? What matters of PX4's FeasibilityChecker (MissionFeasibility, v1.18).
 
 Refused: no item to fly, a takeoff that is not the first place, a first waypoint further than MIS_DIST_1WP, a landing
 first, jumps that end nowhere. Missing takeoff or landing is refused only by MIS_TKO_LAND_REQ.

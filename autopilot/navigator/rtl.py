@@ -1,10 +1,10 @@
 """RTL: climb, return to home or to a rally point, descend, land. PX4's RTL and RtlDirect (v1.18).
 
-RTL_TYPE 0 and 1 go to home or the nearest rally point (5: only to a rally point where there is one); 2 to 4,
-which follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination, less within the cone
-RTL_CONE_ANG, and within RTL_MIN_DIST the present height. With RTL_LAND_DELAY 0 the vehicle lands as soon as it is within
-the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). A rover drives
-straight home.
+RTL_TYPE 0 and 1 go to home or the nearest rally point (5: only to a rally point where there is one); 2 to 4, which
+follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination, less within the cone
+RTL_CONE_ANG, and within RTL_MIN_DIST the present height. With RTL_LAND_DELAY 0 the vehicle lands as soon as it is
+within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). A rover
+drives straight home.
 """
 
 import math

@@ -1,6 +1,7 @@
 """A vehicle that is where its setpoint says: enough for commander and navigator, without estimator and controllers."""
 
 import math
+from typing import Any
 
 from autopilot.commander.commander import Commander
 from autopilot.commands import CommandResult
@@ -98,11 +99,10 @@ class FakeVehicle:
         self._note()
         self._move()
 
-    def command(self, number: int, *params: float, **fields: int) -> CommandResult | None:
+    def command(self, number: int, *params: float) -> CommandResult | None:
         """Send a command; missing parameters are 0."""
-        values = (*params, *(0.0,) * (7 - len(params)))
-        result = self.commander.handle_command(self.now_us, VehicleCommand(number, *values, **fields))
-        return result
+        p1, p2, p3, p4, p5, p6, p7 = (*params, *(0.0,) * (7 - len(params)))
+        return self.commander.handle_command(self.now_us, VehicleCommand(number, p1, p2, p3, p4, p5, p6, p7))
 
     def result(self, number: int, *params: float) -> int:
         """MAV_RESULT of a command that has to be answered."""
@@ -166,14 +166,10 @@ class FakeVehicle:
 
     def _note(self) -> None:
         result = self.topics.mission_result
-        for kept, value in (
-            (self.modes, self.mode.name),
-            (self.reached, result.seq_reached),
-            (self.current, result.seq_current),
-            (self.setpoints, SetpointType(self.topics.position_setpoint_triplet.current.type)),
-        ):
-            if not kept or kept[-1] != value:
-                kept.append(value)  # type: ignore[attr-defined]
+        _keep(self.modes, self.mode.name)
+        _keep(self.reached, result.seq_reached)
+        _keep(self.current, result.seq_current)
+        _keep(self.setpoints, SetpointType(self.topics.position_setpoint_triplet.current.type))
 
     def _move(self) -> None:
         if not self.armed:
@@ -213,8 +209,13 @@ class FakeVehicle:
         self.up += max(-0.3 * way, min(0.3 * way, up - self.up))
 
 
+def _keep(kept: list[Any], value: Any) -> None:
+    if not kept or kept[-1] != value:
+        kept.append(value)
+
+
 def item(command: int, north_m: float = 0.0, east_m: float = 0.0, up_m: float = 0.0, *params: float) -> MissionItem:
     """A mission item at a place relative to home; params fill param1.. (param4 defaults to NaN)."""
-    values = (*params, *(0.0, 0.0, 0.0, math.nan)[len(params) :])
+    p1, p2, p3, p4 = (*params, *(0.0, 0.0, 0.0, math.nan)[len(params) :])
     lat, lon = PLACE.reproject(north_m, east_m)
-    return MissionItem(0, 6, command, 1, *values, round(lat * 1e7), round(lon * 1e7), up_m)
+    return MissionItem(0, 6, command, 1, p1, p2, p3, p4, round(lat * 1e7), round(lon * 1e7), up_m)

@@ -1,8 +1,8 @@
 """All checks in their order, and what their findings mean: who may arm, which mode can run, the bits of SYS_STATUS.
 
-PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts parts as
-healthy that it does not have. Texts come at most every two seconds, not before the first time that all was well, and
-each once until it has gone.
+PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts
+parts as healthy that it does not have. Texts come at most every two seconds, not before the first time that all was
+well, and each once until it has gone.
 """
 
 from collections.abc import Callable
@@ -77,7 +77,7 @@ class HealthAndArmingChecks:
         self._parameters = parameters
         self._say = say
         self._version = -1
-        self._settings = _settings(parameters, rover=False)
+        self._settings = _settings(parameters)
         self._told: set[str] = set()
         self._told_us = -REPORT_INTERVAL_US
         self._ever_passed = False
@@ -87,7 +87,7 @@ class HealthAndArmingChecks:
         topics = self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
-            self._settings = _settings(self._parameters, rover=topics.vehicle_status.vehicle_type == "rover")
+            self._settings = _settings(self._parameters)
         findings = Findings()
         for check in CHECKS:
             check(now_us, topics, self._settings, findings)
@@ -126,10 +126,9 @@ def _present(flags: FailsafeFlags) -> int:
     return PRESENT if flags.manual_control_signal_lost else PRESENT | RC_RECEIVER
 
 
-def _settings(parameters: Parameters, *, rover: bool) -> Settings:
+def _settings(parameters: Parameters) -> Settings:
     return Settings(
         com_pos_fs_eph_m=float(parameters["COM_POS_FS_EPH"]),
-        com_vel_fs_evh_m_s=float(parameters["COM_VEL_FS_EVH"]),
         com_of_loss_us=int(parameters["COM_OF_LOSS_T"] * 1e6),
         com_rc_loss_us=int(parameters["COM_RC_LOSS_T"] * 1e6),
         com_dl_loss_us=int(parameters["COM_DL_LOSS_T"] * 1e6),
@@ -138,5 +137,4 @@ def _settings(parameters: Parameters, *, rover: bool) -> Settings:
         com_arm_bat_min=float(parameters["COM_ARM_BAT_MIN"]),
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),
-        rover=rover,
     )

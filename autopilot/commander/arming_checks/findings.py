@@ -28,7 +28,6 @@ class Settings(NamedTuple):
     """Parameters that the checks obey, copied when they change."""
 
     com_pos_fs_eph_m: float
-    com_vel_fs_evh_m_s: float
     com_of_loss_us: int
     com_rc_loss_us: int
     com_dl_loss_us: int
@@ -37,7 +36,6 @@ class Settings(NamedTuple):
     com_arm_bat_min: float
     com_arm_mis_req: int
     sys_has_gps: int
-    rover: bool
 
 
 class Findings:

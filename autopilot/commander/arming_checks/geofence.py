@@ -1,4 +1,4 @@
-"""The vehicle is inside its fence (PX4's geofenceCheck). Outside of it, arming is forbidden unless GF_ACTION is none."""
+"""Inside the fence or not (PX4's geofenceCheck). Outside, arming is forbidden unless GF_ACTION is none."""
 
 from autopilot.commander.arming_checks.findings import Findings, Settings
 from autopilot.topics import Topics

@@ -1,0 +1,106 @@
+"""Armed or not: who may arm, who may disarm, and since when.
+
+PX4's Commander::arm and disarm (v1.18), with their texts. Sticks that are not at rest refuse arming in the modes that
+are flown by them. A terminated flight stays terminated until the next start.
+"""
+
+from collections.abc import Callable
+
+from autopilot.commander import home_position
+from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
+from autopilot.commander.user_mode_intention import UserModeIntention
+from autopilot.constants import NavState, Severity
+from autopilot.parameters import Parameters
+from autopilot.topics import ActuatorArmed, Topics
+
+STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
+STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
+THROTTLE_LOW = -0.8
+THROTTLE_CENTRE = 0.2
+REASON_BY_COMMAND = 4
+"""vehicle_status ARM_DISARM_REASON_COMMAND_EXTERNAL."""
+REASON_BY_ITSELF = 7
+"""ARM_DISARM_REASON_AUTO_DISARM_LAND and its neighbours."""
+
+
+class Arming:
+    """Writes actuator_armed, and home at arming."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        checks: HealthAndArmingChecks,
+        intention: UserModeIntention,
+        say: Callable[[Severity, str], None],
+        *,
+        rover: bool,
+    ) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self._checks = checks
+        self._intention = intention
+        self._say = say
+        self._rover = rover
+        self.armed = False
+        self.armed_us = 0
+        self.terminated = False
+        self.arming_reason = 0
+        self.disarming_reason = 0
+
+    def arm(self, now_us: int, *, forced: bool) -> int:
+        """MAV_RESULT of arming; `forced` goes without checks."""
+        if self.armed:
+            return ACCEPTED
+        if not forced:
+            refusal = self._refusal(now_us)
+            if refusal is not None:
+                self._say(Severity.CRITICAL, f"Arming denied: {refusal}\t")
+                return TEMPORARILY_REJECTED
+        topics = self._topics
+        self.armed = True
+        self.armed_us = now_us
+        self.arming_reason = REASON_BY_COMMAND
+        topics.actuator_armed = ActuatorArmed(True, self.terminated, False)
+        if not topics.home_position.manual_home and self._parameters["COM_HOME_EN"]:
+            topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
+        self._say(Severity.INFO, "Armed by external command\t")
+        return ACCEPTED
+
+    def disarm_by_command(self, *, forced: bool) -> int:
+        """MAV_RESULT of disarming; only `forced` disarms what flies."""
+        if not self.armed:
+            return ACCEPTED
+        land_detected = self._topics.vehicle_land_detected
+        stands = land_detected.landed or land_detected.maybe_landed or self._rover or self.terminated
+        if not (forced or stands):
+            self._say(Severity.CRITICAL, "Disarming denied: not landed\t")
+            return TEMPORARILY_REJECTED
+        self.disarm("external command", REASON_BY_COMMAND)
+        return ACCEPTED
+
+    def disarm(self, by: str, reason: int = REASON_BY_ITSELF) -> None:
+        """Disarm and say by what."""
+        self.armed = False
+        self.disarming_reason = reason
+        self._topics.actuator_armed = ActuatorArmed(False, self.terminated, False)
+        self._intention.on_disarm()
+        self._say(Severity.INFO, f"Disarmed by {by}\t")
+
+    def terminate(self) -> None:
+        """End the flight, for good."""
+        self.terminated = True
+        self._topics.actuator_armed = ActuatorArmed(self.armed, True, False)
+
+    def _refusal(self, now_us: int) -> str | None:
+        self._checks.update(now_us)
+        mode = self._intention.mode
+        if not self._checks.can_arm(mode):
+            return "Resolve system health failures first"
+        sticks = self._topics.manual_control_setpoint
+        if mode in STICKS_TO_CLIMB and sticks.throttle > THROTTLE_CENTRE:
+            return "throttle above center"
+        if mode in STICKS_TO_THRUST and not self._rover and sticks.throttle > THROTTLE_LOW:
+            return "high throttle"
+        return None

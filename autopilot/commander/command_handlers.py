@@ -1,0 +1,283 @@
+"""The commands that the commander decides on, one function each, named as the command.
+
+PX4's Commander::handle_command (v1.18). A command that changes the mode is answered by whether the mode can be flown;
+on the ground every mode can be chosen. What the navigator, a flight mode or the simulator has to do with an accepted
+command, it finds in topics.vehicle_commands. Calibrations are answered and told, and nothing is measured.
+"""
+
+import math
+from collections.abc import Callable
+
+from autopilot.commander import home_position
+from autopilot.commander.arming import Arming
+from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from autopilot.commander.command_results import (
+    ACCEPTED,
+    DENIED,
+    FAILED,
+    FIXED,
+    TEMPORARILY_REJECTED,
+    UNSUPPORTED,
+)
+from autopilot.commander.custom_mode import nav_state_of
+from autopilot.commander.mode_names import MODE_NAMES
+from autopilot.commander.user_mode_intention import UserModeIntention
+from autopilot.constants import NavState, Severity
+from autopilot.dataman import Dataman
+from autopilot.parameters import Parameters
+from autopilot.topics import CommandRecord, Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+Handler = Callable[[int, VehicleCommand], int | None]
+FORCE_MAGIC = 21196
+KEPT_COMMANDS = 8
+ACTUATOR_GROUP_TEST = 309
+"""MAV_CMD_ACTUATOR_GROUP_TEST, of MAVLink's development dialect."""
+STORAGE_ACTIONS = range(5)
+REBOOT_OR_SHUTDOWN = (1, 2)
+AIDING_SOURCES = range(5)
+"""ESTIMATOR_SENSOR_ENABLE, param1."""
+
+STANDARD_MODES: dict[int, NavState] = {
+    mavlink.MAV_STANDARD_MODE_POSITION_HOLD: NavState.POSCTL,
+    mavlink.MAV_STANDARD_MODE_ORBIT: NavState.ORBIT,
+    mavlink.MAV_STANDARD_MODE_ALTITUDE_HOLD: NavState.ALTCTL,
+    mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY: NavState.AUTO_RTL,
+    mavlink.MAV_STANDARD_MODE_MISSION: NavState.AUTO_MISSION,
+    mavlink.MAV_STANDARD_MODE_LAND: NavState.AUTO_LAND,
+    mavlink.MAV_STANDARD_MODE_TAKEOFF: NavState.AUTO_TAKEOFF,
+}
+AIRCRAFT_ONLY = frozenset((NavState.POSCTL, NavState.ORBIT, NavState.ALTCTL))
+"""Standard modes that PX4 does not have for a rover."""
+CALIBRATIONS = {(0, 1): "gyro", (1, 1): "mag", (4, 1): "accel", (4, 2): "level", (4, 4): "accel", (5, 1): "airspeed"}
+"""(index of the parameter, its value) of PREFLIGHT_CALIBRATION, and what PX4 calls it."""
+
+
+class CommandHandlers:
+    """Writes vehicle_commands, and home by DO_SET_HOME."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        dataman: Dataman,
+        checks: HealthAndArmingChecks,
+        intention: UserModeIntention,
+        arming: Arming,
+        say: Callable[[Severity, str], None],
+        *,
+        rover: bool,
+    ) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self._dataman = dataman
+        self._checks = checks
+        self._intention = intention
+        self._arming = arming
+        self._say = say
+        self._rover = rover
+        self._published = 0
+        self._handlers: dict[int, Handler] = {
+            mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._component_arm_disarm,
+            mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
+            mavlink.MAV_CMD_DO_SET_STANDARD_MODE: self._do_set_standard_mode,
+            mavlink.MAV_CMD_NAV_TAKEOFF: self._nav_takeoff,
+            mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: self._nav_vtol_takeoff,
+            mavlink.MAV_CMD_NAV_LAND: self._nav_land,
+            mavlink.MAV_CMD_NAV_LAND_LOCAL: self._nav_land_local,
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._nav_return_to_launch,
+            mavlink.MAV_CMD_MISSION_START: self._mission_start,
+            mavlink.MAV_CMD_DO_REPOSITION: self._do_reposition,
+            mavlink.MAV_CMD_DO_ORBIT: self._do_orbit,
+            mavlink.MAV_CMD_DO_CHANGE_SPEED: self._pass_on,
+            mavlink.MAV_CMD_DO_SET_ROI: self._pass_on,
+            mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._pass_on,
+            mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: self._pass_on,
+            mavlink.MAV_CMD_DO_SET_ROI_NONE: self._pass_on,
+            mavlink.MAV_CMD_DO_SET_HOME: self._do_set_home,
+            mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._do_flighttermination,
+            mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._run_prearm_checks,
+            mavlink.MAV_CMD_PREFLIGHT_CALIBRATION: self._preflight_calibration,
+            mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._preflight_storage,
+            mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._preflight_reboot_shutdown,
+            mavlink.MAV_CMD_INJECT_FAILURE: self._inject_failure,
+            mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
+            mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE: self._estimator_sensor_enable,
+            mavlink.MAV_CMD_DO_GRIPPER: self._do_gripper,
+            mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: self._do_autotune_enable,
+            mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
+            ACTUATOR_GROUP_TEST: self._actuator_group_test,
+        }
+        self.commands = frozenset(self._handlers) | frozenset(FIXED)
+
+    def handle(self, now_us: int, command: VehicleCommand) -> int | None:
+        """MAV_RESULT of one of `commands`; None for no ack."""
+        handler = self._handlers.get(command.command)
+        return FIXED[command.command] if handler is None else handler(now_us, command)
+
+    # --- helpers --------------------------------------------------------------------------------------------
+
+    def _change_mode(self, now_us: int, mode: NavState) -> int:
+        arming = self._arming
+        self._checks.update(now_us)
+        ended = arming.armed and arming.terminated
+        if not ended and self._intention.change(mode, armed=arming.armed):
+            return ACCEPTED
+        self._say(Severity.CRITICAL, f"Switching to {MODE_NAMES[mode]} is currently not available\t")
+        return TEMPORARILY_REJECTED
+
+    def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str) -> int:
+        result = self._change_mode(now_us, mode)
+        if result == ACCEPTED:
+            self._say(Severity.INFO, text)
+        return result
+
+    def _change_mode_and_pass_on(self, now_us: int, mode: NavState, command: VehicleCommand) -> int:
+        result = self._change_mode(now_us, mode)
+        if result == ACCEPTED:
+            self._pass_on(now_us, command)
+        return result
+
+    def _pass_on(self, now_us: int, command: VehicleCommand) -> int:
+        self._published += 1
+        record = CommandRecord(self._published, now_us, command)
+        self._topics.vehicle_commands = (*self._topics.vehicle_commands[1 - KEPT_COMMANDS :], record)
+        return ACCEPTED
+
+    # --- arming ---------------------------------------------------------------------------------------------
+
+    def _component_arm_disarm(self, now_us: int, command: VehicleCommand) -> int | None:
+        wanted = math.floor(command.param1 + 0.5) if math.isfinite(command.param1) else -1
+        forced = command.param2 == FORCE_MAGIC
+        if wanted == 1:
+            return self._arming.arm(now_us, forced=forced)
+        if wanted == 0:
+            return self._arming.disarm_by_command(forced=forced)
+        self._say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {command.param1:.3f}\t")
+        return None
+
+    def _run_prearm_checks(self, now_us: int, command: VehicleCommand) -> int:
+        if not self._arming.armed:
+            self._checks.update(now_us)
+        return ACCEPTED
+
+    def _do_flighttermination(self, now_us: int, command: VehicleCommand) -> int:
+        if not command.param1 > 0.5:
+            return DENIED
+        if self._arming.armed and not self._arming.terminated:
+            self._arming.terminate()
+            self._say(Severity.CRITICAL, "Failsafe activated\t")
+        return ACCEPTED
+
+    # --- modes ----------------------------------------------------------------------------------------------
+
+    def _do_set_mode(self, now_us: int, command: VehicleCommand) -> int:
+        flags, main, sub = (_whole(value) for value in (command.param1, command.param2, command.param3))
+        mode = nav_state_of(main, sub) if flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED else None
+        return TEMPORARILY_REJECTED if mode is None else self._change_mode(now_us, mode)
+
+    def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
+        mode = STANDARD_MODES.get(_whole(command.param1))
+        if mode is None or (self._rover and mode in AIRCRAFT_ONLY):
+            return FAILED
+        return self._change_mode(now_us, mode)
+
+    def _nav_takeoff(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_pass_on(now_us, NavState.AUTO_TAKEOFF, command)
+
+    def _nav_vtol_takeoff(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
+
+    def _nav_land(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_tell(now_us, NavState.AUTO_LAND, "Landing at current position\t")
+
+    def _nav_land_local(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_tell(now_us, NavState.AUTO_PRECLAND, "Precision landing\t")
+
+    def _nav_return_to_launch(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_tell(now_us, NavState.AUTO_RTL, "Returning to launch\t")
+
+    def _do_reposition(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
+
+    def _do_orbit(self, now_us: int, command: VehicleCommand) -> int:
+        return self._change_mode_and_pass_on(now_us, NavState.ORBIT, command)
+
+    def _mission_start(self, now_us: int, command: VehicleCommand) -> int:
+        self._checks.update(now_us)
+        if self._topics.failsafe_flags.auto_mission_missing:
+            self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t")
+            return DENIED
+        last = len(self._dataman.mission.items) - 1
+        if command.param1 != 0.0 or (command.param2 != 0.0 and command.param2 < last):
+            return DENIED
+        result = self._change_mode(now_us, NavState.AUTO_MISSION)
+        return self._arming.arm(now_us, forced=False) if result == ACCEPTED else result
+
+    # --- the rest -------------------------------------------------------------------------------------------
+
+    def _do_set_home(self, now_us: int, command: VehicleCommand) -> int:
+        topics = self._topics
+        if command.param1 > 0.5:
+            home = home_position.at_vehicle(now_us, topics, manual_home=True)
+        else:
+            yaw = math.radians(command.param4) if math.isfinite(command.param4) else 0.0
+            home = home_position.at_place(now_us, topics, command.param5, command.param6, command.param7, yaw)
+        if home is None:
+            return TEMPORARILY_REJECTED
+        topics.home_position = home
+        return ACCEPTED
+
+    def _preflight_calibration(self, now_us: int, command: VehicleCommand) -> int:
+        if self._arming.armed:
+            return TEMPORARILY_REJECTED
+        asked = [_whole(value) for value in command[1:8]]
+        if not any(asked):
+            return ACCEPTED
+        for pair in enumerate(asked):
+            if pair in CALIBRATIONS:
+                self._say(Severity.INFO, f"[cal] calibration started: 2 {CALIBRATIONS[pair]}")
+                return ACCEPTED
+        return UNSUPPORTED
+
+    def _preflight_storage(self, now_us: int, command: VehicleCommand) -> int | None:
+        if self._arming.armed:
+            return TEMPORARILY_REJECTED
+        return ACCEPTED if _whole(command.param1) in STORAGE_ACTIONS else None
+
+    def _preflight_reboot_shutdown(self, now_us: int, command: VehicleCommand) -> int:
+        action = _whole(command.param1)
+        if action == 0:
+            return ACCEPTED
+        if self._arming.armed or action not in REBOOT_OR_SHUTDOWN:
+            return DENIED
+        return self._pass_on(now_us, command)
+
+    def _inject_failure(self, now_us: int, command: VehicleCommand) -> int:
+        return self._pass_on(now_us, command) if self._parameters["SYS_FAILURE_EN"] else DENIED
+
+    def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
+        if self._arming.armed:
+            return TEMPORARILY_REJECTED
+        heading_deg = command.param1 if math.isfinite(command.param1) else 0.0
+        self._say(Severity.INFO, f"Assuming vehicle is facing heading {heading_deg:.1f} degrees")
+        return ACCEPTED
+
+    def _estimator_sensor_enable(self, now_us: int, command: VehicleCommand) -> int:
+        return ACCEPTED if _whole(command.param1) in AIDING_SOURCES else UNSUPPORTED
+
+    def _do_gripper(self, now_us: int, command: VehicleCommand) -> int:
+        return ACCEPTED if command.param1 >= 1.0 or self._arming.armed else TEMPORARILY_REJECTED
+
+    def _do_autotune_enable(self, now_us: int, command: VehicleCommand) -> int:
+        return DENIED
+
+    def _actuator_test(self, now_us: int, command: VehicleCommand) -> int | None:
+        return DENIED if self._arming.armed else None
+
+    def _actuator_group_test(self, now_us: int, command: VehicleCommand) -> int | None:
+        return None if self._rover else TEMPORARILY_REJECTED
+
+
+def _whole(value: float) -> int:
+    return int(value) if math.isfinite(value) else 0
