@@ -39,7 +39,8 @@ MAV_MISSION_ACCEPTED = 0
 STILL_M_S = 0.15
 STILL_US = 1_500_000
 ARM_TRIES = 10
-PAUSE_US = 1_000_000
+PAUSE_US = 1_500_000
+DISARM_US = 3_000_000
 TURNS = 2
 UPLOAD_US = 10_000_000
 """An upload of which nothing has passed for so long was given up."""
@@ -260,16 +261,15 @@ class Inspect:
     def _arm(self) -> Script:
         text = "no answer"
         for _ in range(ARM_TRIES):
-            if self._telemetry.armed:
-                return
             command = yield from self._onboard.do(AUTOPILOT_LINK, arm(self._telemetry.system))
             if command.outcome is not None and not command.outcome.accepted:
                 text = command.outcome.text
             since_us = self._now_us
             while self._now_us - since_us < PAUSE_US and not self._telemetry.armed:
                 yield
-        if not self._telemetry.armed:
-            raise CantDrive(f"arming: {text}")
+            if self._telemetry.armed:
+                return
+        raise CantDrive(f"arming: {text}")
 
     def _until_standing(self, lat: float, lon: float) -> Script:
         """Until it has stood for a while near a place."""
@@ -317,6 +317,9 @@ class Inspect:
         self._onboard.yielding.expect(())
         yield from self._onboard.do(AUTOPILOT_LINK, set_mode(system, "hold"))
         yield from self._onboard.do(AUTOPILOT_LINK, disarm(system))
+        since_us = self._now_us
+        while self._telemetry.armed and self._now_us - since_us < DISARM_US:
+            yield
 
     # Bookkeeping
 

@@ -3,12 +3,12 @@
 The autopilot's flight mode is the only witness that needs no further protocol: a mode that the companion neither asked
 for nor has to expect was chosen by somebody else, a pilot at a ground station or a radio, or the autopilot's own
 failsafe. The mode that the companion had commanded, chosen again, gives it back. A change is believed when it has stood
-for `SETTLE_US`, so that a mode in passing (TAKEOFF before MISSION, telemetry older than our command) takes nobody away.
+for `SETTLE_US`, longer than the second between two heartbeats: telemetry older than our own command takes nobody away.
 """
 
 from collections.abc import Collection
 
-SETTLE_US = 500_000
+SETTLE_US = 1_500_000
 
 
 class Yielding:

@@ -1,0 +1,299 @@
+"""Scout and inspect fly and drive a whole mission as state machines: on rails, with a detector that knows the truth.
+
+Both autopilots are stand-ins (companion_px4), the peer link is a list with a loss pattern, time is a loop.
+"""
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gcs.geodesy import from_metres, to_metres
+from gcs.mission import MissionItem
+from gcs.plan_file import FlightPlan
+from missions.agriculture.inspect import Inspect
+from missions.agriculture.scout import Scout
+from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
+from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event
+from missions.companion.detector import Detection
+from missions.companion.wire import Wire
+from tests.unit.companion_px4 import HOLD, MISSION, POSITION, STEP_US, FakePx4
+
+US = 1_000_000
+HOME = (40.47, -86.99, 215.0)
+CAMERA = CameraModel()
+TARGETS = (("weed", 20.0, 6.0), ("disease", 34.0, 18.0))
+THIRTY_PERCENT = "..x.x......x..x.x..."
+
+
+def place(north_m: float, east_m: float) -> tuple[int, int]:
+    lat, lon = from_metres(north_m, east_m, *HOME[:2])
+    return round(lat * 1e7), round(lon * 1e7)
+
+
+def plan() -> FlightPlan:
+    track = ((0, 6), (40, 6), (40, 18), (0, 18))
+    way = [MissionItem(3, 16, x=place(n, e)[0], y=place(n, e)[1], z=15.0) for n, e in track]
+    takeoff = MissionItem(3, 22, x=place(0, 0)[0], y=place(0, 0)[1], z=15.0)
+    fence = [MissionItem(0, 5001, 3.0, x=place(n, e)[0], y=place(n, e)[1]) for n, e in ((-50, -50), (90, 0), (0, 90))]
+    return FlightPlan((takeoff, *way, MissionItem(2, 20)), tuple(fence), (), HOME)
+
+
+class Node:
+    """A companion with its autopilot; the wire between them loses nothing."""
+
+    def __init__(self, companion: Any, px4: FakePx4, mount: Any) -> None:
+        self.companion, self.px4, self.mount = companion, px4, mount
+        self.wires = {AUTOPILOT_LINK: Wire(skip=()), PEER_LINK: Wire(skip=())}
+        self.events: list[Event] = []
+        self.peer_out: list[bytes] = []
+        self.frame_us: int | None = None
+        self.blind = False
+
+    def send(self, now_us: int, outgoing: Any) -> None:
+        for link, msg in outgoing:
+            wire = self.wires[link]
+            wire.system = self.companion.system_id
+            frame = wire.encode(msg)
+            if link == PEER_LINK:
+                self.peer_out.append(frame)
+            else:
+                for heard in Wire(skip=()).decode(frame):
+                    for answer in self.px4.on_message(now_us, heard):
+                        self.send(now_us, self.companion.on_message(now_us, AUTOPILOT_LINK, answer))
+
+    def receive(self, now_us: int, frame: bytes) -> None:
+        for msg in self.wires[PEER_LINK].decode(frame):
+            self.send(now_us, self.companion.on_message(now_us, PEER_LINK, msg))
+
+    def step(self, now_us: int) -> None:
+        for msg in self.px4.on_time(now_us):
+            self.send(now_us, self.companion.on_message(now_us, AUTOPILOT_LINK, msg))
+        if now_us % 100_000 == 0:
+            self.look(now_us)
+        self.send(now_us, self.companion.on_time(now_us))
+        self.events += self.companion.events()
+
+    def look(self, now_us: int) -> None:
+        """A frame of 60 ms ago, as the truth would show it."""
+        frame_us = now_us // 50_000 * 50_000 - 60_000
+        if frame_us < 0 or self.companion.wants_frame(frame_us) is None:
+            return
+        px4 = self.px4
+        back = 0.06 + (now_us % 50_000) * 1e-6
+        position = (px4.north_m - px4.velocity[0] * back, px4.east_m - px4.velocity[1] * back, -px4.up_m)
+        if self.mount is MAST:
+            position = (position[0], position[1], -0.2)
+        pose = camera_pose(position, (math.cos(px4.yaw / 2), 0.0, 0.0, math.sin(px4.yaw / 2)), self.mount)
+        found = []
+        for label, north, east in TARGETS:
+            if in_view(CAMERA, pose, (north, east, 0.0)) and not self.blind:
+                x, y = project(CAMERA, pose, (north, east, 0.0)) or (0.0, 0.0)
+                found.append(Detection(label, 0.9, x, y, 30.0, 30.0))
+        self.send(now_us, self.companion.on_detections(now_us, frame_us, found))
+
+    def of(self, kind: str) -> list[Event]:
+        return [event for event in self.events if event.kind == kind]
+
+
+class NoDetector:
+    labels = ("weed", "disease")
+
+    def detect(self, image: Any, gsd_m: float | None = None) -> list[Detection]:
+        return []
+
+
+def pair(**scout_options: Any) -> tuple[Node, Node]:
+    uas = FakePx4(1, 13, 0.0, 0.0, 5.0)
+    ugv = FakePx4(2, 10, -30.0, 40.0, 2.5)
+    scout = Node(Scout(plan(), NoDetector(), **scout_options), uas, NADIR)
+    return scout, Node(Inspect(NoDetector()), ugv, MAST)
+
+
+def fly(
+    scout: Node,
+    inspect: Node,
+    lost: Callable[[int], bool] = lambda now_us: False,
+    each: Callable[[int], None] = lambda now_us: None,
+    limit_s: float = 400.0,
+) -> float:
+    """Runs both until the scout is done and the other idle; `lost(now_us)` says whether a peer frame is lost."""
+    for now_us in range(0, round(limit_s * US), STEP_US):
+        each(now_us)
+        for one, other in ((scout, inspect), (inspect, scout)):
+            one.step(now_us)
+            frames, one.peer_out = one.peer_out, []
+            for frame in frames:
+                if not lost(now_us):
+                    other.receive(now_us, frame)
+        if scout.companion.status.done and inspect.companion.status.done:
+            return now_us / US
+    raise AssertionError(f"not done: {scout.companion.status}, {inspect.companion.status}")
+
+
+@pytest.mark.parametrize("pattern", [".", THIRTY_PERCENT])
+def test_every_target_is_found_sent_driven_to_and_reported(pattern: str) -> None:
+    scout, inspect = pair()
+    signs = itertools.cycle(pattern)
+    fly(scout, inspect, lambda now_us: next(signs) == "x")
+    assert scout.companion.status.outcome == "success"
+    confirmed = scout.of("target_confirmed")
+    assert sorted(event.data["label"] for event in confirmed) == ["disease", "weed"]
+    for event in confirmed:
+        north, east = to_metres(float(event.data["lat_deg"]), float(event.data["lon_deg"]), *HOME[:2])
+        assert min(math.dist((north, east), target[1:]) for target in TARGETS) < 0.5
+    assert len(scout.of("target_accepted")) == 2
+    stops = inspect.of("stopped")
+    assert len(stops) == 2
+    for stop in stops:
+        stopped = to_metres(float(stop.data["lat_deg"]), float(stop.data["lon_deg"]), *HOME[:2])
+        assert 0.5 < min(math.dist(stopped, target[1:]) for target in TARGETS) < 1.5
+    assert [event.data["result"] for event in scout.of("report_received")] == ["confirmed", "confirmed"]
+    assert not scout.px4.armed
+    assert not inspect.px4.armed
+
+
+def test_the_plan_is_uploaded_whole_before_arming() -> None:
+    scout, inspect = pair(return_altitude_m=20.0)
+    fly(scout, inspect)
+    assert [item.command for item in scout.px4.missions.items[0]] == [22, 16, 16, 16, 16, 20]
+    assert len(scout.px4.missions.items[1]) == 3
+    assert scout.px4.parameters == {"RTL_RETURN_ALT": 20.0}
+    assert [command for command, _ in scout.px4.commands[:2]] == [176, 400]
+
+
+def test_the_scan_goes_on_while_the_ugv_drives() -> None:
+    scout, inspect = pair()
+    fly(scout, inspect)
+    started = inspect.of("target_started")[0].time_us
+    landed = next(event for event in scout.of("phase") if event.data["phase"] == "landed").time_us
+    returning = next(event for event in scout.of("phase") if event.data["phase"] == "returning").time_us
+    assert started < returning < landed
+
+
+def test_a_cut_peer_link_is_told_and_the_uas_returns_home() -> None:
+    scout, inspect = pair()
+    fly(scout, inspect, lambda now_us: True, limit_s=200.0)
+    assert scout.companion.status.outcome == "peer link lost"
+    assert math.hypot(scout.px4.north_m, scout.px4.east_m) < 1.0
+    assert not scout.px4.armed
+    assert scout.of("peer_lost")
+    assert inspect.px4.missions.accepted == 0
+
+
+def test_a_peer_link_that_breaks_while_the_ugv_drives_is_told_after_the_time_out() -> None:
+    scout, inspect = pair()
+    cut: list[int] = []
+
+    def lost(now_us: int) -> bool:
+        if not cut and scout.of("target_accepted"):
+            cut.append(now_us)
+        return bool(cut)
+
+    fly(scout, inspect, lost)
+    assert scout.companion.status.outcome == "peer link lost"
+    assert scout.of("peer_lost")[0].time_us - cut[0] == pytest.approx(20 * US, abs=1.5 * US)
+
+
+def test_the_link_may_fail_for_a_while() -> None:
+    scout, inspect = pair()
+    fly(scout, inspect, lambda now_us: 12 * US < now_us < 27 * US)
+    assert scout.companion.status.outcome == "success"
+
+
+def test_the_scout_yields_to_a_pilot_and_resumes_when_given_back() -> None:
+    scout, inspect = pair()
+    heard: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.mode = POSITION
+        if now_us == 20 * US:
+            assert scout.companion.status.phase == "yielded"
+            heard.append(len(scout.px4.commands))
+        if now_us == 30 * US:
+            heard.append(len(scout.px4.commands))
+            scout.px4.mode = MISSION
+
+    fly(scout, inspect, each=pilot)
+    assert heard[0] == heard[1]
+    assert "position" in scout.of("yielded")[0].text
+    assert any(m.get_type() == "STATUSTEXT" and "yields" in m.text for m in scout.px4.heard)
+    assert scout.of("resumed")
+    assert scout.companion.status.outcome == "success"
+
+
+def test_a_pilot_who_lands_the_uas_ends_the_mission() -> None:
+    scout, inspect = pair()
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.mode = (4, 6)
+        if now_us == 20 * US:
+            scout.px4.armed, scout.px4.mode, scout.px4.up_m = False, HOLD, 0.0
+
+    fly(scout, inspect, each=pilot)
+    assert scout.companion.status.outcome == "pilot took over"
+
+
+def test_a_pilot_on_the_ugv_is_reported_to_the_scout() -> None:
+    scout, inspect = pair()
+    taken: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        if not taken and inspect.of("target_started") and now_us > inspect.of("target_started")[0].time_us + 2 * US:
+            taken.append(now_us)
+            inspect.px4.mode = POSITION
+        if taken and now_us == taken[0] + 10 * US:
+            assert inspect.companion.status.phase == "yielded"
+            assert scout.of("report_received")[0].data["result"] == "pilot_took_over"
+            inspect.px4.mode = MISSION
+
+    fly(scout, inspect, each=pilot)
+    assert taken
+    assert scout.of("report_received")[1].data["result"] == "confirmed"
+
+
+def test_a_target_that_the_ugv_does_not_see_makes_it_turn_and_then_say_so() -> None:
+    scout, inspect = pair()
+    inspect.blind = True
+    fly(scout, inspect)
+    assert {event.data["result"] for event in scout.of("report_received")} == {"not_seen"}
+    turned = [event for event in inspect.of("phase") if event.data["phase"] == "turning"]
+    assert len(turned) == 2 * len(TARGETS)
+
+
+def test_a_refused_arming_is_tried_again_and_then_told() -> None:
+    scout, inspect = pair()
+    scout.px4.ack = lambda command: 1 if command == 400 else 0
+    fly(scout, inspect)
+    assert scout.companion.status.outcome == "arming refused: temporarily rejected"
+    assert sum(command == 400 for command, _ in scout.px4.commands) == 20
+
+
+def test_a_mission_that_the_ugv_refuses_is_told() -> None:
+    scout, inspect = pair()
+    inspect.px4.missions.refuse = 14
+    fly(scout, inspect)
+    assert "refused by the ugv: denied" in scout.companion.status.outcome
+    assert inspect.px4.missions.accepted == 0
+
+
+def test_the_same_run_twice_is_the_same() -> None:
+    runs = []
+    for _ in range(2):
+        scout, inspect = pair()
+        signs = itertools.cycle(THIRTY_PERCENT)
+        seconds = fly(scout, inspect, lambda now_us, signs=signs: next(signs) == "x")  # type: ignore[misc]
+        runs.append((seconds, scout.events, inspect.events))
+    assert runs[0] == runs[1]
+
+
+def test_a_picture_goes_through_the_real_detector() -> None:
+    from missions.registry import make_companion
+
+    inspect = make_companion("agriculture-inspect", {})
+    assert inspect.detect(np.zeros((480, 640, 3), np.uint8), 0.01) == []
