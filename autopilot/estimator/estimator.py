@@ -4,7 +4,7 @@ An error-state Kalman filter with the behaviour and the parameters of PX4's EKF2
 rest, local origin at the first good GPS fix, GPS position and velocity, height from the source of EKF2_HGT_REF with the
 other one's offset estimated, magnetic heading, zero velocity at rest, innovation gates, dead reckoning for
 EKF2_NOAID_TOUT after the last horizontal aid, reset when aid comes back and disagrees. The state is predicted at every
-IMU sample (strapdown.py), the covariance only when there is something to fuse, at most every 100 ms (covariance.py).
+IMU sample (strapdown.py), the covariance only with each GPS fix, or after 140 ms without one (covariance.py).
 
 Differs from EKF2: the filter runs on the newest sample instead of a delayed one, so sensor delays (EKF2_*_DELAY) do
 not act; no magnetic field states, wind, optical flow, external vision, several instances, or GPS heading.
@@ -36,7 +36,8 @@ from sitl_emu.core.geodesy import MapProjection, wrap_pi
 from sitl_emu.core.geomagnetism import magnetic_field
 
 IMU_HZ = 250.0
-FUSE_EVERY_US = 100_000
+FUSE_EVERY_US = 140_000
+"""A little more than the period of PX4's simulated GPS, with whose fixes everything else is fused as well."""
 GPS_TIMEOUT_US = 1_000_000
 REJECTED_TIMEOUT_US = 5_000_000
 SENSOR_TIMEOUT_US = 1_000_000
@@ -118,6 +119,7 @@ class Estimator:
         topics = self._topics
         imu = topics.sensor_combined
         gyro, accel = imu.gyro_rad_s, imu.accelerometer_m_s2
+        ticks = self._ticks = self._ticks + 1
         if self._parameters.version != self._version:
             self._refresh()
         dt = (now_us - self._imu_us) * 1e-6
@@ -138,10 +140,9 @@ class Estimator:
         pitch = math.asin(-r20 if -1.0 < r20 < 1.0 else math.copysign(1.0, -r20))
         yaw = math.atan2(r10, r00)
         topics.vehicle_attitude = VehicleAttitude(now_us, state.q, (math.atan2(r21, r22), pitch, yaw))
-        ticks = self._ticks = self._ticks + 1
-        if ticks & 1:
+        if not ticks & 1:
             self._publish_local_position(now_us, yaw)
-            if ticks & 3 == 1:
+            if not ticks & 3:
                 self._publish_global_position(now_us)
 
     # --- start ---------------------------------------------------------------------------------------------
