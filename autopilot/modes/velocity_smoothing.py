@@ -88,9 +88,13 @@ class VelocitySmoothing:
                 a -= jerk * t
                 j = -jerk
                 remaining -= t
-        if remaining > 0.0:
-            x += v * remaining
-            a = j = 0.0
+            if remaining > 0.0:
+                x += v * remaining
+                a = j = 0.0
+        else:
+            # Nothing is planned, so that there is no acceleration either, but for the first step after a reset.
+            x += remaining * (v + 0.5 * a * remaining)
+            v += a * remaining
         self.position, self.velocity, self.acceleration, self.jerk = x, v, a, j
 
     def update_durations(self, velocity_setpoint: float) -> None:

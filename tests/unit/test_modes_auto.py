@@ -1,0 +1,227 @@
+"""AUTO modes over a vehicle that follows perfectly: speeds, corners, heading, takeoff, landing, resets."""
+
+import itertools
+import math
+
+import pytest
+
+from autopilot.constants import NavState, SetpointType, TakeoffState
+from autopilot.modes.auto import Leg, leg_state
+from autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint
+from tests.unit.modes_follower import Follower, Row
+
+
+def speed(row: Row) -> float:
+    """Ground speed."""
+    return math.hypot(row.local.vx, row.local.vy)
+
+
+def test_it_cruises_at_mpc_xy_cruise_and_stops_at_the_target() -> None:
+    follower = Follower()
+    follower.go((50.0, 0.0, 10.0))
+    rows = follower.fly(18.0)
+    assert max(map(speed, rows)) == pytest.approx(5.0, abs=0.05)
+    assert rows[-1].local.x == pytest.approx(50.0, abs=0.1)
+    assert max(row.local.x for row in rows) < 50.1
+
+
+@pytest.mark.parametrize(("wanted", "flown"), [(2.0, 2.0), (8.0, 8.0), (20.0, 12.0)])
+def test_the_triplets_speed_counts_up_to_mpc_xy_vel_max(wanted: float, flown: float) -> None:
+    follower = Follower()
+    follower.go((150.0, 0.0, 10.0), speed=wanted)
+    assert max(map(speed, follower.fly(15.0))) == pytest.approx(flown, abs=0.1)
+
+
+def test_a_new_speed_counts_on_the_way() -> None:
+    follower = Follower()
+    follower.go((100.0, 0.0, 10.0))
+    follower.fly(6.0)
+    follower.go((100.0, 0.0, 10.0), speed=2.0)
+    assert speed(follower.fly(5.0)[-1]) == pytest.approx(2.0, abs=0.05)
+
+
+def test_acceleration_keeps_to_mpc_acc_hor_and_mpc_jerk_auto() -> None:
+    follower = Follower(MPC_ACC_HOR=2.0, MPC_JERK_AUTO=3.0)
+    follower.go((50.0, 0.0, 10.0))
+    accelerations = [row.setpoint.acceleration[0] for row in follower.fly(8.0)]
+    assert max(accelerations) == pytest.approx(2.0, abs=0.01)
+    steps = [b - a for a, b in itertools.pairwise(accelerations)]
+    assert max(steps) <= 3.0 * 0.008 + 1e-6
+
+
+def test_height_and_place_are_approached_independently() -> None:
+    follower = Follower(up=25.0)
+    follower.go((10.0, 0.0, 10.0))
+    rows = follower.fly(8.0)
+    assert max(map(speed, rows)) > 2.7
+    assert max(row.local.vz for row in rows) == pytest.approx(1.5, abs=0.02)
+
+
+def test_a_climb_keeps_to_mpc_z_v_auto_up() -> None:
+    follower = Follower()
+    follower.go((0.0, 0.0, 40.0))
+    assert min(row.local.vz for row in follower.fly(8.0)) == pytest.approx(-3.0, abs=0.02)
+
+
+def test_a_corner_is_cut_without_a_stop() -> None:
+    follower = Follower(up=8.0)
+    corners = [(0.0, 0.0, 8.0), (40.0, 0.0, 8.0), (40.0, 40.0, 8.0)]
+    follower.go(*corners)
+
+    def switch() -> None:
+        if follower.topics.vehicle_local_position.x > 30.2:
+            raise StopIteration
+
+    before = follower.fly(20.0, switch)
+    follower.go(corners[1], corners[2])
+    after = follower.fly(6.0)
+    nearest = min(math.hypot(row.local.x - 40.0, row.local.y) for row in before + after)
+    assert 2.0 < nearest < 6.0
+    assert min(map(speed, after[:400])) > 2.0
+
+
+def test_a_waypoint_with_none_after_it_is_stopped_at() -> None:
+    follower = Follower(up=8.0)
+    follower.go((0.0, 0.0, 8.0), (20.0, 0.0, 8.0))
+    rows = follower.fly(12.0)
+    assert rows[-1].local.x == pytest.approx(20.0, abs=0.1) and speed(rows[-1]) < 0.05
+
+
+def test_a_vehicle_off_its_leg_flies_back_to_it_first() -> None:
+    follower = Follower()
+    follower.place(0.0, 30.0, 10.0)
+    follower.go((0.0, 0.0, 10.0), (100.0, 0.0, 10.0), acceptance_m=2.0)
+    rows = follower.fly(25.0)
+    assert abs(rows[-1].local.y) < 2.5
+    assert follower.topics.vehicle_local_position.x > 20.0
+
+
+def test_where_a_vehicle_is_on_its_leg() -> None:
+    a, b = (0.0, 0.0, 0.0), (100.0, 0.0, 0.0)
+    assert leg_state(a, b, (50.0, 1.0, 0.0), 5.0)[0] == Leg.ON_TRACK
+    assert leg_state(a, b, (50.0, 9.0, 0.0), 5.0) == (Leg.OFF_TRACK, (50.0, 0.0, 0.0))
+    assert leg_state(a, b, (101.0, 0.0, 0.0), 5.0)[0] == Leg.TARGET_BEHIND
+    assert leg_state(a, b, (-9.0, 0.0, 0.0), 5.0)[0] == Leg.PREVIOUS_IN_FRONT
+    assert leg_state(a, a, (9.0, 9.0, 0.0), 5.0)[0] == Leg.ON_TRACK
+
+
+def test_it_looks_where_it_flies_and_keeps_that_heading_when_it_arrives() -> None:
+    follower = Follower()
+    follower.go((0.0, 60.0, 10.0), acceptance_m=5.0)
+    rows = follower.fly(22.0)
+    assert math.degrees(rows[-1].local.heading) == pytest.approx(90.0, abs=2.0)
+    assert max(row.setpoint.yawspeed for row in rows) <= math.radians(60.0) + 1e-6
+
+
+def test_the_triplets_yaw_goes_before_that_of_the_way() -> None:
+    follower = Follower()
+    follower.go((0.0, 60.0, 10.0), yaw=math.radians(-45.0))
+    assert math.degrees(follower.fly(8.0)[-1].local.heading) == pytest.approx(-45.0, abs=0.5)
+
+
+def test_mpc_yaw_mode_4_turns_before_it_flies() -> None:
+    follower = Follower(MPC_YAW_MODE=4)
+    follower.go((0.0, 60.0, 10.0))
+    rows = follower.fly(10.0)
+    turned = next(row.t for row in rows if abs(math.degrees(row.local.heading) - 90.0) < 12.0)
+    assert all(speed(row) < 0.1 for row in rows if row.t < turned)
+    assert speed(rows[-1]) > 4.0
+
+
+def test_a_takeoff_climbs_at_mpc_tko_speed_near_the_ground() -> None:
+    follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF)
+    follower.go((0.0, 0.0, 30.0), kind=SetpointType.TAKEOFF, yaw=0.0)
+    rows = follower.fly(14.0)
+    low = [-row.local.vz for row in rows if -row.local.z < 8.0]
+    assert max(low) == pytest.approx(1.5, abs=0.1)
+    assert max(-row.local.vz for row in rows) > 2.5
+    assert follower.topics.vehicle_constraints.want_takeoff
+
+
+def test_on_the_ground_it_begins_anew_until_the_rotors_lift_it() -> None:
+    follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.SPOOLUP)
+    follower.go((0.0, 0.0, 30.0), kind=SetpointType.TAKEOFF)
+    for _ in range(500):
+        follower.now_us += 8000
+        follower.modes.update(follower.now_us)
+    assert abs(follower.topics.trajectory_setpoint.velocity[2]) < 0.15
+    assert follower.topics.vehicle_constraints.want_takeoff
+
+
+def test_a_landing_slows_down_by_height_and_crawls_by_the_range_sensor() -> None:
+    follower = Follower(up=15.0, nav_state=NavState.AUTO_LAND)
+    follower.go((0.0, 0.0, 0.0), kind=SetpointType.LAND)
+    rows = follower.fly(16.0)
+
+    def at(up: float) -> float:
+        return next(row.local.vz for row in rows if -row.local.z < up)
+
+    assert at(12.0) == pytest.approx(1.5, abs=0.02)
+    assert at(7.0) == pytest.approx(0.7 + 0.8 * 2.0 / 5.0, abs=0.06)
+    assert at(2.0) == pytest.approx(0.7, abs=0.02)
+    local = follower.topics.vehicle_local_position
+    follower.topics.vehicle_local_position = local._replace(dist_bottom=0.9, dist_bottom_valid=True)
+    assert follower.fly(2.0)[-1].local.vz == pytest.approx(0.3, abs=0.02)
+
+
+def test_a_landing_keeps_its_place_and_heading() -> None:
+    follower = Follower(up=15.0, nav_state=NavState.AUTO_LAND)
+    follower.place(3.0, 4.0, 15.0, heading=1.0)
+    follower.go((3.0, 4.0, 0.0), kind=SetpointType.LAND)
+    local = follower.fly(10.0)[-1].local
+    assert (local.x, local.y, local.heading) == pytest.approx((3.0, 4.0, 1.0), abs=0.05)
+
+
+def test_idle_leaves_no_thrust() -> None:
+    follower = Follower()
+    follower.go((0.0, 0.0, 10.0), kind=SetpointType.IDLE)
+    setpoint = follower.fly(0.1)[-1].setpoint
+    assert setpoint.acceleration[2] > 50.0 and math.isnan(setpoint.position[2])
+
+
+def test_without_a_triplet_it_stays_near() -> None:
+    follower = Follower()
+    follower.topics.position_setpoint_triplet = PositionSetpointTriplet()
+    local = follower.fly(5.0)[-1].local
+    assert (local.x, local.y, local.z) == pytest.approx((0.0, 0.0, -10.0), abs=0.1)
+
+
+def test_a_mission_goes_over_into_its_pause_without_a_step() -> None:
+    follower = Follower(nav_state=NavState.AUTO_MISSION)
+    follower.go((100.0, 0.0, 10.0))
+    last = follower.fly(6.0)[-1].setpoint
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    follower.go((30.0, 0.0, 10.0), kind=SetpointType.LOITER)
+    first = follower.fly(0.008)[0].setpoint
+    assert first.velocity[0] == pytest.approx(last.velocity[0], abs=0.05)
+
+
+def test_an_auto_mode_begins_with_the_speed_that_the_last_mode_flew() -> None:
+    follower = Follower(nav_state=NavState.OFFBOARD)
+    follower.topics.offboard_setpoint = follower.topics.offboard_setpoint._replace(
+        trajectory=TrajectorySetpoint(velocity=(3.0, 0.0, 0.0), yaw=0.5)
+    )
+    follower.fly(3.0)
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    follower.go((20.0, 0.0, 10.0), kind=SetpointType.LOITER)
+    first = follower.fly(0.008)[0].setpoint
+    assert first.velocity[0] == pytest.approx(3.0, abs=0.1) and first.yaw == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:
+    follower = Follower()
+    follower.go((50.0, 0.0, 10.0))
+    follower.fly(6.0)
+    local = follower.topics.vehicle_local_position
+    follower.topics.vehicle_local_position = local._replace(x=local.x + 8.0, xy_reset_counter=1)
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert setpoint.position[0] == pytest.approx(local.x + 8.0, abs=0.2)
+
+
+def test_much_too_fast_it_brakes_before_it_goes_on() -> None:
+    follower = Follower()
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(vx=18.0)
+    follower.go((-50.0, 0.0, 10.0))
+    rows = follower.fly(4.0)
+    assert min(row.setpoint.acceleration[0] for row in rows) < -5.0

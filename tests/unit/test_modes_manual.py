@@ -1,0 +1,186 @@
+"""Sticks, offboard, descend and orbit over a vehicle that follows perfectly."""
+
+import itertools
+import math
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.modes.sticks import expo_deadzone
+from autopilot.topics import (
+    CommandRecord,
+    ManualControlSetpoint,
+    OffboardSetpoint,
+    TrajectorySetpoint,
+    VehicleCommand,
+    VehicleLocalPositionSetpoint,
+)
+from tests.unit.modes_follower import ALTITUDE_M, HOME, Follower
+
+DO_ORBIT = 34
+
+
+def stick_flight(mode: NavState = NavState.POSCTL) -> Follower:
+    """A vehicle at 10 m with its sticks centred for a second."""
+    follower = Follower(nav_state=mode)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(1, True)
+    follower.fly(1.0)
+    return follower
+
+
+def move(follower: Follower, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0, throttle: float = 0.0) -> None:
+    """Deflect the sticks."""
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, roll, pitch, yaw, throttle)
+
+
+def test_a_stick_has_a_dead_zone_a_curve_and_its_full_range() -> None:
+    assert expo_deadzone(0.1, 0.1) == 0.0
+    assert expo_deadzone(-1.0, 0.1) == pytest.approx(-1.0)
+    assert expo_deadzone(0.5, 0.1) == pytest.approx(0.2304, abs=1e-3)
+
+
+def test_full_stick_flies_at_mpc_vel_manual_and_centred_it_stops_and_holds() -> None:
+    follower = stick_flight()
+    move(follower, pitch=1.0)
+    row = follower.fly(12.0)[-1]
+    assert row.local.vx == pytest.approx(10.0, abs=0.3) and math.isnan(row.setpoint.position[0])
+    move(follower)
+    row = follower.fly(6.0)[-1]
+    assert math.hypot(row.local.vx, row.local.vy) < 0.1
+    assert math.isfinite(row.setpoint.position[0]) and math.isfinite(row.setpoint.position[2])
+
+
+def test_the_sticks_jerk_is_limited() -> None:
+    follower = stick_flight()
+    move(follower, pitch=1.0)
+    accelerations = [row.setpoint.acceleration[0] for row in follower.fly(0.4)]
+    steps = [b - a for a, b in itertools.pairwise(accelerations)]
+    assert max(steps) <= 8.0 * 0.008 + 1e-6
+
+
+def test_sticks_count_from_the_heading() -> None:
+    follower = Follower(nav_state=NavState.POSCTL)
+    follower.place(0.0, 0.0, 10.0, heading=math.pi / 2)
+    move(follower, pitch=0.6)
+    local = follower.fly(4.0)[-1].local
+    assert local.vy > 1.0 and abs(local.vx) < 0.05
+
+
+@pytest.mark.parametrize(("throttle", "down"), [(1.0, -3.0), (-1.0, 1.5)])
+def test_the_throttle_stick_climbs_and_descends_by_its_own_limits(throttle: float, down: float) -> None:
+    follower = stick_flight()
+    move(follower, throttle=throttle)
+    row = follower.fly(4.0)[-1]
+    assert row.local.vz == pytest.approx(down, abs=0.05) and math.isnan(row.setpoint.position[2])
+    move(follower)
+    row = follower.fly(3.0)[-1]
+    assert abs(row.local.vz) < 0.05 and math.isfinite(row.setpoint.position[2])
+
+
+def test_leaving_a_held_height_goes_on_with_the_controllers_velocity() -> None:
+    follower = stick_flight()
+    follower.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(vz=-0.4)
+    move(follower, throttle=1.0)
+    assert follower.fly(0.008)[0].setpoint.velocity[2] == pytest.approx(-0.4, abs=0.05)
+
+
+def test_the_yaw_stick_turns_and_centred_the_heading_is_held() -> None:
+    follower = stick_flight()
+    move(follower, yaw=0.5)
+    row = follower.fly(3.0)[-1]
+    assert math.degrees(row.setpoint.yawspeed) == pytest.approx(150.0 * 0.2304, abs=0.5)
+    assert math.isnan(row.setpoint.yaw)
+    move(follower)
+    row = follower.fly(3.0)[-1]
+    assert row.setpoint.yaw == pytest.approx(row.local.heading, abs=0.01)
+
+
+def test_without_sticks_position_mode_holds() -> None:
+    follower = Follower(nav_state=NavState.POSCTL)
+    local = follower.fly(4.0)[-1].local
+    assert (local.x, local.y, local.z) == pytest.approx((0.0, 0.0, -10.0), abs=0.05)
+
+
+def test_altitude_mode_tilts_by_the_stick_and_holds_the_height() -> None:
+    follower = stick_flight(NavState.ALTCTL)
+    move(follower, pitch=0.4)
+    setpoint = follower.fly(2.0)[-1].setpoint
+    assert math.degrees(math.atan(setpoint.acceleration[0] / 9.80665)) == pytest.approx(15.6, abs=0.1)
+    assert math.isnan(setpoint.velocity[0]) and math.isfinite(setpoint.position[2])
+
+
+def test_a_throttle_above_the_middle_asks_for_a_takeoff() -> None:
+    follower = stick_flight()
+    move(follower, throttle=0.5)
+    follower.fly(0.1)
+    assert follower.topics.vehicle_constraints.want_takeoff
+    move(follower)
+    follower.fly(0.1)
+    assert not follower.topics.vehicle_constraints.want_takeoff
+
+
+def test_offboard_passes_its_setpoint_on_unchanged() -> None:
+    follower = Follower(nav_state=NavState.OFFBOARD)
+    wanted = TrajectorySetpoint(5, (1.0, 2.0, -12.0), yaw=0.3)
+    follower.topics.offboard_setpoint = OffboardSetpoint(5, wanted)
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert setpoint.position == wanted.position and setpoint.yaw == wanted.yaw
+    assert follower.topics.vehicle_constraints.want_takeoff
+
+
+def test_offboard_without_a_trajectory_commands_nothing() -> None:
+    follower = Follower(nav_state=NavState.OFFBOARD)
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert all(math.isnan(value) for value in setpoint.position + setpoint.velocity)
+
+
+def test_descend_goes_down_at_landing_speed_without_a_place() -> None:
+    follower = Follower(nav_state=NavState.DESCEND)
+    row = follower.fly(3.0)[-1]
+    assert row.setpoint.velocity[2] == pytest.approx(0.7) and math.isnan(row.setpoint.position[0])
+
+
+@pytest.mark.parametrize("mode", [NavState.STAB, NavState.ACRO, NavState.TERMINATION])
+def test_modes_without_a_trajectory_publish_none(mode: NavState) -> None:
+    follower = Follower()
+    follower.go((50.0, 0.0, 10.0))
+    follower.fly(1.0)
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=mode)
+    follower.modes.update(follower.now_us + 8000)
+    assert all(math.isnan(value) for value in follower.topics.trajectory_setpoint.position)
+
+
+def orbit(radius: float, yaw_behaviour: float = 0.0) -> Follower:
+    """A vehicle asked to fly a circle around its place at 3 m/s."""
+    follower = Follower(nav_state=NavState.ORBIT)
+    command = VehicleCommand(DO_ORBIT, radius, 3.0, yaw_behaviour, 0.0, HOME.lat0_deg, HOME.lon0_deg, ALTITUDE_M + 10.0)
+    follower.topics.vehicle_commands = (CommandRecord(1, 0, command),)
+    return follower
+
+
+@pytest.mark.parametrize("radius", [15.0, -15.0])
+def test_an_orbit_keeps_its_radius_and_faces_its_centre(radius: float) -> None:
+    follower = orbit(radius)
+    rows = follower.fly(25.0)[-500:]
+    first, last = rows[0].local, rows[-1].local
+    assert math.hypot(last.x, last.y) == pytest.approx(15.0, abs=0.5)
+    assert math.hypot(last.vx, last.vy) == pytest.approx(3.0, abs=0.2)
+    turned = math.remainder(math.atan2(last.y, last.x) - math.atan2(first.y, first.x), math.tau)
+    assert math.copysign(1.0, turned) == math.copysign(1.0, radius)
+    inward = math.remainder(last.heading - math.atan2(-last.y, -last.x), math.tau)
+    assert abs(math.degrees(inward)) < 3.0
+    assert follower.topics.orbit_status.radius == pytest.approx(radius)
+
+
+def test_an_orbit_may_keep_its_heading() -> None:
+    follower = orbit(15.0, yaw_behaviour=1.0)
+    assert abs(follower.fly(15.0)[-1].local.heading) < 0.05
+
+
+def test_changed_parameters_count_at_once() -> None:
+    follower = Follower()
+    follower.go((200.0, 0.0, 10.0))
+    follower.fly(6.0)
+    follower.parameters.set("MPC_XY_CRUISE", 2.0)
+    local = follower.fly(5.0)[-1].local
+    assert local.vx == pytest.approx(2.0, abs=0.1)

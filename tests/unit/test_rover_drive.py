@@ -1,0 +1,173 @@
+"""The rover's control on a bicycle: arrivals, corners, modes, limits."""
+
+import math
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.topics import ActuatorArmed, ManualControlSetpoint, OffboardSetpoint
+from tests.unit.rover_body import RoverBody
+
+AROUND = [(20.0, 0.0), (0.0, 20.0), (-12.0, 4.0), (-8.0, 0.0), (0.0, -5.0), (3.0, 3.0), (-1.0, -3.0), (40.0, 40.0)]
+
+
+@pytest.mark.parametrize("place", AROUND)
+def test_the_field_rover_stops_within_a_metre_wherever_its_target_lies(place: tuple[float, float]) -> None:
+    rover = RoverBody("rover")
+    rover.go(place)
+    rover.drive(12.0 + math.hypot(*place))
+    assert math.dist((rover.north, rover.east), place) < 0.6
+    assert abs(rover.speed) < 0.05
+
+
+def test_px4s_rover_does_not_start_for_a_target_straight_behind() -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((-6.0, 0.0))
+    rover.drive(5.0)
+    assert math.hypot(rover.north, rover.east) < 0.2
+
+
+def test_it_drives_at_the_speed_limit_or_at_the_triplets_speed() -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((40.0, 0.0))
+    assert max(row[3] for row in rover.drive(6.0)) == pytest.approx(3.0, abs=0.1)
+    rover.go((80.0, 0.0), speed=1.5)
+    assert rover.drive(6.0)[-1][3] == pytest.approx(1.5, abs=0.1)
+
+
+def test_a_speed_limit_of_zero_keeps_it_where_it_is() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", RO_SPEED_LIM=0.0)
+    rover.go((10.0, 0.0))
+    rover.drive(5.0)
+    assert rover.north == pytest.approx(0.0, abs=0.01)
+
+
+def test_it_accelerates_within_ro_accel_lim() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", RO_ACCEL_LIM=0.8)
+    rover.go((40.0, 0.0))
+    speeds = [row[3] for row in rover.drive(5.0)]
+    assert speeds[250] == pytest.approx(0.8 * 2.0, abs=0.25)
+
+
+def test_it_turns_within_ro_yaw_rate_lim() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", RO_YAW_RATE_LIM=40.0)
+    rover.go((0.0, 14.0))
+    headings = [row[2] for row in rover.drive(4.0)]
+    rates = [math.remainder(b - a, math.tau) / 0.008 for a, b in zip(headings, headings[50:], strict=False)]
+    assert max(rates) / 50.0 == pytest.approx(math.radians(40.0), rel=0.08)
+
+
+def test_a_corner_is_slowed_down_for_and_its_acceptance_radius_published() -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((0.0, 0.0), (15.0, 0.0), (15.0, 15.0))
+    rover.drive(0.1)
+    radius = rover.topics.position_controller_status.acceptance_radius
+    assert radius == pytest.approx(2.0 * 0.321 / math.sin(0.5236), rel=0.01)
+    rows = rover.drive(8.0)
+    at_corner = next(row[3] for row in rows if row[0] > 15.0 - radius)
+    assert at_corner == pytest.approx(1.6, abs=0.2)
+    assert max(row[3] for row in rows) > 2.8
+
+
+def test_a_mission_leg_is_driven_along_its_line() -> None:
+    rover = RoverBody("rover")
+    rover.go((0.0, 3.0), (40.0, 3.0))
+    rows = rover.drive(20.0)
+    assert all(abs(row[1] - 3.0) < 0.1 for row in rows if row[0] > 15.0)
+
+
+def test_hold_at_a_place_passed_turns_back_to_it() -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((30.0, 0.0))
+    rover.drive(5.0)
+    place = (rover.north, rover.east)
+    rover.go(place)
+    rows = rover.drive(12.0)
+    assert max(math.dist(row[:2], place) for row in rows) < 4.0
+    assert abs(rover.speed) < 0.05
+
+
+def test_offboard_drives_to_a_position_and_stops() -> None:
+    rover = RoverBody("rover", NavState.OFFBOARD)
+    rover.offboard(position=(15.0, 5.0, 0.0))
+    rover.drive(14.0)
+    assert math.dist((rover.north, rover.east), (15.0, 5.0)) < 0.6
+
+
+def test_offboard_drives_at_a_velocity() -> None:
+    rover = RoverBody("rover", NavState.OFFBOARD)
+    rover.offboard(velocity=(0.0, 2.0, 0.0))
+    north, _, heading, speed = rover.drive(8.0)[-1]
+    assert math.degrees(heading) == pytest.approx(90.0, abs=1.0) and speed == pytest.approx(2.0, abs=0.1)
+    rover.offboard(velocity=(0.0, 0.0, 0.0))
+    assert rover.drive(4.0)[-1][3] == pytest.approx(0.0, abs=0.02)
+    assert north < 5.0
+
+
+def test_offboard_without_a_trajectory_stops() -> None:
+    rover = RoverBody("rover", NavState.OFFBOARD)
+    rover.topics.offboard_setpoint = OffboardSetpoint(1)
+    assert rover.drive(1.0)[-1][3] == pytest.approx(0.0, abs=1e-6)
+
+
+def sticks(mode: NavState, throttle: float, roll: float = 0.0) -> RoverBody:
+    """PX4's rover with its sticks deflected."""
+    rover = RoverBody("sihsim_rover_ackermann", mode)
+    rover.topics.manual_control_setpoint = ManualControlSetpoint(1, True, roll=roll, throttle=throttle)
+    return rover
+
+
+def test_manual_passes_the_sticks_on() -> None:
+    rover = sticks(NavState.MANUAL, 0.4, roll=-0.5)
+    rover.drive(2.0)
+    steering, motor = rover.topics.actuator_outputs.controls
+    assert motor == pytest.approx(0.4) and steering == pytest.approx(-0.5)
+    assert rover.topics.actuator_outputs.pwm == (1250, 1700)
+
+
+def test_position_mode_drives_at_a_speed_and_turns_at_a_rate() -> None:
+    rover = sticks(NavState.POSCTL, 0.6, roll=0.4)
+    rows = rover.drive(3.0)
+    assert rows[-1][3] == pytest.approx(1.8, abs=0.1)
+    turned = math.remainder(rows[-1][2] - rows[-26][2], math.tau) / 0.2
+    assert math.degrees(turned) == pytest.approx(180.0 * 0.3 / 0.9, rel=0.1)
+
+
+def test_position_mode_keeps_to_its_line_also_backwards() -> None:
+    rover = sticks(NavState.POSCTL, -0.5)
+    rover.heading = 0.3
+    rover.publish(0.0)
+    row = rover.drive(6.0)[-1]
+    assert row[3] == pytest.approx(-1.5, abs=0.1)
+    assert row[2] == pytest.approx(0.3, abs=0.03)
+
+
+def test_stabilized_mode_keeps_its_heading() -> None:
+    rover = sticks(NavState.STAB, 0.5)
+    rover.heading = -0.4
+    rover.publish(0.0)
+    assert rover.drive(4.0)[-1][2] == pytest.approx(-0.4, abs=0.02)
+
+
+def test_without_reverse_the_motor_does_not_turn_backwards() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL, CA_R_REV=0)
+    rover.topics.manual_control_setpoint = ManualControlSetpoint(1, True, throttle=-0.5)
+    rover.drive(1.0)
+    assert rover.topics.actuator_outputs.controls[1] == 0.0
+
+
+def test_disarmed_it_stops_at_once() -> None:
+    rover = RoverBody("rover")
+    rover.go((40.0, 0.0))
+    rover.drive(4.0)
+    rover.topics.actuator_armed = ActuatorArmed(armed=False)
+    rover.control.update_rate(rover.now_us)
+    assert rover.topics.actuator_outputs.controls == (0.0, 0.0)
+
+
+def test_a_mode_of_aircraft_stops_it() -> None:
+    rover = RoverBody("rover")
+    rover.go((40.0, 0.0))
+    rover.drive(4.0)
+    rover.topics.vehicle_status = rover.topics.vehicle_status._replace(nav_state=NavState.ORBIT)
+    assert abs(rover.drive(4.0)[-1][3]) < 0.05
