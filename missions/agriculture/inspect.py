@@ -255,6 +255,7 @@ class Inspect:
         mode = yield from self._onboard.do(AUTOPILOT_LINK, set_mode(system, "mission"))
         if mode.outcome is None or not mode.outcome.accepted:
             raise CantDrive(f"mission mode: {mode.outcome.text if mode.outcome else 'no answer'}")
+        self._telemetry.mission_reached = None
         yield from self._arm()
         self._onboard.yielding.expect({"mission"})
 
@@ -283,6 +284,8 @@ class Inspect:
                 raise CantDrive(f"{away:.1f} m from the waypoint after {self._drive_timeout_us / 1e6:.0f} s")
             if not self._telemetry.armed:
                 raise CantDrive("disarmed on the way")
+            if self._telemetry.mission_reached is not None:
+                self._onboard.yielding.expect({"mission", "hold"})  # PX4 holds by itself at a mission's end
             yield
 
     def _look(self) -> Script:

@@ -31,7 +31,7 @@ CONFIRM_SCORE = 0.5
 REPORT_SCORE = 0.6
 HIT_SHARE = 0.6
 SETTLED_RAD = math.radians(35.0)
-LEAST_SPREAD_RAD = math.radians(10.0)
+LEAST_SPREAD_RAD = math.radians(20.0)
 """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
 GONE_US = 700_000
 """A track that no frame has looked at for this long has left the picture."""

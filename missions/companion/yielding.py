@@ -21,8 +21,9 @@ class Yielding:
 
     def expect(self, modes: Collection[str]) -> None:
         """The modes that are ours from now on; an empty collection: nothing commanded, any mode is fine."""
-        self.expected = frozenset(modes)
-        self._strange_since_us = None
+        if self.expected != frozenset(modes):
+            self.expected = frozenset(modes)
+            self._strange_since_us = None
 
     def on_mode(self, now_us: int, mode: str) -> bool:
         """Looks at the mode; True when the answer to "have we yielded?" has just changed."""

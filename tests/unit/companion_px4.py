@@ -248,4 +248,6 @@ class FakePx4:
 
     def _reached(self) -> list[Any]:
         reached, self.seq = self.seq, self.seq + 1
+        if self.seq == len(self.missions.items[0]):
+            self.mode = HOLD
         return [mavlink.MAVLink_mission_item_reached_message(reached)]
