@@ -150,11 +150,13 @@ def _gcs(text: str | None) -> tuple[str, int] | None:
         return None
     import socket
 
+    from sitl_emu.core import ports
+
     host, _, port = text.partition(":")
     if not host or (port and not (port.isdigit() and 0 < int(port) < 65536)):
         _refuse(f"--gcs {text}: give HOST or HOST:PORT, such as 192.168.1.20:14550")
     try:
-        return socket.gethostbyname(host), int(port or 14550)
+        return socket.gethostbyname(host), int(port) if port else ports.GCS_REMOTE
     except OSError:
         _refuse(f"--gcs {text}: there is no host {host!r}")
 

@@ -79,6 +79,8 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
     names = [link.name for link in autopilot.mavlink.links]
     logs = Logs(Path(config["folder"]), config["name"], names, config["start_us"])
     try:
+        control.send({"waiting": True})
+        control.receive()
         channel = connect(ports.simulator(instance))
         sockets.watch(channel.fileno())
         if lockstep:

@@ -10,8 +10,8 @@ world → companion     `{"step": now_us, "autopilot": n, "peer": n, "frames": [
 companion → world     `{"autopilot": n, "peer": n, "status": [...], "events": [...], "dropped": n}`
 world → camera        `{"render": index, "time": time_us, "pose": [north_m, east_m, down_m, w, x, y, z]}`
 camera → world        `{"done": index}`
-companion → world     `{"waiting": true}`: set up, but for the camera
-world → companion     `{"start": true}`: all cameras are there
+any → world           `{"waiting": true}`: set up, but for what others must have ready
+world → any           `{"start": true}`: that is ready (an autopilot's simulator, a companion's camera)
 any → world           `{"ready": true, …}` when it is set up
 world → any           `{"end": true}`: the run is over
 world → launcher      `{"listening": true, …}`, `{"status": {…}}`, `{"event": {…}}`, `{"over": {…}}`

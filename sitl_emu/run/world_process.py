@@ -104,8 +104,10 @@ def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: Sim
         start_east_m=place.east_m,
         name=name,
     )
-    vehicle = VehicleInRun(name, simulator, listener.accept(START_LIMIT_S))
     autopilot = inherited(part["autopilot_fd"], f"autopilot {name}")
+    autopilot.receive()
+    autopilot.send({"start": True})
+    vehicle = VehicleInRun(name, simulator, listener.accept(START_LIMIT_S))
     autopilot.receive()
     vehicle.autopilot = autopilot if part["lockstep"] else None
     if part["companion_fd"] is not None:
@@ -233,6 +235,7 @@ def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Message:
         "frames_rendered": sum(member.camera.rendered for member in cameras if member.camera),
         "frames_dropped": sum(member.frames_dropped for member in cameras),
         "radio": {name: {"sent": sent, "lost": lost} for name, (sent, lost) in conductor.radio_counts.items()},
+        "armed_at_end": [member.name for member in conductor.vehicles if member.armed],
         "companions": {member.name: member.status for member in conductor.vehicles if member.companion is not None},
     }
 

@@ -1,0 +1,97 @@
+"""The command line: help that a first-time user understands, and one clear line for every wrong input."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sitl_emu.cli import app
+
+GOOD = """
+name: small
+world: {kind: corn_field}
+vehicles:
+  - {name: uas, model: m600, start: home}
+"""
+
+
+def call(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, list(arguments))
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, " ".join(result.output.split())
+
+
+def test_help_names_every_command_and_where_to_start() -> None:
+    status, text = call("--help")
+    assert status == 0
+    for word in ("run", "launch", "world", "sitl-emu run agriculture", "QGroundControl"):
+        assert word in text
+
+
+@pytest.mark.parametrize("command", ["run", "launch", "world"])
+def test_every_command_explains_itself(command: str) -> None:
+    status, text = call(command, "--help")
+    assert status == 0 and "--speed" in text and "times real time" in text.lower()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wanted"),
+    [
+        (("run", "agricultur"), "there is no scenario 'agricultur'; built in: agriculture"),
+        (("run", "nowhere.yaml"), "nowhere.yaml: there is no such scenario file"),
+        (("run", "agriculture", "--speed", "fast"), "--speed fast: give a number above 0"),
+        (("run", "agriculture", "--speed", "-1"), "--speed -1: give a number above 0"),
+        (("run", "agriculture", "--gcs", "host:port"), "--gcs host:port: give HOST or HOST:PORT"),
+        (("launch", "iriss"), "unknown vehicle model 'iriss'; there are: iris,"),
+        (("launch", "iris:many"), "iris:many: give MODEL or MODEL:COUNT"),
+        (("launch", "iris", "--home", "47,8"), "--home 47,8: give LAT,LON,ALT,HEADING"),
+        (("launch", "iris", "--home", "147,8,0,0"), "latitude is -90..90"),
+        (("world", "moon", "--vehicle", "iris"), "there is no world 'moon'; known: corn_field, flat"),
+        (("world", "flat", "--vehicle", "iriss"), "unknown vehicle model 'iriss'"),
+    ],
+)
+def test_wrong_input_gives_one_line_that_says_what_is_allowed(arguments: tuple[str, ...], wanted: str) -> None:
+    status, text = call(*arguments)
+    assert status == 2
+    assert wanted in text
+    assert "Traceback" not in text
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        (("model: m600", "model: m6000"), "vehicles.0.model: 'm6000': there is no such model; known: iris"),
+        (("start: home", "start: barn"), "vehicles.0.start: 'barn': no place of this world; known: home"),
+        (("start: home", "strat: home"), "vehicles.0.strat: unknown field; allowed here: name, model, start"),
+        (("corn_field", "cornfield"), "there is no world 'cornfield'; known: corn_field, flat"),
+        (("{kind: corn_field}", "{kind: corn_field, options: {siz_m: 1}}"), "no option 'siz_m'; it knows size_m"),
+        (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9, 9]}}"), "must be 60 to 400 m"),
+        (("name: small", "seed: -1\nname: small"), "seed: -1: Input should be greater than or equal to 0"),
+        (("start: home}", "companion: {mission: farming}}"), "there is no mission 'farming'; there are:"),
+        (("start: home}", "companion: {}}"), "companion: (mapping): give either `mission` or `command`"),
+        (("start: home}", "camera: {mount: nose}}"), "camera.mount: 'nose': known: nadir, mast"),
+        (("name: small", "name: [small"), "not YAML"),
+    ],
+)
+def test_a_wrong_scenario_names_file_field_value_and_what_is_allowed(
+    tmp_path: Path, change: tuple[str, str], wanted: str
+) -> None:
+    file = tmp_path / "scenario.yaml"
+    file.write_text(GOOD.replace(*change))
+    status, text = call("run", str(file), "--out", str(tmp_path / "run"))
+    assert status == 2
+    assert str(file) in text and wanted in text
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text(GOOD)
+    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path))
+    assert status == 2 and "is not empty" in text
+
+
+def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text(GOOD)
+    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "scenario.yaml" / "run"))
+    assert status == 2 and "can't write there" in text and "--out" in text

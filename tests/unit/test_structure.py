@@ -1,0 +1,128 @@
+"""The house rules that a test can check (import-linter checks the borders between rooms beside this)."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from sitl_emu.core import dialect as mavlink
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("sitl_emu", "vehicles", "autopilot", "gcs", "missions")
+GENERATED = ROOT / "sitl_emu/core/dialect.py"
+FILES = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py")) if path != GENERATED]
+
+CLOCK_FILES = {
+    "autopilot/process.py": "paces a tick",
+    "sitl_emu/run/world_process.py": "paces a run",
+    "sitl_emu/run/launcher.py": "gives processes time to end",
+    "sitl_emu/run/run_command.py": "names a run's folder",
+    "sitl_emu/run/serve_world.py": "paces a world",
+    "missions/companion/main.py": "the companion on hardware",
+    "missions/companion/camera.py": "waits for frames, stamps those of a stream",
+}
+"""Who may look at a clock, and what for."""
+SOCKET_FILES = {
+    "autopilot/sockets.py",
+    "sitl_emu/cli.py",
+    "sitl_emu/core/tcp_channel.py",
+    "sitl_emu/run/control.py",
+    "sitl_emu/run/launcher.py",
+    "sitl_emu/run/world_process.py",
+    "sitl_emu/run/companion_process.py",
+    "missions/companion/main.py",
+    "missions/companion/udp.py",
+}
+PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
+CONFORMANCE_AND_GCS_SERVICES = {"command", "mission", "parameter", "offboard", "heartbeat"}
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def imported(path: Path) -> set[str]:
+    names = set[str]()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def test_only_process_files_read_a_clock() -> None:
+    readers = {name_of(path) for path in FILES if imported(path) & {"time", "asyncio", "sched"}}
+    assert readers <= set(CLOCK_FILES), f"also read a clock: {sorted(readers - set(CLOCK_FILES))}"
+
+
+def test_only_process_files_open_sockets() -> None:
+    openers = {name_of(path) for path in FILES if imported(path) & {"socket", "socketserver", "asyncio"}}
+    assert openers <= SOCKET_FILES, f"also open sockets: {sorted(openers - SOCKET_FILES)}"
+
+
+def test_every_stream_is_named_as_a_message() -> None:
+    known = {
+        name.removeprefix("MAVLINK_MSG_ID_").lower() for name in dir(mavlink) if name.startswith("MAVLINK_MSG_ID_")
+    }
+    streams = {path.stem for path in (ROOT / "autopilot/mavlink/streams").glob("*.py")} - {"__init__"}
+    assert streams and streams <= known, f"no messages: {sorted(streams - known)}"
+
+
+def test_every_message_in_the_rate_tables_has_a_stream() -> None:
+    streams = {path.stem.upper() for path in (ROOT / "autopilot/mavlink/streams").glob("*.py")}
+    tree = ast.parse((ROOT / "autopilot/mavlink/rates.py").read_text())
+    words = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    messages = {word for word in words if re.fullmatch(r"[A-Z][A-Z0-9_]+", word)}
+    assert messages and messages <= streams, f"no stream: {sorted(messages - streams)}"
+
+
+@pytest.mark.parametrize("service", sorted(CONFORMANCE_AND_GCS_SERVICES))
+def test_a_service_goes_by_the_same_name_on_both_sides(service: str) -> None:
+    for folder in ("autopilot/mavlink/services", "gcs"):
+        assert (ROOT / folder / f"{service}.py").is_file(), f"{folder}/{service}.py is missing"
+
+
+def test_every_arming_check_has_a_test() -> None:
+    checks = {path.stem for path in (ROOT / "autopilot/commander/arming_checks").glob("*.py")} - {"__init__"}
+    tests = "\n".join(path.read_text() for path in (ROOT / "tests").rglob("test_*.py"))
+    untested = sorted(check for check in checks if not re.search(rf"\b{check}\b", tests))
+    assert not untested, f"no test mentions: {untested}"
+
+
+def test_px4s_ports_stand_in_ports_alone() -> None:
+    """As numbers, that is; in texts for people they may be named. `gcs/` keeps literals of its own."""
+    offenders = list[str]()
+    for path in FILES:
+        if name_of(path) == "sitl_emu/core/ports.py" or path.is_relative_to(ROOT / "gcs"):
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Constant) and isinstance(node.value, int) and PX4_PORTS.fullmatch(str(node.value)):
+                offenders.append(f"{name_of(path)}:{node.lineno}")
+    assert not offenders
+
+
+def test_the_ground_side_knows_only_the_dialect_of_ours() -> None:
+    for room, allowed in (("gcs", {"gcs"}), ("missions", {"gcs", "missions"})):
+        for path in sorted((ROOT / room).rglob("*.py")):
+            ours = {name for name in imported(path) if name.split(".")[0] in ROOMS}
+            wrong = {
+                n for n in ours if n.split(".")[0] not in allowed and not re.match(r"sitl_emu\.core(\.dialect|$)", n)
+            }
+            assert not wrong, f"{name_of(path)} imports {sorted(wrong)}"
+
+
+def test_conformance_tests_import_nothing_of_ours() -> None:
+    for path in sorted((ROOT / "tests/conformance").glob("*.py")):
+        ours = {name for name in imported(path) if name.split(".")[0] in ROOMS}
+        assert not ours, f"{path.name} imports {sorted(ours)}"
+
+
+def test_generated_files_say_so_in_line_one() -> None:
+    assert "do not edit" in GENERATED.read_text().splitlines()[0]
+
+
+def test_every_module_says_what_it_is() -> None:
+    silent = [name_of(path) for path in FILES if not ast.get_docstring(ast.parse(path.read_text()))]
+    assert not silent
