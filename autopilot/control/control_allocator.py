@@ -18,6 +18,7 @@ SMALL_FACTOR = 1e-3
 YAW_MARGIN = 0.15
 """Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
 RESOLUTION = 1e-6
+NOTHING: Vector3 = (0.0, 0.0, 0.0)
 
 
 class Rotor(NamedTuple):
@@ -67,17 +68,20 @@ class ControlAllocator:
         self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
         self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
         self._factor = max(0.0, min(1.0, thrust_model_factor))
-        self.unallocated: Vector3 = (0.0, 0.0, 0.0)
+        self._yaw_most = max(map(abs, self._yaw))
+        self.unallocated: Vector3 = NOTHING
 
     def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:
         """Motor signals 0..1 for torques and thrust along body z (negative is up)."""
-        level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
-        motors = [m + y * yaw for m, y in zip(level, self._yaw, strict=True)]
-        if min(level) < 0.0 or max(level) > 1.0 or min(motors) < 0.0 or max(motors) > 1.0:
+        motors = [r * roll + p * pitch + y * yaw + t * thrust_z for r, p, y, t in self._rows]
+        # Neither with nor without yaw may a motor leave its range: else there is something to give up.
+        reach = abs(yaw) * self._yaw_most
+        if min(motors) < reach or max(motors) > 1.0 - reach:
+            level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
             motors = self._desaturated(level, yaw)
             self.unallocated = self._missing(motors, roll, pitch, yaw)
         else:
-            self.unallocated = (0.0, 0.0, 0.0)
+            self.unallocated = NOTHING
         factor = self._factor
         if factor == 1.0:
             sqrt = math.sqrt

@@ -57,8 +57,8 @@ VARIANCE_FLOOR = np.array([1e-9] * 3 + [1e-8] * 3 + [1e-8] * 3 + [1e-14] * 3 + [
 
 
 class Estimator:
-    """Writer of vehicle_attitude, vehicle_angular_velocity, vehicle_local_position, vehicle_global_position and
-    estimator_status."""
+    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude and vehicle_local_position (125 Hz, on the ticks of
+    position control), vehicle_global_position (62.5 Hz) and estimator_status (with each fusion)."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -136,12 +136,9 @@ class Estimator:
         if topics.sensor_gps.timestamp != self._gps_us or now_us - self._fused_us >= FUSE_EVERY_US:
             self._fuse(now_us)
         self._last_imu = (gyro, accel)
-        r00, _, _, r10, _, _, r20, r21, r22 = state.rotation
-        pitch = math.asin(-r20 if -1.0 < r20 < 1.0 else math.copysign(1.0, -r20))
-        yaw = math.atan2(r10, r00)
-        topics.vehicle_attitude = VehicleAttitude(now_us, state.q, (math.atan2(r21, r22), pitch, yaw))
         if not ticks & 1:
-            self._publish_local_position(now_us, yaw)
+            self._publish_attitude(now_us)
+            self._publish_local_position(now_us)
             if not ticks & 3:
                 self._publish_global_position(now_us)
 
@@ -446,7 +443,14 @@ class Estimator:
         self._rates, self._rates_derivative = (x, y, z), derivative
         self._topics.vehicle_angular_velocity = VehicleAngularVelocity(now_us, (x, y, z), derivative)
 
-    def _publish_local_position(self, now_us: int, yaw: float) -> None:
+    def _publish_attitude(self, now_us: int) -> None:
+        state = self._state
+        r00, _, _, r10, _, _, r20, r21, r22 = state.rotation
+        pitch = math.asin(-r20 if -1.0 < r20 < 1.0 else math.copysign(1.0, -r20))
+        euler = (math.atan2(r21, r22), pitch, math.atan2(r10, r00))
+        self._topics.vehicle_attitude = VehicleAttitude(now_us, state.q, euler)
+
+    def _publish_local_position(self, now_us: int) -> None:
         state, origin = self._state, self._origin
         an, ae, ad = state.accel
         valid = self._xy_valid(now_us)
@@ -481,7 +485,7 @@ class Estimator:
             an,
             ae,
             ad,
-            yaw,
+            self._topics.vehicle_attitude.euler[2],
             lat,
             lon,
             self._ref_alt_m,
