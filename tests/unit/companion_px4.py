@@ -199,7 +199,7 @@ class FakePx4:
 
     def _obey(self, msg: Any) -> None:
         if msg.command == 176:
-            self.mode = (int(msg.param2), int(msg.param3))
+            self.mode, self.goal = (int(msg.param2), int(msg.param3)), None
         elif msg.command == 400:
             self.armed = msg.param1 == 1
         elif msg.command == 192:
@@ -249,5 +249,5 @@ class FakePx4:
     def _reached(self) -> list[Any]:
         reached, self.seq = self.seq, self.seq + 1
         if self.seq == len(self.missions.items[0]):
-            self.mode = HOLD
+            self.mode, self.goal = HOLD, None
         return [mavlink.MAVLink_mission_item_reached_message(reached)]
