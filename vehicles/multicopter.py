@@ -10,7 +10,7 @@ Equations (body FRD, world NED, q body to NED, R its matrix):
 - v' = v + dt (R f + g e_z), f = (thrust + drag + ground)/m being what the accelerometer feels;  p' = p + dt (v + v')/2
 
 Ground: the gear's feet make a plane `height_m` below the centre of mass. In contact, a spring-damper along the
-ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 6 mm), Coulomb friction that holds what
+ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 11 mm), Coulomb friction that holds what
 it can hold (a vehicle at rest stays exactly where it is, on a slope too), and moments that turn the gear's plane onto
 the ground as far as the load on it reaches (load · half the stance). Not modelled: ground effect, blade flapping,
 vortex ring, feet one by one.
@@ -22,8 +22,8 @@ import math
 from vehicles.description import Vehicle
 from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope, slope_angles
 
-GEAR_RAD_S = 40.0
-GEAR_DAMPING = 0.8
+GEAR_RAD_S = 30.0
+GEAR_DAMPING = 1.0
 CLOSING_M_S = 40.0
 """Faster than any vehicle meets the ground: how long the height above it need not be asked for."""
 SLOPE_REACH_M = 0.3

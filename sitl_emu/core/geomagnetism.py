@@ -1,9 +1,9 @@
 """The Earth's magnetic field at a place: what a magnetometer measures and where compass north is.
 
-International Geomagnetic Reference Field, 13th generation (Alken et al., 2021, doi:10.1186/s40623-020-01288-x):
-spherical harmonics of the epoch 2020.0 up to degree 6, on a sphere. That leaves about half a degree of declination
-and 2 % of strength: fair for an autopilot and a simulator that both ask here. PX4 reads a table of the same field.
-Secular variation, crust and height are left out.
+World Magnetic Model 2025 (NOAA NCEI and British Geological Survey, public domain): spherical harmonics of the epoch
+2025.0 up to degree 8 of its 12, which leaves about a tenth of a degree of declination. PX4's own table
+(src/lib/world_magnetic_model) comes from the same model, so that a real PX4 in our worlds finds north where it looks
+for it. Secular variation, altitude and the Earth's crust are left out.
 """
 
 import functools
@@ -11,14 +11,24 @@ import math
 from typing import NamedTuple
 
 GAUSS: tuple[tuple[tuple[float, float], ...], ...] = (
-    ((-29404.8, 0.0), (-1450.9, 4652.5)),
-    ((-2499.6, 0.0), (2982.0, -2991.6), (1677.0, -734.6)),
-    ((1363.2, 0.0), (-2381.2, -82.1), (1236.2, 241.9), (525.7, -543.4)),
-    ((903.0, 0.0), (809.5, 281.9), (86.3, -158.4), (-309.4, 199.7), (48.0, -349.7)),
-    ((-234.3, 0.0), (363.2, 47.7), (187.8, 208.3), (-140.7, -121.2), (-151.2, 32.3), (13.5, 98.9)),
-    ((66.0, 0.0), (65.5, -19.1), (72.9, 25.1), (-121.5, 52.8), (-36.2, -64.5), (13.5, 8.9), (-64.7, 68.1)),
-)
+    ((-29351.8, 0.0), (-1410.8, 4545.4)),
+    ((-2556.6, 0.0), (2951.1, -3133.6), (1649.3, -815.1)),
+    ((1361.0, 0.0), (-2404.1, -56.6), (1243.8, 237.5), (453.6, -549.5)),
+    ((895.0, 0.0), (799.5, 278.6), (55.7, -133.9), (-281.1, 212.0), (12.1, -375.6)),
+    ((-233.2, 0.0), (368.9, 45.4), (187.2, 220.2), (-138.7, -122.9), (-142.0, 43.0), (20.9, 106.1)),
+    ((64.4, 0.0), (63.8, -18.4), (76.9, 16.8), (-115.7, 48.8), (-40.9, -59.8), (14.9, 10.9), (-60.7, 72.7)),
+    (
+        (79.5, 0.0), (-77.0, -48.9), (-8.8, -14.4), (59.3, -1.0), (15.8, 23.4), (2.5, -7.4), (-11.1, -25.1),
+        (14.2, -2.3),
+    ),
+    (
+        (23.2, 0.0), (10.8, 7.1), (-17.5, -12.6), (2.0, 11.4), (-21.7, -9.7), (16.9, 12.7), (15.0, 0.7), (-16.8, -5.2),
+        (0.9, 3.9),
+    ),
+)  # fmt: skip
 """(g, h) in nT by degree n = 1.. and order m = 0..n, Schmidt semi-normalised."""
+
+FLATTENING = 1.0 / 298.257223563
 
 
 class MagneticField(NamedTuple):
@@ -32,7 +42,8 @@ class MagneticField(NamedTuple):
 @functools.lru_cache(maxsize=64)
 def magnetic_field(lat_deg: float, lon_deg: float) -> MagneticField:
     """The field at sea level."""
-    theta, phi = math.radians(90.0 - lat_deg), math.radians(lon_deg)
+    geocentric = math.atan((1.0 - FLATTENING) ** 2 * math.tan(math.radians(lat_deg)))
+    theta, phi = math.pi / 2 - geocentric, math.radians(lon_deg)
     cos_t, sin_t = math.cos(theta), max(math.sin(theta), 1e-6)
     legendre, slopes = _schmidt(len(GAUSS), cos_t, sin_t)
     radial = south = east = 0.0

@@ -1,0 +1,136 @@
+import json
+import pathlib
+import shutil
+
+import pytest
+
+import vehicles
+from autopilot.parameters import Parameters
+from vehicles import VehicleError, inertia
+from vehicles.inertia import Cuboid
+
+MODELS = ["iris", "m600", "rover", "sihsim_hex", "sihsim_rover_ackermann"]
+
+
+def test_models_and_unknown_model():
+    assert vehicles.models() == MODELS
+    with pytest.raises(vehicles.UnknownModel) as caught:
+        vehicles.load("zeppelin")
+    assert str(caught.value) == f"unknown vehicle model 'zeppelin'; there are: {', '.join(MODELS)}"
+    assert caught.value.models == tuple(MODELS)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_airframe_is_known_to_the_autopilot(model):
+    airframe = vehicles.load(model).airframe
+    rover = airframe["MAV_TYPE"] == 10
+    parameters = Parameters("rover" if rover else "multicopter", airframe)
+    assert parameters["BAT1_N_CELLS"] == vehicles.load(model).battery.cells
+
+
+@pytest.mark.parametrize("model", ["iris", "m600", "sihsim_hex"])
+def test_airframe_and_rotors_tell_the_same_geometry(model):
+    vehicle = vehicles.load(model)
+    parameters = Parameters("multicopter", vehicle.airframe)
+    rotors = vehicle.propulsion.rotors
+    assert parameters["CA_ROTOR_COUNT"] == len(rotors)
+    assert parameters["THR_MDL_FAC"] == 1.0, "thrust grows with the square of the control"
+    scale = None
+    for i, rotor in enumerate(rotors):
+        assert parameters[f"PWM_MAIN_FUNC{i + 1}"] == 101 + i
+        x, y, km = (parameters[f"CA_ROTOR{i}_{axis}"] for axis in ("PX", "PY", "KM"))
+        assert (km > 0) == (rotor.turns == "ccw")
+        # SIH's geometry is in units of the arm, so only the direction counts
+        length, true = (x * x + y * y) ** 0.5, (rotor.position_m[0] ** 2 + rotor.position_m[1] ** 2) ** 0.5
+        scale = scale or length / true
+        assert x == pytest.approx(scale * rotor.position_m[0], abs=0.01 * scale)
+        assert y == pytest.approx(scale * rotor.position_m[1], abs=0.01 * scale)
+
+
+@pytest.mark.parametrize("model", ["iris", "m600"])
+def test_hover_thrust_parameter_is_the_vehicles(model):
+    vehicle = vehicles.load(model)
+    hover = vehicle.mass_kg * 9.80665 / (vehicle.propulsion.thrust_max_n * len(vehicle.propulsion.rotors))
+    assert vehicle.airframe["MPC_THR_HOVER"] == pytest.approx(hover, abs=0.02)
+
+
+def test_m600_is_djis():
+    m600 = vehicles.load("m600")
+    assert m600.mass_kg == pytest.approx(9.6 + 0.8, abs=0.01)
+    arm = m600.propulsion.rotors[1].position_m[1]
+    assert 2 * arm == pytest.approx(1.133)
+    hover_u3 = (9.6 * 9.80665 / 300.0) ** 1.5
+    power = 6 * hover_u3 * m600.propulsion.power_max_w
+    assert 6 * 129.96 / power * 60.0 == pytest.approx(40.0, abs=1.0), "minutes of hover without payload"
+    assert m600.battery.capacity_ah * 22.8 == pytest.approx(6 * 129.96, rel=0.01)
+
+
+def test_rover_fits_between_rows():
+    chassis = vehicles.load("rover").chassis
+    assert chassis.track_m < 0.75
+    airframe = vehicles.load("rover").airframe
+    assert airframe["RA_WHEEL_BASE"] == chassis.wheelbase_m
+    assert airframe["RA_MAX_STR_ANG"] == pytest.approx(chassis.max_steer_angle_rad)
+
+
+def test_cuboid_and_parallel_axis():
+    # the paper's formula, by hand: m = 12 so that m/12 is 1
+    assert inertia.cuboid(12.0, (1.0, 2.0, 3.0)) == (9.0 + 4.0, 1.0 + 9.0, 1.0 + 4.0)
+    assert inertia.parallel_axis((1.0, 1.0, 1.0), 2.0, (1.0, 2.0, 3.0)) == (27.0, 21.0, 11.0)
+
+
+def test_total_of_two_halves_is_the_whole():
+    halves = [Cuboid(3.0, (1.0, 0.5, 0.2), (x, 0.0, 1.0)) for x in (-0.5, 0.5)]
+    whole = inertia.total(halves)
+    assert whole.mass_kg == 6.0
+    assert whole.centre_m == (0.0, 0.0, 1.0)
+    assert whole.inertia_kg_m2 == pytest.approx(inertia.cuboid(6.0, (2.0, 0.5, 0.2)))
+
+
+def test_total_refuses_what_is_not_symmetric():
+    with pytest.raises(ValueError, match="not symmetric"):
+        inertia.total([Cuboid(1.0, (0.1, 0.1, 0.1), (1.0, 1.0, 0.0)), Cuboid(1.0, (0.1, 0.1, 0.1), (0.0, 0.0, 0.0))])
+    with pytest.raises(ValueError, match="at least one part"):
+        inertia.total([])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    copy = tmp_path / "mine"
+    shutil.copytree(pathlib.Path(vehicles.__file__).parent / "iris", copy)
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error"),
+    [
+        ("mass_kg = 1.535", "mass_kg = -1.0", "mine/vehicle.toml: mass_kg = -1.0 is out of range; allowed is 0.001 to"),
+        ("mass_kg = 1.535", "mass_lb = 3", r"unknown field 'mass_lb' = 3; allowed are: description,"),
+        ("mass_kg = 1.535", "", "mass_kg and inertia_kg_m2 are needed, or parts"),
+        ("cells = 4", "cells = 4.5", r"battery: cells = 4.5 must be a whole number"),
+        ("cells = 4", "cells = true", r"battery: cells = True must be a whole number"),
+        ('kind = "load"', 'kind = "fuel"', r"battery: kind = 'fuel'; allowed are: load, px4"),
+        ('turns = "ccw"', 'turns = "left"', r"rotors\[0\]: turns = 'left'; allowed are: ccw, cw"),
+        ("[0.029125, 0.029125, 0.055225]", "[0.029125, 0.055225]", r"must have 3 elements"),
+        ("[0.029125, 0.029125, 0.055225]", '["a", 1, 1]', r"inertia_kg_m2\[0\] = 'a' must be a number"),
+        ("[gear]", "[skids]", "unknown field 'skids'"),
+        ("thrust_max_n = 7.07", "", "propulsion: the field 'thrust_max_n' is missing"),
+        ("[battery]", "[battery", "mine/vehicle.toml: "),
+    ],
+)
+def test_wrong_fields_are_named(folder, old, new, error):
+    toml = folder / "vehicle.toml"
+    text = toml.read_text()
+    assert old in text
+    toml.write_text(text.replace(old, new, 1))
+    with pytest.raises(VehicleError, match=error):
+        vehicles.read(folder)
+
+
+def test_wrong_airframe_is_named(folder):
+    (folder / "airframe.json").write_text(json.dumps({"MAV_TYPE": "quad"}))
+    with pytest.raises(VehicleError, match=r"mine/airframe.json: MAV_TYPE = 'quad' must be a number"):
+        vehicles.read(folder)
+    (folder / "airframe.json").unlink()
+    with pytest.raises(VehicleError, match=r"mine/airframe\.json"):
+        vehicles.read(folder)

@@ -1,0 +1,174 @@
+import itertools
+import math
+import statistics
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vehicles
+from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.core.geomagnetism import MagneticField
+from sitl_emu.world.atmosphere import gravity_m_s2, pressure_altitude_m, pressure_hpa
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.noise import GaussMarkov, generator, normals
+from sitl_emu.world.sensors.barometer import Barometer
+from sitl_emu.world.sensors.gps import Gps
+from sitl_emu.world.sensors.imu import Imu
+from sitl_emu.world.sensors.lidar import Lidar, beam
+from sitl_emu.world.sensors.magnetometer import Magnetometer
+from vehicles.dynamics import from_euler
+
+IRIS, M600 = vehicles.load("iris").sensors, vehicles.load("m600").sensors
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+
+
+def gps_errors(seed, name, minutes=60):
+    projection = MapProjection(40.47, -86.99)
+    gps, fixes = Gps(IRIS.gps, projection, 215.0, seed, name), []
+    for tick in range(round(minutes * 60 * IRIS.gps.rate_hz)):
+        fix = gps.read(tick * 125_000, 10.0, -20.0, -15.0, 1.0, 0.0, 0.0)
+        north, east = projection.project(fix.lat * 1e-7, fix.lon * 1e-7)
+        fixes.append((north - 10.0, east + 20.0, 230.0 - fix.alt * 1e-3))
+    return fixes
+
+
+def test_gps_is_half_a_metre_off_in_all():
+    squares = [north**2 + east**2 for seed in range(12) for north, east, _ in gps_errors(seed, "uas", 10)]
+    assert math.sqrt(statistics.fmean(squares)) == pytest.approx(0.5, abs=0.1)
+
+
+def test_gps_error_is_mostly_slow():
+    errors = gps_errors(3, "uas", 30)
+    steps = [later[0] - earlier[0] for earlier, later in itertools.pairwise(errors)]
+    assert statistics.pstdev(steps) < 0.16
+    assert statistics.pstdev([error[0] for error in errors]) > 0.2
+
+
+def test_gps_drift_is_each_vehicles_own():
+    a, b = gps_errors(3, "uas", 20), gps_errors(3, "ugv", 20)
+    assert a != b
+    apart = [(one[0] - two[0]) ** 2 + (one[1] - two[1]) ** 2 for one, two in zip(a, b, strict=True)]
+    assert math.sqrt(statistics.fmean(apart)) > 0.3
+    assert a == gps_errors(3, "uas", 20), "same seed, same errors"
+
+
+def test_gps_says_what_it_knows():
+    gps = Gps(IRIS.gps, MapProjection(40.47, -86.99), 215.0, 1, "uas")
+    fix = gps.read(125_000, 0.0, 0.0, 0.0, 3.0, -3.0, 1.0)
+    assert (fix.fix_type, fix.satellites_visible, fix.eph, fix.epv) == (3, 16, 60, 100)
+    assert fix.vel == pytest.approx(424, abs=30)
+    assert fix.cog == pytest.approx(31500, abs=500)
+    gps.satellites = 0
+    lost = gps.read(250_000, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert (lost.fix_type, lost.satellites_visible) == (0, 0)
+    assert lost.eph > 5000
+
+
+def test_imu_noise_and_bias():
+    still, running = [], []
+    imu = Imu(M600.imu, 1, "uas")
+    for _ in range(3000):
+        still.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, False))
+        running.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, True))
+    for axis in range(6):
+        data = M600.imu.accel_noise_still_m_s2 + M600.imu.gyro_noise_still_rad_s
+        assert statistics.pstdev(sample[axis] for sample in still) == pytest.approx(data[axis], rel=0.1)
+        data = M600.imu.accel_noise_m_s2 + M600.imu.gyro_noise_rad_s
+        assert statistics.pstdev(sample[axis] for sample in running) == pytest.approx(data[axis], rel=0.1)
+    biases = [Imu(M600.imu, seed, "uas")._accel_bias[0] for seed in range(200)]
+    assert statistics.pstdev(biases) == pytest.approx(M600.imu.accel_bias_m_s2, rel=0.2)
+
+
+@pytest.mark.parametrize("yaw_deg", [0, 90, 200])
+def test_magnetometer_points_to_magnetic_north(yaw_deg):
+    field = MagneticField(math.radians(-4.8), math.radians(67.5), 0.52)
+    magnetometer = Magnetometer(M600.magnetometer, field, 1, "uas")
+    attitude = from_euler(0.0, 0.0, math.radians(yaw_deg))
+    readings = [magnetometer.read(attitude) for _ in range(400)]
+    x, y, z = (statistics.fmean(reading[axis] for reading in readings) for axis in range(3))
+    heading = math.degrees(-math.atan2(y, x)) - 4.8
+    assert math.remainder(heading - yaw_deg, 360.0) == pytest.approx(0.0, abs=3.0)
+    assert math.hypot(x, y, z) == pytest.approx(0.52, abs=0.02)
+    assert z == pytest.approx(0.52 * math.sin(math.radians(67.5)), abs=0.02)
+
+
+def test_magnetometer_keeps_the_field_when_tilted():
+    field = MagneticField(0.1, 1.1, 0.5)
+    magnetometer = Magnetometer(vehicles.load("sihsim_hex").sensors.magnetometer, field, 1, "uas")
+    magnetometer._noise = (0.0, 0.0, 0.0)
+    for euler in ((0.3, -0.2, 1.0), (-1.0, 0.5, -2.0)):
+        assert math.hypot(*magnetometer.read(from_euler(*euler))) == pytest.approx(0.5)
+    # nose down into the field: the whole of it lies along x
+    assert magnetometer.read(from_euler(0.0, -1.1, 0.1)) == pytest.approx((0.5, 0.0, 0.0), abs=1e-9)
+
+
+def test_standard_atmosphere():
+    assert pressure_hpa(0.0) == 1013.25
+    assert pressure_hpa(1000.0) == pytest.approx(898.76, abs=0.02)
+    assert pressure_hpa(5000.0) == pytest.approx(540.2, abs=0.1)
+    assert pressure_altitude_m(pressure_hpa(489.4)) == pytest.approx(489.4)
+    assert gravity_m_s2(45.0) == pytest.approx(9.8062, abs=1e-4)
+
+
+def test_barometer_noise_is_the_data_sheets():
+    barometer = Barometer(IRIS.barometer, 1, "uas")
+    readings = [barometer.read(215.0)[0] for _ in range(2000)]
+    steps = [later - earlier for earlier, later in itertools.pairwise(readings)]
+    assert statistics.pstdev(steps) / math.sqrt(2) == pytest.approx(0.012, rel=0.1)
+    pressure, altitude = barometer.read(230.0)
+    assert altitude == pytest.approx(230.0, abs=3.0)
+    assert pressure == pytest.approx(pressure_hpa(230.0), abs=0.3)
+
+
+@given(
+    st.floats(0.5, 11.0),
+    st.floats(-0.4, 0.4),
+    st.floats(-0.4, 0.4),
+    st.floats(-3.1, 3.1),
+    st.floats(-0.3, 0.3),
+    st.floats(-0.3, 0.3),
+)
+@settings(max_examples=80, deadline=None)
+def test_lidar_beam_meets_an_inclined_plane(height, roll, pitch, yaw, rise_n, rise_e):
+    class Plane:
+        def height_m(self, north, east):
+            return 4.0 + rise_n * north + rise_e * east
+
+    north, east = 3.0, -5.0
+    down = -(Plane().height_m(north, east) + height)
+    attitude = from_euler(roll, pitch, yaw)
+    # by hand: the ray's point p + s·d lies on the plane
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    direction = (cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp)
+    expected = height / (direction[2] + rise_n * direction[0] + rise_e * direction[1])
+    assert beam(Plane(), north, east, down, attitude, 50.0) == pytest.approx(expected, abs=0.03)
+
+
+def test_lidar_reads_in_range_and_says_so_out_of_it():
+    lidar = Lidar(M600.lidar, FlatGround(2.0), 1, "uas")
+    shots = [lidar.read(tick * 50_000, 0.0, 0.0, -10.0, LEVEL) for tick in range(2000)]
+    assert statistics.fmean(shot.current_distance for shot in shots) == pytest.approx(800, abs=0.5)
+    assert statistics.pstdev(shot.current_distance for shot in shots) == pytest.approx(5.0, rel=0.1)
+    assert {(shot.min_distance, shot.max_distance, shot.orientation) for shot in shots} == {(20, 1200, 25)}
+    assert shots[-1].time_boot_ms == 1999 * 50
+    for down, attitude in ((-15.0, LEVEL), (-2.05, LEVEL), (-10.0, from_euler(2.0, 0.0, 0.0))):
+        blind = lidar.read(0, 0.0, 0.0, down, attitude)
+        assert blind.current_distance == blind.max_distance + 1
+        assert blind.signal_quality == 1
+
+
+def test_noise_sources_are_independent_and_repeatable():
+    a, again, b = normals(1, "uas", "imu"), normals(1, "uas", "imu"), normals(1, "ugv", "imu")
+    first = [a() for _ in range(3000)]
+    assert first == [again() for _ in range(3000)]
+    second = [b() for _ in range(3000)]
+    assert abs(statistics.correlation(first, second)) < 0.06
+    assert generator(2, "uas", "imu").standard_normal() != first[0]
+
+
+def test_gauss_markov_has_its_spread_and_memory():
+    process = GaussMarkov(2.0, 1.0, 0.1, normals(1, "x"))
+    values = [process.step() for _ in range(20000)]
+    assert statistics.pstdev(values) == pytest.approx(2.0, rel=0.1)
+    assert statistics.correlation(values[:-10], values[10:]) == pytest.approx(math.exp(-1.0), abs=0.08)

@@ -1,0 +1,172 @@
+import math
+
+import pytest
+
+import vehicles
+from sitl_emu.core.simulator_api import (
+    FIELDS_UPDATED_BARO,
+    FIELDS_UPDATED_MAG,
+    DistanceSensor,
+    HilActuatorControls,
+    HilGps,
+    HilSensor,
+    HilStateQuaternion,
+    SimulatedBattery,
+    as_on_the_wire,
+)
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.world.wind import Wind
+
+HOME = Home(40.47, -86.99, 215.0, 60.0)
+HILL = type("Hill", (), {"height_m": lambda self, north, east: 1.5 + 0.1 * north})()
+
+
+def simulate(model, ticks, controls=None, seed=1, name="uas", terrain=None, wind=None, **start):
+    simulator = VehicleSimulator(vehicles.load(model), HOME, seed, terrain or FlatGround(), wind, name=name, **start)
+    messages = [message for _ in range(ticks) for message in simulator.tick(controls)]
+    return simulator, messages
+
+
+def count(messages, kind):
+    return sum(isinstance(message, kind) for message in messages)
+
+
+def test_rates():
+    _, messages = simulate("m600", 2500)
+    assert count(messages, HilSensor) == 2500
+    assert count(messages, HilGps) == 81
+    assert count(messages, DistanceSensor) == 201
+    assert count(messages, SimulatedBattery) == 51
+    assert count(messages, HilStateQuaternion) == 101
+    sensors = [message for message in messages if isinstance(message, HilSensor)]
+    assert sum(sensor.fields_updated & FIELDS_UPDATED_MAG != 0 for sensor in sensors) == pytest.approx(150, abs=2)
+    assert sum(sensor.fields_updated & FIELDS_UPDATED_BARO != 0 for sensor in sensors) == pytest.approx(250, abs=2)
+    assert [sensor.time_usec for sensor in sensors] == [4000 * (tick + 1) for tick in range(2500)]
+
+
+def test_every_tick_ends_with_hil_sensor():
+    simulator, _ = simulate("iris", 0)
+    assert isinstance(simulator.start_messages()[-1], HilSensor)
+    for _ in range(100):
+        *before, last = simulator.tick(None)
+        assert isinstance(last, HilSensor)
+        assert not any(isinstance(message, HilSensor) for message in before)
+
+
+@pytest.mark.parametrize("model", vehicles.models())
+def test_records_fit_on_the_wire(model):
+    controls = HilActuatorControls(0, 1, (0.9,) * 6, 128)
+    _, messages = simulate(model, 200, controls)
+    for message in messages:
+        on_the_wire = as_on_the_wire(message)
+        for mine, its in zip(message, on_the_wire, strict=True):
+            if isinstance(mine, int):
+                assert mine == its
+
+
+def test_same_arguments_same_run_and_other_seeds_other_noise():
+    controls = HilActuatorControls(0, 1, (0.7,) * 6, 128)
+    gusts = [Wind(2.0, 1.0, 0.5, seed=1) for _ in range(3)]
+    one = simulate("m600", 600, controls, wind=gusts[0])[1]
+    assert one == simulate("m600", 600, controls, wind=gusts[1])[1]
+    assert one != simulate("m600", 600, controls, seed=2, wind=gusts[2])[1]
+    assert simulate("iris", 10)[1] != simulate("iris", 10, name="other")[1]
+
+
+def test_stands_at_its_place_with_its_heading():
+    simulator, _ = simulate("m600", 100, terrain=HILL, start_north_m=20.0, start_east_m=-5.0)
+    pose = simulator.pose()
+    assert (pose.north_m, pose.east_m) == pytest.approx((20.0, -5.0), abs=1e-3)
+    assert pose.alt_amsl_m == pytest.approx(215.0 + 3.5 + 0.42, abs=0.02)
+    w, x, y, z = pose.q
+    assert math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))) == pytest.approx(60.0, abs=0.5)
+    assert pose.lat_deg == pytest.approx(40.47 + math.degrees(20.0 / 6371000.0))
+    assert pose.time_usec == 400_000
+
+
+def test_lidar_on_the_ground_reads_the_gear():
+    _, messages = simulate("m600", 500, terrain=HILL)
+    heights = [message.current_distance for message in messages if isinstance(message, DistanceSensor)]
+    assert sum(heights) / len(heights) == pytest.approx(41.5, abs=2.0)
+
+
+def test_failures():
+    simulator, _ = simulate("m600", 10)
+    simulator.gps_off = simulator.baro_off = simulator.mag_off = simulator.lidar_off = True
+    messages = [message for _ in range(500) for message in simulator.tick(None)]
+    assert count(messages, HilGps) == count(messages, DistanceSensor) == 0
+    assert not any(
+        m.fields_updated & (FIELDS_UPDATED_BARO | FIELDS_UPDATED_MAG) for m in messages if isinstance(m, HilSensor)
+    )
+    simulator.gps_off = False
+    simulator.sim_gps_used = 2
+    messages = [message for _ in range(100) for message in simulator.tick(None)]
+    assert {message.fix_type for message in messages if isinstance(message, HilGps)} == {0}
+    simulator.motor_off[0] = True
+    simulator.tick(HilActuatorControls(0, 1, (1.0,) * 6, 128))
+    assert simulator.dynamics.speeds[0] == 0.0 < simulator.dynamics.speeds[1]
+
+
+def test_sih_wind_follows_px4s_sign():
+    """PX4 v1.18 with SIH_WIND_N -4 leans 21 degrees nose up, against air that moves north."""
+    simulator, _ = simulate("sihsim_hex", 1)
+    simulator.sih_wind_n = -4.0
+    u = math.sqrt(9.81 / 30.0) * 1.01
+    for _ in range(500):
+        simulator.tick(HilActuatorControls(0, 1, (u,) * 6, 128))
+    assert simulator.pose().vn_m_s > 1.0
+
+
+def test_reference_vehicles_do_not_know_the_worlds_wind():
+    u = math.sqrt(9.81 / 30.0) * 1.01
+    controls = HilActuatorControls(0, 1, (u,) * 6, 128)
+    simulator, _ = simulate("sihsim_hex", 500, controls, wind=Wind(5.0, 0.0))
+    assert simulator.pose().vn_m_s == pytest.approx(0.0, abs=1e-6)
+
+
+def test_px4s_battery_parameters_reach_the_battery():
+    simulator, _ = simulate("sihsim_hex", 1)
+    simulator.sim_bat_drain, simulator.sim_bat_min_pct = 10.0, 20.0
+    controls = HilActuatorControls(0, 1, (0.1,) * 6, 128)
+    levels = [m.remaining_pct for _ in range(3000) for m in simulator.tick(controls) if isinstance(m, SimulatedBattery)]
+    assert levels[24] == pytest.approx(50, abs=3)
+    assert levels[-1] == 20
+    other, _ = simulate("iris", 1)
+    other.sim_bat_drain = 1.0
+    assert math.isnan(other.sim_bat_drain)
+
+
+def test_flying_drains_the_battery_as_djis_hover_time_says():
+    simulator, _ = simulate("m600", 1)
+    hover = math.sqrt(10.4 * 9.8 / 300.0)
+    controls = HilActuatorControls(0, 1, (hover,) * 6, 128)
+    for _ in range(15000):
+        simulator.tick(controls)
+    power = simulator.dynamics.power_w + 25.0
+    assert 6 * 129.96 / power * 60.0 == pytest.approx(35.0, abs=1.5), "minutes with 0.8 kg of payload, 40 without"
+    used_wh = (1.0 - simulator.battery.remaining) * 34.2 * simulator.battery.voltage_v
+    assert used_wh == pytest.approx(power / 60.0, rel=0.03)
+
+
+def test_sih_rover_coasts_when_disarmed_as_px4s_does():
+    """A disarmed PX4 writes no outputs, and SIH goes on with the last ones."""
+    simulator, _ = simulate("sihsim_rover_ackermann", 1)
+    for _ in range(1000):
+        simulator.tick(HilActuatorControls(0, 1, (0.0, 0.5), 128))
+    before = simulator.dynamics.vn_m_s, simulator.dynamics.ve_m_s
+    for _ in range(500):
+        simulator.tick(HilActuatorControls(0, 1, (0.0, 0.0), 0))
+    assert (simulator.dynamics.vn_m_s, simulator.dynamics.ve_m_s) == pytest.approx(before, abs=0.05)
+    for _ in range(500):
+        simulator.tick(HilActuatorControls(0, 1, (0.0, 0.0), 128))
+    assert math.hypot(simulator.dynamics.vn_m_s, simulator.dynamics.ve_m_s) < 0.05
+
+
+def test_truth_message():
+    simulator, _ = simulate("m600", 50, HilActuatorControls(0, 1, (0.9,) * 6, 128))
+    truth, pose = simulator.truth(), simulator.pose()
+    assert truth.lat * 1e-7 == pytest.approx(pose.lat_deg, abs=1e-7)
+    assert truth.vz == pytest.approx(pose.vd_m_s * 100, abs=0.5)
+    assert as_on_the_wire(truth) == truth
+    assert truth.attitude_quaternion == pytest.approx(pose.q, abs=1e-6)
