@@ -411,7 +411,7 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs until the mission is done or somebody stops it. Returns 0 for success, 1 for not, 2 if it could not begin."""
+    """Runs until the mission is done or somebody stops it. Returns 0 for success, 1 for not, 2 for no start."""
     given = parse(sys.argv[1:] if arguments is None else arguments)
     ports: dict[str, Port] = {}
     try:
