@@ -256,13 +256,13 @@ class VideoCapture:
 
     def read(self) -> Frame | None:
         """The next frame; a device or stream makes it wait."""
-        position_ms = self._capture.get(self._cv2.CAP_PROP_POS_MSEC)
         ok, image = self._capture.read()
         if not ok:
             self.ended = True
             return None
         index = self._index
         self._index += 1
+        position_ms = self._capture.get(self._cv2.CAP_PROP_POS_MSEC)
         return Frame(0 if self.clock == "host" else round(position_ms * 1000), np.asarray(image, np.uint8), index)
 
     def close(self) -> None:
