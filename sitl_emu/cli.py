@@ -88,13 +88,14 @@ def launch(
 
     import vehicles
     from sitl_emu.run import launch as launching
+    from sitl_emu.world.simulator import Home
 
     numbered = [launching.Wanted(model, instance + place) for place, model in enumerate(wanted)]
     try:
         status = launching.launch(
             numbered,
             math.inf if factor is None else factor,
-            launching.PX4_HOME if place is None else launching.Home(*place),
+            launching.PX4_HOME if place is None else Home(*place),
             station,
             lambda text: typer.echo(text),
         )

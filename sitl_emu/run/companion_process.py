@@ -95,7 +95,7 @@ class Looked(NamedTuple):
     frame: Frame
     due_us: int
     """Simulated time at which its detections are there."""
-    detections: "Future[Sequence[Detection]]"
+    detections: "Future[list[Detection]]"
 
 
 class Eyes:

@@ -85,14 +85,19 @@ def run(wanted: Wanted, view: View) -> Ending:
     (wanted.folder / "logs").mkdir()
     (wanted.folder / "frames").mkdir()
     children: list[Child] = []
+    ending = Ending("interrupted")
     with _stoppable():
         try:
             world = _start(wanted, children)
-            return _watch(world, children, view)
+            try:
+                _watch(world, children, view, ending)
+            except Stopped:
+                _stop(world, ending)
         except Stopped:
-            return Ending("interrupted", complaint="interrupted")
+            pass
         finally:
             _end(children)
+    return ending
 
 
 def check_ports(wanted: Wanted) -> None:
@@ -275,9 +280,9 @@ def _command(vehicle: VehiclePart, words: dict[str, str], folder: Path) -> Child
     return Child(title, process, log, command=True)
 
 
-def _watch(world: ControlChannel, children: list[Child], view: View) -> Ending:
+def _watch(world: ControlChannel, children: list[Child], view: View, ending: Ending) -> None:
     """Pass on to the view what the world says, until the run is over or a process has died."""
-    ending, told = Ending(""), set[str]()
+    told = set[str]()
     while True:
         select.select([world], [], [], POLL_S)
         try:
@@ -289,12 +294,13 @@ def _watch(world: ControlChannel, children: list[Child], view: View) -> Ending:
                 elif "listening" in message:
                     ending.truth, ending.home = message["truth"], message["home"]
                 elif "over" in message:
-                    ending.figures = message["over"]
-                    ending.outcome = message["over"]["outcome"]
-                    lost = message["over"]["lost"]
-                    return _blame(ending, children, lost) if lost else ending
+                    ending.figures, ending.outcome = message["over"], message["over"]["outcome"]
+                    if lost := message["over"]["lost"]:
+                        _blame(ending, children, lost)
+                    return
         except ProcessLostError:
-            return _blame(ending, children, "the world process has gone")
+            _blame(ending, children, "the world process has gone")
+            return
         for child in children:
             status = child.process.poll()
             if status is None or child.title in told:
@@ -303,10 +309,24 @@ def _watch(world: ControlChannel, children: list[Child], view: View) -> Ending:
                 told.add(child.title)
                 world.send({"command_ended": [child.title.removeprefix("companion "), status]})
             elif child.title != "world":
-                return _blame(ending, children, f"{child.title} has ended")
+                _blame(ending, children, f"{child.title} has ended")
+                return
 
 
-def _blame(ending: Ending, children: list[Child], lost: str) -> Ending:
+def _stop(world: ControlChannel, ending: Ending) -> None:
+    """Ask the world to make an end, and what its figures are."""
+    until = time.monotonic() + STOP_S / 2
+    with contextlib.suppress(ProcessLostError):
+        world.send({"stop": "interrupted"})
+        while time.monotonic() < until:
+            select.select([world], [], [], POLL_S)
+            while (message := world.poll()) is not None:
+                if "over" in message:
+                    ending.figures = message["over"]
+                    return
+
+
+def _blame(ending: Ending, children: list[Child], lost: str) -> None:
     """Name the process that died first: one that was killed or failed, rather than one that ended for want of it."""
     until = time.monotonic() + 0.5
     while time.monotonic() < until and not any(child.process.poll() for child in children):
@@ -318,7 +338,6 @@ def _blame(ending: Ending, children: list[Child], lost: str) -> Ending:
         child = min(dead, key=lambda child: child.process.returncode)
         ending.complaint = _obituary(child)
     ending.outcome = ending.complaint.splitlines()[0]
-    return ending
 
 
 def _obituary(child: Child) -> str:

@@ -74,7 +74,8 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
     except OSError as error:
         raise StartError(str(error)) from None
     launcher.send({"listening": True, "truth": world.truth, "home": list(world.home)})
-    outcome: Message = {"outcome": "", "lost": None}
+    over: Message = {"outcome": "", "lost": None}
+    conductor, stopwatch = None, Stopwatch()
     try:
         members = [
             _vehicle(part, world, config["seed"], listener)
@@ -83,12 +84,12 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
         _wait_until_ready(members)
         radio = RadioSettings(**{**config["radio"], "outages": tuple(Outage(*o) for o in config["radio"]["outages"])})
         conductor = Conductor(members, radio, config["seed"], recorder)
-        outcome = _beat_time(conductor, launcher, config)
+        over["outcome"] = _beat_time(conductor, launcher, config, stopwatch)
     except (ProcessLostError, ChannelClosed) as error:
-        outcome["lost"] = str(error)
+        over["lost"] = str(error)
     finally:
         recorder.close()
-    launcher.send({"over": outcome})
+    launcher.send({"over": over | (_figures(conductor, stopwatch) if conductor is not None else {})})
 
 
 def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: SimulatorListener) -> VehicleInRun:
@@ -137,15 +138,14 @@ def _wait_until_ready(members: list[VehicleInRun]) -> None:
                 member.peer.peer = ("127.0.0.1", answer["peer_port"])
 
 
-def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str, Any]) -> Message:
-    """Tick until the mission is done, its time is up, or the launcher says stop."""
+def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str, Any], stopwatch: "Stopwatch") -> str:
+    """Tick until the mission is done, its time is up, or the launcher says stop; the outcome."""
     speed, limit_us = config["speed"], round(config["time_limit_s"] * 1e6)
     commands = set(config["commands"])
     ours = any(member.companion is not None for member in conductor.vehicles)
     settle()
     pacer = Pacer(math.inf if speed is None else speed)
-    started_s = shown_s = time.monotonic()
-    stopwatch = Stopwatch()
+    shown_s = time.monotonic()
     over_us, outcome, ended = 0, "", dict[str, int]()
     pacer.start()
     while not over_us or conductor.now_us < over_us:
@@ -159,7 +159,7 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str,
         stopwatch.look(conductor, now_s)
         if now_s - shown_s >= STATUS_PERIOD_S:
             shown_s = now_s
-            launcher.send({"status": _status(conductor, now_s - started_s)})
+            launcher.send({"status": _status(conductor, stopwatch.elapsed_s)})
         while (message := launcher.poll()) is not None:
             if "stop" in message:
                 over_us, outcome = conductor.now_us, message["stop"]
@@ -178,19 +178,24 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str,
         for control in (member.companion, member.camera.control if member.camera else None):
             if control is not None:
                 control.send({"end": True})
-    return {"outcome": outcome, "lost": None, "wall_s": time.monotonic() - started_s, **_figures(conductor, stopwatch)}
+    return outcome
 
 
 class Stopwatch:
     """Simulated and wall time from the first arming to the last disarming."""
 
     def __init__(self) -> None:
+        self.elapsed_s = 0.0
+        """Wall time since the first look."""
+        self._started_s: float | None = None
         self.first: tuple[float, float] | None = None
         self.last: tuple[float, float] | None = None
         self._armed = False
 
     def look(self, conductor: Conductor, wall_s: float) -> None:
         """Once a barrier."""
+        self._started_s = wall_s if self._started_s is None else self._started_s
+        self.elapsed_s = wall_s - self._started_s
         armed = any(member.armed for member in conductor.vehicles)
         if armed and self.first is None:
             self.first = (conductor.now_us / 1e6, wall_s)
@@ -235,6 +240,7 @@ def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Message:
         "frames_rendered": sum(member.camera.rendered for member in cameras if member.camera),
         "frames_dropped": sum(member.frames_dropped for member in cameras),
         "radio": {name: {"sent": sent, "lost": lost} for name, (sent, lost) in conductor.radio_counts.items()},
+        "wall_s": stopwatch.elapsed_s,
         "armed_at_end": [member.name for member in conductor.vehicles if member.armed],
         "companions": {member.name: member.status for member in conductor.vehicles if member.companion is not None},
     }

@@ -63,7 +63,7 @@ def build(kind: str, seed: int, options: dict[str, Any]) -> World:
         if options:
             raise WorldError(f"world flat knows no options, not even {next(iter(options))!r}")
         places: dict[str, Place] = {"home": Spot(0.0, 0.0, 0.0)}
-        truth = {"outline": [], "objects": []}
+        truth: dict[str, Any] = {"outline": [], "objects": []}
         return World("flat", PX4_HOME, FlatGround(), places, Wind(), truth)
     return _corn_field(seed, options)
 
