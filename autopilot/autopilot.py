@@ -52,6 +52,8 @@ class Autopilot:
         self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared)
         self.commands = VehicleCommands((self.commander, self.navigator))
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance)
+        self.mavlink.mission.set_current = self.navigator.set_current_mission_item
+        self.mavlink.mission.plan_changed = self.navigator.mission_changed
         self.now_us = 0
         self._ticks = 0
 

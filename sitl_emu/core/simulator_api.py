@@ -132,8 +132,8 @@ def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
         return HilSensor._make(HIL_SENSOR_LAYOUT.unpack(HIL_SENSOR_LAYOUT.pack(*message)))
     if isinstance(message, DistanceSensor):
         packed = DISTANCE_SENSOR_HEAD.pack(*message[:10], *message.quaternion, message.signal_quality)
-        *head, q0, q1, q2, q3, quality = DISTANCE_SENSOR_HEAD.unpack(packed)
-        return DistanceSensor(*head, (q0, q1, q2, q3), quality)
+        values = DISTANCE_SENSOR_HEAD.unpack(packed)
+        return DistanceSensor._make((*values[:10], values[10:14], values[14]))
     if isinstance(message, HilGps):
         return HilGps._make(HIL_GPS_LAYOUT.unpack(HIL_GPS_LAYOUT.pack(*message)))
     return message

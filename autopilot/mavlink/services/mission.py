@@ -52,7 +52,7 @@ class Download(Transfer):
 
 
 class Mission:
-    """The plans' service; `set_current` is wired to the navigator."""
+    """The plans' service; `set_current` and `plan_changed` are wired to the navigator."""
 
     MESSAGES = frozenset(
         {
@@ -73,6 +73,8 @@ class Mission:
         """Writes plans into `dataman`."""
         self.set_current: Callable[[int, int], bool] | None = None
         """Navigator's (now_us, seq) -> done, for MISSION_SET_CURRENT; without it dataman.current_seq is written."""
+        self.plan_changed: Callable[[int], None] | None = None
+        """Navigator's (now_us): so that a mission can be started in the moment in which its upload is acknowledged."""
         self._links = links
         self._topics = topics
         self._dataman = dataman
@@ -138,7 +140,7 @@ class Mission:
             return
         if count == 0:
             self._transfers.pop(link, None)
-            self._store(kind, ())
+            self._store(now_us, kind, ())
             self._ack(link, partner, ACCEPTED, kind)
             return
         upload = self._transfers[link] = Upload(partner, kind, count, now_us)
@@ -190,10 +192,10 @@ class Mission:
         del self._transfers[link]
         self._last_count[link] = upload.count
         items = tuple(upload.items)
-        self._store(upload.kind, items)
+        self._store(now_us, upload.kind, items)
         self._ack(link, partner, ACCEPTED, upload.kind)
 
-    def _store(self, kind: int, items: tuple[MissionItem, ...]) -> None:
+    def _store(self, now_us: int, kind: int, items: tuple[MissionItem, ...]) -> None:
         plan = plan_of(items)
         if kind == MISSION:
             self._dataman.mission = plan
@@ -202,6 +204,8 @@ class Mission:
             self._dataman.fence = plan
         else:
             self._dataman.rally = plan
+        if self.plan_changed is not None:
+            self.plan_changed(now_us)
 
     # --- download ----------------------------------------------------------------------------------------
 
@@ -271,7 +275,7 @@ class Mission:
             return
         for each in MAX_ITEMS if kind == ALL else (kind,):
             if each in MAX_ITEMS:
-                self._store(each, ())
+                self._store(now_us, each, ())
         self._ack(link, partner, ACCEPTED, kind)
 
     def _on_set_current(self, now_us: int, message: Any, link: Link) -> None:
