@@ -1,7 +1,7 @@
 """Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
 
-One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the rotors
-lift the vehicle the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
+One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. While the vehicle
+is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
 termination and FOLLOW_TARGET publish no setpoint.
 """
 
@@ -72,7 +72,7 @@ class FlightModes:
                 task.activate(topics.trajectory_setpoint)
         if task is None:
             return
-        if topics.takeoff_status.state < TakeoffState.RAMPUP:
+        if topics.takeoff_status.state < TakeoffState.RAMPUP or topics.vehicle_land_detected.landed:
             task.activate(_on_ground(topics.trajectory_setpoint.velocity if status.armed else AT_REST))
         topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
 

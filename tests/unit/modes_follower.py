@@ -13,6 +13,7 @@ from autopilot.topics import (
     TakeoffStatus,
     Topics,
     TrajectorySetpoint,
+    VehicleLandDetected,
     VehicleLocalPosition,
     VehicleStatus,
 )
@@ -41,6 +42,7 @@ class Follower:
         self.now_us = 1_000_000
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)
         self.topics.takeoff_status = TakeoffStatus(state=TakeoffState.FLIGHT)
+        self.topics.vehicle_land_detected = VehicleLandDetected(landed=False)
         self.place(0.0, 0.0, up)
 
     def place(self, north: float, east: float, up: float, heading: float = 0.0) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from autopilot.constants import NavState, SetpointType, TakeoffState
 from autopilot.modes.auto import Leg, leg_state
-from autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint
+from autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
 from tests.unit.modes_follower import Follower, Row
 
 
@@ -138,9 +138,11 @@ def test_a_takeoff_climbs_at_mpc_tko_speed_near_the_ground() -> None:
     assert follower.topics.vehicle_constraints.want_takeoff
 
 
-def test_on_the_ground_it_begins_anew_until_the_rotors_lift_it() -> None:
+@pytest.mark.parametrize(("state", "landed"), [(TakeoffState.SPOOLUP, False), (TakeoffState.RAMPUP, True)])
+def test_on_the_ground_it_begins_anew_until_the_rotors_lift_it(state: TakeoffState, landed: bool) -> None:
     follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF)
-    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.SPOOLUP)
+    follower.topics.takeoff_status = TakeoffStatus(state=state)
+    follower.topics.vehicle_land_detected = VehicleLandDetected(landed=landed)
     follower.go((0.0, 0.0, 30.0), kind=SetpointType.TAKEOFF)
     for _ in range(500):
         follower.now_us += 8000
