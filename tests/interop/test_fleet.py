@@ -1,5 +1,6 @@
 """Three quadrotors and two rovers from one launch, each on its own ports, all on a mission at once."""
 
+import contextlib
 import math
 import time
 from typing import Any
@@ -25,6 +26,10 @@ class Pilot:
         self.link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{18570 + instance}", source_system=255)
         self.reached = -1
         self.home: Any = None
+
+    def close(self) -> None:
+        """Free the port."""
+        self.link.close()
 
     def receive(self) -> None:
         """Take in what has come: progress, home, and requests for mission items."""
@@ -82,7 +87,10 @@ class Pilot:
 def test_three_quadrotors_and_two_rovers_fly_and_drive_at_once() -> None:
     """Every vehicle reaches the last item of its own mission."""
     pilots = [Pilot(FIRST_INSTANCE + place, flies=place < 3) for place in range(5)]
-    with launched("iris:3", "rover:2", "--instance", str(FIRST_INSTANCE), "--speed", "3"):
+    with contextlib.ExitStack() as stack:
+        for pilot in pilots:
+            stack.callback(pilot.close)
+        stack.enter_context(launched("iris:3", "rover:2", "--instance", str(FIRST_INSTANCE), "--speed", "3"))
         for pilot in pilots:
             pilot.wait("HEARTBEAT", lambda message: message.system_status == 3)
         for pilot in pilots:

@@ -15,9 +15,8 @@ from tests.launched import launched
 INSTANCE = 21
 LIMIT_S = 60.0
 MISSION = """QGC WPL 110
-0\t1\t0\t16\t0\t0\t0\t0\t47.397742\t8.545594\t489.4\t1
-1\t0\t3\t22\t0\t0\t0\t0\t47.397742\t8.545594\t10.0\t1
-2\t0\t3\t16\t0\t0\t0\t0\t47.397842\t8.545594\t10.0\t1
+0\t1\t3\t22\t0\t0\t0\t0\t47.397742\t8.545594\t10.0\t1
+1\t0\t3\t16\t0\t0\t0\t0\t47.397842\t8.545594\t10.0\t1
 """
 
 
@@ -80,4 +79,4 @@ def test_mavproxy_loads_all_parameters_and_lists_a_mission(mavproxy: MavProxy, t
     mavproxy.say(f"wp load {tmp_path / 'mission.txt'}")
     mavproxy.expect(r"Sent all|Loaded \d+ waypoints")
     mavproxy.say("wp list")
-    mavproxy.expect(r"22 3 47\.39774\d* 8\.5455\d* 10\.0")
+    mavproxy.expect(r"22 6 47\.39774\d* 8\.5455\d* 10\.0")
