@@ -181,7 +181,6 @@ class Estimator:
             field = magnetic_field(gps.latitude_deg, gps.longitude_deg)
             self._reset_yaw(field.declination_rad - self._declination_rad)
             self._declination_rad = field.declination_rad
-        cov.forget(self._covariance, cov.POSITION + 2, 1, (1.5 * self._gps_position_noise(gps.epv)) ** 2)
 
     # --- fusion --------------------------------------------------------------------------------------------
 
