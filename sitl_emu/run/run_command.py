@@ -2,6 +2,7 @@
 
 import json
 import os
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from rich.console import Console
 
 import vehicles
 from missions.registry import MissionError, make_companion
-from sitl_emu.run import launcher, score, worlds
+from sitl_emu.run import launcher, plans, score, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
 from sitl_emu.run.trouble import Trouble
@@ -37,6 +38,7 @@ def run_scenario(
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json", exclude_defaults=True), "seed": seed, "name": scenario.name}
     (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
+    _write_plans(scenario, seed, folder)
     wanted = launcher.Wanted(scenario, seed, speed, folder, gcs, first_instance)
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:
@@ -70,9 +72,20 @@ def check(scenario: Scenario, path: Path) -> None:
             raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             try:
-                make_companion(vehicle.companion.mission, vehicle.companion.options)
-            except MissionError as error:
+                with tempfile.TemporaryDirectory() as folder:
+                    options = plans.written(vehicle.companion.options, world, Path(folder) / "field.plan")
+                    make_companion(vehicle.companion.mission, options)
+            except (MissionError, ValueError) as error:
                 raise ScenarioError(f"{where}.companion: {error}") from None
+
+
+def _write_plans(scenario: Scenario, seed: int, folder: Path) -> None:
+    """Put the plans that follow the world into the run's folder, and their names into the options."""
+    world = worlds.build(scenario.world.kind, seed, scenario.world.options)
+    for vehicle in scenario.vehicles:
+        if vehicle.companion is not None:
+            options = vehicle.companion.options
+            options.update(plans.written(options, world, folder / f"{vehicle.name}.plan"))
 
 
 def make_folder(out: Path | None, name: str) -> Path:
