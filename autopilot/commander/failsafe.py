@@ -206,7 +206,7 @@ class Failsafe:
         if failed and option.action is not Action.NONE:
             if before is None:
                 delayed = delayed and option.action not in (Action.WARN, Action.HOLD, Action.DISARM, Action.TERMINATE)
-                if delayed and not any(waits for _, waits in active.values()):
+                if delayed and self._selected <= Action.WARN and not any(waits for _, waits in active.values()):
                     self._hold_until_us = now_us + int(self._parameters["COM_FAIL_ACT_T"] * 1e6)
                 active[name] = (option, delayed)
             elif before[0] != option and before[0].clear is Clear.WHEN_CONDITION_CLEARS:
@@ -220,19 +220,21 @@ class Failsafe:
                 del active[name]
 
     def _holding(self, now_us: int) -> bool:
-        return now_us < self._hold_until_us
+        return now_us < self._hold_until_us and any(waits for _, waits in self._active.values())
 
     def _mode_fallback(self, user_mode: NavState, flags: FailsafeFlags, can_run: int) -> Action:
+        """What to do because the mode cannot be flown; each replacement has to be possible itself."""
+        action = Action.NONE
         if user_mode is NavState.OFFBOARD and flags.offboard_control_signal_lost:
-            return OFFBOARD_LOSS_ACT.get(int(self._parameters["COM_OBL_RC_ACT"]), Action.RTL)
+            action = OFFBOARD_LOSS_ACT.get(int(self._parameters["COM_OBL_RC_ACT"]), Action.RTL)
+            user_mode = _MODE_OF_ACTION.get(action, user_mode)
+            if action >= Action.HOLD:
+                return action
         if user_mode in (NavState.POSCTL, NavState.POSITION_SLOW) and not can_run >> user_mode & 1:
-            if can_run >> NavState.ALTCTL & 1:
-                return Action.FALLBACK_ALTCTL
-            if can_run >> NavState.STAB & 1:
-                return Action.FALLBACK_STAB
-        elif user_mode is NavState.ALTCTL and not can_run >> NavState.ALTCTL & 1 and can_run >> NavState.STAB & 1:
-            return Action.FALLBACK_STAB
-        return Action.NONE if can_run >> user_mode & 1 else Action.RTL
+            action, user_mode = Action.FALLBACK_ALTCTL, NavState.ALTCTL
+        if user_mode is NavState.ALTCTL and not can_run >> NavState.ALTCTL & 1:
+            action, user_mode = Action.FALLBACK_STAB, NavState.STAB
+        return action if can_run >> user_mode & 1 else Action.RTL
 
     def _select(self, now_us: int, user_mode: NavState, user_mode_changed: bool, can_run: int) -> NavState:
         action = max((option.action for option, _ in self._active.values()), default=Action.NONE)
@@ -246,7 +248,7 @@ class Failsafe:
         hold_s = 0
         if self._taken_over and (action < Action.DISARM and can_run >> user_mode & 1):
             action = min(action, Action.WARN)
-        elif Action.HOLD < action < Action.DISARM and self._only_delayed(action) and self._holding(now_us):
+        elif Action.HOLD < action < Action.DISARM and self._holding(now_us):
             hold_s = round(float(self._parameters["COM_FAIL_ACT_T"]))
             action = Action.HOLD
         possible = self._possible(action, can_run)
@@ -254,9 +256,6 @@ class Failsafe:
             self._notice(possible, hold_s)
         self._selected = possible
         return _MODE_OF_ACTION.get(possible, user_mode)
-
-    def _only_delayed(self, action: Action) -> bool:
-        return all(waits for option, waits in self._active.values() if option.action is action)
 
     def _possible(self, action: Action, can_run: int) -> Action:
         if action < Action.FALLBACK_POSCTL or action > Action.DESCEND:

@@ -111,11 +111,11 @@ class Geofence:
         self._due_us = 0
         self._breached_text = ""
 
-    def update(self) -> None:
-        """Compare the vehicle with the fence, at 10 Hz."""
+    def update(self) -> bool:
+        """Compare the vehicle with the fence, at 10 Hz; True when it has just broken it."""
         state = self._state
         if state.now_us < self._due_us:
-            return
+            return False
         self._due_us = state.now_us + CHECK_INTERVAL_US
         position = state.position
         text = ""
@@ -134,8 +134,10 @@ class Geofence:
                 result.breach_count + 1,
                 state.now_us,
             )
-        elif result.breached and not breached:
+            return True
+        if result.breached and not breached:
             state.topics.geofence_result = result._replace(timestamp=state.now_us, breached=False, breach_type=0)
+        return False
 
     def allows(self, lat_deg: float, lon_deg: float, alt_m: float) -> bool:
         """Whether a place (altitude AMSL) is within the fence."""

@@ -19,6 +19,7 @@ class Loiter:
         self._geofence = geofence
         self._reposition: VehicleCommand | None = None
         self._idle = False
+        self._broken_at: tuple[float, float, float] | None = None
 
     def reposition(self, command: VehicleCommand) -> None:
         """DO_REPOSITION, for when this mode is active. Refused beyond the fence, with PX4's text."""
@@ -30,6 +31,11 @@ class Loiter:
             return
         self._reposition = command
 
+    def hold_here(self) -> None:
+        """Come back to this place when HOLD is entered next: where the fence was broken."""
+        position = self._state.position
+        self._broken_at = (position.lat, position.lon, position.alt)
+
     def on_activation(self) -> None:
         """Enter HOLD."""
         self._stay()
@@ -40,7 +46,7 @@ class Loiter:
             command, self._reposition = self._reposition, None
             if not (self._state.landed and not self._state.armed):
                 self._go(command)
-        elif self._idle and not self._state.landed:
+        elif (self._idle and not self._state.landed) or self._broken_at is not None:
             self._stay()
 
     def _stay(self) -> None:
@@ -50,7 +56,10 @@ class Loiter:
             state.idle()
             return
         current = state.triplet.current
-        if state.can_loiter_at_setpoint and current.valid and math.isfinite(current.lat):
+        if self._broken_at is not None:
+            (lat, lon, alt), yaw = self._broken_at, math.nan
+            self._broken_at = None
+        elif state.can_loiter_at_setpoint and current.valid and math.isfinite(current.lat):
             lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
         else:
             lat, lon = state.stop_point()

@@ -106,7 +106,7 @@ class Mission:
     def check(self) -> None:
         """Work out whether the mission can be flown."""
         trouble = mission_feasibility.problem(self._state, self.items)
-        if trouble is not None and self.items:
+        if trouble:
             self._state.say(Severity.CRITICAL, trouble)
         self.valid = trouble is None
 
@@ -273,7 +273,7 @@ class Mission:
             )
             current = current._replace(acceptance_radius=self._rover_radius_m)
         state.fly(current, previous=previous, following=following)
-        state.can_loiter_at_setpoint = target.command not in LANDS
+        state.can_loiter_at_setpoint = False
 
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target

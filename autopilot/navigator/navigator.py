@@ -20,6 +20,7 @@ from autopilot.parameters import Parameters
 from autopilot.topics import MissionResult, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
+GF_ACTION_HOLD = 2
 Mode = Takeoff | Loiter | Mission | Rtl | Land
 
 
@@ -80,15 +81,15 @@ class Navigator:
             self._version = self._parameters.version
             state.settings = settings_of(self._parameters)
         self._mission.take_plan()
-        self._geofence.update()
+        if self._geofence.update() and state.settings.gf_action == GF_ACTION_HOLD:
+            self._loiter.hold_here()
         self._take_commands()
         status = topics.vehicle_status
         if status.armed is not self._was_armed:
             self._was_armed = status.armed
             state.cruising_speed_m_s = -1.0
-        before = state.triplet
         self._run_mode(status.nav_state)
-        if state.triplet is not before:
+        if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
         self._publish_mission_result(now_us)
 

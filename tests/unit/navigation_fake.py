@@ -28,7 +28,8 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 
 HOME_LAT, HOME_LON, HOME_ALT = 47.397743, 8.545594, 489.4
-STEP_US = 20_000
+STEP_US = 40_000
+"""Half as often as the autopilot runs them, for the sake of quick tests."""
 SPEED_M_S = 5.0
 PLACE = MapProjection(HOME_LAT, HOME_LON)
 
@@ -91,7 +92,7 @@ class FakeVehicle:
         raise AssertionError(f"still armed after {limit_s} s in {self.mode.name}, said {self.said}")
 
     def step(self) -> None:
-        """20 ms: publish what an estimator would, run commander and navigator, move."""
+        """One step: publish what an estimator would, run commander and navigator, move."""
         self.now_us += STEP_US
         self._sense()
         self.commander.update(self.now_us)

@@ -1,10 +1,15 @@
-"""A ground station's heartbeat within COM_DL_LOSS_T (the data link half of PX4's rcAndDataLinkCheck)."""
+"""A ground station's heartbeat within COM_DL_LOSS_T (the data link half of PX4's rcAndDataLinkCheck).
+
+PX4's links notice a missing heartbeat only after a while of their own; COM_DL_LOSS_T counts from then.
+"""
 
 from autopilot.commander.arming_checks.findings import Findings, Settings
 from autopilot.topics import Topics
+
+LINK_TIMEOUT_US = 2_500_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """A ground station that was never there counts as lost, too."""
     heard_us = topics.gcs_heartbeats.gcs_us
-    findings.gcs_connection_lost = heard_us == 0 or now_us - heard_us > settings.com_dl_loss_us
+    findings.gcs_connection_lost = heard_us == 0 or now_us - heard_us > settings.com_dl_loss_us + LINK_TIMEOUT_US

@@ -1,0 +1,230 @@
+"""Arming, disarming and choosing modes on the ground, as a person or a ground station sees it."""
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.topics import ManualControlSetpoint
+from sitl_emu.core import dialect as mavlink
+
+from .navigation_fake import FakeVehicle, item
+
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
+UNINIT, STANDBY, ACTIVE, CRITICAL, FLIGHT_TERMINATION = 0, 3, 4, 5, 8
+ARM_DISARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+PREARM_BIT = 0x10000000
+
+
+@pytest.fixture
+def vehicle() -> FakeVehicle:
+    ready = FakeVehicle()
+    ready.run(3.0)
+    return ready
+
+
+def test_boots_in_hold_silently_and_becomes_ready() -> None:
+    vehicle = FakeVehicle()
+    vehicle.step()
+    assert vehicle.topics.vehicle_status.system_status == UNINIT
+    assert not vehicle.topics.health_report.health & PREARM_BIT
+    vehicle.run(3.0)
+    assert vehicle.topics.vehicle_status.system_status == STANDBY
+    assert vehicle.topics.health_report.health & PREARM_BIT
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert vehicle.take_texts() == []
+
+
+def test_sys_status_bits_are_those_of_px4_when_ready(vehicle: FakeVehicle) -> None:
+    report = vehicle.topics.health_report
+    assert (report.present, report.enabled, report.health) == (50380847, 50446383, 320915519)
+
+
+def test_arm_and_disarm_by_command(vehicle: FakeVehicle) -> None:
+    assert vehicle.arm() == ACCEPTED
+    assert vehicle.arm() == ACCEPTED
+    vehicle.step()
+    assert vehicle.armed
+    assert vehicle.topics.actuator_armed.armed
+    assert vehicle.topics.vehicle_status.system_status == ACTIVE
+    assert vehicle.result(ARM_DISARM, 0) == ACCEPTED
+    assert vehicle.result(ARM_DISARM, 0) == ACCEPTED
+    vehicle.step()
+    assert not vehicle.armed
+    assert vehicle.take_texts() == ["Armed by external command", "Disarmed by external command"]
+
+
+def test_other_numbers_than_arm_and_disarm_get_no_ack(vehicle: FakeVehicle) -> None:
+    assert vehicle.command(ARM_DISARM, 2) is None
+    assert vehicle.result(ARM_DISARM, 0.5) == ACCEPTED  # rounds to arm
+
+
+def test_disarms_itself_when_nobody_takes_off(vehicle: FakeVehicle) -> None:
+    vehicle.arm()
+    vehicle.run(9.8)
+    assert vehicle.armed
+    vehicle.run(0.4)
+    assert not vehicle.armed
+    assert vehicle.take_texts()[-1] == "Disarmed by auto preflight disarming"
+
+
+def test_a_rover_takes_off_by_arming_and_never_disarms_itself() -> None:
+    rover = FakeVehicle("rover")
+    rover.run(3.0)
+    rover.arm()
+    rover.run(20.0)
+    assert rover.armed
+    assert rover.take_texts() == ["Armed by external command", "Takeoff detected"]
+    assert rover.result(ARM_DISARM, 0) == ACCEPTED
+
+
+@pytest.mark.parametrize(("main", "sub"), [(1, 0), (2, 0), (3, 0), (4, 4), (4, 5), (4, 6), (5, 0), (6, 0), (7, 0)])
+def test_modes_that_cannot_be_flown_may_be_chosen_on_the_ground_but_not_armed(
+    vehicle: FakeVehicle, main: int, sub: int
+) -> None:
+    assert vehicle.set_mode(main, sub) == ACCEPTED
+    vehicle.step()
+    assert vehicle.topics.vehicle_status.system_status == UNINIT
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert vehicle.take_texts() == ["Arming denied: Resolve system health failures first"]
+
+
+@pytest.mark.parametrize("sub", [2, 3])
+def test_takeoff_and_hold_can_be_armed(vehicle: FakeVehicle, sub: int) -> None:
+    assert vehicle.set_mode(4, sub) == ACCEPTED
+    assert vehicle.arm() == ACCEPTED
+
+
+@pytest.mark.parametrize(("main", "sub"), [(0, 0), (4, 1), (4, 7), (4, 10), (4, 20), (8, 0), (9, 0), (10, 0), (99, 0)])
+def test_modes_that_nobody_may_choose(vehicle: FakeVehicle, main: int, sub: int) -> None:
+    assert vehicle.set_mode(main, sub) == TEMPORARILY_REJECTED
+    vehicle.step()
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_every_other_mode_is_accepted_on_the_ground_and_refused_in_the_air(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(5.0)
+    vehicle.take_texts()
+    for main, sub, name in ((1, 0, "Manual"), (3, 0, "Position"), (4, 4, "Mission"), (6, 0, "Offboard")):
+        assert vehicle.set_mode(main, sub) == TEMPORARILY_REJECTED
+        assert vehicle.take_texts() == [f"Switching to {name} is currently not available"]
+    vehicle.step()
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_standard_modes(vehicle: FakeVehicle) -> None:
+    command = mavlink.MAV_CMD_DO_SET_STANDARD_MODE
+    assert [vehicle.result(command, mode) for mode in range(10)] == [4, 0, 0, 4, 0, 0, 0, 0, 0, 4]
+    rover = FakeVehicle("rover")
+    rover.run(3.0)
+    assert [rover.result(command, mode) for mode in range(10)] == [4, 4, 4, 4, 4, 0, 0, 0, 0, 4]
+
+
+def test_sticks_that_are_not_at_rest_refuse_arming(vehicle: FakeVehicle) -> None:
+    vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+    vehicle.set_mode(7)
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert vehicle.take_texts() == ["Arming denied: high throttle"]
+    vehicle.set_mode(3)
+    assert vehicle.arm() == ACCEPTED
+
+
+def test_force_arms_without_health_and_disarms_in_the_air(vehicle: FakeVehicle) -> None:
+    vehicle.set_mode(4, 5)
+    assert vehicle.result(ARM_DISARM, 1, 21196) == ACCEPTED
+    vehicle.result(ARM_DISARM, 0)
+    vehicle.set_mode(4, 3)
+    vehicle.take_off(5.0)
+    assert vehicle.result(ARM_DISARM, 0) == TEMPORARILY_REJECTED
+    assert vehicle.take_texts()[-1] == "Disarming denied: not landed"
+    assert vehicle.result(ARM_DISARM, 0, 21196) == ACCEPTED
+
+
+def test_no_gps_denies_arming_and_is_told(vehicle: FakeVehicle) -> None:
+    vehicle.gps = False
+    vehicle.run(8.0)
+    assert vehicle.topics.vehicle_status.system_status == UNINIT
+    assert vehicle.take_texts() == ["Preflight: GPS fix too low"]
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+
+
+def test_dead_sensors_deny_arming(vehicle: FakeVehicle) -> None:
+    vehicle.sensors = False
+    vehicle.run(2.0)
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert "Preflight Fail: No valid data from Accel 0" in vehicle.take_texts()
+
+
+def test_home_is_set_at_the_first_position_and_again_at_arming(vehicle: FakeVehicle) -> None:
+    home = vehicle.topics.home_position
+    assert home.valid
+    vehicle.north = 0.4
+    vehicle.step()
+    assert vehicle.topics.home_position is home
+    vehicle.arm()
+    assert abs(vehicle.topics.home_position.x - 0.4) < 0.01
+
+
+def test_home_follows_a_vehicle_that_is_carried_away_but_not_a_home_that_was_set(vehicle: FakeVehicle) -> None:
+    vehicle.north = 20.0
+    vehicle.run(0.3)
+    assert abs(vehicle.topics.home_position.x - 20.0) < 0.1
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 1) == ACCEPTED
+    vehicle.north = 0.0
+    vehicle.run(0.3)
+    assert abs(vehicle.topics.home_position.x - 20.0) < 0.1
+    assert vehicle.topics.home_position.manual_home
+
+
+def test_calibrations_are_answered(vehicle: FakeVehicle) -> None:
+    calibrate = mavlink.MAV_CMD_PREFLIGHT_CALIBRATION
+    assert vehicle.result(calibrate, 1) == ACCEPTED
+    assert vehicle.result(calibrate, 0, 0, 0, 0, 2) == ACCEPTED
+    assert vehicle.result(calibrate, 9, 9, 9, 9, 9, 9, 9) == UNSUPPORTED
+    assert vehicle.take_texts() == ["[cal] calibration started: 2 gyro", "[cal] calibration started: 2 level"]
+
+
+@pytest.mark.parametrize(
+    ("number", "param1", "result"),
+    [
+        (mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0, DENIED),
+        (mavlink.MAV_CMD_MISSION_START, 0, DENIED),
+        (mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 3, DENIED),
+        (mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 0, ACCEPTED),
+        (mavlink.MAV_CMD_RUN_PREARM_CHECKS, 0, ACCEPTED),
+        (mavlink.MAV_CMD_DO_LAND_START, 0, 6),
+        (mavlink.MAV_CMD_CONTROL_HIGH_LATENCY, 0, FAILED),
+        (mavlink.MAV_CMD_DO_GRIPPER, 0, TEMPORARILY_REJECTED),
+        (mavlink.MAV_CMD_DO_GRIPPER, 1, ACCEPTED),
+        (mavlink.MAV_CMD_INJECT_FAILURE, 0, DENIED),
+    ],
+)
+def test_results_on_the_ground(vehicle: FakeVehicle, number: int, param1: float, result: int) -> None:
+    assert vehicle.result(number, param1) == result
+
+
+def test_commands_that_others_answer_get_no_ack(vehicle: FakeVehicle) -> None:
+    assert vehicle.command(mavlink.MAV_CMD_DO_DIGICAM_CONTROL) is None
+    assert vehicle.command(mavlink.MAV_CMD_ACTUATOR_TEST) is None
+
+
+def test_termination_is_for_good(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(5.0)
+    vehicle.take_texts()
+    assert vehicle.result(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1) == ACCEPTED
+    vehicle.run(0.5)
+    assert vehicle.mode is NavState.TERMINATION
+    assert vehicle.topics.vehicle_status.termination
+    assert vehicle.topics.vehicle_status.system_status == FLIGHT_TERMINATION
+    assert vehicle.take_texts() == ["Failsafe activated", "Preflight Fail: Flight termination active"]
+    assert vehicle.result(mavlink.MAV_CMD_NAV_LAND) == TEMPORARILY_REJECTED
+    assert vehicle.take_texts() == ["Switching to Land is currently not available"]
+    vehicle.result(ARM_DISARM, 0, 21196)
+    vehicle.step()
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+
+
+def test_mission_start_arms_and_starts(vehicle: FakeVehicle) -> None:
+    vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
+    vehicle.step()
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == ACCEPTED
+    vehicle.step()
+    assert (vehicle.mode, vehicle.armed) == (NavState.AUTO_MISSION, True)

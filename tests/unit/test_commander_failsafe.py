@@ -1,0 +1,244 @@
+"""What happens when something fails in flight: one transcript per failure, after PX4's own."""
+
+import pytest
+
+from autopilot.commander.failsafe import Action, Failsafe
+from autopilot.commander.mode_requirements import ALL_MODES, Need, missing, runnable_modes
+from autopilot.constants import NavState
+from autopilot.parameters import Parameters
+from autopilot.topics import FailsafeFlags, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
+from sitl_emu.core import dialect as mavlink
+
+from .navigation_fake import FakeVehicle
+
+CRITICAL, ACTIVE = 5, 4
+NAV_LAND = mavlink.MAV_CMD_NAV_LAND
+HOLD_TEXT = "Failsafe activated: entering Hold for 5 seconds"
+GOOD = FailsafeFlags(*(False,) * 11, battery_warning=0)
+
+
+def flying(up_m: float = 10.0, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+    """A vehicle in HOLD that has forgotten its texts and modes."""
+    vehicle = FakeVehicle(airframe_class, **parameters)
+    vehicle.run(3.0)
+    vehicle.take_off(up_m)
+    vehicle.take_texts()
+    del vehicle.modes[:-1]
+    return vehicle
+
+
+def status(vehicle: FakeVehicle) -> int:
+    return vehicle.topics.vehicle_status.system_status
+
+
+def test_without_sticks_from_the_start_their_absence_is_no_failure() -> None:
+    vehicle = flying()
+    vehicle.run(5.0)
+    assert vehicle.modes == ["AUTO_LOITER"]
+    assert not vehicle.topics.vehicle_status.failsafe
+
+
+def test_lost_sticks_hold_then_return() -> None:
+    vehicle = flying()
+    for _ in range(100):
+        vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+        vehicle.step()
+        if vehicle.mode is NavState.AUTO_LOITER:
+            vehicle.set_mode(3)
+    vehicle.run(3.0)
+    assert vehicle.modes == ["AUTO_LOITER", "POSCTL", "AUTO_LOITER"]
+    assert status(vehicle) == CRITICAL
+    vehicle.run(4.0)
+    assert vehicle.modes[-1] == "AUTO_RTL"
+    assert vehicle.take_texts()[:3] == [
+        HOLD_TEXT,
+        "Failsafe activated",
+        "RTL: start return at 500 m (10 m above destination)",
+    ]
+
+
+def test_a_pilot_who_lands_takes_over_and_the_mode_of_before_comes_back() -> None:
+    vehicle = flying()
+    for _ in range(10):
+        vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+        vehicle.step()
+    vehicle.set_mode(3)
+    vehicle.run(8.0)
+    assert vehicle.mode is NavState.AUTO_RTL
+    assert vehicle.result(NAV_LAND) == 0
+    vehicle.step()
+    assert vehicle.mode is NavState.AUTO_LAND
+    assert status(vehicle) == ACTIVE
+    vehicle.run_until_disarmed()
+    assert vehicle.mode is NavState.POSCTL
+
+
+@pytest.mark.parametrize(("action", "mode"), [(2, "AUTO_RTL"), (3, "AUTO_LAND")])
+def test_lost_ground_station(action: int, mode: str) -> None:
+    vehicle = flying(NAV_DLL_ACT=action, COM_DL_LOSS_T=10, COM_FAIL_ACT_T=2.0)
+    vehicle.gcs = False
+    vehicle.run(13.5)
+    assert vehicle.modes == ["AUTO_LOITER"]
+    assert status(vehicle) == CRITICAL
+    vehicle.run(2.0)
+    assert vehicle.modes == ["AUTO_LOITER", mode]
+    vehicle.gcs = True
+    vehicle.run(1.0)
+    assert vehicle.modes[-1] == mode
+    assert "GCS connection regained" in vehicle.take_texts()
+
+
+def test_lost_ground_station_does_nothing_by_default() -> None:
+    vehicle = flying()
+    vehicle.gcs = False
+    vehicle.run(20.0)
+    assert (vehicle.modes, status(vehicle)) == (["AUTO_LOITER"], ACTIVE)
+
+
+def test_a_link_that_comes_back_within_the_hold_ends_the_failsafe() -> None:
+    vehicle = flying(NAV_DLL_ACT=2)
+    vehicle.gcs = False
+    vehicle.run(14.0)
+    assert vehicle.topics.vehicle_status.failsafe
+    vehicle.gcs = True
+    vehicle.run(10.0)
+    assert not vehicle.topics.vehicle_status.failsafe
+    assert vehicle.modes == ["AUTO_LOITER"]
+
+
+def test_lost_position_descends_at_once_and_holds_again_when_it_is_back() -> None:
+    vehicle = flying()
+    vehicle.gps = False
+    vehicle.run(0.5)
+    assert vehicle.modes == ["AUTO_LOITER", "DESCEND"]
+    assert vehicle.take_texts() == ["Failsafe activated"]
+    vehicle.gps = True
+    vehicle.run(0.5)
+    assert vehicle.modes[-1] == "AUTO_LOITER"
+    assert status(vehicle) == ACTIVE
+
+
+def offboard(vehicle: FakeVehicle, seconds: float) -> None:
+    """Send setpoints at 50 Hz."""
+    for _ in range(round(seconds * 25)):
+        hover = TrajectorySetpoint(vehicle.now_us, position=(0.0, 0.0, -10.0))
+        vehicle.topics.offboard_setpoint = OffboardSetpoint(vehicle.now_us, trajectory=hover)
+        vehicle.step()
+
+
+def test_lost_offboard_setpoints_return_at_once() -> None:
+    vehicle = flying(COM_OF_LOSS_T=1.0)
+    offboard(vehicle, 0.5)
+    assert vehicle.set_mode(6) == 0
+    offboard(vehicle, 1.0)
+    assert vehicle.mode is NavState.OFFBOARD
+    vehicle.run(1.3)
+    assert vehicle.modes == ["AUTO_LOITER", "OFFBOARD", "AUTO_RTL"]
+    assert vehicle.take_texts()[0] == "Failsafe activated"
+    vehicle.run_until_disarmed()
+    assert vehicle.mode is NavState.OFFBOARD
+
+
+def test_offboard_loss_action_hold() -> None:
+    vehicle = flying(COM_OBL_RC_ACT=5)
+    offboard(vehicle, 0.5)
+    vehicle.set_mode(6)
+    offboard(vehicle, 0.5)
+    vehicle.run(1.5)
+    assert vehicle.modes[-1] == "AUTO_LOITER"
+
+
+def test_low_battery_is_told_critical_returns_emergency_lands() -> None:
+    vehicle = flying(30.0)
+    vehicle.battery = vehicle.battery._replace(warning=1)
+    vehicle.run(5.0)
+    assert vehicle.take_texts() == ["Low battery"]
+    vehicle.battery = vehicle.battery._replace(warning=2)
+    vehicle.run(1.2)
+    assert vehicle.take_texts() == ["Critical battery", HOLD_TEXT]
+    vehicle.battery = vehicle.battery._replace(warning=3)
+    vehicle.run(1.0)
+    assert vehicle.take_texts() == ["System does not support shutdown"]
+    assert vehicle.mode is NavState.AUTO_LOITER
+    vehicle.run(3.5)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_LAND"]
+    assert vehicle.take_texts() == ["Failsafe activated"]
+
+
+def test_battery_that_is_only_warned_of_changes_nothing() -> None:
+    vehicle = flying(COM_LOW_BAT_ACT=0)
+    vehicle.battery = vehicle.battery._replace(warning=3)
+    vehicle.run(10.0)
+    assert (vehicle.modes, status(vehicle)) == (["AUTO_LOITER"], ACTIVE)
+
+
+def test_a_fence_with_return_holds_first() -> None:
+    vehicle = flying(GF_ACTION=3, GF_MAX_HOR_DIST=30.0)
+    vehicle.north = 90.0
+    vehicle.run(1.0)
+    assert vehicle.modes == ["AUTO_LOITER"]
+    assert vehicle.take_texts() == ["Geofence: exceeding maximum distance to Home", HOLD_TEXT]
+    vehicle.run(5.0)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_RTL"]
+
+
+def test_a_fence_that_warns_says_failsafe_when_the_pilot_changes_the_mode() -> None:
+    vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=30.0)
+    vehicle.north = 90.0
+    vehicle.run(1.0)
+    assert (vehicle.take_texts(), status(vehicle)) == (["Geofence: exceeding maximum distance to Home"], ACTIVE)
+    vehicle.result(NAV_LAND)
+    vehicle.step()
+    assert "Failsafe activated" in vehicle.take_texts()
+
+
+def test_flight_time_limit_returns() -> None:
+    vehicle = flying(COM_FLT_TIME_MAX=30)
+    vehicle.run(30.0)
+    assert vehicle.mode is NavState.AUTO_RTL
+
+
+def failsafe_action(flags: FailsafeFlags, mode: NavState, **parameters: float) -> tuple[Action, NavState]:
+    """What a failsafe without hold flies for these flags."""
+    failsafe = Failsafe(Parameters("multicopter", {"COM_FAIL_ACT_T": 0.0} | parameters), lambda *_: None)
+    asked = {"armed": True, "user_mode": mode, "mode_changes": 0}
+    failsafe.update(0, flags=GOOD, can_run_mode_flags=runnable_modes(GOOD), **asked)  # type: ignore[arg-type]
+    flown = failsafe.update(1000, flags=flags, can_run_mode_flags=runnable_modes(flags), **asked)  # type: ignore[arg-type]
+    return failsafe.selected, flown
+
+
+def test_everything_good_flies_what_was_asked_for() -> None:
+    for mode in NavState:
+        if runnable_modes(GOOD) >> mode & 1:
+            assert failsafe_action(GOOD, mode) == (Action.NONE, mode)
+
+
+def test_position_without_position_falls_back_to_altitude() -> None:
+    flags = GOOD._replace(local_position_invalid=True, global_position_invalid=True)
+    assert failsafe_action(flags, NavState.POSCTL) == (Action.FALLBACK_ALTCTL, NavState.ALTCTL)
+
+
+def test_nothing_left_to_fly_by_terminates() -> None:
+    flags = GOOD._replace(attitude_invalid=True, local_position_invalid=True, global_position_invalid=True)
+    assert failsafe_action(flags, NavState.AUTO_LOITER) == (Action.TERMINATE, NavState.TERMINATION)
+
+
+def test_the_worst_action_wins() -> None:
+    flags = GOOD._replace(geofence_breached=True, gcs_connection_lost=True)
+    selected, _ = failsafe_action(flags, NavState.AUTO_LOITER, GF_ACTION=2, NAV_DLL_ACT=3)
+    assert selected is Action.LAND
+
+
+def test_link_loss_exceptions() -> None:
+    flags = GOOD._replace(manual_control_signal_lost=True)
+    assert failsafe_action(flags, NavState.AUTO_MISSION)[0] is Action.RTL
+    assert failsafe_action(flags, NavState.AUTO_MISSION, COM_RCL_EXCEPT=1)[0] is Action.NONE
+    assert failsafe_action(flags, NavState.AUTO_LOITER, COM_RCL_EXCEPT=1)[0] is Action.RTL
+    assert failsafe_action(flags, NavState.AUTO_LOITER, COM_RCL_EXCEPT=2)[0] is Action.NONE
+
+
+def test_requirements_cover_every_mode_and_say_what_is_missing() -> None:
+    assert sum(1 << mode for mode in NavState) == ALL_MODES
+    assert missing(GOOD) is Need.OTHER
+    assert Need.HOME_POSITION in missing(GOOD._replace(home_position_invalid=True))
+    assert not runnable_modes(GOOD) >> NavState.EXTERNAL1 & 1

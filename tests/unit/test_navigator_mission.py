@@ -1,0 +1,329 @@
+"""Missions: which items are announced as reached and current, what is said, and how it ends; after PX4's flights."""
+
+import math
+
+import pytest
+
+from autopilot.constants import NavState, SetpointType
+from autopilot.dataman import MissionItem, Plan
+from autopilot.navigator.rover_acceptance import acceptance_radius_m
+from autopilot.navigator.state import settings_of
+from autopilot.parameters import Parameters
+from sitl_emu.core import dialect as mavlink
+
+from .navigation_fake import PLACE, FakeVehicle, item
+
+TAKEOFF, WAYPOINT, LAND = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LAND
+RTL, DELAY, LOITER_TIME = (
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+    mavlink.MAV_CMD_NAV_DELAY,
+    mavlink.MAV_CMD_NAV_LOITER_TIME,
+)
+JUMP, SPEED = mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_CHANGE_SPEED
+NO_MISSION, NOT_STARTED, ACTIVE, PAUSED, COMPLETE = 1, 2, 3, 4, 5
+FLIGHT_TEXTS = ["Armed by external command", "Executing Mission", "Climb to 8.0 meters above home", "Takeoff detected"]
+
+
+def uploaded(*items: MissionItem, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+    """On the ground, with a mission."""
+    vehicle = FakeVehicle(airframe_class, **parameters)
+    vehicle.run(3.0)
+    vehicle.upload(*items)
+    vehicle.run(0.1)
+    return vehicle
+
+
+def started(*items: MissionItem, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+    """Armed in MISSION."""
+    vehicle = uploaded(*items, airframe_class=airframe_class, **parameters)
+    assert vehicle.set_mode(4, 4) == 0
+    assert vehicle.arm() == 0
+    return vehicle
+
+
+def mission_state(vehicle: FakeVehicle) -> int:
+    return vehicle.topics.mission_result.mission_state
+
+
+def run_until(vehicle: FakeVehicle, reached: int, limit_s: float = 60.0) -> None:
+    for _ in range(round(limit_s * 25)):
+        vehicle.step()
+        if vehicle.topics.mission_result.seq_reached == reached:
+            return
+    raise AssertionError(f"{reached} is not reached, only {vehicle.reached}")
+
+
+def test_takeoff_waypoints_landing() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 20, 20, 8), item(LAND, 40, 20))
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 3]
+    assert vehicle.current == [0, 1, 2, 3]
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_MISSION"]
+    texts = vehicle.take_texts()
+    assert texts[:4] == FLIGHT_TEXTS
+    assert sorted(texts[4:]) == ["Disarmed by landing", "Landing detected", "Mission finished, landed"]
+    assert (round(vehicle.north), round(vehicle.east)) == (40, 20)
+    assert mission_state(vehicle) == COMPLETE
+
+
+def test_states_of_a_mission() -> None:
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    assert mission_state(vehicle) == NO_MISSION
+    vehicle.upload(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 60, 0, 8))
+    vehicle.run(0.1)
+    assert mission_state(vehicle) == NOT_STARTED
+    assert vehicle.topics.mission_result.seq_total == 2
+    vehicle.set_mode(4, 4)
+    vehicle.arm()
+    run_until(vehicle, 0)
+    assert mission_state(vehicle) == ACTIVE
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.1)
+    assert mission_state(vehicle) == PAUSED
+    vehicle.dataman.mission = Plan()
+    vehicle.run(0.1)
+    assert mission_state(vehicle) == NO_MISSION
+
+
+def test_a_mission_that_ends_in_the_air_ends_in_hold() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8))
+    run_until(vehicle, 1)
+    vehicle.run(5.0)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_MISSION", "AUTO_LOITER"]
+    assert vehicle.take_texts() == [*FLIGHT_TEXTS, "Mission finished, loitering"]
+    assert round(vehicle.north) == 20
+    assert vehicle.topics.mission_result.seq_current == 1
+
+
+def test_items_carried_out_on_the_way_hide_the_place_before_them() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 30, 0, 8),
+        item(SPEED, 0, 0, 0, 1, 3.0, -1),
+        item(WAYPOINT, 60, 0, 8),
+        item(LAND, 60, 0),
+    )
+    run_until(vehicle, 2)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 2, 3, 4]
+    assert vehicle.current == [0, 1, 3, 4]
+
+
+def test_jumps() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 25, 0, 8),
+        item(WAYPOINT, 25, 20, 8),
+        item(JUMP, 0, 0, 0, 1, 2),
+        item(WAYPOINT, 0, 20, 8),
+        item(LAND, 0, 20),
+    )
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 4, 5]
+    assert vehicle.current == [0, 1, 2, 1, 2, 1, 2, 4, 5]
+
+
+def test_a_jump_to_itself_does_not_hang() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(JUMP, 0, 0, 0, 1, -1))
+    vehicle.run(15.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_hold_times() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 30, 0, 8, 4.0),
+        item(LOITER_TIME, 60, 0, 8, 3.0),
+        item(DELAY, 0, 0, 0, 5.0, -1, -1),
+        item(WAYPOINT, 60, 30, 8),
+    )
+    times = {}
+    while vehicle.mode is not NavState.AUTO_LOITER or not vehicle.armed:
+        vehicle.step()
+        times.setdefault(vehicle.topics.mission_result.seq_reached, vehicle.now_us * 1e-6)
+    assert times[1] - times[0] == pytest.approx(20 / 5 + 4.0, abs=0.5)
+    assert times[2] - times[1] == pytest.approx(20 / 5 + 3.0, abs=0.5)
+    assert times[3] - times[2] == pytest.approx(5.0, abs=0.1)
+
+
+def test_acceptance_radius_and_yaw_of_an_item() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 3.0), item(WAYPOINT, 80, 0, 8))
+    run_until(vehicle, 1)
+    assert vehicle.north == pytest.approx(37.0, abs=0.2)
+    turning = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0))
+    turning.run(30.0)
+    assert turning.reached == [-1, 0]  # the fake never turns
+
+
+def test_rtl_item_ends_the_mission_then_returns() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(RTL))
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 2]
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_MISSION", "AUTO_LOITER", "AUTO_RTL", "AUTO_LOITER"]
+    assert vehicle.take_texts()[4:8] == [
+        "Mission finished, loitering",
+        "Returning to launch",
+        "RTL: start return at 520 m (30 m above destination)",
+        "RTL: land at destination",
+    ]
+
+
+def test_pause_and_go_on() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 60, 0, 8), item(LAND, 60, 0))
+    run_until(vehicle, 1)
+    vehicle.run(1.0)
+    vehicle.set_mode(4, 3)
+    vehicle.run(5.0)
+    where = vehicle.north
+    vehicle.run(5.0)
+    assert vehicle.north == where
+    vehicle.set_mode(4, 4)
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 3]
+
+
+def test_set_current_goes_there_at_once() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 20, 0, 8),
+        item(WAYPOINT, 20, 90, 8),
+        item(WAYPOINT, 40, 0, 8),
+        item(LAND),
+    )
+    run_until(vehicle, 1)
+    assert vehicle.navigator.set_current_mission_item(vehicle.now_us, 3)
+    assert vehicle.topics.mission_result.seq_current == 3
+    assert not vehicle.navigator.set_current_mission_item(vehicle.now_us, 5)
+    vehicle.run(0.1)
+    lat, _ = PLACE.reproject(40, 0)
+    assert vehicle.topics.position_setpoint_triplet.current.lat == pytest.approx(lat, abs=1e-6)
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 3, 4]
+
+
+def test_a_new_mission_in_flight_begins_at_once() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 90, 0, 8))
+    run_until(vehicle, 0)
+    vehicle.take_texts()
+    vehicle.upload(item(WAYPOINT, 0, 30, 8))
+    vehicle.run(20.0)
+    assert vehicle.take_texts() == ["Executing Mission", "Mission finished, loitering"]
+    assert (round(vehicle.north), round(vehicle.east)) == (0, 30)
+
+
+def test_once_more_after_landing() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 6), item(WAYPOINT, 12, 0, 6), item(LAND, 12, 0))
+    vehicle.run_until_disarmed()
+    assert vehicle.mode is NavState.AUTO_MISSION
+    vehicle.reached.clear()
+    vehicle.current.clear()
+    vehicle.run(2.0)
+    assert vehicle.set_mode(4, 4) == 0
+    assert vehicle.arm() == 0
+    vehicle.run_until_disarmed()
+    assert vehicle.current == [2, 0, 2]
+    assert vehicle.reached == [2, 1, 2]
+
+
+def test_uploading_does_not_start_anything() -> None:
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(LAND))
+    vehicle.set_mode(4, 4)
+    vehicle.run(1.0)
+    assert vehicle.take_texts() == []
+    assert vehicle.setpoints == [SetpointType.IDLE]
+
+
+def test_a_takeoff_item_in_the_air_is_a_waypoint() -> None:
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.take_off(10.0)
+    vehicle.upload(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(LAND, 20, 0))
+    vehicle.run(0.1)
+    vehicle.take_texts()
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == 0
+    vehicle.run_until_disarmed()
+    assert vehicle.take_texts()[0] == "Executing Mission"
+    assert vehicle.reached[-3:] == [0, 1, 2]
+    assert SetpointType.TAKEOFF not in vehicle.setpoints[3:]
+
+
+@pytest.mark.parametrize(
+    ("items", "parameters"),
+    [
+        ((item(LAND),), {}),
+        ((item(WAYPOINT, 5, 0, 5), item(TAKEOFF, 0, 0, 5)), {}),
+        ((item(WAYPOINT, 5, 0, 5), item(JUMP, 0, 0, 0, 7, 1)), {}),
+        ((item(WAYPOINT, 5, 0, 5), item(LAND)), {"MIS_TKO_LAND_REQ": 1}),
+        ((item(TAKEOFF, 5, 0, 5),), {"MIS_TKO_LAND_REQ": 2}),
+    ],
+)
+def test_missions_that_cannot_be_flown(items: tuple[MissionItem, ...], parameters: dict[str, float]) -> None:
+    vehicle = uploaded(*items, **parameters)
+    assert mission_state(vehicle) == NO_MISSION
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == 2
+
+
+def test_a_region_of_interest_in_a_mission() -> None:
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI, 20, 20, 0, 3.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, item(WAYPOINT, 40, 0, 8))
+    run_until(vehicle, 1)
+    assert vehicle.topics.vehicle_roi.mode == 3
+    lat, lon = PLACE.reproject(20, 20)
+    assert vehicle.topics.vehicle_roi.lat == pytest.approx(lat, abs=1e-6)
+    assert vehicle.topics.vehicle_roi.lon == pytest.approx(lon, abs=1e-6)
+
+
+ROVER = {"RA_WHEEL_BASE": 0.321, "RA_MAX_STR_ANG": 0.5236, "RA_ACC_RAD_GAIN": 2.0, "RA_ACC_RAD_MAX": 3.0}
+
+
+def test_a_rover_drives_a_square_without_holding_at_waypoints() -> None:
+    rover = started(
+        item(WAYPOINT, 12, 0, 0, 60.0),
+        item(WAYPOINT, 12, 12),
+        item(WAYPOINT, 0, 12),
+        airframe_class="rover",
+        **ROVER,
+    )
+    run_until(rover, 2)
+    rover.run(1.0)
+    assert rover.reached == [-1, 0, 1, 2]
+    assert rover.mode is NavState.AUTO_LOITER
+    assert rover.armed
+    assert rover.take_texts() == [
+        "Armed by external command",
+        "Executing Mission",
+        "Takeoff detected",
+        "Mission finished, loitering",
+    ]
+
+
+def test_a_rover_never_reaches_a_landing() -> None:
+    rover = started(
+        item(TAKEOFF, 6, 0, 5),
+        item(WAYPOINT, 12, 0),
+        item(LOITER_TIME, 12, 8, 0, 3.0),
+        item(LAND, 4, 8),
+        airframe_class="rover",
+    )
+    rover.run(30.0)
+    assert rover.reached == [-1, 0, 1, 2]
+    assert rover.mode is NavState.AUTO_MISSION
+    assert rover.armed
+
+
+@pytest.mark.parametrize(("following", "radius"), [((0.0, 12.0), 0.5), ((12.0, 12.0), 1.28), ((-12.0, 1.0), 3.0)])
+def test_a_rovers_acceptance_radius(following: tuple[float, float], radius: float) -> None:
+    """Straight on, a right angle, a reversal."""
+    settings = settings_of(Parameters("rover", {"NAV_ACC_RAD": 0.5, **ROVER}))
+    previous, current = PLACE.reproject(0.0, -12.0), PLACE.reproject(0.0, 0.0)
+    ahead = PLACE.reproject(following[0] if following[1] == 12.0 else 0.5, following[1] if following[0] >= 0 else -12.0)
+    if following == (12.0, 12.0):
+        ahead = PLACE.reproject(12.0, 0.0)
+    assert acceptance_radius_m(settings, previous, current, ahead) == pytest.approx(radius, abs=0.02)
+    assert acceptance_radius_m(settings, None, current, ahead) == 0.5
+
+
+def test_positions_are_kept_to_a_ten_millionth_degree() -> None:
+    assert math.isclose(item(WAYPOINT, 10, 0, 5).lat_deg, PLACE.reproject(10, 0)[0], abs_tol=1e-7)

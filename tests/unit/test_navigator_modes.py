@@ -1,0 +1,264 @@
+"""Takeoff, hold, land, return and the fence, on a point that is where its setpoint says."""
+
+import math
+
+import pytest
+
+from autopilot.constants import NavState, SetpointType
+from autopilot.dataman import MissionItem, plan_of
+from sitl_emu.core import dialect as mavlink
+
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
+
+NAN = math.nan
+
+
+def flying(up_m: float = 10.0, **parameters: float) -> FakeVehicle:
+    """In HOLD, with texts and modes forgotten."""
+    vehicle = FakeVehicle(**parameters)
+    vehicle.run(3.0)
+    vehicle.take_off(up_m)
+    vehicle.take_texts()
+    del vehicle.modes[:-1]
+    return vehicle
+
+
+def place(vehicle: FakeVehicle) -> tuple[float, float, float]:
+    return round(vehicle.north, 1), round(vehicle.east, 1), round(vehicle.up, 1)
+
+
+def test_takeoff_without_a_height_takes_the_parameter() -> None:
+    vehicle = FakeVehicle(MIS_TAKEOFF_ALT=7.0)
+    vehicle.run(3.0)
+    vehicle.arm()
+    vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, NAN)
+    vehicle.run(15.0)
+    assert vehicle.take_texts() == [
+        "Armed by external command",
+        "Using default takeoff altitude: 7.0 m",
+        "Takeoff detected",
+    ]
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_TAKEOFF", "AUTO_LOITER"]
+    assert vehicle.up == pytest.approx(7.0, abs=0.1)
+
+
+def test_takeoff_before_arming_waits_and_keeps_the_height() -> None:
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, HOME_ALT + 6.0)
+    vehicle.run(1.0)
+    vehicle.arm()
+    vehicle.run(12.0)
+    assert vehicle.take_texts() == ["Armed by external command", "Takeoff detected"]
+    assert vehicle.up == pytest.approx(6.0, abs=0.1)
+
+
+def test_hold_after_takeoff_stays_at_the_takeoff_setpoint() -> None:
+    vehicle = flying(10.0)
+    current = vehicle.topics.position_setpoint_triplet.current
+    assert current.type == SetpointType.LOITER
+    assert current.alt == pytest.approx(HOME_ALT + 10.0, abs=0.01)
+
+
+def test_reposition_flies_there_with_its_speed_and_yaw() -> None:
+    vehicle = flying()
+    assert vehicle.reposition(50.0, 10.0, 15.0, speed=8.0, yaw=1.5) == 0
+    vehicle.run(0.1)
+    triplet = vehicle.topics.position_setpoint_triplet
+    assert (triplet.current.cruising_speed, triplet.current.yaw) == (8.0, 1.5)
+    assert triplet.previous.valid
+    vehicle.run(20.0)
+    assert place(vehicle) == (50.0, 10.0, 15.0)
+    assert vehicle.modes == ["AUTO_LOITER"]
+
+
+def test_reposition_keeps_what_it_does_not_say() -> None:
+    vehicle = flying()
+    vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, -1, 1, 0, NAN, NAN, NAN, HOME_ALT + 20.0)
+    vehicle.run(10.0)
+    assert place(vehicle) == (0.0, 0.0, 20.0)
+    lat, lon = PLACE.reproject(5.0, 0.0)
+    vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, -1, 1, 0, NAN, lat, lon, NAN)
+    vehicle.run(10.0)
+    assert place(vehicle) == (5.0, 0.0, 20.0)
+
+
+def test_change_speed_acts_on_the_leg_in_progress_and_ends_with_the_mode() -> None:
+    vehicle = flying()
+    vehicle.reposition(100.0, 0.0, 10.0)
+    vehicle.run(0.1)
+    vehicle.result(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3, -1)
+    vehicle.run(0.1)
+    current = vehicle.topics.position_setpoint_triplet.current
+    assert current.cruising_speed == 3.0
+    assert current.type == SetpointType.LOITER
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run(0.1)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == -1.0
+
+
+def test_land_ends_in_hold_disarmed() -> None:
+    vehicle = flying()
+    vehicle.result(mavlink.MAV_CMD_NAV_LAND)
+    vehicle.run_until_disarmed()
+    assert vehicle.take_texts() == ["Landing at current position", "Landing detected", "Disarmed by landing"]
+    vehicle.run(0.1)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_LAND", "AUTO_LOITER"]
+    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.IDLE
+
+
+@pytest.mark.parametrize(
+    ("north", "up", "parameters", "return_up"),
+    [
+        (80.0, 10.0, {}, 30),
+        (40.0, 45.0, {}, 45),
+        (4.0, 8.0, {}, 8),
+        (50.0, 10.0, {"RTL_RETURN_ALT": 20.0}, 20),
+        (12.0, 10.0, {}, 22),
+        (12.0, 10.0, {"RTL_CONE_ANG": 0}, 30),
+    ],
+)
+def test_return_height(north: float, up: float, parameters: dict[str, float], return_up: int) -> None:
+    vehicle = flying(up, **parameters)
+    vehicle.reposition(north, 0.0, up)
+    vehicle.run(30.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run_until_disarmed()
+    texts = vehicle.take_texts()
+    assert texts[0] == "Returning to launch"
+    assert texts[1].endswith(f"({return_up} m above destination)")
+    assert texts[2:] == ["RTL: land at destination", "Landing detected", "Disarmed by landing"]
+    assert place(vehicle)[:2] == (0.0, 0.0)
+
+
+def test_return_with_a_delay_waits_at_the_descend_height() -> None:
+    vehicle = flying(RTL_LAND_DELAY=5.0, RTL_DESCEND_ALT=8.0)
+    vehicle.reposition(50.0, 0.0, 10.0)
+    vehicle.run(15.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    lowest_before_landing = 99.0
+    while "RTL: land at destination\t" not in vehicle.said:
+        vehicle.step()
+        lowest_before_landing = min(lowest_before_landing, vehicle.up)
+    assert lowest_before_landing == pytest.approx(8.0, abs=0.3)
+
+
+def test_return_goes_to_the_nearest_rally_point() -> None:
+    vehicle = flying()
+    lat, lon = PLACE.reproject(60.0, 0.0)
+    rally = MissionItem(
+        0, 3, mavlink.MAV_CMD_NAV_RALLY_POINT, 1, 0.0, 0.0, 0.0, NAN, round(lat * 1e7), round(lon * 1e7), 0.0
+    )
+    vehicle.dataman.rally = plan_of((rally,))
+    vehicle.reposition(50.0, 0.0, 10.0)
+    vehicle.run(15.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run_until_disarmed()
+    assert place(vehicle)[0] == 60.0
+
+
+def test_a_rover_returns_straight_home() -> None:
+    rover = FakeVehicle("rover", RTL_RETURN_ALT=60.0)
+    rover.run(3.0)
+    rover.arm()
+    rover.run(1.0)
+    rover.reposition(25.0, 0.0, 0.0)
+    rover.run(8.0)
+    assert place(rover)[0] == 25.0
+    rover.take_texts()
+    rover.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    rover.run_until_disarmed()
+    assert rover.take_texts() == [
+        "Returning to launch",
+        "RTL: land at destination",
+        "RTL: start return at 550 m (60 m above destination)",
+        "Landing detected",
+        "Disarmed by landing",
+    ]
+    assert rover.mode is NavState.AUTO_LOITER
+
+
+def test_a_rover_that_takes_off_holds_at_once() -> None:
+    rover = FakeVehicle("rover")
+    rover.run(3.0)
+    rover.arm()
+    rover.run(1.0)
+    rover.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, NAN)
+    rover.run(0.1)
+    assert rover.modes == ["AUTO_LOITER", "AUTO_TAKEOFF", "AUTO_LOITER"]
+
+
+def fence(command: int, corners: list[tuple[float, float]], param1: float) -> tuple[MissionItem, ...]:
+    """Fence items at (north, east) metres from home."""
+    items = []
+    for seq, (north, east) in enumerate(corners):
+        lat, lon = PLACE.reproject(north, east)
+        items.append(MissionItem(seq, 0, command, 1, param1, 0, 0, NAN, round(lat * 1e7), round(lon * 1e7), 0.0))
+    return tuple(items)
+
+
+SQUARE = [(30.0, 30.0), (30.0, -30.0), (-30.0, -30.0), (-30.0, 30.0)]
+INCLUSION = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION
+EXCLUSION = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION
+CIRCLE_OUT = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION
+CIRCLE_IN = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
+
+
+@pytest.mark.parametrize(
+    ("items", "inside", "outside"),
+    [
+        (fence(INCLUSION, SQUARE, 4), (20.0, -20.0), (31.0, 0.0)),
+        (fence(EXCLUSION, SQUARE, 4), (31.0, 0.0), (20.0, -20.0)),
+        (fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), (17.0, 17.0), (0.0, 26.0)),
+        (fence(CIRCLE_OUT, [(40.0, 0.0)], 10.0), (20.0, 0.0), (35.0, 5.0)),
+    ],
+)
+def test_reposition_beyond_the_fence_is_refused(
+    items: tuple[MissionItem, ...], inside: tuple[float, float], outside: tuple[float, float]
+) -> None:
+    vehicle = flying(GF_ACTION=0)
+    vehicle.reposition(*inside, 10.0)
+    vehicle.run(10.0)
+    vehicle.dataman.fence = plan_of(items)
+    vehicle.parameters.set("GF_ACTION", 2)
+    vehicle.reposition(*outside, 10.0)
+    vehicle.step()
+    assert "Reposition is outside geofence" in vehicle.take_texts()
+    lat, lon = PLACE.reproject(*inside)
+    assert vehicle.topics.position_setpoint_triplet.current.lat == pytest.approx(lat, abs=1e-7)
+    vehicle.reposition(*inside, 12.0)
+    vehicle.run(5.0)
+    assert place(vehicle) == (*inside, 12.0)
+
+
+def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
+    vehicle = flying(GF_ACTION=2)
+    vehicle.dataman.fence = plan_of(fence(INCLUSION, SQUARE, 4))
+    vehicle.topics.vehicle_roi = vehicle.topics.vehicle_roi
+    vehicle.north = 30.5
+    for _ in range(6):
+        vehicle.step()
+        vehicle.north = 30.5
+    assert vehicle.take_texts()[0] == "Geofence: approaching or outside geofence"
+    assert vehicle.topics.geofence_result.breached
+    assert vehicle.topics.vehicle_status.system_status == 5
+    vehicle.run(2.0)
+    assert vehicle.north == pytest.approx(30.5, abs=0.1)
+
+
+def test_height_limit() -> None:
+    vehicle = flying(GF_ACTION=1, GF_MAX_VER_DIST=15.0)
+    vehicle.reposition(0.0, 0.0, 20.0)
+    vehicle.run(10.0)
+    assert vehicle.take_texts() == ["Geofence: exceeding maximum altitude above Home"]
+    assert vehicle.topics.geofence_result.breach_count == 1
+
+
+def test_region_of_interest_by_command() -> None:
+    vehicle = flying()
+    vehicle.result(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, 47.4, 8.5, 500.0)
+    vehicle.step()
+    assert vehicle.topics.vehicle_roi == (3, 47.4, 8.5, 500.0)
+    vehicle.result(mavlink.MAV_CMD_DO_SET_ROI_NONE)
+    vehicle.step()
+    assert vehicle.topics.vehicle_roi.mode == 0
