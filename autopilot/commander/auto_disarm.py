@@ -20,13 +20,12 @@ class AutoDisarm:
     def __init__(self) -> None:
         self._landed_since_us = -1
 
-    def update(
-        self, now_us: int, *, armed: bool, landed: bool, has_taken_off: bool, after_landing_s: float, preflight_s: float
-    ) -> Reason | None:
-        """The reason to disarm now, or None."""
-        if not armed or not landed:
-            self._landed_since_us = -1
-            return None
+    def reset(self) -> None:
+        """Not armed, or in the air."""
+        self._landed_since_us = -1
+
+    def update(self, now_us: int, *, has_taken_off: bool, after_landing_s: float, preflight_s: float) -> Reason | None:
+        """Armed and on the ground: the reason to disarm now, or None."""
         if self._landed_since_us < 0:
             self._landed_since_us = now_us
         stood_s = (now_us - self._landed_since_us) * 1e-6

@@ -68,6 +68,7 @@ class Commander:
         self._gcs_lost = False
         self._checks_due_us = 0
         self._navigator_commands_seen = 0
+        self._published: tuple[object, ...] = ()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Decide on one of COMMANDS; None gives no ack."""
@@ -87,7 +88,7 @@ class Commander:
         self._leave_finished_modes()
         self._disarm_by_itself(now_us)
         self._choose_nav_state(now_us)
-        self._topics.vehicle_status = self._vehicle_status(now_us)
+        self._publish_vehicle_status(now_us)
 
     def _tell_changes(self) -> None:
         flags = self._topics.failsafe_flags
@@ -111,7 +112,10 @@ class Commander:
             topics.home_position = home_position.at_vehicle(now_us, topics) or home
 
     def _take_navigator_commands(self, now_us: int) -> None:
-        for record in self._topics.navigator_commands:
+        records = self._topics.navigator_commands
+        if not records or records[-1].number == self._navigator_commands_seen:
+            return
+        for record in records:
             waits = now_us - record.timestamp < NAVIGATOR_COMMAND_LATENCY_US
             if record.number > self._navigator_commands_seen and not waits:
                 self._navigator_commands_seen = record.number
@@ -144,10 +148,11 @@ class Commander:
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
 
     def _disarm_by_itself(self, now_us: int) -> None:
+        if not (self._arming.armed and self._was_landed):
+            self._auto_disarm.reset()
+            return
         reason = self._auto_disarm.update(
             now_us,
-            armed=self._arming.armed,
-            landed=self._was_landed,
             has_taken_off=self._has_taken_off,
             after_landing_s=float(self._parameters["COM_DISARM_LAND"]),
             preflight_s=float(self._parameters["COM_DISARM_PRFLT"]),
@@ -177,10 +182,22 @@ class Commander:
             self._nav_state_us = now_us
             self._checks_due_us = 0
 
-    def _vehicle_status(self, now_us: int) -> VehicleStatus:
-        flags, arming = self._topics.failsafe_flags, self._arming
+    def _publish_vehicle_status(self, now_us: int) -> None:
+        topics, arming = self._topics, self._arming
+        flags, in_failsafe = topics.failsafe_flags, self._failsafe.in_failsafe
+        told = (
+            topics.health_report,
+            arming.armed,
+            self._nav_state,
+            self._intention.mode,
+            in_failsafe,
+            self._takeoff_us,
+        )
+        if told == self._published:
+            return
+        self._published = told
         can_arm = self._checks.can_arm(self._nav_state)
-        return VehicleStatus(
+        topics.vehicle_status = VehicleStatus(
             now_us,
             arming.armed,
             arming.armed_us,
@@ -189,7 +206,7 @@ class Commander:
             self._intention.mode,
             self._nav_state_us,
             self._system_status(can_arm=can_arm),
-            self._failsafe.in_failsafe,
+            in_failsafe,
             False,
             arming.terminated,
             flags.gcs_connection_lost,

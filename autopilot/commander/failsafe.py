@@ -114,6 +114,8 @@ class Failsafe:
         self._mode_changes = 0
         self._manual_control_lost_at_arming = False
         self._was_armed = False
+        self._judged: tuple[object, ...] = ()
+        self._nav_state = NavState.AUTO_LOITER
 
     @property
     def in_failsafe(self) -> bool:
@@ -135,22 +137,32 @@ class Failsafe:
         flags: FailsafeFlags,
         can_run_mode_flags: int,
     ) -> NavState:
-        """The mode to fly. `user_mode` is what was asked for, `mode_changes` counts the requests."""
+        """The mode to fly. `user_mode` is what was asked for, `mode_changes` counts the requests.
+
+        Judges anew only when something has changed: this runs 50 times a second.
+        """
         if not armed:
             self._active.clear()
             self._selected = self._chosen = Action.NONE
             self._taken_over = self._was_armed = False
             self._mode_changes = mode_changes
+            self._judged = ()
             return user_mode
         if not self._was_armed:
             self._was_armed = True
             self._manual_control_lost_at_arming = flags.manual_control_signal_lost
         elif not flags.manual_control_signal_lost:
             self._manual_control_lost_at_arming = False
+        holding = self._holding(now_us)
+        judged = (flags, user_mode, mode_changes, can_run_mode_flags, self._parameters.version, holding)
+        if judged == self._judged:
+            return self._nav_state
+        self._judged = judged
         user_mode_changed = mode_changes != self._mode_changes
         self._mode_changes = mode_changes
         self._check_rules(now_us, user_mode, flags, can_run_mode_flags, user_mode_changed)
-        return self._select(now_us, user_mode, user_mode_changed, can_run_mode_flags)
+        self._nav_state = self._select(now_us, user_mode, user_mode_changed, can_run_mode_flags)
+        return self._nav_state
 
     def _check_rules(
         self, now_us: int, user_mode: NavState, flags: FailsafeFlags, can_run: int, user_mode_changed: bool

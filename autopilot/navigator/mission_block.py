@@ -12,7 +12,9 @@ from typing import NamedTuple
 from autopilot.dataman import MissionItem
 from autopilot.navigator.state import NavigatorState
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import distance_m, wrap_pi
+from sitl_emu.core.geodesy import EARTH_RADIUS_M, wrap_pi
+
+M_PER_DEG = math.radians(EARTH_RADIUS_M)
 
 RELATIVE_FRAMES = frozenset(
     (
@@ -76,6 +78,8 @@ class Reached:
         self._position_reached = False
         self._position_reached_us = 0
         self._started_us = -1
+        self._planned: Target | None = None
+        self._m_per_deg_lon = M_PER_DEG
 
     def restart(self, now_us: int) -> None:
         """A new target begins."""
@@ -108,13 +112,20 @@ class Reached:
         position = state.position
         if not position.valid:
             return False
-        away_m = distance_m(target.lat_deg, target.lon_deg, position.lat, position.lon)
+        away_m = self._away_m(target, position.lat, position.lon)
         if state.rover:
             return away_m <= (rover_radius_m if rover_radius_m == rover_radius_m else state.settings.nav_acc_rad_m)
         if target.command in TAKEOFFS:
             return position.alt > target.alt_m - state.settings.nav_mc_alt_rad_m
         radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.settings.nav_acc_rad_m
         return away_m <= radius_m and abs(target.alt_m - position.alt) <= state.settings.nav_mc_alt_rad_m
+
+    def _away_m(self, target: Target, lat_deg: float, lon_deg: float) -> float:
+        """Distance on a plane at the target: exact enough near it, and quick."""
+        if target is not self._planned:
+            self._planned = target
+            self._m_per_deg_lon = M_PER_DEG * math.cos(math.radians(target.lat_deg))
+        return math.hypot((lat_deg - target.lat_deg) * M_PER_DEG, (lon_deg - target.lon_deg) * self._m_per_deg_lon)
 
     def _yaw_is_there(self, state: NavigatorState, target: Target) -> bool:
         if state.rover or target.command in TAKEOFFS or target.yaw_rad != target.yaw_rad:

@@ -54,7 +54,7 @@ class Navigator:
         self._nav_state: NavState | None = None
         self._commands_seen = 0
         self._was_armed = False
-        self._published = MissionResult()
+        self._published: tuple[object, ...] = ()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Nothing comes here: COMMANDS is empty."""
@@ -94,7 +94,10 @@ class Navigator:
         self._publish_mission_result(now_us)
 
     def _take_commands(self) -> None:
-        for record in self._topics.vehicle_commands:
+        records = self._topics.vehicle_commands
+        if not records or records[-1].number == self._commands_seen:
+            return
+        for record in records:
             if record.number <= self._commands_seen:
                 continue
             self._commands_seen = record.number
@@ -134,12 +137,29 @@ class Navigator:
             mode.on_active()
 
     def _publish_mission_result(self, now_us: int) -> None:
-        mission, plan = self._mission, self._dataman
-        result = MissionResult(
-            self._published.timestamp,
-            plan.mission.opaque_id,
-            plan.fence.opaque_id,
-            plan.rally.opaque_id,
+        mission, plans, status = self._mission, self._dataman, self._topics.vehicle_status
+        told = (
+            plans.mission,
+            plans.fence,
+            plans.rally,
+            plans.current_seq,
+            mission.seq_reached,
+            mission.seq_reached_us,
+            mission.valid,
+            mission.ended,
+            mission.started,
+            self._state.finished,
+            status.nav_state,
+            status.armed,
+        )
+        if told == self._published:
+            return
+        self._published = told
+        self._topics.mission_result = MissionResult(
+            now_us,
+            plans.mission.opaque_id,
+            plans.fence.opaque_id,
+            plans.rally.opaque_id,
             mission.valid,
             False,
             self._state.finished,
@@ -147,9 +167,7 @@ class Navigator:
             mission.seq_current,
             mission.seq_reached,
             mission.seq_reached_us,
-            len(plan.mission.items),
+            len(plans.mission.items),
             False,
             mission.mission_state(),
         )
-        if result != self._published:
-            self._published = self._topics.mission_result = result._replace(timestamp=now_us)

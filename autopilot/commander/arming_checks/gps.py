@@ -12,7 +12,7 @@ TOLD = "Preflight: GPS fix too low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """A missing or poor fix is told, and forbids arming where COM_ARM_WO_GPS says so."""
+    """A missing or poor fix is told on the ground, and forbids arming where COM_ARM_WO_GPS says so."""
     gps = topics.sensor_gps
     if not settings.sys_has_gps:
         return
@@ -21,6 +21,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         return
     if lost:
         findings.unhealthy |= GPS
+    if topics.vehicle_status.armed:
+        return
     if settings.com_arm_wo_gps == 0:
         findings.forbid_arming(0, TOLD.replace("Preflight:", "Preflight Fail:"))
     elif settings.com_arm_wo_gps == 1:
