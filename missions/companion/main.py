@@ -78,6 +78,7 @@ class UdpPort:
             try:
                 self._socket.bind((host, port))
             except OSError as error:
+                self._socket.close()
                 raise LinkError(
                     f"UDP port {port} can't be bound ({error.strerror}); end the program that holds it, or take another"
                 ) from None

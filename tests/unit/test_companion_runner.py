@@ -1,0 +1,151 @@
+"""The hardware runner: real sockets and clock, recorded frames, and what it says when it can't begin."""
+
+import socket
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from missions.companion.camera import open_camera
+from missions.companion.companion import AUTOPILOT_LINK, Status
+from missions.companion.detector import Detection
+from missions.companion.main import BootClock, Eyes, LinkError, Runner, main, open_port, whole_frames
+from missions.companion.onboard import Onboard
+from missions.companion.wire import Wire
+from sitl_emu.core import dialect as mavlink
+from tests.unit.companion_px4 import FakePx4
+
+
+class Watcher:
+    """A companion that wants every frame and finds as many things as its first pixel says."""
+
+    def __init__(self) -> None:
+        self.onboard = Onboard()
+        self.seen: list[tuple[int, int]] = []
+
+    @property
+    def system_id(self) -> int:
+        return self.onboard.system_id
+
+    status = Status("watching", 0.0, False, "", "")
+
+    def on_message(self, now_us: int, link: str, msg: Any) -> Any:
+        return self.onboard.on_message(now_us, link, msg)[1]
+
+    def on_time(self, now_us: int) -> Any:
+        return self.onboard.on_time(now_us)
+
+    def wants_frame(self, frame_time_us: int) -> float | None:
+        return 0.05
+
+    def detect(self, image: Any, gsd_m: float) -> list[Detection]:
+        return [Detection("weed", gsd_m, 0, 0, 1, 1)] * int(image[0, 0, 0])
+
+    def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Any:
+        self.seen.append((frame_time_us, len(detections)))
+        return []
+
+    def events(self) -> Any:
+        return self.onboard.events()
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def test_recorded_frames_reach_the_detector_at_their_own_time(tmp_path: Path) -> None:
+    for i in range(4):
+        cv2.imwrite(str(tmp_path / f"{200_000 * (i + 1)}.png"), np.full((48, 64, 3), i, np.uint8))
+    px4, companion, wire = FakePx4(3, 13, 0.0, 0.0, 5.0), Watcher(), Wire(3, 1, skip=())
+    ports = {AUTOPILOT_LINK: open_port(f"udpin:127.0.0.1:{free_port()}")}
+    address = ports[AUTOPILOT_LINK]._socket.getsockname()  # type: ignore[attr-defined]
+    runner = Runner(companion, ports, Eyes(open_camera(str(tmp_path)), companion), tmp_path, 0)
+    began_ns = time.monotonic_ns()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
+        autopilot.bind(("127.0.0.1", 0))
+        autopilot.setblocking(False)
+        while len(companion.seen) < 4 and time.monotonic_ns() - began_ns < 5e9:
+            for msg in px4.on_time((time.monotonic_ns() - began_ns) // 1000):
+                autopilot.sendto(wire.encode(msg), address)
+            runner.step()
+        runner.close()
+        heard = Wire(skip=()).decode(autopilot.recv(512))
+    assert companion.seen == [(200_000, 0), (400_000, 1), (600_000, 2), (800_000, 3)]
+    assert [(msg.get_type(), msg.get_srcSystem(), msg.get_srcComponent()) for msg in heard] == [("HEARTBEAT", 3, 191)]
+    assert (tmp_path / "autopilot.tlog").stat().st_size > 1000
+
+
+def test_frames_of_a_stream_get_the_vehicles_time() -> None:
+    clock = BootClock()
+    assert clock.boot_us(0) is None
+    for boot_ms, delay_us in ((1000, 30_000), (1020, 4_000), (1040, 50_000)):
+        msg = Wire(skip=()).decode(Wire(1, 1).encode(mavlink.MAVLink_global_position_int_message(boot_ms, *[0] * 8)))[0]
+        clock.heard(7_000_000 + boot_ms * 1000 + delay_us, msg)
+    assert clock.boot_us(8_100_000) == 8_100_000 - 7_004_000
+
+
+def test_whole_frames_are_found_in_a_stream_of_bytes() -> None:
+    wire = Wire(1, 1)
+    frames = [wire.encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, i, 0, 3)) for i in range(3)]
+    data = b"\x01\x02" + b"".join(frames)
+    assert whole_frames(data) == len(data)
+    assert whole_frames(data[:-1]) == len(data) - len(frames[2])
+    assert whole_frames(data[:3]) == 2
+    assert whole_frames(b"") == 0
+
+
+@pytest.mark.parametrize("url", ["", "udpin:", "udpin:0.0.0.0:99999", "tcp:1.2.3.4:5", "/dev/ttyS0:fast"])
+def test_a_wrong_link_is_told_with_what_is_allowed(url: str) -> None:
+    with pytest.raises(LinkError, match="allowed: "):
+        open_port(url)
+
+
+def test_a_port_in_use_is_told() -> None:
+    first = open_port(f"udpin:127.0.0.1:{free_port()}")
+    port = first._socket.getsockname()[1]  # type: ignore[attr-defined]
+    with pytest.raises(LinkError, match=f"UDP port {port} can't be bound"):
+        open_port(f"udpin:127.0.0.1:{port}")
+    first.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--mission", "dance", "--connect", "udpin:127.0.0.1:0"], "there is no mission 'dance'"),
+        (["--mission", "agriculture-scout", "--connect", "udpin:127.0.0.1:0"], "option plan: missing"),
+        (["--mission", "agriculture-inspect", "--connect", "nowhere"], "'nowhere': no link"),
+        (
+            ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--camera", "none"],
+            "none: there is no",
+        ),
+        (["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--option", "x"], "NAME=VALUE"),
+    ],
+)
+def test_what_keeps_it_from_beginning_is_told_in_one_line(
+    arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    assert text in told
+    assert told.count("\n") == 1
+
+
+def test_udpout_speaks_first_and_udpin_answers_whoever_spoke() -> None:
+    port = free_port()
+    server, client = open_port(f"udpin:127.0.0.1:{port}"), open_port(f"udpout:127.0.0.1:{port}")
+    server.send(b"to nobody")
+    client.send(b"hello")
+    time.sleep(0.05)
+    assert server.receive() == b"hello"
+    server.send(b"you too")
+    time.sleep(0.05)
+    assert client.receive() == b"you too"
+    assert client.receive() == b""
+    server.close()
+    client.close()
