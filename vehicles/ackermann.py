@@ -10,8 +10,8 @@ the body axes that lie in the ground's plane:
 - tyres: F_f = -C (v + a r - u tan δ)/U, F_r = -C (v - b r)/U, U = max(|u|, 0.5 m/s) (below that, slip angles mean
   nothing), each at most μ times its load; m (v̇ + u r) = F_f + F_r + m g_y;  I_z ṙ = a F_f - b F_r.
   The pair (v, r) is stepped implicitly, as stiff tyres ask
-- standing: with no command and slower than 3 cm/s, the drive's holding friction keeps it where it is on any slope that
-  tan θ ≤ holding_friction allows
+- brake: with no command and slower than 0.4 m/s the drive's brake closes (as an electric wheelchair's does), and
+  c_r becomes holding_friction; once it stands, it stays on any slope with tan θ ≤ holding_friction
 - body: roll, pitch and height follow the ground's plane under the four wheels, each as a critically damped
   second-order system (the suspension)
 
@@ -27,8 +27,8 @@ from vehicles.description import Vehicle
 from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope_angles
 
 SLIP_SPEED_M_S = 0.5
-STANDING_M_S = 0.03
-STANDING_COMMAND = 0.01
+BRAKE_M_S = 0.4
+BRAKE_COMMAND = 0.01
 GROUND_FRESH_M = 0.02
 
 
@@ -95,15 +95,15 @@ class Ackermann:
         drive = _within(
             chassis.stall_force_n * (motor - u / chassis.free_speed_m_s), chassis.tyre_friction * load * share
         )
-        standing = abs(u) < STANDING_M_S and abs(motor) < STANDING_COMMAND
+        braked = abs(u) < BRAKE_M_S and abs(motor) < BRAKE_COMMAND
         pull = mass * math.sqrt(gx * gx + gy * gy)
-        if standing and pull <= chassis.holding_friction * load:
+        if braked and u == 0.0 and pull <= chassis.holding_friction * load:
             u2 = v2 = r2 = 0.0
             self.running = False
             self.power_w = 0.0
         else:
             rest = mass * u + dt * (drive + mass * (gx + v * r))
-            resistance = dt * chassis.rolling_resistance * load
+            resistance = dt * load * (chassis.holding_friction if braked else chassis.rolling_resistance)
             u2 = (rest - _within(rest, resistance)) / mass
             v2, r2 = self._tyres(u2, v, r, math.tan(delta), gy, load)
             self.running = True

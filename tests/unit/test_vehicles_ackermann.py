@@ -77,6 +77,15 @@ def test_stops_at_zero_throttle_and_stays():
     assert not body.running
 
 
+def test_brake_stops_a_slow_rover_on_a_slope():
+    body = drive(Ackermann(ROVER, lambda north, east: -0.15 * north), 0.0, 0.1, 2.0)
+    assert speed(body) > 0.2
+    before = body.north_m
+    drive(body, 0.0, 0.0, 2.0)
+    assert speed(body) == 0.0
+    assert body.north_m - before < 0.4
+
+
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 2.5, -1.2])
 def test_parks_on_a_slope_and_lies_on_it(yaw):
     rise_n, rise_e = 0.2, -0.1
