@@ -1,7 +1,7 @@
 """The scouting flight over a field: a Survey of its outline as a QGroundControl plan.
 
 The field is a rectangle that begins at its south-west corner, where the UAS stands. Lines run north-south, along the
-crop rows. At 15 m a camera of 90° sees 30 m across: with lines 12 m apart every place is seen from two lines or more.
+crop rows. At 15 m a camera of 90° sees 30 m across: with lines 13 m apart every place is seen from two lines.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ from gcs.geodesy import from_metres
 from gcs.plan_file import survey_plan
 
 ALTITUDE_M = 15.0
-SPACING_M = 12.0
+SPACING_M = 13.0
 SPEED_M_S = 5.0
 FENCE_MARGIN_M = 30.0
 RALLY_ALTITUDE_M = 15.0
