@@ -2,14 +2,15 @@
 
 Behaves as PX4's FlightTaskAuto (src/modules/flight_mode_manager/tasks/Auto, v1.18): MPC_XY_CRUISE or the triplet's
 cruising speed, MPC_ACC_HOR, MPC_JERK_AUTO, MPC_Z_V_AUTO_*, corners cut at the acceptance radius, heading by
-MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. It avoids no obstacles,
-takes no stick input (MPC_AUTO_NUDGING), and knows no weather vane.
+MPC_YAW_MODE with MPC_YAWRAUTO_*, or towards a mission's region of interest (of which PX4's navigator takes care). The
+type of the current setpoint makes it take off or land. It avoids no obstacles, takes no stick input (MPC_AUTO_NUDGING),
+and knows no weather vane.
 """
 
 import math
 from enum import IntEnum
 
-from autopilot.constants import SetpointType
+from autopilot.constants import NavState, SetpointType
 from autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
 from autopilot.modes.heading_smoothing import HeadingSmoothing
 from autopilot.modes.land import descent_speed, land_speeds
@@ -24,6 +25,7 @@ from autopilot.topics import (
     Vector3,
     VehicleConstraints,
     VehicleLocalPosition,
+    VehicleRoi,
 )
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
@@ -37,6 +39,8 @@ EXCESS = 1.3
 """Speed over its limit by which the vehicle brakes before it goes on."""
 STOPPED_M_S = 0.01
 BRAKING_M_S2 = 9.80665
+ROI_LOCATION = 3
+"""MAV_ROI_LOCATION."""
 YAW_BY_TARGET, YAW_BY_HOME, YAW_FROM_HOME, YAW_BY_TRAJECTORY, YAW_FIRST = range(5)
 
 
@@ -73,6 +77,8 @@ class Auto:
         self._yaw_lock = False
         self._yaw_aligned = False
         self._braking = False
+        self._roi: VehicleRoi | None = None
+        self._roi_place = (0.0, 0.0)
         self.refresh()
 
     def refresh(self) -> None:
@@ -215,7 +221,7 @@ class Auto:
             if math.isfinite(local.ref_lat):
                 self._reference_timestamp = local.ref_timestamp
                 self._projection = MapProjection(local.ref_lat, local.ref_lon)
-            self._triplet = None
+            self._triplet = self._roi = None
 
     def _update_waypoints(self, triplet: PositionSetpointTriplet, local: VehicleLocalPosition) -> None:
         position = (local.x, local.y, local.z)
@@ -275,7 +281,13 @@ class Auto:
     # --- heading -----------------------------------------------------------------------------------------
 
     def _wanted_yaw(self, current: PositionSetpoint, local: VehicleLocalPosition) -> float:
-        """The triplet's yaw, else that of MPC_YAW_MODE, else the one there is."""
+        """The bearing of a mission's region of interest, else the triplet's yaw, else that of MPC_YAW_MODE."""
+        roi = self._topics.vehicle_roi
+        if roi.mode == ROI_LOCATION and self._topics.vehicle_status.nav_state == NavState.AUTO_MISSION:
+            if roi is not self._roi and self._projection is not None:
+                self._roi, self._roi_place = roi, self._projection.project(roi.lat, roi.lon)
+            self._yaw_lock = False
+            return math.atan2(self._roi_place[1] - local.y, self._roi_place[0] - local.x)
         if current.valid and math.isfinite(current.yaw):
             self._yaw_lock = False
             return current.yaw

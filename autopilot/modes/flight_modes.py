@@ -1,7 +1,7 @@
 """Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
 
-One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. While the vehicle
-is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
+One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. While the
+vehicle is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
 termination and FOLLOW_TARGET publish no setpoint.
 """
 

@@ -7,13 +7,21 @@ It avoids no obstacles.
 
 import math
 
-from autopilot.modes.trajectory_constraints import Limits, Point, max_speed_from_distance, speed_through
+from autopilot.modes.trajectory_constraints import (
+    MOST_RAD,
+    Limits,
+    Point,
+    max_speed_from_distance,
+    max_speed_in_waypoint,
+    speed_through,
+)
 from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
 
 L1_MIN_M = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""
 TURNING_COSINE = 0.98
 TURNING_SPEED = 0.2
+SAME_HEIGHT_M = 0.001
 
 
 class PositionSmoothing:
@@ -96,7 +104,7 @@ class PositionSmoothing:
         if target[2] == target[2]:
             way_d = target[2] - self.z.position
             if way_d:
-                vz = math.copysign(self._max_z_speed(way_d), way_d)
+                vz = math.copysign(self._max_z_speed(waypoints), way_d)
         return _sum(vx, feed_forward[0]), _sum(vy, feed_forward[1]), _sum(vz, feed_forward[2])
 
     def _is_turning(self, target: Point) -> bool:
@@ -136,9 +144,28 @@ class PositionSmoothing:
         )
         return speed_through((x.position, self.y.position, self.z.position), waypoints[1], waypoints[2], limits)
 
-    def _max_z_speed(self, way_d: float) -> float:
+    def _max_z_speed(self, waypoints: tuple[Point, Point, Point]) -> float:
+        """Vertical speed on the way to the target, above which the next waypoint may lie higher or lower.
+
+        As PX4 has it, the corner is seen in the plane of height and distance from the local origin, and the speed that
+        it allows counts at the target's height too: on level legs that a climb or descent follows, the vehicle swings
+        about its height by some metres.
+        """
+        _, target, following = waypoints
         z = self.z
-        return min(z.max_velocity, max_speed_from_distance(z.max_jerk, z.max_acceleration, abs(way_d), 0.0))
+        limit = z.max_velocity
+        arrival = 0.0
+        rise = target[2] - following[2]
+        if abs(rise) > SAME_HEIGHT_M:
+            far = math.hypot(target[0], target[1])
+            in_m, in_d = far - math.hypot(self.x.position, self.y.position), target[2] - z.position
+            out_m = far - math.hypot(following[0], following[1])
+            size = math.hypot(in_m, in_d) * math.hypot(out_m, rise)
+            cosine = (in_m * out_m + in_d * rise) / size if size > 0.0 else 0.0
+            angle = min(math.acos(max(-1.0, min(1.0, cosine))), MOST_RAD)
+            arrival = min(max_speed_in_waypoint(angle, z.max_acceleration, self.z_acceptance_m), limit)
+        distance = abs(target[2] - z.position)
+        return min(limit, max_speed_from_distance(z.max_jerk, z.max_acceleration, distance, arrival))
 
 
 def _sum(velocity: float, feed_forward: float) -> float:

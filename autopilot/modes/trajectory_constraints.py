@@ -9,6 +9,9 @@ from typing import NamedTuple
 Point = tuple[float, float, float]
 """North, east, down in metres."""
 
+MOST_RAD = math.pi - 1.2e-7
+"""Largest angle between two legs; at π the circle through them would be a line."""
+
 
 class Limits(NamedTuple):
     """Limits of a horizontal path: m, m/s, m/s², m/s³."""
@@ -55,7 +58,7 @@ def speed_towards(start: Point, target: Point, then: Point, exit_speed: float, l
         and abs(then[2] - target[2]) < z_acceptance
     ):
         cosine = (way_n * out_n + way_e * out_e) / (way * out) if way > 0.0 else 0.0
-        angle = min(math.acos(max(-1.0, min(1.0, cosine))), 3.1415925)
+        angle = min(math.acos(max(-1.0, min(1.0, cosine))), MOST_RAD)
         turning = max_speed_in_waypoint(angle, limits.turn_gain * limits.max_acceleration_xy, limits.xy_acceptance_m)
         at_target = min(turning, exit_speed, limits.max_speed_xy)
     braking = max_speed_from_distance(limits.max_jerk, limits.max_acceleration_xy, way, at_target)
