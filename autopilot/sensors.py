@@ -2,9 +2,13 @@
 
 PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and vehicle_air_data: units become SI, the
 barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
-NaN, and the battery gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR).
-Nothing is filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away.
+NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
+BAT_EMERGEN_THR). MAV_CMD_INJECT_FAILURE, once the commander has let it pass, silences the GPS or empties the battery.
+Nothing else is filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away. Other units
+and other kinds of failure than "off" do nothing, as most of them do in PX4's own simulator.
 """
+
+import math
 
 from autopilot.parameters import Parameters
 from autopilot.topics import (
@@ -17,6 +21,7 @@ from autopilot.topics import (
     SensorMag,
     Topics,
 )
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
@@ -33,6 +38,7 @@ DOWNWARD = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
 SEA_LEVEL_TEMPERATURE_K = 288.15
 LAPSE_RATE_K_M = 0.0065
+CHARGE_TIME_CONSTANT_S = 1.0
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
 
 
@@ -42,9 +48,14 @@ class Sensors:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
+        self._failed: set[int] = set()
+        self._commands_seen = 0
 
     def update(self, messages: list[SimulatorMessage]) -> int:
         """Take one tick's messages; the time of its HIL_SENSOR in µs (the last known one if there is none)."""
+        commands = self._topics.vehicle_commands
+        if commands and commands[-1].number != self._commands_seen:
+            self._inject_failures()
         for message in messages:
             if type(message) is HilSensor:
                 self._on_hil_sensor(message)
@@ -55,6 +66,20 @@ class Sensors:
             elif type(message) is SimulatedBattery:
                 self._on_battery(message)
         return self._now_us
+
+    def _inject_failures(self) -> None:
+        """The commander accepted a command: if it is INJECT_FAILURE, note which unit is off."""
+        for number, _, command in self._topics.vehicle_commands:
+            if number <= self._commands_seen:
+                continue
+            self._commands_seen = number
+            if command.command != mavlink.MAV_CMD_INJECT_FAILURE or not math.isfinite(command.param1):
+                continue
+            unit = int(command.param1)
+            if command.param2 == mavlink.FAILURE_TYPE_OFF:
+                self._failed.add(unit)
+            else:
+                self._failed.discard(unit)
 
     def _on_hil_sensor(self, message: HilSensor) -> None:
         (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
@@ -69,6 +94,8 @@ class Sensors:
             topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
 
     def _on_hil_gps(self, message: HilGps) -> None:
+        if mavlink.FAILURE_UNIT_SENSOR_GPS in self._failed:
+            return
         self._topics.sensor_gps = SensorGps(
             self._now_us if message.time_usec == 0 else message.time_usec,
             message.lat * 1e-7,
@@ -100,11 +127,17 @@ class Sensors:
         now_us, previous = self._now_us, self._topics.battery_status
         known = message.current_ca >= 0
         current_a = message.current_ca * 1e-2 if known else NAN
-        hours = (now_us - previous.timestamp) / 3.6e9 if previous.connected else 0.0
-        discharged_mah = previous.discharged_mah + (current_a * hours * 1e3 if known else 0.0)
-        remaining = message.remaining_pct * 1e-2
+        dt_s = (now_us - previous.timestamp) * 1e-6 if previous.connected else 0.0
+        discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
+        voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
+        if mavlink.FAILURE_UNIT_SYSTEM_BATTERY in self._failed:
+            cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
+            voltage_v, charge = cells * empty_v, 0.0
+        if previous.connected:
+            old = previous.remaining
+            charge = old + (charge - old) * (1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S))
         self._topics.battery_status = BatteryStatus(
-            now_us, True, message.voltage_mv * 1e-3, current_a, remaining, discharged_mah, self._warning(remaining)
+            now_us, True, voltage_v, current_a, charge, discharged_mah, self._warning(charge)
         )
 
     def _warning(self, remaining: float) -> int:

@@ -50,7 +50,7 @@ ZERO_VELOCITY_VARIANCE = 1e-6
 STILL_RAD_S = 0.05
 STILL_M_S2 = 0.6
 STILL_GPS_M_S = 0.6
-HDOP_UNKNOWN_M = 1.0
+EPH_UNKNOWN_M, EPV_UNKNOWN_M = 1.0, 1.5
 SPEED_ACCURACY_M_S = 0.25
 """What PX4's simulator_mavlink says of HIL_GPS's speed accuracy."""
 VARIANCE_FLOOR = np.array([1e-9] * 3 + [1e-8] * 3 + [1e-8] * 3 + [1e-14] * 3 + [1e-12] * 3)
@@ -323,7 +323,7 @@ class Estimator:
         self._fuse_gps_height(now_us, gps)
 
     def _gps_position_noise(self, accuracy_m: float) -> float:
-        accuracy = accuracy_m if math.isfinite(accuracy_m) else HDOP_UNKNOWN_M
+        accuracy = accuracy_m if math.isfinite(accuracy_m) else EPH_UNKNOWN_M
         return max(accuracy, self._p["EKF2_GPS_P_NOISE"])
 
     def _fuse_gps_horizontal(self, now_us: int, gps: SensorGps) -> None:
@@ -353,7 +353,7 @@ class Estimator:
         if not self._gps_control & 2:
             return
         state, index = self._state, cov.POSITION + 2
-        variance = (1.5 * self._gps_position_noise(gps.epv)) ** 2
+        variance = max(gps.epv if math.isfinite(gps.epv) else EPV_UNKNOWN_M, 1.5 * self._p["EKF2_GPS_P_NOISE"]) ** 2
         height = gps.altitude_msl_m - self._ref_alt_m
         if self._height_by_baro:
             up_variance = float(self._covariance[index, index])

@@ -6,7 +6,7 @@ import pytest
 
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors, altitude_m
-from autopilot.topics import Topics
+from autopilot.topics import CommandRecord, Topics, VehicleCommand
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
@@ -81,6 +81,35 @@ def test_battery_counts_what_was_drawn() -> None:
     reader.update([IMU._replace(time_usec=36_000_000)])
     reader.update([SimulatedBattery(15000, 1000, 80)])
     assert topics.battery_status.discharged_mah == pytest.approx(100.0)
+
+
+def test_charge_follows_in_a_second() -> None:
+    reader, topics = sensors()
+    reader.update([IMU._replace(time_usec=200_000)])
+    reader.update([SimulatedBattery(16000, -1, 80)])
+    for tick in range(2, 7):
+        reader.update([IMU._replace(time_usec=tick * 200_000)])
+        reader.update([SimulatedBattery(16000, -1, 0)])
+    assert topics.battery_status.remaining == pytest.approx(0.8 * math.exp(-1.0), abs=0.001)
+
+
+def injected(topics: Topics, number: int, unit: int, kind: int) -> None:
+    command = VehicleCommand(420, float(unit), float(kind))
+    topics.vehicle_commands = (*topics.vehicle_commands, CommandRecord(number, 0, command))
+
+
+def test_injected_failures_silence_the_gps_and_empty_the_battery() -> None:
+    reader, topics = sensors()
+    gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
+    injected(topics, 1, 4, 1)
+    reader.update([gps, IMU])
+    assert topics.sensor_gps.timestamp == 0
+    injected(topics, 2, 4, 0)
+    reader.update([gps, IMU])
+    assert topics.sensor_gps.timestamp == 4000
+    injected(topics, 3, 100, 1)
+    reader.update([SimulatedBattery(16000, -1, 80), IMU])
+    assert topics.battery_status.remaining == 0.0 and topics.battery_status.warning == 3
 
 
 def test_the_truth_is_thrown_away() -> None:
