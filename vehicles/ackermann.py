@@ -10,7 +10,7 @@ the body axes that lie in the ground's plane:
 - tyres: F_f = -C (v + a r - u tan δ)/U, F_r = -C (v - b r)/U, U = max(|u|, 0.5 m/s) (below that, slip angles mean
   nothing), each at most μ times its load; m (v̇ + u r) = F_f + F_r + m g_y;  I_z ṙ = a F_f - b F_r.
   The pair (v, r) is stepped implicitly, as stiff tyres ask
-- brake: with no command and slower than 0.4 m/s the drive's brake closes (as an electric wheelchair's does), and
+- brake: with no command and slower than 1 m/s the drive's brake closes (as an electric wheelchair's does), and
   c_r becomes holding_friction; once it stands, it stays on any slope with tan θ ≤ holding_friction
 - body: roll, pitch and height follow the ground's plane under the four wheels, each as a critically damped
   second-order system (the suspension)
@@ -27,7 +27,7 @@ from vehicles.description import Vehicle
 from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope_angles
 
 SLIP_SPEED_M_S = 0.5
-BRAKE_M_S = 0.4
+BRAKE_M_S = 1.0
 BRAKE_COMMAND = 0.01
 GROUND_FRESH_M = 0.02
 
