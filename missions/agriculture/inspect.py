@@ -207,7 +207,10 @@ class Inspect:
                 result = Result.NOT_REACHED
             self._confirmation = None
             self._enter("reporting", result.name.lower())
-            yield from self._onboard.do(PEER_LINK, command_of(self._job.sender, self._report(result)))
+            report = yield from self._onboard.do(PEER_LINK, command_of(self._job.sender, self._report(result)))
+            if report.outcome is None or not report.outcome.accepted:
+                text = report.outcome.text if report.outcome is not None else "no answer"
+                self._onboard.note(self._now_us, "failed", f"report: {text}")
             self._inspected += 1
             yield from self._park()
             self._job, self._expected, self._seen = None, None, None

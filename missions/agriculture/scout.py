@@ -92,7 +92,6 @@ class Scout:
     ) -> None:
         self.plan, self.detector = plan, detector
         self.approach_m, self.scan_altitude_m, self.return_altitude_m = approach_m, scan_altitude_m, return_altitude_m
-        self._peer_timeout_us = round(peer_timeout_s * 1e6)
         self._report_timeout_us, self._ready_timeout_us = round(report_timeout_s * 1e6), round(ready_timeout_s * 1e6)
         self._camera = camera or CameraModel()
         self._confirmation = Confirmation(self._camera, 0.0, inside=self._in_area)
@@ -101,7 +100,7 @@ class Scout:
         self._origin: tuple[float, float, float] | None = None
         """Home as latitude, longitude, altitude: origin of the metres that targets are placed in."""
         self.jobs: list[Job] = []
-        self._onboard = Onboard(self._peer_timeout_us)
+        self._onboard = Onboard(round(peer_timeout_s * 1e6))
         self._now_us = 0
         self._phase, self._text, self._outcome = "connecting", "waiting for the autopilot", ""
         self._done = False
@@ -347,8 +346,7 @@ class Scout:
 
     def _check_peer(self, system: int | None, since_us: int) -> None:
         """Raises PeerLost when the UGV, needed since `since_us`, has been silent for too long."""
-        heard_us = self._onboard.peer.peers[system].heard_us if system is not None else 0
-        if self._now_us - max(since_us, heard_us) > self._peer_timeout_us:
+        if self._onboard.peer.lost(self._now_us, system, since_us):
             raise PeerLost("peer link lost")
 
     def _ugv(self) -> int | None:

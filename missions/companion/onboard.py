@@ -60,10 +60,6 @@ class Onboard:
             yield
         return service
 
-    def stop_services(self, link: str) -> None:
-        """Drops what is still running on a link."""
-        self._services = [entry for entry in self._services if entry[0] != link]
-
     def watch_pilot(self, now_us: int) -> bool:
         """True while a pilot has the vehicle; says so when that changes. Services to the autopilot rest meanwhile."""
         if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode):

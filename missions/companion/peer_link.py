@@ -60,14 +60,10 @@ class PeerLink:
         elif kind == "GLOBAL_POSITION_INT":
             peer.place = PeerPlace(msg.lat * 1e-7, msg.lon * 1e-7, msg.alt * 1e-3)
 
-    def silent_us(self, now_us: int, system: int, since_us: int) -> int:
-        """For how long a peer has not been heard, counted from `since_us` on at the earliest."""
-        peer = self.peers.get(system)
-        return now_us - max(since_us, peer.heard_us if peer else 0)
-
-    def lost(self, now_us: int, system: int, since_us: int) -> bool:
-        """True when a peer that is needed since `since_us` has been silent for too long."""
-        return self.silent_us(now_us, system, since_us) > self.lost_after_us
+    def lost(self, now_us: int, system: int | None, since_us: int) -> bool:
+        """True when a peer that is needed since `since_us` has been silent for too long; None: any."""
+        peer = self.peers.get(system) if system is not None else None
+        return now_us - max(since_us, peer.heard_us if peer is not None else 0) > self.lost_after_us
 
     def share(self, now_us: int, msg: mavlink.MAVLink_message) -> Outgoing:
         """What a message of our own autopilot makes us tell the peers: some, once a second each."""
