@@ -42,7 +42,7 @@ def run(
     gcs: Gcs = None,
     instance: Annotated[
         int,
-        typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle; 10 for a second run at once."),
+        typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle; 2 for a second run."),
     ] = 0,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.

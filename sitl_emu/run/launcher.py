@@ -30,6 +30,8 @@ from sitl_emu.run.trouble import Trouble
 
 LOOPBACK = "127.0.0.1"
 POLL_S = 0.1
+MAX_OWN_OFFBOARD = 8
+"""The last instance whose offboard port no other has."""
 STOP_S = 2.0
 """How long processes have to end by themselves; then SIGTERM, and then SIGKILL after as long again."""
 LOG_LINES = 12
@@ -102,6 +104,7 @@ def run(wanted: Wanted, view: View) -> Ending:
 
 def check_ports(wanted: Wanted) -> None:
     """Raise RunError naming the first port in use, who needs it and what to do about it."""
+    of_companions = dict[int, str]()
     for instance, vehicle in enumerate(wanted.scenario.vehicles, wanted.first_instance):
         needed = [
             (socket.SOCK_DGRAM, "0.0.0.0", ports.gcs(instance).local, "ground station link"),
@@ -111,7 +114,14 @@ def check_ports(wanted: Wanted) -> None:
             (socket.SOCK_STREAM, LOOPBACK, ports.simulator(instance), "simulator"),
         ]
         if vehicle.companion is not None and vehicle.companion.mission is not None:
-            needed.append((socket.SOCK_DGRAM, LOOPBACK, ports.onboard(instance).remote, "companion"))
+            port = ports.onboard(instance).remote
+            if port in of_companions:
+                raise RunError(
+                    f"the companions of {of_companions[port]} and {vehicle.name} would share UDP port {port}, as PX4 "
+                    f"gives it to all instances above {MAX_OWN_OFFBOARD}: choose a smaller --instance"
+                )
+            of_companions[port] = vehicle.name
+            needed.append((socket.SOCK_DGRAM, LOOPBACK, port, "companion"))
         for kind, address, port, user in needed:
             with socket.socket(socket.AF_INET, kind) as tried:
                 if kind == socket.SOCK_STREAM:

@@ -1,0 +1,75 @@
+"""Runs of `sitl-emu run` for tests: started as a user does, looked at from outside."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import yaml
+
+from sitl_emu.run.scenario import find
+
+FIRST_INSTANCE = int(os.environ.get("SITL_EMU_TEST_INSTANCE", "6"))
+"""Away from the ports of a run that somebody has going on this machine."""
+
+
+def short_scenario(folder: Path, limit_s: float, **changes: object) -> Path:
+    """The agriculture scenario, ending after so much simulated time."""
+    scenario = yaml.safe_load(find("agriculture").read_text())
+    scenario |= {"time_limit_s": limit_s, **changes}
+    path = folder / "short.yaml"
+    path.write_text(yaml.safe_dump(scenario))
+    return path
+
+
+class Run:
+    """A run under way."""
+
+    def __init__(self, scenario: Path, out: Path, *arguments: str) -> None:
+        self.out, self.log = out, out.with_suffix(".txt")
+        command = [sys.executable, "-P", "-m", "sitl_emu", "run", str(scenario), "--out", str(out)]
+        with self.log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [*command, "--instance", str(FIRST_INSTANCE), *arguments], stdout=output, stderr=subprocess.STDOUT
+            )
+
+    def __enter__(self) -> "Run":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            self.process.wait(15)
+        for pid in self.children().values():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+    @property
+    def text(self) -> str:
+        return self.log.read_text()
+
+    def wait(self, limit_s: float) -> int:
+        return self.process.wait(limit_s)
+
+    def wait_until_flying(self, limit_s: float = 60.0) -> None:
+        """Until simulated time goes on."""
+        until = time.monotonic() + limit_s
+        truth = self.out / "events.jsonl"
+        while not (truth.is_file() and truth.stat().st_size > 0):
+            assert time.monotonic() < until and self.process.poll() is None, self.text
+            time.sleep(0.05)
+
+    def children(self) -> dict[str, int]:
+        """Processes of this run that are there now, by what they are ("camera_process uas"): pid."""
+        found = dict[str, int]()
+        for folder in Path("/proc").iterdir():
+            if folder.name.isdigit():
+                with contextlib.suppress(OSError):
+                    words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+                    if len(words) > 5 and words[3].startswith("sitl_emu.run.") and str(self.out) in words[5]:
+                        name = yaml.safe_load(words[5]).get("name", "")
+                        found[f"{words[3].removeprefix('sitl_emu.run.')} {name}".strip()] = int(folder.name)
+        return found

@@ -1,0 +1,134 @@
+"""`sitl-emu run` from outside: equal seeds, equal logs; whoever dies is named; nothing is left behind."""
+
+import filecmp
+import json
+import os
+import signal
+import socket
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from sitl_emu.core import ports
+from sitl_emu.run.score import WALL_CLOCK_KEYS
+from tests.missions.runs import FIRST_INSTANCE, Run, short_scenario
+
+LONG_S = 600.0
+END_LIMIT_S = 5.0
+
+
+def assert_its_processes_end(run: Run) -> None:
+    until = time.monotonic() + END_LIMIT_S
+    while run.children():
+        assert time.monotonic() < until, f"still there: {run.children()}"
+        time.sleep(0.05)
+
+
+def assert_nothing_is_left(run: Run) -> None:
+    assert not run.children()
+    assert not [path.name for path in Path("/dev/shm").iterdir() if str(run.process.pid) in path.name]
+    for instance in (FIRST_INSTANCE, FIRST_INSTANCE + 1):
+        for port in (ports.gcs(instance).local, ports.onboard(instance).local):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
+                tried.bind(("0.0.0.0", port))
+        with socket.socket() as tried:
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            tried.bind(("127.0.0.1", ports.simulator(instance)))
+
+
+def test_the_same_seed_at_two_speeds_gives_identical_logs_and_summaries(tmp_path: Path) -> None:
+    scenario = short_scenario(tmp_path, 6.0)
+    for name, speed in (("fast", "max"), ("slow", "1.5")):
+        with Run(scenario, tmp_path / name, "--speed", speed, "--seed", "5") as run:
+            assert run.wait(100) == 1, run.text
+    fast, slow = tmp_path / "fast", tmp_path / "slow"
+    logs = sorted(path.name for path in fast.glob("*.tlog"))
+    assert {"uas-gcs.tlog", "uas-onboard.tlog", "uas-peer.tlog", "ugv-peer.tlog"} <= set(logs)
+    assert all((fast / name).stat().st_size > 1000 for name in logs)
+    different = [name for name in [*logs, "events.jsonl"] if not filecmp.cmp(fast / name, slow / name, shallow=False)]
+    assert not different
+    one, other = (json.loads((folder / "summary.json").read_text()) for folder in (fast, slow))
+    assert one["outcome"] == "time limit reached" and one["frames_rendered"] == 2 * 90 and one["frames_dropped"] == 0
+    for key in WALL_CLOCK_KEYS:
+        one.pop(key), other.pop(key)
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    ("victim", "named"),
+    [
+        ("autopilot_process ugv", "autopilot ugv"),
+        ("companion_process uas", "companion uas"),
+        ("camera_process uas", "camera uas"),
+        ("world_process", "world"),
+    ],
+)
+def test_a_process_that_is_killed_is_named_and_the_rest_ends(tmp_path: Path, victim: str, named: str) -> None:
+    with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run", "--speed", "max") as run:
+        run.wait_until_flying()
+        children = run.children()
+        assert len(children) == 7
+        os.kill(children[victim], signal.SIGKILL)
+        assert_its_processes_end(run)
+        assert run.wait(60) == 1
+        assert f"{named} (pid {children[victim]}) was killed by SIGKILL" in run.text
+        assert json.loads((run.out / "summary.json").read_text())["outcome"].startswith(named)
+        assert (run.out / "report.html").is_file() and (run.out / "uas-gcs.tlog").stat().st_size > 0
+        assert_nothing_is_left(run)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_and_leaves_nothing(tmp_path: Path, number: signal.Signals) -> None:
+    with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run", "--speed", "1") as run:
+        run.wait_until_flying()
+        run.process.send_signal(number)
+        assert_its_processes_end(run)
+        assert run.wait(60) == 1
+        summary = json.loads((run.out / "summary.json").read_text())
+        assert summary["outcome"] == "interrupted" and summary["frames_rendered"] > 0
+        assert_nothing_is_left(run)
+
+
+def test_a_signal_while_it_starts_leaves_nothing_either(tmp_path: Path) -> None:
+    with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run") as run:
+        until = time.monotonic() + 30.0
+        while len(run.children()) < 3 and time.monotonic() < until:
+            time.sleep(0.02)
+        run.process.send_signal(signal.SIGINT)
+        assert_its_processes_end(run)
+        assert run.wait(60) == 1
+        assert_nothing_is_left(run)
+
+
+def test_a_port_in_use_is_named_before_anything_starts(tmp_path: Path) -> None:
+    port = ports.onboard(FIRST_INSTANCE + 1).local
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("0.0.0.0", port))
+        with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run") as run:
+            assert run.wait(60) == 2
+    assert f"UDP port {port}" in run.text and "vehicle ugv" in run.text and "--instance" in run.text
+
+
+def test_any_command_may_be_a_companion_and_ends_the_run_when_it_ends(tmp_path: Path) -> None:
+    talk = "import sys, time; print(sys.argv[1:]); time.sleep(1); sys.exit(3)"
+    uas = {"name": "uas", "model": "iris", "start": "home"}
+    uas["companion"] = {"command": ["python3", "-c", talk, "{connect}", "{out}"]}
+    scenario = {"name": "own", "world": {"kind": "flat"}, "vehicles": [uas], "time_limit_s": LONG_S}
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(scenario))
+    with Run(tmp_path / "own.yaml", tmp_path / "run", "--speed", "5") as run:
+        assert run.wait(60) == 1
+    assert "outcome: companion uas: exit status 3" in run.text
+    said = (tmp_path / "run/logs/companion-uas.log").read_text()
+    assert f"udpin:127.0.0.1:{ports.onboard(FIRST_INSTANCE).remote}" in said and str(tmp_path / "run") in said
+
+
+def test_a_companion_command_that_is_not_there_is_named(tmp_path: Path) -> None:
+    uas = {"name": "uas", "model": "iris", "companion": {"command": ["./no-such-program"]}}
+    scenario = {"name": "own", "world": {"kind": "flat"}, "vehicles": [uas], "time_limit_s": LONG_S}
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(scenario))
+    with Run(tmp_path / "own.yaml", tmp_path / "run") as run:
+        assert run.wait(60) == 2
+        assert "companion uas: can't start './no-such-program'" in run.text
+        assert_nothing_is_left(run)
