@@ -273,8 +273,8 @@ class Scout:
             self._add(target)
         self._flown = True
         self._onboard.yielding.expect(())
-        waiting = self._open_jobs()
-        self._enter("landed", f"waiting for {len(waiting)} reports" if waiting else "all reports are in")
+        waiting = len(self._open_jobs())
+        self._enter("landed", self._failure or (f"waiting for {waiting} reports" if waiting else "all reports are in"))
 
     def _return_home(self, why: str) -> Script:
         """After a failure in the air: home, down, off."""
