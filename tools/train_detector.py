@@ -2,9 +2,10 @@
 
     python tools/train_detector.py [--seeds 100:130] [--frames 60] [--out missions/companion/detector_weights.json]
 
-Frames are taken over each field from 11 to 21 m, at any heading and a few degrees of tilt, half of them near an object
-(targets and distractors alike), and some from the rover's mast. A cell whose middle lies within a target's outline is that target;
-one near the outline is left out; all others are neither. Softmax regression with one hidden layer, Adam, numpy.
+Frames are taken over each field from 11 to 21 m, at any heading and a few degrees of tilt, most of them near an object
+(targets and distractors alike), and some from the rover's mast. A cell whose middle lies within a target's outline is
+that target; one near the outline is left out; all others are neither. Softmax regression with one hidden layer, Adam,
+numpy. `--mine` adds cells that the present weights get wrong: run once without, then once with it.
 Judge the result with `tools/score_detector.py` on other seeds.
 """
 
@@ -16,16 +17,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from missions.companion import detector as det
-from missions.companion.camera_model import CameraModel, camera_pose, project
 from missions.companion.camera_model import MAST as MODEL_MAST
 from missions.companion.camera_model import NADIR as MODEL_NADIR
+from missions.companion.camera_model import CameraModel, Mount, camera_pose, project
 from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
+from sitl_emu.world.corn_field import CornField
 from sitl_emu.world.objects import outline
+
+Floats = npt.NDArray[np.float32]
+Image = npt.NDArray[np.uint8]
 
 CELLS_PER_FRAME = 500
 HARD = 0.05
@@ -44,7 +50,12 @@ def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, flo
     )
 
 
-def label_picture(field, pose, mount):
+def tilt(rng: np.random.Generator, sigma_rad: float) -> tuple[float, float]:
+    """A roll and a pitch."""
+    return float(rng.normal(scale=sigma_rad)), float(rng.normal(scale=sigma_rad))
+
+
+def label_picture(field: CornField, pose: Pose, mount: Mount) -> Image:
     """(480, 640): 0 neither, 1 weed, 2 disease, 255 near a target's outline; and 254 within a distractor."""
     picture = np.zeros((MODEL.height, MODEL.width), np.uint8)
     camera = camera_pose((pose.north_m, pose.east_m, pose.down_m), pose.q, mount)
@@ -63,7 +74,9 @@ def label_picture(field, pose, mount):
     return picture
 
 
-def sample(seed, frames, rng, miner):
+def sample(
+    seed: int, frames: int, rng: np.random.Generator, miner: det.Weights | None
+) -> tuple[Floats, npt.NDArray[np.uint8]]:
     """(features, labels) of cells of frames over one field."""
     field = corn_field.build(seed)
     nadir, mast = Camera(field, NADIR), Camera(field, MAST)
@@ -78,7 +91,7 @@ def sample(seed, frames, rng, miner):
             ahead = rng.uniform(0.3, 3.5)
             north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
             down = -field.terrain.height_m(north, east) - 0.2
-            pose = Pose(north, east, down, quaternion(*rng.normal(scale=0.04, size=2), yaw + rng.normal(scale=0.3)))
+            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.04), yaw + float(rng.normal(scale=0.3))))
             camera, mount = mast, MODEL_MAST
             gsd = 2.0 / math.sin(math.radians(60)) / MODEL.focal_px
         else:
@@ -87,7 +100,7 @@ def sample(seed, frames, rng, miner):
             else:
                 north, east = thing.north_m + rng.uniform(-11, 11), thing.east_m + rng.uniform(-11, 11)
             down = -rng.uniform(11, 21)
-            pose = Pose(north, east, down, quaternion(*rng.normal(scale=0.06, size=2), yaw))
+            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.06), yaw))
             camera, mount = nadir, MODEL_NADIR
             gsd = -down / MODEL.focal_px
         image = camera.render(pose, int(rng.integers(1 << 40)))
@@ -111,7 +124,7 @@ def sample(seed, frames, rng, miner):
     return np.concatenate(xs), np.concatenate(ys)
 
 
-def train(x, y, rng, hidden=32, epochs=30):
+def train(x: Floats, y: npt.NDArray[np.int64], rng: np.random.Generator, hidden: int, epochs: int) -> det.Weights:
     """Weights by Adam on softmax cross-entropy."""
     mean, scale = x.mean(axis=0), x.std(axis=0) + 1e-4
     x = (x - mean) / scale
@@ -169,7 +182,10 @@ def main() -> None:
         x, y = stored["x"], stored["y"]
     else:
         miner = det.load_weights() if args.mine else None
-        parts = [sample(seed, args.frames, np.random.Generator(np.random.PCG64([seed, args.mine])), miner) for seed in range(first, last)]
+        parts = [
+            sample(seed, args.frames, np.random.Generator(np.random.PCG64([seed, args.mine])), miner)
+            for seed in range(first, last)
+        ]
         x, y = np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
         if args.cache:
             np.savez(args.cache, x=x, y=y)

@@ -215,7 +215,9 @@ class Confirmation:
             if track.reported:
                 kept.append(track)
                 continue
-            if track.confirmed and (not self._settle or track.place.spread_rad >= (LEAST_SPREAD_RAD if gone else SETTLED_RAD)):
+            if track.confirmed and (
+                not self._settle or track.place.spread_rad >= (LEAST_SPREAD_RAD if gone else SETTLED_RAD)
+            ):
                 steady = track.hits >= HIT_SHARE * track.expected and track.score >= REPORT_SCORE
                 if steady and (self._inside is None or self._inside(track.point[0], track.point[1])):
                     track.reported = True

@@ -2,15 +2,15 @@
 
 `Detector` is what a mission knows; a trained network drops in behind it.
 
-`ClassicalDetector` uses OpenCV and a very small classifier. A picture is reduced to a fixed ground sampling distance, so
-that a patch looks alike from 20 m and from a mast. Per pixel it takes greenness (excess green, Woebbecke et al. 1995),
-warmth (red over blue), brightness and fine texture, each relative to the whole picture's, so that light matters little.
-Their means over windows of 0.2 to 4 m, and what morphology leaves of the green once rows are opened away, are the
-features of one cell of ground, 0.2 m wide. A two-layer perceptron makes of them the probabilities of weed, disease and
-neither; its weights, trained on fields of other seeds than those it is judged on, lie in `detector_weights.json`
-(`tools/train_detector.py` makes them). Cells join to blobs; a blob of a target's size is a detection, its score
-the mean probability of its heart. So colour alone decides nothing: window means see where green stands between rows,
-how mottled it is and how far it reaches.
+`ClassicalDetector` uses OpenCV and a very small classifier. A picture is reduced to a fixed ground sampling distance,
+so that a patch looks alike from 20 m and from a mast. Per pixel it takes greenness (excess green, Woebbecke et al.
+1995), warmth (red over blue), brightness and fine texture, and what morphology leaves of the green once rows are opened
+away. Their means over windows of 0.2 to 2 m of ground, less those of the surroundings (5 m), so that light matters
+little, are the features of one cell of ground, 0.2 m wide. A two-layer perceptron makes of them the probabilities of
+weed, disease and neither; its weights, trained on fields of other seeds than those it is judged on, lie in
+`detector_weights.json` (`tools/train_detector.py` makes them). Cells join to blobs; a blob of a target's size is a
+detection, its score the mean probability of its heart. So colour alone decides nothing: window means see where green
+stands between rows, how mottled it is and how far it reaches.
 
 It does not know species, nor stages of corn far from V5 to V8, nor a closed canopy.
 """
@@ -31,6 +31,7 @@ LABELS = ("weed", "disease")
 WEIGHTS = Path(__file__).with_name("detector_weights.json")
 
 WORK_GSD_M = 0.07
+MAX_SCALE = 1.6
 CELL_PX = 3
 """Pixels at `WORK_GSD_M` along a cell's side."""
 WINDOWS = (3, 5, 9, 23)
@@ -38,7 +39,7 @@ WINDOWS = (3, 5, 9, 23)
 _DISCS = tuple(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)) for side in (5, 7))
 DEFAULT_GSD_M = 15.0 / 320.0
 """From 15 m, with 640 pixels over 90 degrees: taken when no distance is given."""
-MIN_DIAMETER_M, MAX_DIAMETER_M = 0.30, 3.2
+MIN_DIAMETER_M, MAX_DIAMETER_M = 0.42, 3.2
 PEAK, EDGE = 0.5, 0.3
 """Smoothed probability a blob must reach somewhere, and that which bounds it."""
 
@@ -63,7 +64,7 @@ class Detector(Protocol):
         """All labels of its detections."""
 
     def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
-        """Finds in a BGR picture (height, width, 3). `gsd_m`: metres of ground a pixel, on the optical axis, if known."""
+        """Finds in a BGR picture (height, width, 3). `gsd_m`: metres a pixel on the optical axis, if known."""
 
 
 class Weights(NamedTuple):
@@ -88,8 +89,8 @@ def load_weights(path: Path = WEIGHTS) -> Weights:
 
 
 def reduce(image: Image, gsd_m: float) -> Image:
-    """The picture at `WORK_GSD_M`."""
-    scale = gsd_m / WORK_GSD_M
+    """The picture at `WORK_GSD_M`; one from much too high is not blown up without end."""
+    scale = min(gsd_m / WORK_GSD_M, MAX_SCALE)
     size = (max(24, round(image.shape[1] * scale)), max(24, round(image.shape[0] * scale)))
     how = cv2.INTER_AREA if scale < 0.5 else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(image, size, interpolation=how), np.uint8)

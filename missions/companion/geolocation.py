@@ -5,13 +5,13 @@ attitude (heading, pitch and roll) at the time the frame was taken.
 
 Where the ray ends takes a height of the ground. Below 12 m the lidar gives it. Above, where a survey flies, the lidar
 is blind, and here the height comes from the pictures themselves: a target is seen in many frames from places metres
-apart, and the point nearest to all its rays, in the sense of least squares, has a height too. Until the rays cross at an
-angle, a weak prior holds the height to that of home (or to what the lidar last saw). So relief needs no map, and
+apart, and the point nearest to all its rays, in the sense of least squares, has a height too. Until the rays cross at
+an angle, a weak prior holds the height to that of home (or to what the lidar last saw). So relief needs no map, and
 level ground is only assumed for the first look.
 
 Least squares: the point x minimises the sum of w |(I - d d') (x - p)|^2 over rays (p, d), plus the prior on its down
-component; w = 1 / (range * sigma)^2 makes a ray's miss an angle, so near looks weigh more. Noise is taken as independent
-between frames; what is not (GPS drift, a mount that is off) remains in the result.
+component; w = 1 / (range * sigma)^2 makes a ray's miss an angle, so near looks weigh more. Noise is taken as
+independent between frames; what is not (GPS drift, a mount that is off) remains in the result.
 """
 
 import math

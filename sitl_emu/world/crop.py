@@ -69,7 +69,7 @@ def grow(field: CornField) -> Plants:
 
     parts.append(_rows(rng, field))
 
-    count = int(0.02 * field.size_m[0] * field.size_m[1])
+    count = int(0.008 * field.size_m[0] * field.size_m[1])
     for kind in ("weed_broad", "weed_grass"):
         parts.append(
             (

@@ -138,6 +138,8 @@ def _corn(rng: np.random.Generator, kind: str, height_m: float) -> _Canvas:
         width = scale * (0.056 - 0.02 * rank)
         heights = (height_m * (0.35 + 0.45 * rank), height_m * (0.25 + 0.75 * rank))
         colour = _vary(rng, green, 0.08)
+        if kind == "pale_corn" and rng.uniform() < 0.6 - 0.3 * rank:
+            colour = _vary(rng, (76.0, 150.0, 160.0), 0.08)
         if kind == "disease" and rng.uniform() < 0.75 - 0.35 * rank:
             # Blighted: from dull yellow-green over straw to dead brown, lowest leaves first.
             ill: Bgr = ((62.0, 132.0, 138.0), (78.0, 138.0, 170.0), (62.0, 98.0, 134.0))[int(rng.integers(3))]

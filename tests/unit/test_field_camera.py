@@ -1,0 +1,177 @@
+"""The camera is a pure function of seed, time and pose, and its geometry is that of a pinhole."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from missions.companion import camera_model
+from sitl_emu.world.camera import MAST, MOUNTS, NADIR, Camera, Intrinsics, Mount, Pose, body_to_ned, camera_to_body
+from sitl_emu.world.corn_field import CornField, build
+from sitl_emu.world.painter import Layers, orthophoto
+from sitl_emu.world.renderer import Renderer
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+@pytest.fixture(scope="module")
+def field() -> CornField:
+    return build(7)
+
+
+@pytest.fixture(scope="module")
+def nadir(field: CornField) -> Camera:
+    return Camera(field, NADIR, name="uas")
+
+
+@pytest.fixture(scope="module")
+def mast(field: CornField) -> Camera:
+    return Camera(field, MAST, name="ugv")
+
+
+def over(field: CornField, north: float, east: float, height: float, *angles: float) -> Pose:
+    return Pose(north, east, -field.terrain.height_m(north, east) - height, quaternion(*angles))
+
+
+class _Marked(Renderer):
+    """A renderer of black ground with one white disc."""
+
+    def __init__(self, field: CornField, gsd_m: float, centre: tuple[float, float], radius_m: float) -> None:
+        super().__init__(field, 640, 480, 320.0)
+        side = 2400
+        south, west = centre[0] - side / 2 * gsd_m, centre[1] - side / 2 * gsd_m
+        ground = np.zeros((side, side, 4), np.uint8)
+        middle = round((side / 2 - 0.5) * 16)
+        cv2.circle(ground, (middle, middle), round(radius_m / gsd_m * 16), (255, 255, 255, 0), -1, cv2.LINE_AA, 4)
+        self._marked = Layers(ground, np.zeros((8, 8, 4), np.uint8), south, west, gsd_m)
+
+    def _layers_for(self, *_: object) -> tuple[Layers, int]:
+        return self._marked, 0
+
+
+@pytest.mark.parametrize("mount", ["nadir", "mast"])
+def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField, mount: str) -> None:
+    rng = np.random.default_rng(3)
+    errors = []
+    model = camera_model.CameraModel()
+    for _ in range(25):
+        north, east, yaw = rng.uniform(15, 65), rng.uniform(15, 65), rng.uniform(0, math.tau)
+        roll, pitch = rng.normal(scale=0.09, size=2)
+        if mount == "nadir":
+            d_north, d_east, radius, gsd, height = *rng.uniform(-11, 11, size=2), 0.3, 0.05, 15.0
+        else:
+            ahead, aside, radius, gsd, height = rng.uniform(0.4, 2.5), rng.uniform(-1, 1), 0.05, 0.008, 0.2
+            d_north = ahead * math.cos(yaw) - aside * math.sin(yaw)
+            d_east = ahead * math.sin(yaw) + aside * math.cos(yaw)
+        pose = over(field, north, east, height, roll, pitch, yaw)
+        own = MOUNTS[mount]
+        rotation = body_to_ned(pose.q)
+        position = np.array(pose[:3]) + rotation @ np.array(own[:3])
+        spot = (north + d_north, east + d_east)
+        # Independent of the renderer: the companion's own pinhole model, and points around the disc's rim.
+        seen_from = camera_model.camera_pose(pose[:3], pose.q, camera_model.Mount(*own))
+        outline = []
+        for angle in np.arange(64) * math.tau / 64:
+            at = (spot[0] + radius * math.cos(angle), spot[1] + radius * math.sin(angle))
+            pixel = camera_model.project(model, seen_from, (*at, -field.terrain.height_m(*at)))
+            assert pixel is not None
+            outline.append(pixel)
+        if not all(5 < x < 634 and 5 < y < 474 for x, y in outline):
+            continue
+        picture = _Marked(field, gsd, spot, radius).draw(position, rotation @ camera_to_body(own))
+        moments = cv2.moments(picture[..., 0])
+        assert moments["m00"] > 0.0
+        shape = cv2.moments(np.array(outline, np.float32)[:, None, :])
+        dx = moments["m10"] / moments["m00"] - shape["m10"] / shape["m00"]
+        dy = moments["m01"] / moments["m00"] - shape["m01"] / shape["m00"]
+        errors.append(math.hypot(dx, dy))
+    assert len(errors) >= 10
+    assert np.median(errors) < 0.3 and max(errors) < 1.0
+
+
+def test_a_weed_patch_of_the_field_appears_where_it_is(field: CornField, nadir: Camera) -> None:
+    """The real picture too: the patch's pixels differ from the same field's without its objects."""
+    from dataclasses import replace
+
+    bare = Camera(replace(field, objects=()), NADIR, name="uas")
+    for target in field.targets:
+        pose = over(field, target.north_m - 3.0, target.east_m + 2.0, 14.0, 0.05, -0.04, 0.7)
+        difference = cv2.absdiff(nadir.render(pose, 1), bare.render(pose, 1)).max(axis=2)
+        seen_from = camera_model.camera_pose(pose[:3], pose.q, camera_model.NADIR)
+        ground = -field.terrain.height_m(target.north_m, target.east_m) - 0.2
+        pixel = camera_model.project(camera_model.CameraModel(), seen_from, (target.north_m, target.east_m, ground))
+        assert pixel is not None
+        changed = np.argwhere(difference > 30)
+        near = changed[np.hypot(changed[:, 1] - pixel[0], changed[:, 0] - pixel[1]) < 1.3 * target.radius_m * 320 / 14]
+        assert len(near) > 20
+        y, x = near.mean(axis=0)
+        assert math.hypot(x - pixel[0], y - pixel[1]) < 0.35 * target.radius_m * 320 / 14 + 2.0
+
+
+def test_a_frame_depends_on_seed_time_and_pose_alone(field: CornField, nadir: Camera, mast: Camera) -> None:
+    high, low = over(field, 30, 40, 15, 0.02, 0.03, 1.0), over(field, 33, 44, 0.2, 0.0, 0.0, 0.4)
+    first = [nadir.render(high, 66_666), mast.render(low, 66_666)]
+    # Elsewhere meanwhile, so that the mosaic of near tiles is another one and built in another order.
+    for north in (20.0, 37.0, 60.0):
+        nadir.render(over(field, north, 40, 15, 0, 0, 0), 5)
+        mast.render(over(field, north, 44, 0.2, 0, 0, 2.0), 5)
+    assert np.array_equal(nadir.render(high, 66_666), first[0])
+    assert np.array_equal(mast.render(low, 66_666), first[1])
+    fresh = Camera(build(7), MAST, name="ugv")
+    assert np.array_equal(fresh.render(low, 66_666), first[1])
+    assert not np.array_equal(nadir.render(high, 133_332), first[0]), "noise must change with time"
+    assert not np.array_equal(Camera(build(8), MAST, name="ugv").render(low, 66_666), first[1])
+
+
+def test_frames_look_like_a_field(field: CornField, nadir: Camera, mast: Camera) -> None:
+    for camera, height in ((nadir, 15.0), (mast, 0.2)):
+        frame = camera.render(over(field, 40, 30, height, 0, 0, 0), 0)
+        assert frame.shape == (480, 640, 3) and frame.dtype == np.uint8
+        b, g, r = (frame[..., c].astype(int) for c in range(3))
+        green = (2 * g - r - b) > 20
+        assert 0.1 < green.mean() < 0.9
+        assert 40 < frame.mean() < 180 and frame.std() > 12
+
+
+def test_top_of_the_picture_is_forward(field: CornField, nadir: Camera) -> None:
+    """Flying north at the south edge, what lies ahead is corn and what lies behind is not."""
+    frame = nadir.render(over(field, 3.0, 40.0, 8.0, 0, 0, 0), 0).astype(int)
+    green = 2 * frame[..., 1] - frame[..., 0] - frame[..., 2] > 25
+    assert green[:200].mean() > 0.2 > green[300:400].mean()
+
+
+def test_extreme_poses_give_a_picture(field: CornField, nadir: Camera) -> None:
+    for pose in (
+        over(field, 0, 0, 0.05, 0, 0, 0),
+        over(field, 40, 40, 100.0, 0.6, -0.5, 3.0),
+        over(field, -300, 500, 15.0, 0, 0, 0),
+        Pose(40, 40, 30.0, (1.0, 0.0, 0.0, 0.0)),
+        over(field, 40, 40, 10.0, 1.6, 0.0, 0.0),
+    ):
+        assert nadir.render(pose, 0).shape == (480, 640, 3)
+
+
+def test_orthophoto_covers_the_outline_north_up(field: CornField) -> None:
+    picture = orthophoto(field, 0.2)
+    assert picture.shape == (400, 400, 3)
+
+
+def test_sizes_must_fit_the_grid(field: CornField) -> None:
+    with pytest.raises(ValueError, match="multiples of 8"):
+        Camera(field, Mount(0, 0, 0, 90), Intrinsics(width=636))
+
+
+def test_both_sides_of_the_link_agree_on_mounts() -> None:
+    """The companion's data of its camera is the world's: they may not import each other."""
+    assert tuple(camera_model.NADIR) == tuple(NADIR) and tuple(camera_model.MAST) == tuple(MAST)
+    assert tuple(camera_model.CameraModel()) == tuple(Intrinsics())

@@ -1,0 +1,135 @@
+"""Confirmation as transcripts: frames in, targets out."""
+
+import math
+from collections.abc import Sequence
+
+import pytest
+
+from missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
+from missions.companion.confirmation import Confirmation, Target
+from missions.companion.detector import Detection
+
+CAMERA = CameraModel()
+NORTH = (1.0, 0.0, 0.0, 0.0)
+FRAME_US = 66_667
+
+
+def at(north: float, east: float = 0.0) -> CameraPose:
+    return camera_pose((north, east, -15.0), NORTH, NADIR)
+
+
+def sight(pose: CameraPose, north: float, east: float, score: float = 0.9, label: str = "weed") -> list[Detection]:
+    pixel = project(CAMERA, pose, (north, east, 0.0))
+    assert pixel is not None
+    inside = 0 <= pixel[0] <= 639 and 0 <= pixel[1] <= 479
+    return [Detection(label, score, *pixel, 20.0, 20.0)] if inside else []
+
+
+class Flight:
+    """A line north at 5 m/s past targets; `fly` returns what was reported."""
+
+    def __init__(self, **options: bool) -> None:
+        self.confirmation = Confirmation(CAMERA, 0.0, **options)  # type: ignore[arg-type]
+        self.time_us = 0
+
+    def fly(
+        self,
+        start: float,
+        stop: float,
+        targets: Sequence[tuple[float, float]],
+        east: float = 0.0,
+        score: float = 0.9,
+        labels: str = "weed",
+        miss_each: int = 0,
+    ) -> list[Target]:
+        new: list[Target] = []
+        for i in range(int(abs(stop - start) * 3)):
+            pose = at(start + math.copysign(i / 3.0, stop - start), east)
+            seen = []
+            for north, target_east in targets:
+                if not miss_each or i % miss_each:
+                    label = labels.split()[i % len(labels.split())]
+                    seen += sight(pose, north, target_east, score, label)
+            new += self.confirmation.update(self.time_us, pose, seen)
+            self.time_us += FRAME_US
+        return new
+
+
+def test_a_steady_target_is_reported_once_and_in_its_place() -> None:
+    flight = Flight()
+    new = flight.fly(0.0, 60.0, [(30.0, 4.0)])
+    assert len(new) == 1
+    target = new[0]
+    assert target.label == "weed"
+    assert (target.north_m, target.east_m) == pytest.approx((30.0, 4.0), abs=0.05)
+    assert target.score == pytest.approx(0.9) and target.sightings >= 3
+    assert target.frame_time_us > 0 and target.detection.label == "weed"
+    assert flight.confirmation.finish() == []
+    assert [t.id for t in flight.confirmation.targets] == [target.id]
+
+
+def test_the_neighbouring_line_sees_it_again_and_it_stays_one() -> None:
+    flight = Flight()
+    assert len(flight.fly(0.0, 60.0, [(30.0, 6.0)])) == 1
+    sightings = flight.confirmation.targets[0].sightings
+    assert flight.fly(60.0, 0.0, [(30.0, 6.0)], east=12.0) == []
+    assert len(flight.confirmation.targets) == 1
+    assert flight.confirmation.targets[0].sightings > sightings
+
+
+def test_two_targets_in_one_picture_are_two() -> None:
+    flight = Flight()
+    new = flight.fly(0.0, 60.0, [(30.0, 4.0), (33.0, -5.0)])
+    assert sorted(round(t.north_m) for t in new) == [30, 33]
+
+
+def test_two_frames_confirm_nothing() -> None:
+    confirmation = Confirmation(CAMERA, 0.0, settle=False)
+    for i in range(2):
+        assert confirmation.update(i * FRAME_US, at(i / 3), sight(at(i / 3), 5.0, 0.0)) == []
+    assert len(confirmation.update(2 * FRAME_US, at(2 / 3), sight(at(2 / 3), 5.0, 0.0))) == 1
+
+
+def test_a_frame_that_should_see_it_and_does_not_breaks_the_run() -> None:
+    flight = Flight()
+    # Every third frame misses it: never three in a row.
+    assert flight.fly(0.0, 60.0, [(30.0, 4.0)], miss_each=3) == []
+    assert flight.confirmation.finish() == []
+
+
+def test_a_frame_that_looks_elsewhere_does_not() -> None:
+    confirmation = Confirmation(CAMERA, 0.0, settle=False)
+    time_us = 0
+    for north, seen in ((0.0, True), (0.3, True), (40.0, False), (0.9, True)):
+        detections = sight(at(north), 5.0, 0.0) if seen else []
+        new = confirmation.update(time_us, at(north), detections)
+        time_us += FRAME_US
+    assert len(new) == 1
+
+
+def test_faint_or_rare_sightings_are_not_reported() -> None:
+    assert Flight().fly(0.0, 60.0, [(30.0, 4.0)], score=0.45) == []
+    flight = Flight()
+    # Strong from the front for a moment, then never again.
+    assert flight.fly(15.0, 22.0, [(30.0, 4.0)]) == []
+    assert flight.fly(22.0, 60.0, []) == [] and flight.confirmation.finish() == []
+
+
+def test_labels_are_voted_by_score() -> None:
+    new = Flight().fly(0.0, 60.0, [(30.0, 4.0)], labels="disease disease weed")
+    assert [t.label for t in new] == ["disease"]
+
+
+def test_what_lies_outside_is_of_no_interest() -> None:
+    confirmation = Confirmation(CAMERA, 0.0, settle=False, inside=lambda north, east: east > 0.0)
+    new = []
+    for i in range(5):
+        pose = at(i / 3)
+        new += confirmation.update(i * FRAME_US, pose, sight(pose, 5.0, 4.0) + sight(pose, 5.0, -4.0))
+    assert [round(t.east_m) for t in new] == [4]
+
+
+def test_the_end_of_the_scan_reports_what_had_not_settled() -> None:
+    flight = Flight()
+    assert flight.fly(20.0, 27.5, [(30.0, 2.0)]) == []
+    assert len(flight.confirmation.finish()) == 1
