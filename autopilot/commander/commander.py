@@ -74,6 +74,7 @@ class Commander:
         """Decide on one of COMMANDS; None gives no ack."""
         result = self._handlers.handle(now_us, command)
         self._checks_due_us = 0
+        self._publish_vehicle_status(now_us)
         return None if result is None else CommandResult(result)
 
     def update(self, now_us: int) -> None:

@@ -1,4 +1,7 @@
-"""LAND: come to rest and descend there. PX4's Land (src/modules/navigator/land.cpp, v1.18)."""
+"""LAND: come to rest and descend there. PX4's Land (src/modules/navigator/land.cpp, v1.18).
+
+A rover counts as landed at once and drives on to the target that it had, as PX4's does.
+"""
 
 from autopilot.constants import SetpointType
 from autopilot.navigator.state import NavigatorState
@@ -13,6 +16,8 @@ class Land:
     def on_activation(self) -> None:
         """Enter LAND."""
         state = self._state
+        if state.rover:
+            return
         lat, lon = state.stop_point()
         state.can_loiter_at_setpoint = False
         state.fly(state.setpoint(SetpointType.LAND, lat, lon, state.position.alt))

@@ -10,6 +10,8 @@ from autopilot.navigator.mission_block import TAKEOFF, Reached, Target
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand
 
+ROVER_TAKEOFF_US = 80_000
+
 
 class Takeoff:
     """AUTO_TAKEOFF."""
@@ -19,6 +21,7 @@ class Takeoff:
         self._command: VehicleCommand | None = None
         self._target: Target | None = None
         self._reached = Reached()
+        self._begun_us = 0
 
     def request(self, command: VehicleCommand) -> None:
         """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN."""
@@ -37,7 +40,11 @@ class Takeoff:
         elif self._target is None:
             return
         assert self._target is not None
-        if state.rover or self._reached.update(state, self._target):
+        if state.rover:
+            done = state.now_us - self._begun_us >= ROVER_TAKEOFF_US
+        else:
+            done = self._reached.update(state, self._target)
+        if done:
             state.finished = True
             state.can_loiter_at_setpoint = True
 
@@ -57,4 +64,5 @@ class Takeoff:
             yaw = command.param4
         self._target = Target(TAKEOFF, lat, lon, alt, yaw)
         self._reached.restart(state.now_us)
+        self._begun_us = state.now_us
         state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, yaw), previous=state.here())

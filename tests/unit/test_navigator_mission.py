@@ -139,7 +139,8 @@ def test_hold_times() -> None:
         item(DELAY, 0, 0, 0, 5.0, -1, -1),
         item(WAYPOINT, 60, 30, 8),
     )
-    times = {}
+    vehicle.step()
+    times: dict[int, float] = {}
     while vehicle.mode is not NavState.AUTO_LOITER or not vehicle.armed:
         vehicle.step()
         times.setdefault(vehicle.topics.mission_result.seq_reached, vehicle.now_us * 1e-6)

@@ -184,7 +184,7 @@ def test_a_rover_that_takes_off_holds_at_once() -> None:
     rover.arm()
     rover.run(1.0)
     rover.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, NAN)
-    rover.run(0.1)
+    rover.run(0.3)
     assert rover.modes == ["AUTO_LOITER", "AUTO_TAKEOFF", "AUTO_LOITER"]
 
 
