@@ -1,4 +1,9 @@
-"""LOCAL_POSITION_NED: position and velocity from the local origin (PX4: streams/LOCAL_POSITION_NED.hpp)."""
+"""LOCAL_POSITION_NED: position and velocity from the local origin (PX4: streams/LOCAL_POSITION_NED.hpp).
+
+It goes on while the position is only reckoned after a loss of GPS, as it was seen to do on PX4 v1.18.
+"""
+
+import math
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
@@ -8,9 +13,9 @@ ID = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Metres, m/s; nothing until the estimate is valid in both axes."""
+    """Metres, m/s; nothing until there is an origin."""
     position = context.topics.vehicle_local_position
-    if not (position.xy_valid and position.v_xy_valid):
+    if not math.isfinite(position.ref_lat):
         return None
     return (
         position.timestamp // 1000,
