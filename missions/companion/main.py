@@ -433,14 +433,15 @@ def main(arguments: list[str] | None = None) -> int:
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
-    began = False
+    idle_s = given.exit_when_idle if given.exit_when_idle is not None else float("inf")
+    worked, idle_since_s = False, time.monotonic()
     try:
         while not stopped.is_set():
             runner.step()
             status = companion.status
-            began |= not status.done
-            # A companion that waits for others, as a UGV's, is "done" whenever it is idle: it stays.
-            if began and status.done and status.outcome and status.phase == "done" and not given.keep_running:
+            if not status.done:
+                worked, idle_since_s = True, time.monotonic()
+            elif status.phase == "done" or (worked and time.monotonic() - idle_since_s > idle_s):
                 break
     finally:
         runner.close()
