@@ -63,7 +63,7 @@ class Arming:
         self.armed_us = now_us
         self.arming_reason = REASON_BY_COMMAND
         topics.actuator_armed = ActuatorArmed(True, self.terminated, False)
-        if not topics.home_position.manual_home and self._parameters["COM_HOME_EN"]:
+        if self._parameters["COM_HOME_EN"]:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
         self._say(Severity.INFO, "Armed by external command\t")
         return ACCEPTED

@@ -24,11 +24,13 @@ class AutoDisarm:
         """Not armed, or in the air."""
         self._landed_since_us = -1
 
-    def update(self, now_us: int, *, has_taken_off: bool, after_landing_s: float, preflight_s: float) -> Reason | None:
+    def update(
+        self, now_us: int, *, has_taken_off: bool, after_landing_s: float, preflight_s: float, spoolup_s: float
+    ) -> Reason | None:
         """Armed and on the ground: the reason to disarm now, or None."""
         if self._landed_since_us < 0:
             self._landed_since_us = now_us
         stood_s = (now_us - self._landed_since_us) * 1e-6
         if has_taken_off:
             return Reason.LANDING if 0.0 < after_landing_s <= stood_s else None
-        return Reason.PREFLIGHT if 0.0 < preflight_s <= stood_s else None
+        return Reason.PREFLIGHT if preflight_s > 0.0 and preflight_s + spoolup_s <= stood_s else None

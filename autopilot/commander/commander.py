@@ -157,6 +157,7 @@ class Commander:
             has_taken_off=self._has_taken_off,
             after_landing_s=float(self._parameters["COM_DISARM_LAND"]),
             preflight_s=float(self._parameters["COM_DISARM_PRFLT"]),
+            spoolup_s=float(self._parameters["COM_SPOOLUP_TIME"]),
         )
         if reason is not None:
             self._arming.disarm(reason.value)

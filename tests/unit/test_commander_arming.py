@@ -59,7 +59,7 @@ def test_other_numbers_than_arm_and_disarm_get_no_ack(vehicle: FakeVehicle) -> N
 
 def test_disarms_itself_when_nobody_takes_off(vehicle: FakeVehicle) -> None:
     vehicle.arm()
-    vehicle.run(9.8)
+    vehicle.run(10.8)  # COM_DISARM_PRFLT and COM_SPOOLUP_TIME
     assert vehicle.armed
     vehicle.run(0.4)
     assert not vehicle.armed
