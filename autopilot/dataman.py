@@ -9,6 +9,9 @@ import zlib
 from typing import NamedTuple
 
 
+INVERTED_ZERO = 0xFFFFFFFF
+
+
 class MissionItem(NamedTuple):
     """One MISSION_ITEM_INT as it was uploaded; `x` and `y` are 1e-7 deg in global frames."""
 
@@ -43,11 +46,12 @@ class Plan(NamedTuple):
 
 
 def plan_of(items: tuple[MissionItem, ...]) -> Plan:
-    """A plan with the id that its content gives (never 0 unless it is empty)."""
-    crc = 0
+    """A plan with the id that its content gives: PX4's CRC-32 over its items (without inversion at start and end)."""
+    crc = INVERTED_ZERO
     for item in items:
-        crc = zlib.crc32(struct.pack("<HBHBffffiif", *item), crc)
-    return Plan(items, (crc or 1) if items else 0)
+        position = (item.param1, item.param2, item.param3, item.param4, item.x, item.y, item.z)
+        crc = zlib.crc32(struct.pack("<BHB4fiif", item.frame, item.command, item.autocontinue, *position), crc)
+    return Plan(items, crc ^ INVERTED_ZERO)
 
 
 class Dataman:

@@ -146,7 +146,7 @@ class Link:
                         self.send_payload(stream.codec, payload)
                     interval_us = item.interval_us
                     nominal_us = item.nominal_us + interval_us
-                    if nominal_us + (interval_us >> 1) < now_us:
+                    if nominal_us + (interval_us >> 1) < now_us or item.nominal_us > now_us:
                         nominal_us = now_us + interval_us
                     item.nominal_us = item.due_us = nominal_us
                 else:

@@ -17,7 +17,9 @@ from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import (
     command,
     event,
+    ftp,
     gcs_heartbeat,
+    log_transfer,
     manual_control,
     message_interval,
     message_request,
@@ -83,7 +85,9 @@ class Mavlink:
             ping.Ping(self.system_id),
             system_time.SystemTime(),
             statustext.StatusText(self.links, texts),
-            event.Event(self.context, self.links, self.system_id),
+            ftp.Ftp(self.system_id),
+            log_transfer.LogTransfer(self.system_id),
+            event.Event(self.context, self.links, texts, self.system_id),
         )
         self._handlers: dict[int, list[Service]] = {}
         for service in self._services:

@@ -40,7 +40,9 @@ class Peer:
 
     def __init__(
         self,
-        handle_command: Callable[[int, VehicleCommand], CommandResult | None] = lambda now_us, command: CommandResult(0),
+        handle_command: Callable[[int, VehicleCommand], CommandResult | None] = lambda now_us, command: CommandResult(
+            0
+        ),
         kind: str = "multicopter",
         system: int = 255,
         component: int = 190,

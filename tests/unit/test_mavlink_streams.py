@@ -14,7 +14,14 @@ from tests.unit.mavlink_peer import GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer
 SECONDS = 6.0
 EXPECTED_HZ = {
     GCS: {"ATTITUDE": 50, "GPS_RAW_INT": 5, "SERVO_OUTPUT_RAW": 50, "VFR_HUD": 4, "ESC_STATUS": 2, "HEARTBEAT": 1},
-    ONBOARD: {"ATTITUDE": 100, "GPS_RAW_INT": 8, "HIGHRES_IMU": 50, "LOCAL_POSITION_NED": 30, "ODOMETRY": 30, "PING": 1},
+    ONBOARD: {
+        "ATTITUDE": 100,
+        "GPS_RAW_INT": 8,
+        "HIGHRES_IMU": 50,
+        "LOCAL_POSITION_NED": 30,
+        "ODOMETRY": 30,
+        "PING": 1,
+    },
     PAYLOAD: {"GPS_RAW_INT": 8, "HEARTBEAT": 1, "MISSION_CURRENT": 1},
     GIMBAL: {"AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": 20, "HEARTBEAT": 1, "CURRENT_EVENT_SEQUENCE": 1 / 3},
 }
@@ -30,7 +37,7 @@ def test_rates_are_px4s(link: int) -> None:
     for name, hz in EXPECTED_HZ[link].items():
         assert counts[name] / SECONDS == pytest.approx(hz, rel=0.15, abs=0.35), name
     if link != PAYLOAD:
-        expected = {name for name in rates.RATES[peer.mavlink.links[link].mode]} | {"CURRENT_EVENT_SEQUENCE"}
+        expected = set(rates.RATES[peer.mavlink.links[link].mode]) | {"CURRENT_EVENT_SEQUENCE"}
         assert set(counts) == expected - NOT_YET
 
 

@@ -1,7 +1,7 @@
 """Events interface: EVENT, CURRENT_EVENT_SEQUENCE, REQUEST_EVENT (https://mavlink.io/en/services/events.html).
 
 As PX4's mavlink_events.cpp: the newest events are kept for who lost some; the sequence number is announced every 3 s
-on every link.
+on every link. Events come from the texts that have one (event_texts.py); arming checks are not reported as events.
 """
 
 from collections import deque
@@ -9,12 +9,16 @@ from typing import Any, NamedTuple
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.link import Link
+from autopilot.mavlink.services.event_texts import event_of
 from autopilot.mavlink.services.service import is_for
+from autopilot.texts import Texts
 from sitl_emu.core import dialect as mavlink
 
 ANNOUNCE_US = 3_000_000
 KEPT = 16
 ERROR_UNAVAILABLE = 0
+LOG_LEVEL = 0x11
+"""Times the severity: the level for the log in the low half, the level for people in the high one."""
 
 
 class StoredEvent(NamedTuple):
@@ -33,8 +37,10 @@ class Event:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_REQUEST_EVENT})
     HAS_TIMER = True
 
-    def __init__(self, context: Context, links: tuple[Link, ...], system_id: int) -> None:
-        """Sends on all `links`."""
+    def __init__(self, context: Context, links: tuple[Link, ...], texts: Texts, system_id: int) -> None:
+        """Sends on all `links` the events of new `texts`."""
+        self._texts = texts
+        self._said = texts.count
         self._context = context
         self._links = links
         self._system_id = system_id
@@ -68,7 +74,13 @@ class Event:
             return
 
     def on_time(self, now_us: int) -> None:
-        """Announce the newest sequence number."""
+        """Send the events of new texts, and announce the newest sequence number."""
+        if self._texts.count != self._said:
+            for text in self._texts.recent:
+                event = event_of(text.text) if text.number >= self._said else None
+                if event is not None:
+                    self.emit(now_us, event.id, LOG_LEVEL * text.severity, event.arguments)
+            self._said = self._texts.count
         if now_us >= self._announce_us:
             self._announce_us += ANNOUNCE_US
             for link in self._links:

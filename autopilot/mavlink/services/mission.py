@@ -84,7 +84,7 @@ class Mission:
         self._integer: dict[Link, bool] = {}
         self._last_count: dict[Link, int] = {}
         self._reached_us = 0
-        self._current: tuple[int, int] = (0, 0)
+        self._current = (0, 0, 0)
         self._handlers = {
             mavlink.MAVLINK_MSG_ID_MISSION_COUNT: self._on_count,
             mavlink.MAVLINK_MSG_ID_MISSION_ITEM: self._on_item,
@@ -117,7 +117,7 @@ class Mission:
             if result.seq_reached >= 0:
                 for link in self._links:
                     link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED, result.seq_reached)
-        current = (self._dataman.current_seq, self._dataman.mission.opaque_id)
+        current = (self._dataman.current_seq, self._dataman.mission.opaque_id, result.mission_state)
         if current != self._current:
             self._current = current
             for link in self._links:

@@ -24,7 +24,7 @@ KEPT_FRAME = {0: FRAME_GLOBAL_INT, 3: FRAME_RELATIVE_INT, 5: FRAME_GLOBAL_INT, 6
 """Frames that are taken, and the one that each is kept in."""
 FLOAT_FRAME = {FRAME_GLOBAL_INT: FRAME_GLOBAL, FRAME_RELATIVE_INT: FRAME_RELATIVE}
 
-NAVIGATION = frozenset({16, 17, 19, 21, 22, 31, 80, 84, 85})
+NAVIGATION = frozenset({16, 17, 19, 21, 22, 31, 80, 84, 85, 195})
 """Commands with a place: taken in global frames."""
 MISSION_FRAME = frozenset({80, 179, 187, 189, 200, 203, 204, 205, 1000, 1001})
 """Commands taken in MAV_FRAME_MISSION."""
@@ -95,7 +95,7 @@ def parse(message: Any, kind: int) -> tuple[MissionItem | None, int]:
         param2, param4 = float(param2 > 0.0), float(param4 > 0.0)
     item = MissionItem(
         message.seq,
-        KEPT_FRAME[frame],
+        FRAME_GLOBAL_INT if kind == FENCE else KEPT_FRAME[frame],
         command,
         0 if kind == FENCE else message.autocontinue,
         message.param1,

@@ -1,0 +1,490 @@
+"""Transcripts of the services: what is sent, what comes back, as measured on PX4 v1.18."""
+
+import struct
+from typing import Any
+
+import pytest
+
+from autopilot.commands import CommandResult
+from autopilot.constants import Severity
+from autopilot.mavlink.services.parameter import parameter_hash
+from autopilot.topics import MissionResult, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only
+
+INT32, REAL32 = 6, 9
+GLOBAL, MISSION_FRAME, RELATIVE, RELATIVE_INT = 0, 2, 3, 6
+HOME_X, HOME_Y = 473977418, 85455939
+
+
+def param_set(name: str, value: float, kind: int) -> Any:
+    if kind == INT32:
+        value = struct.unpack("<f", struct.pack("<i", int(value)))[0]
+    return mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, kind)
+
+
+def item(seq: int, command: int = 16, frame: int = RELATIVE_INT, **fields: Any) -> Any:
+    values: dict[str, Any] = dict.fromkeys(("param1", "param2", "param3", "param4"), 0.0)
+    values |= {"x": HOME_X, "y": HOME_Y, "z": 10.0, "mission_type": 0, "current": 0, "autocontinue": 1} | fields
+    return mavlink.MAVLink_mission_item_int_message(
+        target_system=1, target_component=1, seq=seq, frame=frame, command=command, **values
+    )
+
+
+def count(number: int, kind: int = 0) -> Any:
+    return mavlink.MAVLink_mission_count_message(1, 1, number, kind)
+
+
+def upload(peer: Peer, *items: Any, kind: int = 0) -> tuple[int, int]:
+    """Upload and return MISSION_ACK's type and mission type."""
+    replies = peer.send(count(len(items), kind))
+    for each in items:
+        assert names(replies) == ["MISSION_REQUEST_INT"], replies
+        assert replies[0].seq == each.seq
+        replies = peer.send(each)
+        if only(replies, "MISSION_ACK"):
+            break
+    ack = only(replies, "MISSION_ACK")[0]
+    return ack.type, ack.mission_type
+
+
+# --- commands ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "answered"),
+    [
+        ((1, 1), True),
+        ((1, 0), True),
+        ((0, 0), True),
+        ((0, 1), True),
+        ((0, 190), False),
+        ((2, 1), False),
+        ((1, 100), False),
+    ],
+)
+def test_command_targets(target: tuple[int, int], answered: bool) -> None:
+    acks = only(Peer().send(command_long(400, 1.0, target=target)), "COMMAND_ACK")
+    assert [(ack.command, ack.result, ack.target_system, ack.target_component) for ack in acks] == (
+        [(400, 0, 255, 190)] if answered else []
+    )
+
+
+def test_commands_reach_their_owner_in_degrees() -> None:
+    seen: list[VehicleCommand] = []
+
+    def handle(now_us: int, command: VehicleCommand) -> CommandResult | None:
+        seen.append(command)
+        return None
+
+    peer = Peer(handle)
+    nan = float("nan")
+    message = mavlink.MAVLink_command_int_message(1, 1, 3, 192, 0, 0, -1, 1, 0, nan, HOME_X, HOME_Y, 20.0)
+    assert peer.send(message) == []
+    assert (seen[0].command, seen[0].frame, seen[0].param5) == (192, 3, pytest.approx(47.3977418))
+    assert (seen[0].param7, seen[0].source_system) == (20.0, 255)
+
+
+def test_acks_go_back_on_the_link_of_the_command_alone() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3), GCS)
+    assert only(peer.send(command_long(401), ONBOARD), "COMMAND_ACK")
+    assert not only(peer.received(GCS), "COMMAND_ACK")
+
+
+def test_set_mode_is_acked_as_a_command() -> None:
+    seen: list[VehicleCommand] = []
+    peer = Peer(lambda now_us, command: seen.append(command) or CommandResult(0))
+    replies = peer.send(mavlink.MAVLink_set_mode_message(1, 29, 4 << 16 | 4 << 24))
+    assert (replies[0].command, replies[0].result) == (176, 0)
+    assert (seen[0].param1, seen[0].param2, seen[0].param3) == (29.0, 4.0, 4.0)
+
+
+def test_message_intervals() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.2)
+
+    def interval() -> int:
+        return int(only(peer.send(command_long(510, 30)), "MESSAGE_INTERVAL")[0].interval_us)
+
+    def rate() -> float:
+        return len(only(peer.fly_and_run(2.0), "ATTITUDE")) / 2.0
+
+    assert interval() == 20_000
+    for wanted_us, reported_us, hz in (
+        (100_000, 100_000, 10),
+        (-1, -1, 0),
+        (0, 66_667, 15),
+        (1, 1, 0),
+        (20_000, 20_000, 50),
+    ):
+        assert peer.send(command_long(511, 30, wanted_us))[0].result == 0
+        assert interval() == reported_us
+        assert rate() == pytest.approx(hz, abs=0.6)
+    for refused in (0, 22, 27, 77, 9999):
+        assert peer.send(command_long(511, refused, 100_000))[0].result == 4
+
+
+def test_requests() -> None:
+    peer = Peer()
+    assert names(peer.send(command_long(512, 148))) == ["AUTOPILOT_VERSION", "COMMAND_ACK"]
+    assert only(peer.send(command_long(510, 148)), "MESSAGE_INTERVAL")[0].interval_us == 0
+    assert [reply.result for reply in peer.send(command_long(512, 259))] == [2]
+    modes = only(peer.send(command_long(512, 435, 0)), "AVAILABLE_MODES")
+    assert [mode.mode_index for mode in modes] == list(range(1, 28))
+    assert [reply.result for reply in peer.send(command_long(512, 435, 28))] == [2]
+    assert only(peer.send(command_long(512, 435, 5)), "AVAILABLE_MODES")[0].mode_name == "Hold"
+
+
+# --- parameters --------------------------------------------------------------------------------------------
+
+
+def test_parameter_list() -> None:
+    peer = Peer()
+    values = only(peer.send(mavlink.MAVLink_param_request_list_message(1, 0)), "PARAM_VALUE")
+    values += only(peer.run(0.9), "PARAM_VALUE")
+    assert len(values) == 948
+    assert [(values[0].param_id, values[0].param_index), values[0].param_count] == [("_HASH_CHECK", 65535), 947]
+    assert [value.param_index for value in values[1:]] == list(range(947))
+    index = {value.param_id: value.param_index for value in values}
+    assert (index["SYS_AUTOSTART"], index["MPC_XY_CRUISE"], index["CA_ROTOR11_KM"]) == (894, 621, 147)
+
+
+def test_the_rovers_list_has_its_own_length() -> None:
+    assert len(Peer(kind="rover").parameters.announced) == 687
+
+
+def test_parameter_read() -> None:
+    peer = Peer()
+
+    def read(name: str, index: int = -1) -> list[Any]:
+        replies = peer.send(mavlink.MAVLink_param_request_read_message(1, 1, name.encode(), index))
+        return [(reply.param_id, reply.param_index, reply.param_type) for reply in replies]
+
+    assert read("MC_ROLLRATE_P") == [("MC_ROLLRATE_P", 550, REAL32)]
+    assert read("", 1) == [("ATT_EN", 1, INT32)]
+    assert read("FW_T_CLMB_MAX") == [("FW_T_CLMB_MAX", 65535, REAL32)]
+    assert read("NO_SUCH_PARAM") == read("mpc_xy_p") == read("", 2000) == []
+
+
+def test_parameter_set_is_echoed_and_announced() -> None:
+    peer = Peer()
+    echoes = peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))
+    assert [(echo.param_index, echo.param_value) for echo in echoes] == [(621, 6.5)] * 2
+    assert [echo.param_value for echo in peer.received(ONBOARD)] == [6.5]
+    assert len(peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))) == 1
+    assert peer.send(param_set("MPC_XY_CRUISE", 7.0, INT32)) == []
+    assert peer.send(param_set("COM_RC_IN_MODE", 99, INT32))[0].param_type == INT32
+    assert peer.parameters["COM_RC_IN_MODE"] == 99
+    assert peer.parameters["MPC_XY_CRUISE"] == 6.5
+
+
+def test_integers_travel_bit_by_bit() -> None:
+    peer = Peer()
+    for value in (-1, -2147483648, 0x7FC00001):
+        peer.send(param_set("COM_FLIGHT_UUID", value, INT32))
+        assert peer.parameters["COM_FLIGHT_UUID"] == value
+
+
+def test_the_hash_follows_the_values() -> None:
+    peer = Peer()
+    before = parameter_hash(peer.parameters)
+    peer.parameters.set("MPC_XY_CRUISE", 6.5)
+    assert parameter_hash(peer.parameters) != before
+    peer.parameters.set("MPC_XY_CRUISE", peer.parameters.default("MPC_XY_CRUISE"))
+    assert parameter_hash(peer.parameters) == before
+
+
+def test_setting_the_hash_stops_the_list() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_param_request_list_message(1, 1))
+    peer.send(mavlink.MAVLink_param_set_message(1, 1, b"_HASH_CHECK", 0.0, 5))
+    assert only(peer.run(0.1), "PARAM_VALUE") == []
+
+
+# --- missions ----------------------------------------------------------------------------------------------
+
+
+def test_mission_upload_and_download() -> None:
+    peer = Peer()
+    assert upload(peer, item(0, 22), item(1), item(2)) == (0, 0)
+    assert [each.command for each in peer.dataman.mission.items] == [22, 16, 16]
+    announced = peer.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert [(reply.count, reply.mission_type) for reply in announced] == [(3, 0)]
+    for seq in range(3):
+        reply = peer.send(mavlink.MAVLink_mission_request_int_message(1, 1, seq, 0))[0]
+        assert (reply.seq, reply.frame, reply.x, reply.current) == (seq, RELATIVE_INT, HOME_X, int(seq == 0))
+    peer.send(mavlink.MAVLink_mission_ack_message(1, 1, 0, 0))
+    assert peer.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 0))[0].type == 0
+    assert peer.dataman.mission.items == ()
+
+
+def test_an_upload_is_asked_for_again_and_given_up() -> None:
+    peer = Peer()
+    peer.send(count(2))
+    assert names(peer.send(item(0))) == ["MISSION_REQUEST_INT"]
+    repeated = only(peer.run(4.9), "MISSION_REQUEST_INT")
+    assert {reply.seq for reply in repeated} == {1}
+    assert len(repeated) == pytest.approx(19, abs=1)
+    peer.run(0.3)
+    assert only(peer.run(1.0), "MISSION_REQUEST_INT") == []
+    assert upload(peer, item(0)) == (0, 0)
+
+
+def test_items_out_of_order() -> None:
+    peer = Peer()
+    peer.send(count(3))
+    assert peer.send(item(2)) == []
+    assert peer.send(item(0))[0].seq == 1
+    assert peer.send(item(0)) == []
+    busy = peer.send(count(3))
+    assert [(reply.type, reply.mission_type) for reply in busy] == [(1, 0)]
+    peer.send(mavlink.MAVLink_mission_ack_message(1, 1, 15, 0))
+    assert peer.send(item(1))[0].type == 1
+    assert any(text.text.startswith("IGN MISSION_ITEM: No transfer") for text in peer.texts.recent)
+
+
+def test_a_failed_upload_leaves_the_old_plan() -> None:
+    peer = Peer()
+    upload(peer, item(0))
+    assert upload(peer, item(0, 30)) == (3, 0)
+    assert len(peer.dataman.mission.items) == 1
+
+
+@pytest.mark.parametrize(
+    ("sent", "result"),
+    [
+        (item(0, frame=RELATIVE), 0),
+        (item(0, frame=MISSION_FRAME), 3),
+        (item(0, frame=7), 2),
+        (item(0, param3=3.0), 8),
+        (item(0, param4=float("nan"), param3=float("nan")), 0),
+        (item(0, 178, MISSION_FRAME), 10),
+        (item(0, 178, MISSION_FRAME, x=0, y=0, z=0.0, param2=5.0), 0),
+        (item(0, 183), 3),
+        (item(0, 5001), 12),
+        (item(0, 5100), 1),
+        (item(0, 189, MISSION_FRAME), 0),
+    ],
+)
+def test_item_rules(sent: Any, result: int) -> None:
+    assert upload(Peer(), sent)[0] == result
+
+
+def test_limits_and_unknown_types() -> None:
+    peer = Peer()
+    for kind, most in ((0, 10_000), (1, 64), (2, 32)):
+        assert names(peer.send(count(most, kind))) == ["MISSION_REQUEST_INT"]
+        peer.send(mavlink.MAVLink_mission_ack_message(1, 1, 15, kind))
+        assert [reply.type for reply in peer.send(count(most + 1, kind))] == [4]
+    assert [(reply.type, reply.mission_type) for reply in peer.send(count(1, 3))] == [(4, 3)]
+    assert [(reply.type, reply.mission_type) for reply in peer.send(count(0))] == [(0, 0)]
+
+
+def test_fence_and_rally() -> None:
+    peer = Peer()
+    corners = [item(seq, 5001, 5, param1=4.0, z=0.0, mission_type=1) for seq in range(4)]
+    assert upload(peer, *corners, kind=1) == (0, 1)
+    assert (peer.dataman.fence.items[0].frame, peer.dataman.fence.items[0].autocontinue) == (5, 0)
+    assert upload(peer, item(0, 5100, RELATIVE, mission_type=2), kind=2) == (0, 2)
+    assert len(peer.dataman.rally.items) == 1
+    assert upload(peer, item(0, 5001, 5, param1=2.0, z=0.0, mission_type=1), kind=1)[0] == 1
+    assert len(peer.dataman.fence.items) == 4
+
+
+def test_plan_ids_are_on_the_wire() -> None:
+    peer = Peer()
+    peer.send(count(1))
+    peer.mavlink.on_datagram(0, GCS, bytes(item(0).pack(peer.encoder)))
+    frame = next(data for data in peer.mavlink.links[GCS].outbox)
+    assert struct.unpack_from("<I", frame, 14) == (peer.dataman.mission.opaque_id,)
+
+
+def test_plan_ids_are_px4s() -> None:
+    peer = Peer()
+    upload(peer, item(0, 22), item(1, x=HOME_X + 300), item(2, x=HOME_X + 600))
+    assert peer.dataman.mission.opaque_id == 1161622139
+
+
+def test_mission_current_keeps_its_rate_after_changes() -> None:
+    peer = Peer()
+    for _ in range(5):
+        upload(peer, item(0), item(1))
+        peer.run(0.1)
+    assert len(only(peer.run(3.0), "MISSION_CURRENT")) == pytest.approx(3, abs=1)
+
+
+def test_set_current_and_reached() -> None:
+    peer = Peer()
+    upload(peer, item(0), item(1), item(2))
+    peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 2))
+    assert only(peer.run(0.02), "MISSION_CURRENT")[0].seq == 2
+    peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
+    assert peer.texts.recent[-1].text == "WPM: WP CURR CMD: Not in list\t"
+    peer.topics.mission_result = MissionResult(seq_reached=1, seq_reached_timestamp=5)
+    assert [reply.seq for reply in only(peer.run(0.1), "MISSION_ITEM_REACHED")] == [1]
+
+
+def test_only_one_upload_at_a_time() -> None:
+    peer = Peer()
+    peer.send(count(2), GCS)
+    assert [reply.type for reply in peer.send(count(2), ONBOARD)] == [1]
+
+
+# --- setpoints and sticks ----------------------------------------------------------------------------------
+
+
+def position_target(mask: int, frame: int = 1, **fields: float) -> Any:
+    values = dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "afx", "afy", "afz", "yaw", "yaw_rate"), 0.0) | fields
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, 1, 1, coordinate_frame=frame, type_mask=mask, **values
+    )
+
+
+def test_local_setpoints() -> None:
+    peer = Peer()
+    peer.now_us = 1000
+    peer.send(position_target(0b1101_1111_1000, x=1.0, y=2.0, z=-3.0))
+    setpoint = peer.topics.offboard_setpoint
+    assert setpoint.timestamp == 1000
+    assert setpoint.trajectory is not None
+    assert setpoint.trajectory.position == (1.0, 2.0, -3.0)
+    assert all(value != value for value in (*setpoint.trajectory.velocity, setpoint.trajectory.yaw))
+    peer.send(position_target(0b0101_1100_0111, 8, vx=2.0))
+    assert peer.topics.offboard_setpoint.trajectory is not None
+    assert peer.topics.offboard_setpoint.trajectory.velocity == pytest.approx((2.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("mask", [0x200 | 0xDF8, 0xDF8])
+def test_forces_are_ignored(mask: int) -> None:
+    peer = Peer()
+    peer.now_us = 1000
+    peer.send(position_target(mask))
+    assert (peer.topics.offboard_setpoint.timestamp == 0) == bool(mask & 0x200)
+
+
+def test_global_setpoints() -> None:
+    peer = Peer()
+    peer.run(0.1)
+    peer.fly()
+    message = mavlink.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, 6, 0xDF8, round(LAT_DEG * 1e7) + 1000, round(LON_DEG * 1e7), 10.0, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+    peer.send(message)
+    setpoint = peer.topics.offboard_setpoint.trajectory
+    assert setpoint is not None
+    assert setpoint.position == pytest.approx((11.12, 0.0, -10.0), abs=0.02)
+    assert peer.topics.home_position.alt == ALT_M
+
+
+def test_attitude_and_rates() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0b111, [1, 0, 0, 0], 0, 0, 0, 0.5))
+    assert peer.topics.offboard_setpoint.attitude is not None
+    assert peer.topics.offboard_setpoint.attitude.thrust_body == (0.0, 0.0, -0.5)
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0x80, [1, 0, 0, 0], 0.1, 0.2, 0.3, 0.5))
+    assert peer.topics.offboard_setpoint.rates is not None
+    assert peer.topics.offboard_setpoint.rates.rates == pytest.approx((0.1, 0.2, 0.3))
+
+
+def test_sticks_are_lost_when_they_fall_silent() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_manual_control_message(1, 500, -1000, 250, 0, 0))
+    sticks = peer.topics.manual_control_setpoint
+    assert (sticks.valid, sticks.pitch, sticks.roll, sticks.throttle) == (True, 0.5, -1.0, -0.5)
+    peer.run(float(peer.parameters["COM_RC_LOSS_T"]) + 0.1)
+    assert not peer.topics.manual_control_setpoint.valid
+
+
+def test_overridden_channels_are_shown() -> None:
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(1500,) * 8))
+    shown = only(peer.send(command_long(512, 65)), "RC_CHANNELS")[0]
+    assert (shown.chan1_raw, shown.chan9_raw, shown.chancount, shown.rssi) == (1500, 65535, 8, 100)
+
+
+# --- time, texts, events, files ----------------------------------------------------------------------------
+
+
+def test_ping_timesync_heartbeat() -> None:
+    peer = Peer()
+    peer.now_us = 5_000_000
+    reply = peer.send(mavlink.MAVLink_ping_message(7, 42, 0, 0))[0]
+    assert (reply.seq, reply.target_system, reply.target_component) == (42, 255, 190)
+    assert peer.send(mavlink.MAVLink_ping_message(7, 42, 1, 1)) == []
+    reply = peer.send(mavlink.MAVLink_timesync_message(0, 123))[0]
+    assert (reply.tc1, reply.ts1) == (5_000_000_000, 123)
+    peer.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    assert peer.topics.gcs_heartbeats.gcs_us == 5_000_000
+    peer.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3), ONBOARD)
+    assert peer.topics.gcs_heartbeats.onboard_us == 5_000_000
+
+
+def test_texts_are_cut_into_chunks() -> None:
+    peer = Peer()
+    peer.texts.say(Severity.CRITICAL, "x" * 50 + "yz")
+    peer.texts.say(Severity.INFO, "short\t")
+    chunks = only(peer.run(0.01), "STATUSTEXT")
+    assert [(chunk.id > 0, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
+        (True, 0, 50, 2),
+        (True, 1, 2, 2),
+        (False, 0, 6, 6),
+    ]
+    assert only(peer.received(GIMBAL), "STATUSTEXT") == []
+    assert only(peer.run(0.1), "STATUSTEXT") == []
+
+
+def request_event(first: int, last: int) -> Any:
+    return mavlink.MAVLink_request_event_message(
+        target_system=1, target_component=1, first_sequence=first, last_sequence=last
+    )
+
+
+def test_events_come_with_their_texts() -> None:
+    peer = Peer()
+    peer.texts.say(Severity.INFO, "Armed by external command\t")
+    peer.texts.say(Severity.INFO, "Disarmed by landing\t")
+    events = only(peer.run(0.01), "EVENT")
+    assert [(event.id, event.log_levels, event.arguments[0]) for event in events] == [
+        (26266355, 102, 4),
+        (32794487, 102, 6),
+    ]
+    request = request_event(1, 2)
+    assert [event.sequence for event in peer.send(request)] == [1, 2]
+    future = request_event(102, 102)
+    assert names(peer.send(future)) == ["RESPONSE_EVENT_ERROR"]
+
+
+FTP = struct.Struct("<HBBBBBBI")
+
+
+def ftp(peer: Peer, sequence: int, opcode: int, data: bytes = b"", offset: int = 0, size: int | None = None) -> bytes:
+    head = FTP.pack(sequence, 0, opcode, len(data) if size is None else size, 0, 0, 0, offset)
+    payload = list((head + data).ljust(251, b"\0"))
+    replies = peer.send(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, payload))
+    replies += peer.run(0.1) if not replies else []
+    return b"".join(bytes(reply.payload) for reply in only(replies, "FILE_TRANSFER_PROTOCOL"))
+
+
+def test_ftp_reads_the_metadata() -> None:
+    peer = Peer()
+    path = b"etc/extras/component_general.json.xz"
+    opened = FTP.unpack_from(ftp(peer, 1, 4, path))
+    assert (opened[0], opened[2], opened[3]) == (2, 128, 4)
+    reply = ftp(peer, 3, 5, size=239)
+    assert reply[12:18].hex() == "fd377a585a00"
+    assert ftp(peer, 3, 5, size=239) == reply
+    assert ftp(peer, 5, 4, path)[12] == 5
+    burst = ftp(peer, 7, 15, size=80)
+    assert len(burst) // 251 == 4 and burst[-251 + 3] == 129
+    assert FTP.unpack_from(ftp(peer, 20, 1))[2] == 128
+    assert ftp(peer, 22, 5, size=10)[12] == 4
+    assert ftp(peer, 24, 4, b"no_such_file")[12] == 10
+    assert b"Fcomponent_general.json.xz\t" in ftp(peer, 26, 3, b"etc/extras")
+    assert ftp(peer, 28, 50)[12] == 7
+
+
+def test_there_are_no_logs() -> None:
+    reply = Peer().send(mavlink.MAVLink_log_request_list_message(1, 1, 0, 65535))[0]
+    assert (reply.num_logs, reply.id) == (0, 0)
