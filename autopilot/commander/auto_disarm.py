@@ -1,7 +1,7 @@
 """Disarming by itself: after a landing (COM_DISARM_LAND) and after arming without a takeoff (COM_DISARM_PRFLT).
 
-PX4's Commander::handleAutoDisarm (v1.18). Both count from the moment of landing or arming and need a vehicle that
-stands; 0 and less turn them off.
+PX4's Commander::handleAutoDisarm (v1.18). The first counts from landing, the second from arming and the spool-up
+after it (COM_SPOOLUP_TIME); 0 and less turn them off.
 """
 
 from enum import Enum

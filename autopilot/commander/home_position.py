@@ -1,7 +1,8 @@
 """Where home is: set at the first good position, again at arming and takeoff, and by DO_SET_HOME.
 
-PX4's HomePosition (src/modules/commander/HomePosition.cpp, v1.18). COM_HOME_EN 0 leaves home unset. Arming replaces also a home that somebody gave. On the ground a
-home that was set by itself follows the vehicle when it has been moved further than its position may be wrong.
+PX4's HomePosition (src/modules/commander/HomePosition.cpp, v1.18). COM_HOME_EN 0 leaves home unset. Arming
+replaces also a home that somebody gave. On the ground a home that was set by itself follows the vehicle when it has
+been moved further than its position may be wrong.
 """
 
 import math

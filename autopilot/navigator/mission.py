@@ -299,17 +299,19 @@ class Mission:
         return self._state.here()
 
     def _following(self) -> PositionSetpoint:
-        """The next place, for cutting the corner; none after an item that holds or ends the flight."""
-        items, seq = self.items, self.seq_current
-        current = items[seq]
-        holds = current.command in HOLDING or current.command in LANDS or current.command in TAKEOFFS
-        if holds or (not self._state.rover and current.param1 > 0.0):
+        """The next place, behind jumps and what is carried out on the way, for cutting the corner; none after a hold."""
+        items, current = self.items, self.items[self.seq_current]
+        if current.command in HOLDING or current.command in LANDS or (not self._state.rover and current.param1 > 0.0):
             return PositionSetpoint()
-        for item in items[seq + 1 :]:
-            if item.command in (DO_JUMP, DELAY, RETURN_TO_LAUNCH):
+        seq = self.seq_current + 1
+        for _ in range(2 * len(items)):
+            if seq >= len(items):
                 break
+            item = items[seq]
             if item.command in PLACED:
                 return self._setpoint_of(target_of(item, self._state.home_alt_m()))
+            jumps = item.command == DO_JUMP and (item.param2 < 0 or self._jumps.get(seq, 0) < item.param2)
+            seq = int(item.param1) if jumps else seq + 1
         return PositionSetpoint()
 
     def _end(self) -> None:

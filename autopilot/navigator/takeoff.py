@@ -46,7 +46,7 @@ class Takeoff:
             done = self._reached.update(state, self._target)
         if done:
             state.finished = True
-            state.can_loiter_at_setpoint = True
+            state.can_loiter_at_setpoint = not state.rover
 
     def _begin(self) -> None:
         state, command = self._state, self._command
@@ -65,4 +65,6 @@ class Takeoff:
         self._target = Target(TAKEOFF, lat, lon, alt, yaw)
         self._reached.restart(state.now_us)
         self._begun_us = state.now_us
+        if state.rover:
+            return
         state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, yaw), previous=state.here())

@@ -328,3 +328,24 @@ def test_a_rovers_acceptance_radius(following: tuple[float, float], radius: floa
 
 def test_positions_are_kept_to_a_ten_millionth_degree() -> None:
     assert math.isclose(item(WAYPOINT, 10, 0, 5).lat_deg, PLACE.reproject(10, 0)[0], abs_tol=1e-7)
+
+
+def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> None:
+    rover = started(
+        item(WAYPOINT, 8, 0),
+        item(WAYPOINT, 8, 8),
+        item(DELAY, 0, 0, 0, 1.0, -1, -1),
+        item(JUMP, 0, 0, 0, 0, 1),
+        item(LOITER_TIME, 0, 8, 0, 3.0),
+        item(WAYPOINT, 0, 0),
+        airframe_class="rover",
+        **ROVER,
+    )
+    following = {}
+    for _ in range(25 * 60):
+        rover.step()
+        triplet = rover.topics.position_setpoint_triplet
+        if rover.mode is NavState.AUTO_MISSION and triplet.next.valid:
+            north, east = PLACE.project(triplet.next.lat, triplet.next.lon)
+            following.setdefault(rover.topics.mission_result.seq_current, set()).add((round(north), round(east)))
+    assert following == {0: {(8, 8)}, 1: {(8, 0), (0, 8)}}

@@ -1,0 +1,158 @@
+"""Every check before arming, by itself: what makes it complain, and what it says."""
+
+import pathlib
+from collections.abc import Callable
+
+import pytest
+
+from autopilot.commander import arming_checks
+from autopilot.commander.arming_checks.checks import CHECKS, PREARM_CHECK
+from autopilot.constants import NavState
+from autopilot.topics import (
+    BatteryStatus,
+    GcsHeartbeats,
+    GeofenceResult,
+    HomePosition,
+    ManualControlSetpoint,
+    MissionResult,
+    OffboardSetpoint,
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+    Topics,
+    TrajectorySetpoint,
+    VehicleAttitude,
+    VehicleAttitudeSetpoint,
+    VehicleStatus,
+)
+
+from .navigation_fake import FakeVehicle
+
+Spoil = Callable[[Topics], None]
+NOT_CHECKS = {"__init__", "findings", "checks"}
+FORBIDS: dict[str, tuple[str, object]] = {
+    "imu": ("sensor_combined", SensorCombined()),
+    "magnetometer": ("sensor_mag", SensorMag()),
+    "baro": ("sensor_baro", SensorBaro()),
+    "estimator": ("vehicle_attitude", VehicleAttitude()),
+    "battery": ("battery_status", BatteryStatus(connected=True, warning=2)),
+    "geofence": ("geofence_result", GeofenceResult(breached=True, action=2)),
+    "system": ("vehicle_status", VehicleStatus(termination=True)),
+}
+"""Check -> the topic that makes it forbid arming in every mode."""
+FLAGS: dict[str, tuple[str, str, object, object]] = {
+    "gps": ("", "sensor_gps", SensorGps(), None),
+    "home_position": ("home_position_invalid", "home_position", HomePosition(), HomePosition(valid=True)),
+    "mission": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
+    "manual_control": (
+        "manual_control_signal_lost",
+        "manual_control_setpoint",
+        ManualControlSetpoint(),
+        ManualControlSetpoint(3_000_000, True),
+    ),
+    "gcs_connection": ("gcs_connection_lost", "gcs_heartbeats", GcsHeartbeats(), GcsHeartbeats(3_000_000)),
+    "offboard": (
+        "offboard_control_signal_lost",
+        "offboard_setpoint",
+        OffboardSetpoint(),
+        OffboardSetpoint(3_000_000, attitude=VehicleAttitudeSetpoint()),
+    ),
+    "flight_time": (
+        "flight_time_limit_exceeded",
+        "vehicle_status",
+        VehicleStatus(takeoff_time=1),
+        VehicleStatus(takeoff_time=0),
+    ),
+}
+"""Check -> its flag, its topic, a bad and a good record of it."""
+
+
+def ready(**parameters: float) -> FakeVehicle:
+    vehicle = FakeVehicle(**parameters)
+    vehicle.run(3.0)
+    vehicle.take_texts()
+    return vehicle
+
+
+def check(vehicle: FakeVehicle) -> None:
+    """One round of all checks on the topics as they are."""
+    vehicle.commander._checks.update(vehicle.now_us)
+
+
+def test_every_check_stands_in_the_list_and_here() -> None:
+    files = {path.stem for path in pathlib.Path(arming_checks.__file__).parent.glob("*.py")} - NOT_CHECKS
+    assert files == {function.__module__.rsplit(".", 1)[1] for function in CHECKS}
+    assert files == FORBIDS.keys() | FLAGS.keys()
+
+
+@pytest.mark.parametrize("name", FORBIDS)
+def test_forbids_arming(name: str) -> None:
+    vehicle = ready()
+    topic, bad = FORBIDS[name]
+    setattr(vehicle.topics, topic, bad)
+    check(vehicle)
+    assert vehicle.topics.health_report.can_arm_mode_flags == 0
+    assert not vehicle.topics.health_report.health & PREARM_CHECK
+    assert vehicle.take_texts()
+
+
+@pytest.mark.parametrize("name", [name for name in FLAGS if name != "gps"])
+def test_flags(name: str) -> None:
+    vehicle = ready(COM_FLT_TIME_MAX=1)
+    flag, topic, bad, good = FLAGS[name]
+    for record, expected in ((bad, True), (good, False)):
+        setattr(vehicle.topics, topic, record)
+        check(vehicle)
+        assert getattr(vehicle.topics.failsafe_flags, flag) is expected
+
+
+@pytest.mark.parametrize(("com_arm_wo_gps", "may_arm", "texts"), [
+    (0, False, ["Preflight Fail: GPS fix too low"]),
+    (1, True, ["Preflight: GPS fix too low"]),
+    (2, True, []),
+])  # fmt: skip
+def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
+    vehicle = ready(COM_ARM_WO_GPS=com_arm_wo_gps)
+    vehicle.topics.sensor_gps = SensorGps(vehicle.now_us, fix_type=2)
+    check(vehicle)
+    assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
+    assert vehicle.take_texts() == texts
+
+
+def test_position_that_may_be_too_far_off_is_none() -> None:
+    vehicle = ready(COM_POS_FS_EPH=5.0)
+    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(eph=6.0)
+    check(vehicle)
+    assert vehicle.topics.failsafe_flags.local_position_invalid
+    assert vehicle.topics.failsafe_flags.global_position_invalid
+
+
+def test_offboard_position_needs_a_position() -> None:
+    vehicle = ready()
+    setpoint = TrajectorySetpoint(position=(0.0, 0.0, -5.0))
+    vehicle.topics.offboard_setpoint = OffboardSetpoint(vehicle.now_us, trajectory=setpoint)
+    check(vehicle)
+    assert not vehicle.topics.failsafe_flags.offboard_control_signal_lost
+    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(xy_valid=False)
+    check(vehicle)
+    assert vehicle.topics.failsafe_flags.offboard_control_signal_lost
+
+
+def test_parameters_that_ask_for_more_before_arming() -> None:
+    assert ready(COM_ARM_MIS_REQ=1).arm() == 1
+    half_empty = ready(COM_ARM_BAT_MIN=0.8)
+    half_empty.battery = half_empty.battery._replace(remaining=0.5)
+    half_empty.run(0.2)
+    assert half_empty.arm() == 1
+
+
+def test_texts_come_at_most_every_two_seconds_and_once() -> None:
+    vehicle = ready()
+    vehicle.battery = vehicle.battery._replace(warning=1)
+    vehicle.run(0.3)
+    vehicle.battery = vehicle.battery._replace(warning=2)
+    vehicle.run(1.0)
+    assert vehicle.take_texts() == ["Low battery"]
+    vehicle.run(5.0)
+    assert vehicle.take_texts() == ["Critical battery"]
