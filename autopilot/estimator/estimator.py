@@ -87,15 +87,17 @@ class Estimator:
         self._correction = np.zeros(cov.STATES)
         self._transition = np.identity(cov.STATES)
         self._covariance = np.identity(cov.STATES)
-        self._gyro_filter = LowPass2p(IMU_HZ, 0.0)
+        self._gyro_cutoff_hz = 0.0
+        self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
         self._version = -1
         self._refresh()
 
     def _refresh(self) -> None:
         p = {name: float(self._parameters[name]) for name in self._parameters if name.startswith(("EKF2_", "IMU_"))}
         self._version = self._parameters.version
-        cutoff = p["IMU_GYRO_CUTOFF"]
-        self._gyro_filter = LowPass2p(IMU_HZ, cutoff)
+        if p["IMU_GYRO_CUTOFF"] != self._gyro_cutoff_hz:
+            self._gyro_cutoff_hz = p["IMU_GYRO_CUTOFF"]
+            self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
         self._derivative_alpha = alpha(p["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
         self._noise = cov.noise_rates(
             p["EKF2_GYR_NOISE"], p["EKF2_ACC_NOISE"], p["EKF2_GYR_B_NOISE"], p["EKF2_ACC_B_NOISE"]

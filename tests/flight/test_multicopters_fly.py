@@ -189,3 +189,17 @@ def test_nothing_that_is_published_is_nan_in_flight() -> None:
     local = rig.topics.vehicle_local_position
     numbers = [v for v in local._replace(dist_bottom=0.0) if isinstance(v, float)]
     assert all(math.isfinite(v) for v in numbers)
+
+
+def test_a_parameter_changed_in_flight_does_not_shake_it() -> None:
+    rig = Rig("iris")
+    rig.take_off(5.0)
+    rig.fly(velocity=(0.0, 0.0, 0.0))
+    rig.topics.vehicle_status = rig.topics.vehicle_status._replace(nav_state=NavState.OFFBOARD)
+    rates = VehicleRatesSetpoint(rig.now_us, (0.0, 0.0, 1.0), (0.0, 0.0, -0.53))
+    rig.topics.offboard_setpoint = OffboardSetpoint(rig.now_us, rates=rates)
+    rig.run(2.0)
+    before = rig.topics.vehicle_angular_velocity.xyz[2]
+    rig.parameters.set("MPC_XY_CRUISE", 4.0)
+    rig.step()
+    assert rig.topics.vehicle_angular_velocity.xyz[2] == pytest.approx(before, abs=0.1)
