@@ -8,7 +8,6 @@ import struct
 import zlib
 from typing import NamedTuple
 
-
 INVERTED_ZERO = 0xFFFFFFFF
 
 

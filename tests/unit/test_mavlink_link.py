@@ -43,7 +43,7 @@ def test_mavlink_1_is_understood_and_answered_in_2() -> None:
 def test_garbage_does_no_harm(garbage: bytes) -> None:
     peer = Peer()
     assert peer.send_bytes(garbage) == []
-    for _ in range(3):
+    for _ in range(20):  # a start byte in the garbage may swallow a frame's length of what follows
         replies = peer.send(command_long(401))
     assert acks(replies) == 1
 
