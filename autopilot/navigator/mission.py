@@ -16,7 +16,6 @@ from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MissionItem, Plan
 from autopilot.navigator import mission_feasibility
 from autopilot.navigator.mission_block import (
-    DELAY,
     LANDS,
     LOITER_TIME,
     LOITER_TO_ALT,
@@ -299,7 +298,7 @@ class Mission:
         return self._state.here()
 
     def _following(self) -> PositionSetpoint:
-        """The next place, behind jumps and what is carried out on the way, for cutting the corner; none after a hold."""
+        """The next place, behind jumps and what is carried out on the way, to cut the corner; none after a hold."""
         items, current = self.items, self.items[self.seq_current]
         if current.command in HOLDING or current.command in LANDS or (not self._state.rover and current.param1 > 0.0):
             return PositionSetpoint()
