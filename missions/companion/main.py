@@ -29,7 +29,7 @@ import cv2
 
 from gcs.tlog import TlogWriter
 from missions.companion.camera import CameraError, CameraSource, Frame, RecordedFrames, open_camera
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Companion, Outgoing
+from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Outgoing
 from missions.companion.detector import Detection
 from missions.companion.wire import Wire
 from missions.registry import NAMES, MissionError, make_companion
@@ -305,6 +305,8 @@ class Runner:
             while port in readable and (data := port.receive()):
                 for msg in self.wires[name].decode(data):
                     self._log(name, bytes(msg.get_msgbuf()))
+                    if name == GROUND_LINK:
+                        continue
                     if name == AUTOPILOT_LINK:
                         self.clock.heard(now_us, msg)
                     self._send(self.companion.on_message(now_us, name, msg))
@@ -386,6 +388,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--mission", required=True, help=f"one of {', '.join(NAMES)}")
     parser.add_argument("--connect", required=True, help="the autopilot: udpin:HOST:PORT, udpout:…, /dev/ttyX[:BAUD]")
     parser.add_argument("--peer", help="the other companion: udpin:HOST:PORT or udpout:HOST:PORT")
+    parser.add_argument("--ground", help="a ground station that is to see our texts, udpout:HOST:14550; send only")
     parser.add_argument("--camera", help="shm:NAME, a folder, a video file, rtsp://… or /dev/videoN")
     parser.add_argument("--camera-latency", type=float, default=0.05, help="seconds a live camera's frames are old")
     parser.add_argument("--plan", type=Path, help="a QGroundControl .plan file")
@@ -422,6 +425,8 @@ def main(arguments: list[str] | None = None) -> int:
         ports[AUTOPILOT_LINK] = open_port(given.connect)
         if given.peer:
             ports[PEER_LINK] = open_port(given.peer)
+        if given.ground:
+            ports[GROUND_LINK] = open_port(given.ground)
         cv2.setNumThreads(1)
         eyes = Eyes(open_camera(given.camera), companion) if given.camera else None
         runner = Runner(companion, ports, eyes, given.log_dir, round(given.camera_latency * 1e6))

@@ -10,7 +10,7 @@ from gcs.heartbeat import Heartbeat
 from gcs.service import Service
 from gcs.statustext import INFO, WARNING, messages_of
 from gcs.telemetry import Telemetry
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing
+from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
 from missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
 from missions.companion.router import route
 from missions.companion.yielding import Yielding
@@ -73,9 +73,10 @@ class Onboard:
         return self.yielding.yielded_to is not None
 
     def say(self, now_us: int, text: str, severity: int = INFO) -> None:
-        """Tells people at the ground station, and the run's events."""
+        """Tells people at the ground station (and the autopilot's log), and the run's events."""
         self._text_id = self._text_id % 65535 + 1
-        self._outbox += [(AUTOPILOT_LINK, msg) for msg in messages_of(text, severity, self._text_id)]
+        for link in (AUTOPILOT_LINK, GROUND_LINK):
+            self._outbox += [(link, msg) for msg in messages_of(text, severity, self._text_id)]
         self.note(now_us, "text", text)
 
     def note(self, now_us: int, kind: str, text: str, **data: float | int | str) -> None:

@@ -6,6 +6,7 @@ and says what it sent. Its detector works in a thread while simulated time goes 
 depend on the CPU. The very same state machine runs on real hardware under `missions.companion.main`.
 """
 
+import contextlib
 import socket
 from collections import deque
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ import cv2
 
 from gcs.tlog import TlogWriter
 from missions.companion.camera import CameraSource, Frame, Image, open_camera
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Companion, Event, Outgoing
+from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event, Outgoing
 from missions.companion.detector import Detection
 from missions.companion.wire import Wire
 from missions.registry import MissionError, make_companion
@@ -87,6 +88,24 @@ class UdpLink:
         if self._log is not None:
             for _, frame in frames.split(datagram):
                 self._log.write(self._start_us + now_us, frame)
+
+
+class GroundLink:
+    """Straight to the ground station, send only: PX4 does not forward a companion's texts."""
+
+    def __init__(self, remote: tuple[str, int]) -> None:
+        self._wire, self._remote = Wire(), remote
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def send(self, system: int, message: mavlink.MAVLink_message) -> None:
+        """Send one message; nobody needs to listen."""
+        self._wire.system = system
+        with contextlib.suppress(OSError):
+            self._socket.sendto(self._wire.encode(message), self._remote)
+
+    def close(self) -> None:
+        """Free the port."""
+        self._socket.close()
 
 
 class Looked(NamedTuple):
@@ -165,8 +184,15 @@ class CompanionComputer:
     """A companion with its links and eyes, stepped by the conductor."""
 
     def __init__(
-        self, name: str, companion: Companion, links: dict[str, UdpLink], eyes: Eyes | None, pictures: Path
+        self,
+        name: str,
+        companion: Companion,
+        links: dict[str, UdpLink],
+        ground: GroundLink,
+        eyes: Eyes | None,
+        pictures: Path,
     ) -> None:
+        self._ground = ground
         self._name, self._companion, self._links, self._eyes, self._pictures = name, companion, links, eyes, pictures
 
     def step(self, message: Message) -> Message:
@@ -195,6 +221,7 @@ class CompanionComputer:
             self._eyes.close()
         for link in self._links.values():
             link.close()
+        self._ground.close()
 
     def _send(self, now_us: int, outgoing: Outgoing) -> None:
         system = self._companion.system_id
@@ -203,6 +230,8 @@ class CompanionComputer:
                 link = self._links[name]
                 link.wire.system = system
                 link.send(now_us, message)
+            elif name == GROUND_LINK:
+                self._ground.send(system, message)
 
     def _written(self, event: Event) -> Message:
         """An event as a line of events.jsonl; the picture it names is written beside."""
@@ -234,7 +263,8 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
     eyes = None
     if config["camera"] is not None:
         eyes = Eyes(open_camera(config["camera"]), companion, config["inference_latency_us"])
-    computer = CompanionComputer(name, companion, links, eyes, folder / "frames")
+    ground = GroundLink(tuple(config["gcs"]) if config["gcs"] else (LOOPBACK, ports.GCS_REMOTE))
+    computer = CompanionComputer(name, companion, links, ground, eyes, folder / "frames")
     try:
         settle()
         control.send({"ready": True, "peer_port": links[PEER_LINK].port if PEER_LINK in links else None})
