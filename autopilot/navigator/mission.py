@@ -163,7 +163,13 @@ class Mission:
         self.started = True
         state.finished = False
         state.say(Severity.INFO, "Executing Mission\t")
+        self._replay_speed()
         self._set_item()
+
+    def _replay_speed(self) -> None:
+        """A mission that goes on has the speed that its last item before this one gave."""
+        speeds = [item.param2 for item in self.items[: self.seq_current] if item.command == DO_CHANGE_SPEED]
+        change_speed(self._state, speeds[-1] if speeds else -1.0)
 
     def _item_done(self) -> None:
         if self._work is Work.TAKEOFF:

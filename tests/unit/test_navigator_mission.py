@@ -185,6 +185,17 @@ def test_pause_and_go_on() -> None:
     assert vehicle.reached == [-1, 0, 1, 2, 3]
 
 
+def test_a_mission_that_goes_on_keeps_its_speed() -> None:
+    speed = item(SPEED, 0, 0, 0, 1, 2.0, -1)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), speed, item(WAYPOINT, 60, 0, 8), item(WAYPOINT, 90, 0, 8))
+    run_until(vehicle, 1)
+    vehicle.set_mode(4, 3)
+    vehicle.run(1.0)
+    vehicle.set_mode(4, 4)
+    vehicle.run(1.0)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 2.0
+
+
 def test_set_current_goes_there_at_once() -> None:
     vehicle = started(
         item(TAKEOFF, 0, 0, 8),
