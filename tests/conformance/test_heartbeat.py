@@ -1,0 +1,9 @@
+"""HEARTBEAT of a vehicle that stands ready in Hold."""
+
+from typing import Any
+
+
+def test_heartbeat(station: Any) -> None:
+    heartbeat = station.receive("HEARTBEAT")
+    assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (13, 12, 29)
+    assert (heartbeat.custom_mode, heartbeat.system_status, heartbeat.mavlink_version) == (50593792, 3, 3)
