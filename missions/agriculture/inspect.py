@@ -65,7 +65,7 @@ class Inspect:
         self,
         detector: Detector,
         *,
-        approach_m: float = 1.0,
+        approach_m: float = 0.6,
         arrival_m: float = 2.0,
         match_m: float = 2.5,
         look_s: float = 3.0,
@@ -99,7 +99,7 @@ class Inspect:
         given = Options(options)
         inspect = cls(
             ClassicalDetector(),
-            approach_m=given.number("approach_m", 1.0, 0.0, 5.0),
+            approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             arrival_m=given.number("arrival_m", 2.0, 0.2, 20.0),
             match_m=given.number("match_m", 2.5, 0.2, 10.0),
             look_s=given.number("look_s", 3.0, 0.5, 60.0),

@@ -6,9 +6,9 @@ sent to the UGV's autopilot over the peer link by the mission protocol, as a mis
 the other, the next when the UGV has reported. The scan goes on meanwhile. After the plan's end it waits, landed, for
 the last report.
 
-**The waypoint** is the approach point: `approach_m` (1.0 m) short of the target, on the line from where the UGV last
-said it was. So the UGV stops with the target before its wheels and in its camera's view; the target itself stays
-unharmed.
+**The waypoint** is the approach point: `approach_m` (0.6 m) short of the target, on the line from where the UGV last
+said it was. A rover stops a little before its waypoint by itself (0.25 m), so the target's middle comes to lie before
+the front wheels and in view of the mast camera, which sees from its foot to 4.7 m ahead.
 
 **The peer link** counts as lost when the UGV is needed (a target is to be sent, or a report awaited) and nothing was
 heard of it for `peer_timeout_s` (20 s). Then the mission says so, the UAS returns home and the outcome is "peer link
@@ -82,7 +82,7 @@ class Scout:
         plan: FlightPlan,
         detector: Detector,
         *,
-        approach_m: float = 1.0,
+        approach_m: float = 0.6,
         peer_timeout_s: float = 20.0,
         report_timeout_s: float = 300.0,
         ready_timeout_s: float = 120.0,
@@ -117,7 +117,7 @@ class Scout:
         scout = cls(
             plan,
             ClassicalDetector(),
-            approach_m=given.number("approach_m", 1.0, 0.0, 5.0),
+            approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             peer_timeout_s=given.number("peer_timeout_s", 20.0, 5.0, 600.0),
             report_timeout_s=given.number("report_timeout_s", 300.0, 10.0, 3600.0),
             ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),

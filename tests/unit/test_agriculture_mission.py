@@ -154,7 +154,7 @@ def test_every_target_is_found_sent_driven_to_and_reported(pattern: str) -> None
     assert len(stops) == 2
     for stop in stops:
         stopped = to_metres(float(stop.data["lat_deg"]), float(stop.data["lon_deg"]), *HOME[:2])
-        assert 0.5 < min(math.dist(stopped, target[1:]) for target in TARGETS) < 1.5
+        assert 0.3 < min(math.dist(stopped, target[1:]) for target in TARGETS) < 1.5
     assert [event.data["result"] for event in scout.of("report_received")] == ["confirmed", "confirmed"]
     assert not scout.px4.armed
     assert not inspect.px4.armed
