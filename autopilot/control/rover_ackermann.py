@@ -79,7 +79,7 @@ class RoverAckermannControl:
         self._offboard: TrajectorySetpoint | None = None
         self._target: Target | None = None
         self._course: Target | None = None
-        self._held_yaw = self._yaw_setpoint = NAN
+        self._held_yaw = NAN
         self._nav_state: NavState | None = None
         self._updated_us = 0
         self._yaw_rate_setpoint = 0.0
@@ -102,7 +102,7 @@ class RoverAckermannControl:
         if nav_state != self._nav_state:
             self._nav_state = nav_state
             self._triplet = self._waypoint = self._offboard = self._target = self._course = None
-            self._held_yaw = self._yaw_setpoint = NAN
+            self._held_yaw = NAN
         heading = local.heading
         speed = local.vx * math.cos(heading) + local.vy * math.sin(heading)
         speed = speed if abs(speed) > self._speed_threshold else 0.0
@@ -220,9 +220,8 @@ class RoverAckermannControl:
         distance = math.dist(here, target.place)
         acceptance_m = target.acceptance_m if math.isfinite(target.acceptance_m) else self._acceptance_m
         if distance <= acceptance_m:
-            self._yaw_setpoint = local.heading
             return self._to_course(0.0, local.heading, local.heading, speed, dt_s)
-        braking_m = distance - acceptance_m if target.arrival_speed > 0.0 else distance
+        braking_m = distance - acceptance_m if target.arrival_speed > self._speed_threshold else distance
         wanted = approach_speed(braking_m, target.arrival_speed, self._jerk, self._deceleration)
         wanted = min(wanted, self._speed_limit)
         if math.isfinite(target.cruising_speed):
@@ -236,9 +235,6 @@ class RoverAckermannControl:
         limit = self._speed_limit
         wanted = max(-limit, min(limit, wanted))
         wanted = wanted if abs(wanted) > self._speed_threshold else 0.0
-        # The heading asked for moves no faster than the vehicle may turn: so it also starts for a target behind it.
-        before = self._yaw_setpoint if math.isfinite(self._yaw_setpoint) else heading
-        yaw = self._yaw_setpoint = before + slew(0.0, wrap_pi(yaw - before), self._yaw_rate_limit, dt_s)
         wanted = speed_limited_by_course(wanted, yaw - heading, self._full_throttle_speed, self._reduction)
         return self._speed_control.update(wanted, speed, dt_s), self._steer(self._turn(yaw, heading), dt_s)
 

@@ -58,11 +58,7 @@ def slew(value: float, wanted: float, rate: float, dt_s: float) -> float:
 
 def arrival_speed(angle_rad: float, full_throttle_speed: float, reduction: float) -> float:
     """Speed for a corner with this angle between the legs (π: straight on; NaN: it ends there), RO_SPEED_RED."""
-    if math.isnan(angle_rad):
-        return 0.0
-    if reduction <= 0.0:
-        return full_throttle_speed
-    return full_throttle_speed * max(0.0, 1.0 - reduction * (math.pi - angle_rad) / math.pi)
+    return 0.0 if math.isnan(angle_rad) else _reduced(full_throttle_speed, math.pi - angle_rad, reduction)
 
 
 def speed_limited_by_course(
@@ -71,8 +67,13 @@ def speed_limited_by_course(
     """The wanted speed, reduced while the vehicle does not head where it is to go (RO_SPEED_RED)."""
     if reduction <= 0.0:
         return wanted
-    limit = full_throttle_speed * max(0.0, 1.0 - reduction * abs(wrap_pi(course_error_rad)) / math.pi)
+    limit = _reduced(full_throttle_speed, abs(wrap_pi(course_error_rad)), reduction)
     return max(-limit, min(limit, wanted))
+
+
+def _reduced(speed: float, error_rad: float, reduction: float) -> float:
+    """A speed reduced by an error in course; beyond 90 degrees no further, as PX4's rover drives."""
+    return speed * max(0.0, 1.0 - max(reduction, 0.0) * min(error_rad, 0.5 * math.pi) / math.pi)
 
 
 def approach_speed(distance_m: float, arrival: float, jerk: float, deceleration: float) -> float:

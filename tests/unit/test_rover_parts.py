@@ -70,6 +70,7 @@ def test_a_corner_is_taken_slower_the_sharper_it_is_and_an_end_is_stopped_at() -
 def test_a_wrong_course_is_driven_slowly() -> None:
     assert speed_limited_by_course(3.0, math.radians(90.0), 3.2, 1.0) == pytest.approx(1.6)
     assert speed_limited_by_course(-3.0, math.radians(-90.0), 3.2, 1.0) == pytest.approx(-1.6)
+    assert speed_limited_by_course(3.0, math.pi, 3.2, 1.0) == pytest.approx(1.6)
     assert speed_limited_by_course(3.0, math.pi, 3.2, 0.0) == 3.0
 
 
