@@ -26,7 +26,7 @@ INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF, UNKNOWN_COMMAND = 3, 4, 5,
 FILE_PROTECTED, FILE_NOT_FOUND, INVALID_PATH = 11, 10, 9
 """MAV_FTP_ERR."""
 BURST_PACKETS = 168
-"""Packets of one burst; the reader asks for the next."""
+"""Packets of one burst, each full whatever size was asked for, as PX4 sends them; the reader asks for the next."""
 BURST_PER_TICK = 8
 IDLE_US = 10_000_000
 LINKS_WITHOUT = frozenset({"gimbal"})
@@ -167,7 +167,7 @@ class Ftp:
         if request is None:
             return
         asked = request._replace(sequence=session.burst_sequence, offset=session.burst_offset)
-        chunk = session.content[asked.offset : asked.offset + request.size]
+        chunk = session.content[asked.offset : asked.offset + DATA_BYTES]
         session.burst_sequence = (session.burst_sequence + 1) & 0xFFFF
         session.burst_left -= 1
         if not chunk:
