@@ -68,7 +68,9 @@ class Flight:
         local = self.topics.vehicle_local_position
         self.origin = (local.x, local.y, local.z)
         self.projection = MapProjection(local.ref_lat, local.ref_lon)
-        self.topics.home_position = HomePosition(0, True, local.ref_lat, local.ref_lon, local.ref_alt, *self.origin, 0.0)
+        self.topics.home_position = HomePosition(
+            0, True, local.ref_lat, local.ref_lon, local.ref_alt, *self.origin, 0.0
+        )
 
     def mode(self, nav_state: NavState) -> None:
         """Change the mode, as the commander would."""
