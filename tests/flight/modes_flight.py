@@ -81,8 +81,14 @@ class Flight:
         self.topics.vehicle_status = self.topics.vehicle_status._replace(armed=True)
         self.topics.actuator_armed = ActuatorArmed(armed=True)
 
-    def setpoint(self, place: tuple[float, float, float], kind: SetpointType = SetpointType.POSITION,
-                 yaw: float = math.nan, speed: float = -1.0, acceptance_m: float = 10.0) -> PositionSetpoint:  # fmt: skip
+    def setpoint(
+        self,
+        place: tuple[float, float, float],
+        kind: SetpointType = SetpointType.POSITION,
+        yaw: float = math.nan,
+        speed: float = -1.0,
+        acceptance_m: float = 10.0,
+    ) -> PositionSetpoint:
         """A waypoint (north, east, up) as the navigator writes it."""
         north, east, down = self.origin
         lat, lon = self.projection.reproject(place[0] + north, place[1] + east)
