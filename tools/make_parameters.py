@@ -10,17 +10,32 @@ keep numbers only; what a parameter means is for us to say.
 import json
 import pathlib
 import sys
+from typing import Any
 
 ROOT = pathlib.Path(__file__).parents[1]
 REFERENCES = {"multicopter": "sihsim_hex", "rover": "sihsim_rover_ackermann"}
-KEPT = ("default", "min", "max", "decimalPlaces", "increment", "unit", "group", "category", "rebootRequired", "volatile")
+KEPT = (
+    "default",
+    "min",
+    "max",
+    "decimalPlaces",
+    "increment",
+    "unit",
+    "group",
+    "category",
+    "rebootRequired",
+    "volatile",
+)
 
 
 def announced(folder: pathlib.Path, model: str) -> dict[str, float | int]:
     """{name: value} that a reference vehicle sends in its parameter list."""
     facts = json.loads((folder / "facts" / model / "params.json").read_text())["facts"]
-    values = {key[6:]: fact["expected"]["value"] for key, fact in facts.items()
-              if key.startswith("param/") and isinstance(fact["expected"], dict)}
+    values = {
+        key[6:]: fact["expected"]["value"]
+        for key, fact in facts.items()
+        if key.startswith("param/") and isinstance(fact["expected"], dict)
+    }
     values["MAV_SYS_ID"] = 1
     values["CAL_BARO0_OFF"] = 0.0  # announced, but not among the facts: PX4 calibrates it in flight
     return values
@@ -33,15 +48,18 @@ def main() -> None:
     lists = {kind: announced(folder, model) for kind, model in REFERENCES.items()}
     table = {}
     for name, entry in sorted(known.items()):
-        row = {"type": "INT32" if entry["type"] == "Int32" else "REAL32"}
+        row: dict[str, Any] = {"type": "INT32" if entry["type"] == "Int32" else "REAL32"}
         row |= {key: entry[key] for key in KEPT if key in entry}
         row["announced"] = [kind for kind, values in lists.items() if name in values]
         table[name] = row
     lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(row)}" for name, row in table.items())
     (ROOT / "autopilot" / "parameters.json").write_text("{\n" + lines + "\n}\n")
     for kind, model in REFERENCES.items():
-        changed = {name: value for name, value in sorted(lists[kind].items())
-                   if name in table and isinstance(value, (int, float)) and value != table[name]["default"]}
+        changed = {
+            name: value
+            for name, value in sorted(lists[kind].items())
+            if name in table and isinstance(value, int | float) and value != table[name]["default"]
+        }
         target = ROOT / "vehicles" / model / "airframe.json"
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(json.dumps(changed, indent=1) + "\n")

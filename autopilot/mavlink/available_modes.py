@@ -22,6 +22,8 @@ STANDARD_MODE = {
     NavState.ORBIT: ORBIT,
 }
 """The modes that have one; every other mode is 0, non-standard (Hold among them)."""
+ROVER_NAMES = {ALTITUDE_HOLD: "Altitude", POSITION_HOLD: "Position", ORBIT: "Orbit"}
+"""Standard modes of an aircraft alone: on a rover they are custom modes with these names."""
 
 
 class Mode(NamedTuple):
@@ -37,7 +39,7 @@ def _mode(main: int, sub: int, properties: int, name: str, standard_mode: int = 
     return Mode(main << 16 | sub << 24, properties, standard_mode, name)
 
 
-MODES = (
+MODES: tuple[Mode, ...] = (
     _mode(1, 0, ADVANCED, "Manual"),
     _mode(2, 0, 0, "", ALTITUDE_HOLD),
     _mode(3, 0, 0, "", POSITION_HOLD),
@@ -59,3 +61,17 @@ MODES = (
     _mode(4, 10, ADVANCED, "VTOL Takeoff"),
     *(_mode(4, sub, NOT_USER_SELECTABLE, "(Mode not available)") for sub in range(11, 19)),
 )
+
+
+def listed(index: int, is_rover: bool) -> Mode:
+    """Mode `index`, counted from 1, as a kind of vehicle lists it."""
+    mode = MODES[index - 1]
+    if is_rover and mode.standard_mode in ROVER_NAMES:
+        return mode._replace(standard_mode=0, name=ROVER_NAMES[mode.standard_mode])
+    return mode
+
+
+def standard_mode_of(nav_state: NavState, is_rover: bool) -> int:
+    """MAV_STANDARD_MODE of a mode; 0 where it is none."""
+    standard_mode = STANDARD_MODE.get(nav_state, 0)
+    return 0 if is_rover and standard_mode in ROVER_NAMES else standard_mode

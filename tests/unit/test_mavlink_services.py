@@ -136,6 +136,11 @@ def test_requests() -> None:
     assert only(peer.send(command_long(512, 435, 5)), "AVAILABLE_MODES")[0].mode_name == "Hold"
 
 
+def test_a_rovers_modes_have_names_instead_of_standards() -> None:
+    modes = only(Peer(kind="rover").send(command_long(512, 435, 0)), "AVAILABLE_MODES")
+    assert [(mode.mode_name, mode.standard_mode) for mode in modes[1:3]] == [("Altitude", 0), ("Position", 0)]
+
+
 # --- parameters --------------------------------------------------------------------------------------------
 
 

@@ -60,5 +60,5 @@ class MessageRequest:
         else:
             return CommandResult(MAV_RESULT_DENIED)
         for each in wanted:
-            link.send_fields(available_modes.ID, *available_modes.one(each))
+            link.send_fields(available_modes.ID, *available_modes.one(each, self._context.is_rover))
         return CommandResult(MAV_RESULT_ACCEPTED)

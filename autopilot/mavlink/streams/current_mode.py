@@ -1,7 +1,7 @@
 """CURRENT_MODE: mode flown and mode asked for (PX4: streams/CURRENT_MODE.hpp)."""
 
 from autopilot.commander.custom_mode import custom_mode_of
-from autopilot.mavlink.available_modes import STANDARD_MODE
+from autopilot.mavlink.available_modes import standard_mode_of
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
@@ -14,4 +14,4 @@ def fields(now_us: int, context: Context) -> Fields:
     status = context.topics.vehicle_status
     nav_state = status.nav_state
     intended = custom_mode_of(status.nav_state_user_intention)
-    return (custom_mode_of(nav_state), intended, STANDARD_MODE.get(nav_state, 0))
+    return (custom_mode_of(nav_state), intended, standard_mode_of(nav_state, context.is_rover))
