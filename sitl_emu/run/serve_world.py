@@ -34,18 +34,20 @@ def serve_world(
         listeners = [SimulatorListener(ports.simulator(instance + place)) for place in range(len(models))]
     except (vehicles.VehicleError, OSError) as error:
         raise Trouble(str(error)) from None
-    home, simulators = world.places["home"], list[VehicleSimulator]()
-    for place, vehicle in enumerate(described):
-        at = (home.north_m, home.east_m + place * SPACING_M)
-        origin = world.home._replace(heading_deg=home.heading_deg)
-        simulators.append(VehicleSimulator(vehicle, origin, seed, world.terrain, world.wind, *at, f"vehicle{place}"))
-        say(f"{models[place]}: waiting for its autopilot on TCP {ports.simulator(instance + place)}")
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
     signal.signal(signal.SIGTERM, stop)
     try:
+        home, simulators = world.places["home"], list[VehicleSimulator]()
+        for place, vehicle in enumerate(described):
+            at = (home.north_m, home.east_m + place * SPACING_M)
+            origin = world.home._replace(heading_deg=home.heading_deg)
+            simulators.append(
+                VehicleSimulator(vehicle, origin, seed, world.terrain, world.wind, *at, f"vehicle{place}")
+            )
+            say(f"{models[place]}: waiting for its autopilot on TCP {ports.simulator(instance + place)}")
         channels = [listener.accept() for listener in listeners]
         say("all autopilots are connected")
         settle()
