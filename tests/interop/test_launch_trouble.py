@@ -1,0 +1,91 @@
+"""What goes wrong around `sitl-emu launch`: it is said, and nothing is left behind."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from pymavlink import mavutil
+
+from tests.launched import launched
+
+INSTANCE = 110
+GONE_LIMIT_S = 5.0
+
+
+def gcs_port(place: int) -> int:
+    return 18570 + INSTANCE + place
+
+
+def is_free(port: int) -> bool:
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+        try:
+            probe.bind(("0.0.0.0", port))
+        except OSError:
+            return False
+        return True
+
+
+def wait_until_free(*ports: int) -> None:
+    end = time.monotonic() + GONE_LIMIT_S
+    while not all(is_free(port) for port in ports):
+        assert time.monotonic() < end, f"still in use: {[port for port in ports if not is_free(port)]}"
+        time.sleep(0.05)
+
+
+def children_of(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+@contextlib.contextmanager
+def two_that_speak() -> Iterator[subprocess.Popen[str]]:
+    """Two vehicles whose heartbeats have been heard."""
+    with launched("iris:2", "--instance", str(INSTANCE)) as process:
+        for place in range(2):
+            link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(place)}", source_system=255)
+            with contextlib.closing(link):
+                end = time.monotonic() + 30.0
+                heard = None
+                while heard is None and time.monotonic() < end:
+                    link.mav.heartbeat_send(6, 8, 0, 0, 4)
+                    heard = link.recv_match(type="HEARTBEAT", blocking=True, timeout=0.5)
+                assert heard is not None
+        yield process
+
+
+def test_a_vehicle_killed_is_named_and_the_others_end() -> None:
+    with two_that_speak() as process:
+        victim = children_of(process.pid)[1]
+        os.kill(victim, signal.SIGKILL)
+        assert process.wait(GONE_LIMIT_S) == 1
+        assert process.stdout is not None
+        assert f"iris (instance {INSTANCE + 1}) ended: killed by SIGKILL" in process.stdout.read()
+        wait_until_free(gcs_port(0), gcs_port(1))
+
+
+def test_ctrl_c_leaves_no_process_and_no_port() -> None:
+    with two_that_speak() as process:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(GONE_LIMIT_S) == 0
+        wait_until_free(gcs_port(0), gcs_port(1))
+
+
+def test_vehicles_end_when_their_launcher_is_killed() -> None:
+    with two_that_speak() as process:
+        process.kill()
+        wait_until_free(gcs_port(0), gcs_port(1))
+
+
+def test_a_port_in_use_is_named_with_the_remedy() -> None:
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as holder:
+        holder.bind(("0.0.0.0", gcs_port(0)))
+        with launched("iris", "--instance", str(INSTANCE)) as process:
+            assert process.wait(30.0) == 1
+            assert process.stdout is not None
+            said = process.stdout.read()
+            assert f"UDP port {gcs_port(0)}" in said
+            assert "--instance" in said
