@@ -24,7 +24,7 @@ from typing import Any
 from sitl_emu.core import ports
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
-from sitl_emu.run.process import EXIT_BAD_START
+from sitl_emu.run.process import EXIT_EXPLAINED
 from sitl_emu.run.scenario import Scenario, VehiclePart
 from sitl_emu.run.trouble import Trouble
 
@@ -33,7 +33,9 @@ POLL_S = 0.1
 MAX_OWN_OFFBOARD = 8
 """The last instance whose offboard port no other has."""
 STOP_S = 2.0
-"""How long processes have to end by themselves; then SIGTERM, and then SIGKILL after as long again."""
+"""How long processes have to end by themselves when a run goes wrong; then they get SIGTERM, and at last SIGKILL."""
+FINISH_S = 20.0
+"""How long they have after a good end, to make their logs whole on a busy machine."""
 LOG_LINES = 12
 
 
@@ -98,7 +100,7 @@ def run(wanted: Wanted, view: View) -> Ending:
         except Stopped:
             pass
         finally:
-            _end(children)
+            _end(children, FINISH_S if ending.figures and not ending.complaint else STOP_S)
     return ending
 
 
@@ -365,18 +367,17 @@ def _obituary(child: Child) -> str:
     if status < 0:
         how = f"{child.title} (pid {child.process.pid}) was killed by {signal.Signals(-status).name}"
         return f"{how}; its log is {child.log}"
-    if status == EXIT_BAD_START and last:
-        return f"{child.title} could not start: {last[-1]}"
-    said = "\n".join(f"  {line}" for line in last)
-    return f"{child.title} (pid {child.process.pid}) ended with exit status {status}; its log {child.log} ends:\n{said}"
+    if status == EXIT_EXPLAINED and last:
+        return f"{child.title}: {last[-1]}"
+    said = "".join(f"\n  {line}" for line in last)
+    how = f"{child.title} (pid {child.process.pid}) ended with exit status {status}"
+    return f"{how}; its log {child.log} ends:{said}" if said else f"{how} without a word"
 
 
-def _end(children: list[Child]) -> None:
+def _end(children: list[Child], patience_s: float) -> None:
     """End all processes: by themselves when they see the world go, then by SIGTERM, then by SIGKILL."""
-    world = [child for child in children if child.title == "world"]
-    _signal(world, signal.SIGTERM)
-    _signal([child for child in children if child.command], signal.SIGTERM)
-    if _wait(children, STOP_S):
+    _signal([child for child in children if child.command or child.title == "world"], signal.SIGTERM)
+    if _wait(children, patience_s):
         return
     _signal(children, signal.SIGTERM)
     if _wait(children, STOP_S / 2):

@@ -1,5 +1,6 @@
 """What the processes of a run have in common at their start and end."""
 
+import errno
 import gc
 import json
 import signal
@@ -10,8 +11,9 @@ from typing import Any, NoReturn
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.run.control import ControlChannel, ProcessLostError, inherited
 
-EXIT_BAD_START = 3
-"""The process could not be set up, and has said why in one line."""
+EXIT_EXPLAINED = 3
+"""The process had to end, and its last line of output says why, for people."""
+CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO}
 
 
 class StartError(Exception):
@@ -32,7 +34,12 @@ def main(run: Callable[[dict[str, Any], ControlChannel], None], other: str = "th
         sys.exit(0)
     except StartError as error:
         print(error, file=sys.stderr, flush=True)
-        sys.exit(EXIT_BAD_START)
+        sys.exit(EXIT_EXPLAINED)
+    except OSError as error:
+        if error.errno not in CANNOT_WRITE:
+            raise
+        print(f"can't write {error.filename or 'the logs'}: {error.strerror}", file=sys.stderr, flush=True)
+        sys.exit(EXIT_EXPLAINED)
     sys.exit(0)
 
 

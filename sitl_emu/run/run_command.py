@@ -46,8 +46,11 @@ def run_scenario(
     finally:
         view.close()
     summary = score.summary(folder, scenario.name, seed, ending)
-    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-    _report(folder, summary, ending.truth)
+    try:
+        (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+        _report(folder, summary, ending.truth)
+    except OSError as error:
+        raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
     return SUCCESS if summary["outcome"] == "success" else FAILED
 
