@@ -99,6 +99,7 @@ class FrameRingWriter:
         assert self._memory.buf is not None
         self._buffer = self._memory.buf
         _HEADER.pack_into(self._buffer, 0, _MAGIC, slots, width, height, 0)
+        self._written = np.frombuffer(self._buffer, np.uint64, 1, _COUNT_OFFSET)
 
     @property
     def next_image(self) -> Image:
@@ -118,12 +119,13 @@ class FrameRingWriter:
         _SLOT.pack_into(self._buffer, start, self._count, time_usec)
         _SLOT.pack_into(self._buffer, start + _SLOT.size + self.width * self.height * 3, self._count, time_usec)
         self._count += 1
-        struct.pack_into("<Q", self._buffer, _COUNT_OFFSET, self._count)
+        # One aligned store: struct.pack_into clears the bytes first, and a reader would see a 0 in passing.
+        self._written[0] = self._count
 
     def close(self) -> None:
         """Removes the ring; readers keep what they have mapped."""
         if self._memory is not None:
-            del self._buffer
+            del self._buffer, self._written
             self._memory.close()
             self._memory.unlink()
             self._memory = None
@@ -148,15 +150,16 @@ class FrameRingReader:
         if len(self._buffer) < _HEADER.size or self._buffer[:4] != _MAGIC:
             self.close()
             raise CameraError(f"shm:{name}: that shared memory is no frame ring")
-        _, self.slots, self.width, self.height, count = _HEADER.unpack_from(self._buffer, 0)
+        _, self.slots, self.width, self.height, _ = _HEADER.unpack_from(self._buffer, 0)
+        self._written: npt.NDArray[np.uint64] | None = np.frombuffer(self._buffer, np.uint64, 1, _COUNT_OFFSET)
         self.lost = 0
-        self._next = max(0, count - self.slots)
+        self._next = max(0, self.written - self.slots)
         self._slot_size = _slot_size(self.width, self.height)
 
     @property
     def written(self) -> int:
         """How many frames the writer has published."""
-        return int(struct.unpack_from("<Q", self._buffer, _COUNT_OFFSET)[0])
+        return 0 if self._written is None else int(self._written[0])
 
     def read(self) -> Frame | None:
         """The oldest frame not read yet; None when there is none now."""
@@ -184,6 +187,7 @@ class FrameRingReader:
 
     def close(self) -> None:
         """Unmaps the ring."""
+        self._written = None
         self._buffer.close()
 
 

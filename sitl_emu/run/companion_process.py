@@ -130,6 +130,8 @@ class Eyes:
     def take(self, now_us: int, index: int) -> None:
         """A frame has come: have the detector look at it if the mission wants that."""
         frame = self._camera.read()
+        while frame is not None and frame.index < index:
+            frame = self._camera.read()
         if frame is None or frame.index != index:
             self.dropped += 1
             return
