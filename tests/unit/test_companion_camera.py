@@ -131,3 +131,36 @@ def test_a_file_that_is_no_video_is_told(tmp_path: Path) -> None:
     (tmp_path / "x.mp4").write_text("no video")
     with pytest.raises(CameraError, match="can't be opened as video"):
         open_camera(str(tmp_path / "x.mp4"))
+
+
+WRITE = """
+import sys
+import numpy as np
+from missions.companion.camera import FrameRingWriter
+ring = FrameRingWriter(sys.argv[1], 8, 8, slots=4)
+print("there", flush=True)
+sys.stdin.readline()
+for i in range(60000):
+    ring.write(i, ring.next_image)
+sys.stdin.readline()
+ring.close()
+"""
+
+
+def test_the_count_of_frames_never_goes_back_under_a_readers_eyes() -> None:
+    name = ring_name("count")
+    command = [sys.executable, "-c", WRITE, name]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT, text=True) as writer:
+        assert writer.stdout is not None
+        assert writer.stdin is not None
+        assert writer.stdout.readline() == "there\n"
+        reader, last, steps_back = FrameRingReader(name), 0, 0
+        writer.stdin.write("go\n")
+        writer.stdin.flush()
+        while last < 60000:
+            written = reader.written
+            steps_back += written < last
+            last = max(last, written)
+        reader.close()
+        writer.communicate("end\n", timeout=30)
+    assert steps_back == 0
