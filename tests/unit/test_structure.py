@@ -35,7 +35,8 @@ SOCKET_FILES = {
     "missions/companion/udp.py",
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
-CONFORMANCE_AND_GCS_SERVICES = {"command", "mission", "parameter", "offboard", "heartbeat"}
+CLIENT_SERVICES = {"command", "mission", "offboard", "parameter", "statustext"}
+CONFORMANCE = {"command", "mission", "parameter"}
 
 
 def name_of(path: Path) -> str:
@@ -78,10 +79,12 @@ def test_every_message_in_the_rate_tables_has_a_stream() -> None:
     assert messages and messages <= streams, f"no stream: {sorted(messages - streams)}"
 
 
-@pytest.mark.parametrize("service", sorted(CONFORMANCE_AND_GCS_SERVICES))
+@pytest.mark.parametrize("service", sorted(CLIENT_SERVICES))
 def test_a_service_goes_by_the_same_name_on_both_sides(service: str) -> None:
     for folder in ("autopilot/mavlink/services", "gcs"):
         assert (ROOT / folder / f"{service}.py").is_file(), f"{folder}/{service}.py is missing"
+    if service in CONFORMANCE:
+        assert (ROOT / "tests/conformance" / f"test_{service}.py").is_file()
 
 
 def test_every_arming_check_has_a_test() -> None:
