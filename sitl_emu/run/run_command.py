@@ -36,7 +36,7 @@ def run_scenario(
     check(scenario, path)
     console = Console()
     folder = make_folder(out, scenario.name)
-    as_run = {**scenario.model_dump(mode="json", exclude_defaults=True), "seed": seed, "name": scenario.name}
+    as_run = {**scenario.model_dump(mode="json"), "seed": seed}
     (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
     _write_plans(scenario, seed, folder)
     wanted = launcher.Wanted(scenario, seed, speed, folder, gcs, first_instance)
