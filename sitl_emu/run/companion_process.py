@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import cv2
 
 from gcs.tlog import TlogWriter
-from missions.companion.camera import CameraSource, Frame, Image, open_camera
+from missions.companion.camera import CameraError, Frame, FrameRingReader, Image
 from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event, Outgoing
 from missions.companion.detector import Detection
 from missions.companion.wire import Wire
@@ -120,7 +120,7 @@ class Looked(NamedTuple):
 class Eyes:
     """Camera frames in, detections out after the inference latency; the detector works in a thread meanwhile."""
 
-    def __init__(self, camera: CameraSource, companion: Companion, inference_latency_us: int) -> None:
+    def __init__(self, camera: FrameRingReader, companion: Companion, inference_latency_us: int) -> None:
         self._camera, self._companion, self._latency_us = camera, companion, inference_latency_us
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="detector")
         self._looking: deque[Looked] = deque()
@@ -131,8 +131,8 @@ class Eyes:
         """A frame has come: have the detector look at it if the mission wants that."""
         frame = self._camera.read()
         while frame is not None and frame.index < index:
-            frame = self._camera.read()
-        if frame is None or frame.index != index:
+            frame = self._camera.read_index(index)
+        if frame is None:
             self.dropped += 1
             return
         gsd_m = self._companion.wants_frame(frame.time_usec)
@@ -263,8 +263,11 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
     control.send({"waiting": True})
     control.receive()
     eyes = None
-    if config["camera"] is not None:
-        eyes = Eyes(open_camera(config["camera"]), companion, config["inference_latency_us"])
+    if config["ring"] is not None:
+        try:
+            eyes = Eyes(FrameRingReader(config["ring"]), companion, config["inference_latency_us"])
+        except CameraError as error:
+            raise StartError(str(error)) from None
     ground = GroundLink(tuple(config["gcs"]) if config["gcs"] else (LOOPBACK, ports.GCS_REMOTE))
     computer = CompanionComputer(name, companion, links, ground, eyes, folder / "frames")
     try:

@@ -212,7 +212,7 @@ def _start(wanted: Wanted, children: list[Child]) -> ControlChannel:
             part["companion_fd"] = world_end.fileno()
             config = {**common, "name": name, "instance": instance, "mission": companion.mission}
             config |= {"options": companion.options, "radio_port": radio_port, "gcs": wanted.gcs}
-            config["camera"] = f"shm:{ring}" if camera is not None else None
+            config["ring"] = ring if camera is not None else None
             config["inference_latency_us"] = round(companion.inference_latency_s * 1e6)
             waiting.append((f"companion {name}", "companion_process", config, companion_end))
         elif companion is not None:
