@@ -27,9 +27,11 @@ Gcs = Annotated[
 ]
 
 
-@app.command()
+@app.command(short_help="Run a mission, with a report at the end.")
 def run(
-    scenario: Annotated[str, typer.Argument(help="A built-in scenario (`agriculture`) or a .yaml file.")],
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="A built-in scenario (`agriculture`) or a .yaml file.")
+    ],
     speed: Annotated[
         str, typer.Option(metavar="1|N|max", help="Times real time; max: as fast as this machine can.")
     ] = "1",
@@ -59,7 +61,7 @@ def run(
     raise typer.Exit(status)
 
 
-@app.command()
+@app.command(short_help="Launch vehicles for a ground station, MAVSDK or a swarm.")
 def launch(
     models: Annotated[
         list[str], typer.Argument(metavar="MODEL[:COUNT]...", help="Vehicles to launch: iris, or iris:3 rover:2.")
@@ -104,7 +106,7 @@ def launch(
     raise typer.Exit(status)
 
 
-@app.command()
+@app.command(short_help="Serve the simulator alone, for a real PX4, say.")
 def world(
     name: Annotated[str, typer.Argument(metavar="WORLD", help="A world: corn_field or flat.")],
     vehicle: Annotated[
