@@ -189,6 +189,7 @@ def lines(summary: dict[str, Any]) -> list[str]:
             f"targets: {summary['targets_confirmed']} of {summary['targets_total']} confirmed, {false} false; "
             f"geolocation RMSE {_metres(summary['geolocation_rmse_m'])}"
         )
+    if summary["ugv_stop_error_m"] is not None:
         told.append(
             f"UGV: stopped at most {_metres(summary['ugv_stop_error_m'])} from the waypoint it was sent, "
             f"{_metres(summary['ugv_target_error_m'])} from the true target"
