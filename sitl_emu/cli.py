@@ -1,9 +1,12 @@
 """The command line: `sitl-emu run`, `launch` and `world`. Whatever a command needs is imported when it is called."""
 
+import math
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
+
+from sitl_emu import __version__
 
 app = typer.Typer(
     name="sitl-emu",
@@ -16,7 +19,24 @@ app = typer.Typer(
 )
 
 BAD_INPUT = 2
-FAILED = 1
+LAST_INSTANCE = 249
+"""Its system id is 250, PX4's largest."""
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"sitl-emu {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Options before the command."""
+
 
 Gcs = Annotated[
     str | None,
@@ -36,7 +56,8 @@ def run(
         str, typer.Option(metavar="1|N|max", help="Times real time; max: as fast as this machine can.")
     ] = "1",
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Other seed, other field and noise. [default: the scenario's]")
+        int | None,
+        typer.Option(min=0, metavar="S", help="Other seed, other field and noise. [default: the scenario's]"),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the run. [default: runs/SCENARIO-TIME]")
@@ -44,7 +65,12 @@ def run(
     gcs: Gcs = None,
     instance: Annotated[
         int,
-        typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle; 2 for a second run."),
+        typer.Option(
+            min=0,
+            max=LAST_INSTANCE,
+            metavar="I",
+            help="Instance (and so ports) of the first vehicle: 2 or 4 for a second run beside this one.",
+        ),
     ] = 0,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
@@ -66,7 +92,9 @@ def launch(
     models: Annotated[
         list[str], typer.Argument(metavar="MODEL[:COUNT]...", help="Vehicles to launch: iris, or iris:3 rover:2.")
     ],
-    instance: Annotated[int, typer.Option(min=0, max=200, help="Instance (and so ports) of the first vehicle.")] = 0,
+    instance: Annotated[
+        int, typer.Option(min=0, max=LAST_INSTANCE, metavar="I", help="Instance (and so ports) of the first vehicle.")
+    ] = 0,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
     home: Annotated[
         str | None,
@@ -78,15 +106,14 @@ def launch(
 ) -> None:
     """Launch emulated PX4 vehicles, each with its simulator in the same process; they stay until Ctrl-C.
 
-    Prints which ports they speak on. QGroundControl on this machine finds them by itself; MAVSDK and pymavlink
-    connect to udpin://0.0.0.0:14540 (the second vehicle: 14541, and so on).
+    Prints which ports they speak on. QGroundControl on this machine finds them by itself; MAVSDK connects to
+    udpin://0.0.0.0:14540 (pymavlink: udpin:0.0.0.0:14540), the second vehicle to 14541, and so on; as with PX4, all
+    from the tenth on share 14549.
     """
-    wanted = _wanted(models)
+    wanted = _wanted(models, instance)
     factor = _speed(speed)
     place = _home(home) if home is not None else None
     station = _gcs(gcs)
-
-    import math
 
     import vehicles
     from sitl_emu.run import launch as launching
@@ -112,12 +139,14 @@ def world(
     vehicle: Annotated[
         list[str], typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
     ],
-    instance: Annotated[int, typer.Option(min=0, max=200, help="Instance (and so port) of the first vehicle.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Other seed, other field and noise.")] = 1,
+    instance: Annotated[
+        int, typer.Option(min=0, max=LAST_INSTANCE, metavar="I", help="Instance (and so port) of the first vehicle.")
+    ] = 0,
+    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other field and noise.")] = 1,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
 ) -> None:
     """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C."""
-    wanted, factor = _wanted(vehicle), _speed(speed)
+    wanted, factor = _wanted(vehicle, instance), _speed(speed)
 
     from sitl_emu.run.serve_world import serve_world
     from sitl_emu.run.trouble import Trouble
@@ -170,17 +199,23 @@ def _home(text: str) -> tuple[float, float, float, float]:
         lat, lon, alt, heading = (float(part) for part in text.split(","))
     except ValueError:
         _refuse(f"--home {text}: give LAT,LON,ALT,HEADING, such as 47.397742,8.545594,488,0")
-    if not (-90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0 and -1000.0 <= alt <= 10000.0):
-        _refuse(f"--home {text}: latitude is -90..90, longitude -180..180, altitude -1000..10000 m")
+    inside = -90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0 and -1000.0 <= alt <= 10000.0 and abs(heading) <= 360.0
+    if not inside:
+        _refuse(f"--home {text}: latitude is -90..90, longitude -180..180, altitude -1000..10000 m, heading -360..360")
     return lat, lon, alt, heading
 
 
-def _wanted(models: list[str]) -> list[str]:
-    """Models, each as often as it is asked for."""
+def _wanted(models: list[str], instance: int) -> list[str]:
+    """Models, each as often as it is asked for, from this instance on."""
     wanted = list[str]()
     for text in models:
         model, colon, count = text.partition(":")
-        if colon and not (count.isdigit() and 1 <= int(count) <= 200):
+        if colon and not (count.isascii() and count.isdigit() and 1 <= int(count) <= LAST_INSTANCE + 1):
             _refuse(f"{text}: give MODEL or MODEL:COUNT, such as iris:3")
         wanted += [model] * (int(count) if colon else 1)
+    if instance + len(wanted) > LAST_INSTANCE + 1:
+        _refuse(
+            f"{len(wanted)} vehicles from instance {instance} on: the last instance is {LAST_INSTANCE}, "
+            "as PX4's system ids end at 250; launch fewer, or choose a smaller --instance"
+        )
     return wanted
