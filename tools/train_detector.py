@@ -78,7 +78,8 @@ def sample(
     seed: int, frames: int, rng: np.random.Generator, miner: det.Weights | None
 ) -> tuple[Floats, npt.NDArray[np.uint8]]:
     """(features, labels) of cells of frames over one field."""
-    field = corn_field.build(seed)
+    # More of everything on each field than a mission meets: looks at many patches cost no more than looks at few.
+    field = corn_field.build(seed, targets=9, distractors=44)
     nadir, mast = Camera(field, NADIR), Camera(field, MAST)
     xs, ys = [], []
     for i in range(frames):

@@ -4,7 +4,7 @@ A detection joins the track whose target it sees (nearest on the ground, within 
 **Consecutive** counts frames in which the track's place lies well inside the picture: a frame that sees it extends the
 run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is *confirmed* by a run of
 3 frames whose mean score reaches `CONFIRM_SCORE`. It is *reported*, once, when it is confirmed and settled: its rays
-have crossed at 35 degrees, so that its height is known, or it has left the picture; it must then still have been seen
+have crossed at 60 degrees, so that its height is known, or it has left the picture; it must then still have been seen
 in `HIT_SHARE` of the frames that should have seen it, with a mean score over these frames of `REPORT_SCORE` (a frame
 that missed it counts as 0). That throws out what flickers or looks like a target from one side only.
 **Label**: each detection votes with its score; the larger sum wins.
@@ -28,9 +28,9 @@ EDGE_PX = 24.0
 """A target nearer to the picture's edge than this need not be seen."""
 CONSECUTIVE = 3
 CONFIRM_SCORE = 0.5
-REPORT_SCORE = 0.6
-HIT_SHARE = 0.6
-SETTLED_RAD = math.radians(35.0)
+REPORT_SCORE = 0.72
+HIT_SHARE = 0.7
+SETTLED_RAD = math.radians(60.0)
 LEAST_SPREAD_RAD = math.radians(20.0)
 """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
 GONE_US = 700_000
