@@ -16,6 +16,11 @@ MAX_LAG_S = 0.25
 """A process that fell further behind than this (a suspended laptop, say) does not hurry to catch up."""
 
 
+def unix_time_us() -> int:
+    """The date, which SYSTEM_TIME and others tell; a real vehicle has it from its GNSS receiver."""
+    return time.time_ns() // 1000
+
+
 class Pacer:
     """Holds simulated time back to `speed` times the wall clock; inf lets it run."""
 

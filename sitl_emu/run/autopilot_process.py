@@ -72,6 +72,7 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
     """Fly until the simulator closes the channel."""
     instance, lockstep = config["instance"], config["lockstep"]
     autopilot = Autopilot(vehicles.load(config["model"]).airframe, instance)
+    autopilot.mavlink.context.boot_unix_us = config["start_us"]
     try:
         sockets = LinkSockets(autopilot.mavlink.links, tuple(config["gcs"]) if config["gcs"] else None)
     except PortInUseError as error:

@@ -15,8 +15,9 @@ from typing import NamedTuple, NoReturn
 
 import vehicles
 from autopilot.autopilot import Autopilot
-from autopilot.process import Pacer, serve
+from autopilot.process import Pacer, serve, unix_time_us
 from autopilot.sockets import LinkSockets, PortInUseError
+from autopilot.topics import CommandRecord
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.run.simulated_parameters import SimulatedParameters
@@ -28,8 +29,15 @@ SPACING_M = 3.0
 BOOT_LIMIT_US = 20_000_000
 """An autopilot that is not armable after so much simulated time gets its asked speed all the same."""
 STANDBY = 3
+MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN = 246
+SHUT_DOWN = 2
+"""PREFLIGHT_REBOOT_SHUTDOWN.param1; 1 is a reboot."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 """PX4's default home, near Zürich (SIH_LOC_LAT0, SIH_LOC_LON0, SIH_LOC_H0)."""
+
+
+class ShutDownError(Exception):
+    """The vehicle was told to shut down."""
 
 
 class OrphanedError(Exception):
@@ -82,11 +90,15 @@ def port_table(wanted: Sequence[Wanted]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> NoReturn:
-    """Run one vehicle: simulator and autopilot, tick by tick, for ever. Raises PortInUseError."""
+def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> None:
+    """Run one vehicle from power-on: simulator and autopilot, tick by tick, until it is told to reboot.
+
+    Raises PortInUseError, ShutDownError and OrphanedError.
+    """
     parent = os.getppid()
     data = vehicles.load(vehicle.model)
     autopilot = Autopilot(data.airframe, vehicle.instance)
+    autopilot.mavlink.context.boot_unix_us = unix_time_us()
     sockets = LinkSockets(autopilot.mavlink.links, gcs)
     simulator = VehicleSimulator(
         data, home, seed=vehicle.instance, terrain=FlatGround(), start_east_m=place * SPACING_M, name=vehicle.model
@@ -94,7 +106,7 @@ def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, i
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
     channel = MemoryChannel()
     boot, pacer = Pacer(math.inf), Pacer(speed)
-    pace, controls = boot, None
+    pace, controls, commands = boot, None, autopilot.topics.vehicle_commands
     while True:
         simulated_parameters.update()
         channel.simulator.send(simulator.tick(controls))
@@ -104,8 +116,22 @@ def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, i
             pace = pacer
             pacer.start()
         serve(autopilot, sockets, pace)
+        if autopilot.topics.vehicle_commands is not commands:
+            commands = autopilot.topics.vehicle_commands
+            if (wanted := power_wanted(commands)) is not None:
+                sockets.close()
+                if wanted == SHUT_DOWN:
+                    raise ShutDownError
+                return
         if os.getppid() != parent:
             raise OrphanedError
+
+
+def power_wanted(commands: tuple[CommandRecord, ...]) -> int | None:
+    """REBOOT or SHUT_DOWN when the newest accepted command asks for it (MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN.param1)."""
+    if not commands or commands[-1].command.command != MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+        return None
+    return int(commands[-1].command.param1)
 
 
 def _booted(autopilot: Autopilot) -> bool:
@@ -117,10 +143,11 @@ def _child(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = 1
     try:
-        fly(vehicle, place, speed, home, gcs)
+        while True:
+            fly(vehicle, place, speed, home, gcs)
     except PortInUseError as error:
         print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
-    except OrphanedError:
+    except (OrphanedError, ShutDownError):
         status = 0
     finally:
         sys.stdout.flush()
@@ -137,10 +164,14 @@ def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:
     signal.signal(signal.SIGTERM, stop)
     status = 0
     try:
-        pid, code = os.wait()
-        vehicle = children.pop(pid)
-        say(f"{vehicle.model} (instance {vehicle.instance}) ended: {_how(code)}; ending the others")
-        status = 1
+        while children and status == 0:
+            pid, code = os.wait()
+            vehicle = children.pop(pid)
+            if code == 0:
+                say(f"{vehicle.model} (instance {vehicle.instance}) was shut down")
+            else:
+                say(f"{vehicle.model} (instance {vehicle.instance}) ended: {_how(code)}; ending the others")
+                status = 1
     except KeyboardInterrupt:
         pass
     finally:

@@ -6,8 +6,9 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from pymavlink import mavutil
 
@@ -41,6 +42,17 @@ def children_of(pid: int) -> list[int]:
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
+def wait_for(link: Any, kind: str, accept: Callable[[Any], bool]) -> Any:
+    """The next accepted message of a kind, speaking as a ground station meanwhile."""
+    end = time.monotonic() + 30.0
+    while time.monotonic() < end:
+        link.mav.heartbeat_send(6, 8, 0, 0, 4)
+        message = link.recv_match(type=kind, blocking=True, timeout=0.5)
+        if message is not None and accept(message):
+            return message
+    raise TimeoutError(f"no {kind} as awaited")
+
+
 @contextlib.contextmanager
 def two_that_speak() -> Iterator[subprocess.Popen[str]]:
     """Two vehicles whose heartbeats have been heard."""
@@ -48,13 +60,26 @@ def two_that_speak() -> Iterator[subprocess.Popen[str]]:
         for place in range(2):
             link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(place)}", source_system=255)
             with contextlib.closing(link):
-                end = time.monotonic() + 30.0
-                heard = None
-                while heard is None and time.monotonic() < end:
-                    link.mav.heartbeat_send(6, 8, 0, 0, 4)
-                    heard = link.recv_match(type="HEARTBEAT", blocking=True, timeout=0.5)
-                assert heard is not None
+                wait_for(link, "HEARTBEAT", lambda _heartbeat: True)
         yield process
+
+
+def command_power(link: Any, what: int) -> None:
+    """MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: 1 reboots the autopilot, 2 shuts it down."""
+    link.mav.command_long_send(INSTANCE + 1, 1, 246, 0, what, 0, 0, 0, 0, 0, 0)
+    assert wait_for(link, "COMMAND_ACK", lambda ack: ack.command == 246).result == 0
+
+
+def test_a_reboot_restarts_the_autopilot_and_a_shutdown_ends_it() -> None:
+    with launched("iris", "--instance", str(INSTANCE)) as process:
+        link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(0)}", source_system=255)
+        with contextlib.closing(link):
+            wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms > 8000)
+            command_power(link, 1)
+            wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms < 8000)
+            wait_for(link, "HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3)
+            command_power(link, 2)
+            assert process.wait(GONE_LIMIT_S) == 0
 
 
 def test_a_vehicle_killed_is_named_and_the_others_end() -> None:
