@@ -22,14 +22,14 @@ class Loiter:
         self._broken_at: tuple[float, float, float] | None = None
 
     def reposition(self, command: VehicleCommand) -> None:
-        """DO_REPOSITION, for when this mode is active. Refused beyond the fence, with PX4's text."""
+        """DO_REPOSITION, for when this mode is active; none while disarmed. Refused beyond the fence, with PX4's text."""
         state = self._state
         lat, lon, alt = self._destination(command)
         if state.settings.gf_action >= 2 and not self._geofence.allows(lat, lon, alt):
             state.say(Severity.CRITICAL, "Reposition is outside geofence\t")
             self._reposition = None
             return
-        self._reposition = command
+        self._reposition = command if state.armed else None
 
     def hold_here(self) -> None:
         """Come back to this place when HOLD is entered next: where the fence was broken."""
@@ -44,8 +44,7 @@ class Loiter:
         """Every cycle in HOLD."""
         if self._reposition is not None:
             command, self._reposition = self._reposition, None
-            if not (self._state.landed and not self._state.armed):
-                self._go(command)
+            self._go(command)
         elif (self._idle and not self._state.landed) or self._broken_at is not None:
             self._stay()
 

@@ -128,21 +128,16 @@ class Mission:
         self._running = False
 
     def on_activation(self) -> None:
-        """Enter MISSION: nothing happens before the vehicle is armed."""
+        """Enter MISSION."""
         self._running = False
-        if not self._state.armed:
-            self._state.idle()
 
     def on_active(self) -> None:
         """Every cycle in MISSION."""
         state = self._state
         if not self._running:
-            if not state.armed or not self.valid:
+            if not self.valid:
                 return
             self._start()
-        elif not state.armed:
-            self._running = False
-            return
         for _ in range(len(self.items) + 1):
             if self.ended or self._target is None:
                 return

@@ -17,7 +17,7 @@ from autopilot.navigator.rtl import Rtl
 from autopilot.navigator.state import NavigatorState, Say, settings_of
 from autopilot.navigator.takeoff import Takeoff
 from autopilot.parameters import Parameters
-from autopilot.topics import MissionResult, Topics, VehicleCommand
+from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 GF_ACTION_HOLD = 2
@@ -88,7 +88,7 @@ class Navigator:
         if status.armed is not self._was_armed:
             self._was_armed = status.armed
             state.cruising_speed_m_s = -1.0
-        self._run_mode(status.nav_state)
+        self._run_mode(status.nav_state if status.armed else None)
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
         self._publish_mission_result(now_us)
@@ -119,9 +119,10 @@ class Navigator:
             current = triplet.current._replace(timestamp=state.now_us, cruising_speed=state.cruising_speed_m_s)
             state.fly(current, previous=triplet.previous, following=triplet.next)
 
-    def _run_mode(self, nav_state: NavState) -> None:
+    def _run_mode(self, nav_state: NavState | None) -> None:
+        """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten."""
         state = self._state
-        mode = self._modes.get(nav_state)
+        mode = self._modes.get(nav_state) if nav_state is not None else None
         if nav_state is not self._nav_state:
             self._nav_state = nav_state
             state.finished = False
@@ -129,6 +130,8 @@ class Navigator:
                 self._mission.on_inactive()
             if mode is None:
                 state.can_loiter_at_setpoint = False
+                if nav_state is None:
+                    state.triplet = PositionSetpointTriplet(state.now_us)
             else:
                 if nav_state is not NavState.AUTO_LOITER:
                     state.cruising_speed_m_s = -1.0

@@ -59,17 +59,13 @@ class Rtl:
         self._started = False
 
     def on_activation(self) -> None:
-        """Enter RTL; on the ground, wait for a takeoff that does not come."""
+        """Enter RTL."""
         self._started = False
-        if not self._state.armed:
-            self._state.idle()
 
     def on_active(self) -> None:
         """Every cycle in RTL."""
         state = self._state
         if not self._started:
-            if not state.armed:
-                return
             self._start()
         assert self._target is not None
         if self._phase is Phase.LANDED:

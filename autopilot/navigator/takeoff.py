@@ -29,16 +29,14 @@ class Takeoff:
         self._target = None
 
     def on_activation(self) -> None:
-        """Enter TAKEOFF: nothing is flown before the vehicle is armed."""
+        """Enter TAKEOFF."""
         self._target = None
 
     def on_active(self) -> None:
         """Every cycle in TAKEOFF."""
         state = self._state
-        if self._target is None and state.armed:
+        if self._target is None:
             self._begin()
-        elif self._target is None:
-            return
         assert self._target is not None
         if state.rover:
             done = state.now_us - self._begun_us >= ROVER_TAKEOFF_US

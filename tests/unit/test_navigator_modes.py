@@ -104,7 +104,7 @@ def test_land_ends_in_hold_disarmed() -> None:
     assert vehicle.take_texts() == ["Landing at current position", "Landing detected", "Disarmed by landing"]
     vehicle.run(0.1)
     assert vehicle.modes == ["AUTO_LOITER", "AUTO_LAND", "AUTO_LOITER"]
-    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.IDLE
+    assert not vehicle.topics.position_setpoint_triplet.current.valid
 
 
 @pytest.mark.parametrize(
