@@ -197,10 +197,10 @@ class _TcpChannel:
             raise ChannelClosed(f"{self._peer} has gone ({error.strerror or error})") from None
 
     def _read(self) -> list[SimulatorMessage | HilActuatorControls]:
-        """What came; blocks as long as the socket's timeout allows (then TimeoutError)."""
+        """What came; blocks as long as the socket's timeout allows (then TimeoutError, or BlockingIOError)."""
         try:
             data = self._socket.recv(READ_BYTES)
-        except TimeoutError:
+        except (TimeoutError, BlockingIOError):
             raise
         except OSError as error:
             raise ChannelClosed(f"{self._peer} has gone ({error.strerror or error})") from None
@@ -250,6 +250,12 @@ class TcpSimulatorChannel(_TcpChannel):
         peer = f"the autopilot on TCP port {port}"
         super().__init__(connection, Framer(SIMULATOR_SYSTEM, SIMULATOR_COMPONENT), peer)
         self._waiting: deque[HilActuatorControls] = deque()
+        self._answer_limit_s: float | None = None
+
+    def limit_answers(self, limit_s: float) -> None:
+        """From now on an autopilot that does not answer within `limit_s` has hung, and counts as gone."""
+        self._answer_limit_s = limit_s
+        self._socket.settimeout(limit_s)
 
     def send(self, messages: list[SimulatorMessage]) -> None:
         """One tick's messages, HIL_SENSOR last. Raises ChannelClosed."""
@@ -259,7 +265,10 @@ class TcpSimulatorChannel(_TcpChannel):
     def receive(self) -> HilActuatorControls:
         """The answer to the last HIL_SENSOR; blocks. Raises ChannelClosed."""
         while not self._waiting:
-            self._take()
+            try:
+                self._take()
+            except TimeoutError:
+                raise ChannelClosed(f"{self._peer} has not answered for {self._answer_limit_s:g} s") from None
         return self._waiting.popleft()
 
     def poll(self, timeout_s: float) -> HilActuatorControls | None:
@@ -274,7 +283,7 @@ class TcpSimulatorChannel(_TcpChannel):
             except (TimeoutError, BlockingIOError):
                 return None
             finally:
-                self._socket.settimeout(None)
+                self._socket.settimeout(self._answer_limit_s)
         return self._waiting.popleft() if self._waiting else None
 
     def _take(self) -> None:

@@ -1,7 +1,8 @@
 """`sitl-emu world`: the simulator alone, serving TCP 4560+i to whatever autopilot connects, a real PX4 for one.
 
-All vehicles stand in one world and go in step: a tick is done when every autopilot has answered. It starts when all
-have connected, and stays until Ctrl-C or until an autopilot leaves.
+All vehicles stand in one world and go in step: a tick is done when every autopilot has answered (from its first answer
+on: a real PX4 listens for a while before it speaks). It starts when all have connected, and stays until Ctrl-C or
+until an autopilot leaves.
 """
 
 import math
@@ -14,12 +15,14 @@ import vehicles
 from autopilot.process import Pacer
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls
-from sitl_emu.core.tcp_channel import SimulatorListener
+from sitl_emu.core.tcp_channel import SimulatorListener, TcpSimulatorChannel
 from sitl_emu.run import worlds
 from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.simulator import VehicleSimulator
 
+FIRST_ANSWER_S = 0.02
+"""Wall time that a tick waits for an autopilot that has not answered yet: PX4's outputs start a while after it."""
 SPACING_M = 3.0
 """Vehicles stand side by side, eastwards from the world's home."""
 
@@ -56,7 +59,8 @@ def serve_world(
         while True:
             for channel, simulator, last in zip(channels, simulators, controls, strict=True):
                 channel.send(simulator.tick(last))
-            controls = [channel.receive() for channel in channels]
+            for place, channel in enumerate(channels):
+                controls[place] = channel.receive() if controls[place] else _first_answer(channel)
             pacer.next_tick()
             if (left := pacer.remaining_s()) > 0.0:
                 time.sleep(left)
@@ -65,3 +69,11 @@ def serve_world(
         return 1
     except KeyboardInterrupt:
         return 0
+
+
+def _first_answer(channel: TcpSimulatorChannel) -> HilActuatorControls | None:
+    """The last answer of those that have come by now, so that none is one tick behind from then on."""
+    answer = channel.poll(FIRST_ANSWER_S)
+    while answer is not None and (later := channel.poll(0.0)) is not None:
+        answer = later
+    return answer

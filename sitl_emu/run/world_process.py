@@ -18,7 +18,7 @@ from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
-from sitl_emu.run.control import ControlChannel, Message, ProcessLostError, inherited
+from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.world.simulator import VehicleSimulator
@@ -108,7 +108,9 @@ def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: Sim
     autopilot = inherited(part["autopilot_fd"], f"autopilot {name}")
     autopilot.receive()
     autopilot.send({"start": True})
-    vehicle = VehicleInRun(name, simulator, listener.accept(START_LIMIT_S))
+    channel = listener.accept(START_LIMIT_S)
+    channel.limit_answers(BARRIER_LIMIT_S)
+    vehicle = VehicleInRun(name, simulator, channel)
     autopilot.receive()
     vehicle.autopilot = autopilot if part["lockstep"] else None
     if part["companion_fd"] is not None:

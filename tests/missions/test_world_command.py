@@ -52,3 +52,17 @@ def test_a_signal_ends_it_while_it_waits(number: signal.Signals) -> None:
         process.send_signal(number)
         assert process.wait(30) == 0
         assert "Traceback" not in process.stdout.read()
+
+
+def test_an_autopilot_that_speaks_late_gets_sensors_all_the_same() -> None:
+    """As a real PX4, whose outputs start a while after its simulator."""
+    command = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "iris", "--speed", "max"]
+    command += ["--instance", str(INSTANCE)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        channel = connected()
+        last = [channel.receive()[-1] for _ in range(10)][-1]
+        assert isinstance(last, HilSensor) and last.time_usec == 40_000
+        channel.send(HilActuatorControls(last.time_usec, 1, (0.0,) * 4, 0))
+        assert channel.receive()
+        channel.close()
+        process.communicate(timeout=30)

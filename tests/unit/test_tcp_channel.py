@@ -188,3 +188,15 @@ def test_listener_accepts_one_and_gives_up_in_time():
     assert simulator_end.receive().controls[0] == 0.25
     simulator_end.close()
     autopilots[0].close()
+
+
+def test_an_autopilot_that_hangs_counts_as_gone() -> None:
+    listener = SimulatorListener(0)
+    port = listener._socket.getsockname()[1]
+    autopilot = connect(port)
+    simulator = listener.accept(5.0)
+    simulator.limit_answers(0.05)
+    with pytest.raises(ChannelClosed, match=r"has not answered for 0\.05 s"):
+        simulator.receive()
+    autopilot.close()
+    simulator.close()
