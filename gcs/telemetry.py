@@ -20,8 +20,6 @@ EXTRAPOLATE_US = 100_000
 MODE_FLAG_SAFETY_ARMED = 128
 PREARM_CHECK = 0x10000000
 
-LANDED_STATES = {0: "undefined", 1: "on_ground", 2: "in_air", 3: "takeoff", 4: "landing"}
-
 
 class Place(NamedTuple):
     """GLOBAL_POSITION_INT in degrees, metres and metres a second (velocity in NED)."""

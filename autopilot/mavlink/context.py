@@ -1,14 +1,11 @@
 """What a stream sees when it makes its message: the topics, the parameters it needs, and the date of boot."""
 
-import math
-
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
 
 BOOT_UNIX_US = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
-DEGREES = math.degrees(1.0)
 
 
 class Context:

@@ -80,7 +80,6 @@ class Inspect:
         self._onboard = Onboard()
         self._now_us = 0
         self._phase, self._text = "connecting", "waiting for the autopilot"
-        self._inspected = 0
         self._uploading: tuple[int, dict[int, tuple[int, int]]] | None = None
         """Who sends a mission now, and its waypoints so far."""
         self._uploading_us = 0
@@ -211,7 +210,6 @@ class Inspect:
             if report.outcome is None or not report.outcome.accepted:
                 text = report.outcome.text if report.outcome is not None else "no answer"
                 self._onboard.note(self._now_us, "failed", f"report: {text}")
-            self._inspected += 1
             yield from self._park()
             self._job, self._expected, self._seen = None, None, None
 

@@ -19,7 +19,6 @@ STOPPED = -1
 FIXED = frozenset({"HEARTBEAT"})
 NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
 """Sent by services in PX4, so that there is no stream to configure."""
-STATUSTEXT_INTERVAL_US = 50_000
 
 
 class MessageInterval:

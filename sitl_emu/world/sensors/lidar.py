@@ -2,7 +2,7 @@
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 0. Canopy and obstacles are not seen.
+centimetre above max_distance, signal quality 1 ("invalid"). Canopy and obstacles are not seen.
 """
 
 import math
