@@ -22,7 +22,7 @@ class Loiter:
         self._broken_at: tuple[float, float, float] | None = None
 
     def reposition(self, command: VehicleCommand) -> None:
-        """DO_REPOSITION, for when this mode is active; none while disarmed. Refused beyond the fence, with PX4's text."""
+        """DO_REPOSITION, for when it is active, not while disarmed. Refused beyond the fence, with PX4's text."""
         state = self._state
         lat, lon, alt = self._destination(command)
         if state.settings.gf_action >= 2 and not self._geofence.allows(lat, lon, alt):

@@ -253,7 +253,7 @@ class Mission:
         alt_m = current.alt if current.valid and math.isfinite(current.alt) else state.position.alt
         self._begin(Target(WAYPOINT, target.lat_deg, target.lon_deg, alt_m), Work.MOVE_TO_LAND)
         setpoint = state.setpoint(SetpointType.POSITION, target.lat_deg, target.lon_deg, alt_m)
-        state.fly(setpoint, previous=self._previous())
+        state.fly(setpoint, previous=self._previous(), following=self._setpoint_of(target))
 
     def _fly_to_item(self, item: MissionItem, work: Work) -> None:
         state = self._state

@@ -328,6 +328,7 @@ def test_set_current_and_reached() -> None:
     assert peer.texts.recent[-1].text == "WPM: WP CURR CMD: Not in list\t"
     peer.topics.mission_result = MissionResult(seq_reached=1, seq_reached_timestamp=5)
     assert [reply.seq for reply in only(peer.run(0.1), "MISSION_ITEM_REACHED")] == [1]
+    assert [reply.seq for reply in only(peer.run(20.0), "MISSION_ITEM_REACHED")] == [1] * 10
 
 
 def test_only_one_upload_at_a_time() -> None:

@@ -361,3 +361,17 @@ def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> 
             following.setdefault(rover.topics.mission_result.seq_current, set()).add((round(north), round(east)))
     del following[2]  # the delay keeps the setpoints of before
     assert following == {0: {(8, 8)}, 1: {(8, 0), (0, 8)}}
+
+
+def test_on_the_way_to_a_landing_the_ground_is_the_next_place() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 6), item(WAYPOINT, 20, 0, 6), item(LAND, 50, 0))
+    for _ in range(3000):
+        vehicle.step()
+        if vehicle.topics.mission_result.seq_current == 2:
+            break
+    vehicle.run(0.1)
+    triplet = vehicle.topics.position_setpoint_triplet
+    assert triplet.current.type == SetpointType.POSITION
+    assert triplet.next.valid
+    assert triplet.next.type == SetpointType.LAND
+    assert triplet.next.alt < triplet.current.alt

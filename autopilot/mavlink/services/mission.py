@@ -23,6 +23,8 @@ MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
 MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
 RETRY_US = 250_000
 TIMEOUT_US = 5_000_000
+REACHED_EVERY_US, REACHED_REPEATS = 1_000_000, 10
+"""MISSION_ITEM_REACHED is said again, as it may be lost on the way."""
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 ERROR = mavlink.MAV_MISSION_ERROR
 NO_SPACE = mavlink.MAV_MISSION_NO_SPACE
@@ -35,7 +37,7 @@ class Transfer:
     def __init__(self, partner: Partner, kind: int, count: int, now_us: int) -> None:
         self.partner, self.kind, self.count = partner, kind, count
         self.items: list[MissionItem] = []
-        self.started_us = self.last_heard_us = self.last_sent_us = now_us
+        self.last_heard_us = self.last_sent_us = now_us
         self.sequence = 0
 
 
@@ -84,6 +86,8 @@ class Mission:
         self._integer: dict[Link, bool] = {}
         self._last_count: dict[Link, int] = {}
         self._reached_us = 0
+        self._reached_repeats = 0
+        self._repeat_due_us = 0
         self._current = (0, 0, 0)
         self._handlers = {
             mavlink.MAVLINK_MSG_ID_MISSION_COUNT: self._on_count,
@@ -112,16 +116,26 @@ class Mission:
             elif isinstance(transfer, Upload) and now_us - transfer.last_sent_us >= RETRY_US:
                 self._request(now_us, transfer, link)
         result = self._topics.mission_result
+        due = now_us >= self._repeat_due_us
+        if due:
+            self._repeat_due_us = now_us + REACHED_EVERY_US
         if result.seq_reached_timestamp != self._reached_us:
             self._reached_us = result.seq_reached_timestamp
-            if result.seq_reached >= 0:
-                for link in self._links:
-                    link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED, result.seq_reached)
+            self._reached_repeats = REACHED_REPEATS
+            self._tell_reached(result.seq_reached)
+        elif due and self._reached_repeats:
+            self._reached_repeats -= 1
+            self._tell_reached(result.seq_reached)
         current = (self._dataman.current_seq, self._dataman.mission.opaque_id, result.mission_state)
         if current != self._current:
             self._current = current
             for link in self._links:
                 link.hurry(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+
+    def _tell_reached(self, seq: int) -> None:
+        if seq >= 0:
+            for link in self._links:
+                link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED, seq)
 
     # --- upload ------------------------------------------------------------------------------------------
 
