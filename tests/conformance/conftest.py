@@ -20,6 +20,8 @@ INSTANCE = 6
 READY_LIMIT_S = 60.0
 REPLY_LIMIT_S = 3.0
 STANDBY = 3
+DO_SET_MODE = 176
+CUSTOM_MODE_ENABLED = 1
 
 
 class Station:
@@ -71,6 +73,17 @@ class Station:
             if ack.command == number:
                 return int(ack.result)
         return None
+
+    def set_mode(self, main: int, sub: int) -> None:
+        """Choose a mode, and see it in the heartbeat."""
+        assert self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub) == 0
+        assert self.heartbeat().custom_mode == main << 16 | sub << 24
+
+    def heartbeat(self) -> Any:
+        """The next heartbeat of the autopilot that was sent after this call."""
+        while self.link.recv_match(blocking=False) is not None:
+            pass
+        return self.receive("HEARTBEAT")
 
 
 @pytest.fixture(scope="session")

@@ -36,7 +36,10 @@ SOCKET_FILES = {
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
 CLIENT_SERVICES = {"command", "mission", "offboard", "parameter", "statustext"}
-CONFORMANCE = {"command", "mission", "parameter"}
+NOTHING_TO_CONFORM_TO = {
+    "log_transfer": "no logs are kept yet, and PX4 keeps some",
+    "system_time": "heard without effect",
+}
 
 
 def name_of(path: Path) -> str:
@@ -83,8 +86,21 @@ def test_every_message_in_the_rate_tables_has_a_stream() -> None:
 def test_a_service_goes_by_the_same_name_on_both_sides(service: str) -> None:
     for folder in ("autopilot/mavlink/services", "gcs"):
         assert (ROOT / folder / f"{service}.py").is_file(), f"{folder}/{service}.py is missing"
-    if service in CONFORMANCE:
-        assert (ROOT / "tests/conformance" / f"test_{service}.py").is_file()
+
+
+def test_every_service_has_its_conformance_test() -> None:
+    """A service is a module with a class that lists its MESSAGES or COMMANDS; the others help one."""
+    services = set[str]()
+    for path in (ROOT / "autopilot/mavlink/services").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = {ast.unparse(node.target)} if isinstance(node, ast.AnnAssign) else set[str]()
+            if isinstance(node, ast.Assign):
+                names = {ast.unparse(target) for target in node.targets}
+            if names & {"MESSAGES", "COMMANDS"} and node.value is not None:
+                services.add(path.stem)
+    tests = {path.stem.removeprefix("test_") for path in (ROOT / "tests/conformance").glob("test_*.py")}
+    assert services - tests == set(NOTHING_TO_CONFORM_TO)
+    assert tests <= services
 
 
 def test_every_arming_check_has_a_test() -> None:

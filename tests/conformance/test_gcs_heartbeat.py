@@ -1,4 +1,4 @@
-"""HEARTBEAT of a vehicle that stands ready in Hold."""
+"""HEARTBEAT of a vehicle that stands ready in Hold and hears a ground station."""
 
 from typing import Any
 

@@ -1,0 +1,16 @@
+"""STATUSTEXT: what arming says, in chunks of 50 characters where it is longer."""
+
+from typing import Any
+
+ARM_DISARM = 400
+STABILIZED, HOLD = (7, 0), (4, 3)
+
+
+def test_a_long_text_comes_in_chunks(station: Any) -> None:
+    station.set_mode(*STABILIZED)
+    assert station.command(ARM_DISARM, 1) == 1
+    first, second = station.receive("STATUSTEXT"), station.receive("STATUSTEXT")
+    station.set_mode(*HOLD)
+    assert (first.severity, first.id > 0, first.chunk_seq, len(first.text)) == (2, True, 0, 50)
+    assert (second.severity, second.id, second.chunk_seq) == (2, first.id, 1)
+    assert first.text + second.text == "Arming denied: Resolve system health failures first\t"
