@@ -10,6 +10,7 @@ import errno
 import json
 import os
 import select
+import shutil
 import signal
 import socket
 import subprocess
@@ -30,6 +31,8 @@ from sitl_emu.run.trouble import Trouble
 
 LOOPBACK = "127.0.0.1"
 POLL_S = 0.1
+LAST_INSTANCE = 249
+"""Its system id is 250, PX4's largest."""
 MAX_OWN_OFFBOARD = 8
 """The last instance whose offboard port no other has."""
 STOP_S = 2.0
@@ -84,8 +87,10 @@ class Stopped(Exception):
 
 
 def run(wanted: Wanted, view: View) -> Ending:
-    """Make a run, from the first process to the end of the last. Raises RunError where it can't be started."""
-    check_ports(wanted)
+    """Make a run that `check` has let pass, from its first process to the end of the last.
+
+    Raises RunError where it can't be started.
+    """
     (wanted.folder / "logs").mkdir()
     (wanted.folder / "frames").mkdir()
     children: list[Child] = []
@@ -104,10 +109,26 @@ def run(wanted: Wanted, view: View) -> Ending:
     return ending
 
 
-def check_ports(wanted: Wanted) -> None:
+def check(scenario: Scenario, first_instance: int) -> None:
+    """Raise RunError for what is seen to keep a run from starting, while nothing has been written yet."""
+    last = first_instance + len(scenario.vehicles) - 1
+    if last > LAST_INSTANCE:
+        raise RunError(
+            f"the last of {len(scenario.vehicles)} vehicles would be instance {last}, but instances end at "
+            f"{LAST_INSTANCE}, as PX4's system ids do at {ports.system_id(LAST_INSTANCE)}: choose a smaller --instance"
+        )
+    for vehicle in scenario.vehicles:
+        if vehicle.companion is not None and vehicle.companion.command is not None:
+            program = vehicle.companion.command[0]
+            if shutil.which(program) is None:
+                raise RunError(f"companion {vehicle.name}: can't start {program!r}: there is no such program")
+    _check_ports(scenario, first_instance)
+
+
+def _check_ports(scenario: Scenario, first_instance: int) -> None:
     """Raise RunError naming the first port in use, who needs it and what to do about it."""
     of_companions = dict[int, str]()
-    for instance, vehicle in enumerate(wanted.scenario.vehicles, wanted.first_instance):
+    for instance, vehicle in enumerate(scenario.vehicles, first_instance):
         needed = [
             (socket.SOCK_DGRAM, "0.0.0.0", ports.gcs(instance).local, "ground station link"),
             (socket.SOCK_DGRAM, "0.0.0.0", ports.onboard(instance).local, "offboard link"),

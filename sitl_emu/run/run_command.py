@@ -34,6 +34,7 @@ def run_scenario(
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
     check(scenario, path)
+    launcher.check(scenario, first_instance)
     console = Console()
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
@@ -48,7 +49,7 @@ def run_scenario(
     summary = score.summary(folder, scenario.name, seed, ending)
     try:
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-        _report(folder, summary, ending.truth)
+        _report(folder, summary, ending.truth, scenario, seed)
     except OSError as error:
         raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
@@ -105,10 +106,11 @@ def make_folder(out: Path | None, name: str) -> Path:
     return folder
 
 
-def _report(folder: Path, summary: dict[str, Any], truth: dict[str, Any]) -> None:
+def _report(folder: Path, summary: dict[str, Any], truth: dict[str, Any], scenario: Scenario, seed: int) -> None:
     from sitl_emu.run import report
 
-    report.write(folder, summary, truth)
+    photo = worlds.photo(worlds.build(scenario.world.kind, seed, scenario.world.options))
+    report.write(folder, summary, truth, photo)
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

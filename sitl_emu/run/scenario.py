@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic_core import ErrorDetails
 
 from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.run.trouble import Trouble
 
 SUFFIX = ".yaml"
+LONGEST_RUN_S = 7 * 86400.0
 
 
 class ScenarioError(Trouble):
@@ -23,9 +25,9 @@ class ScenarioError(Trouble):
 
 
 class Part(BaseModel):
-    """What every part of a scenario has in common: unknown fields are errors."""
+    """What every part of a scenario has in common: unknown fields are errors, and so are numbers without end."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Place(Part):
@@ -53,7 +55,7 @@ class CompanionPart(Part):
     mission: str | None = None
     options: dict[str, Any] = {}
     inference_latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
-    command: list[str] | None = None
+    command: Annotated[list[str], Field(min_length=1)] | None = None
 
     @model_validator(mode="after")
     def one_of_them(self) -> "CompanionPart":
@@ -105,7 +107,7 @@ class Scenario(Part):
     description: str = ""
     seed: Annotated[int, Field(ge=0)] = 1
     start_date: datetime = datetime(2026, 6, 15, 9, 0, tzinfo=UTC)
-    time_limit_s: Annotated[float, Field(gt=0)] = 1800.0
+    time_limit_s: Annotated[float, Field(gt=0, le=LONGEST_RUN_S)] = 1800.0
     world: WorldPart
     vehicles: Annotated[list[VehiclePart], Field(min_length=1, max_length=40)]
     peer_radio: PeerRadio = PeerRadio()
@@ -118,11 +120,19 @@ class Scenario(Part):
             raise ValueError(f"vehicle names must differ, these do not: {', '.join(names)}")
         return self
 
+    @field_validator("start_date")
+    @classmethod
+    def can_be_logged(cls, date: datetime) -> datetime:
+        """Logs count from 1970; a date without a zone is UTC."""
+        date = date if date.tzinfo else date.replace(tzinfo=UTC)
+        if not 1970 <= date.year < 2200:
+            raise ValueError("a date from 1970 to 2199")
+        return date
+
     @property
     def start_us(self) -> int:
         """The start date as microseconds since 1970."""
-        date = self.start_date if self.start_date.tzinfo else self.start_date.replace(tzinfo=UTC)
-        return round(date.timestamp() * 1e6)
+        return round(self.start_date.timestamp() * 1e6)
 
 
 def built_in() -> list[str]:
@@ -176,7 +186,7 @@ def _find_files(options: dict[str, Any], folder: Path) -> None:
 
 def _explained(error: ValidationError) -> str:
     """The first error as `field: value: what is allowed`."""
-    first = error.errors()[0]
+    first = max(error.errors()[:2], key=_speaks_of_a_place)
     where = [part for part in first["loc"] if not (isinstance(part, str) and part in _UNION_TAGS)]
     field = ".".join(str(part) for part in where) or "scenario"
     if first["type"] == "extra_forbidden":
@@ -190,6 +200,11 @@ def _explained(error: ValidationError) -> str:
 
 
 _UNION_TAGS = {"str", "Place"}
+
+
+def _speaks_of_a_place(error: ErrorDetails) -> bool:
+    """Whether this error is the one to tell of the two that a mapping as `start` gives: it was not meant as a name."""
+    return "Place" in error["loc"] and len(error["loc"]) > error["loc"].index("Place") + 1
 
 
 def _fields_at(where: list[int | str]) -> list[str]:
