@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.figure import Figure
 
 from sitl_emu.run import score
@@ -28,6 +29,9 @@ KIND_COLOURS = {
 }
 TRACK_COLOURS = ("#1565c0", "#6a1b9a", "#00838f", "#ad1457", "#4e342e")
 
+PHOTO_ALPHA = 0.55
+"""The ground is paled, so that tracks and marks are seen before it."""
+
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 table { border-collapse: collapse; margin: 1rem 0; } td, th { padding: .25rem .8rem; text-align: left; }
@@ -37,8 +41,8 @@ figure { display: inline-block; margin: 0 1rem 1rem 0; } figcaption { color: #66
 """
 
 
-def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any]) -> None:
-    """Write report.html from what lies in the run's folder."""
+def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: np.ndarray | None = None) -> None:
+    """Write report.html from what lies in the run's folder. `photo`: the outline from above, north up, uint8 RGB."""
     events = score.read_events(folder)
     names = sorted(path.stem.removeprefix("truth-") for path in folder.glob("truth-*.csv"))
     tracks = {name: score.read_track(folder, name) for name in names}
@@ -49,7 +53,12 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any]) -> None:
         "".join(f"<p>{html.escape(line)}</p>" for line in score.lines(summary)),
     ]
     if any(track.time_s for track in tracks.values()):
-        parts += ["<h2>Map</h2>", _image(_map(summary, truth, tracks)), "<h2>Heights</h2>", _image(_heights(tracks))]
+        parts += [
+            "<h2>Map</h2>",
+            _image(draw_map(summary, truth, tracks, photo)),
+            "<h2>Heights</h2>",
+            _image(_heights(tracks)),
+        ]
     if summary["targets"]:
         parts += ["<h2>Targets</h2>", _targets(summary["targets"]), _image(_errors(summary["targets"]))]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
@@ -57,13 +66,18 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any]) -> None:
     (folder / "report.html").write_text(f"{page}<style>{STYLE}</style><body>{''.join(parts)}</body></html>\n")
 
 
-def _map(summary: dict[str, Any], truth: dict[str, Any], tracks: dict[str, score.Track]) -> Figure:
+def draw_map(
+    summary: dict[str, Any], truth: dict[str, Any], tracks: dict[str, score.Track], photo: np.ndarray | None
+) -> Figure:
+    """Field, true tracks, what is really there, and what was reported."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     axes = figure.add_subplot()
     outline = truth.get("outline", [])
     if outline:
         north, east = zip(*[*outline, outline[0]], strict=True)
         axes.fill(east, north, color="#f4f1e4", zorder=0)
+        if photo is not None:
+            axes.imshow(photo, extent=(min(east), max(east), min(north), max(north)), alpha=PHOTO_ALPHA, zorder=0)
         axes.plot(east, north, color="#8d8468", linewidth=1, zorder=1)
     drawn = set[str]()
     for thing in truth.get("objects", []):

@@ -6,12 +6,15 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulator import Home
 from sitl_emu.world.wind import Wind
 
 KINDS = ("corn_field", "flat")
+PHOTO_GSD_M = 0.1
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 
 
@@ -66,6 +69,15 @@ def build(kind: str, seed: int, options: dict[str, Any]) -> World:
         truth: dict[str, Any] = {"outline": [], "objects": []}
         return World("flat", PX4_HOME, FlatGround(), places, Wind(), truth)
     return _corn_field(seed, options)
+
+
+def photo(world: World) -> np.ndarray | None:
+    """The world's outline from straight above, north up, uint8 RGB; None for a world that looks like nothing."""
+    if world.field is None:
+        return None
+    from sitl_emu.world.painter import orthophoto
+
+    return orthophoto(world.field, PHOTO_GSD_M)[:, :, ::-1]
 
 
 def _corn_field(seed: int, options: dict[str, Any]) -> World:
