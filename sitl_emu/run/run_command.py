@@ -33,7 +33,7 @@ def run_scenario(
     path = find(name_or_file)
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
-    check(scenario, path)
+    check(scenario, seed, path)
     launcher.check(scenario, first_instance)
     console = Console()
     folder = make_folder(out, scenario.name)
@@ -56,10 +56,10 @@ def run_scenario(
     return SUCCESS if summary["outcome"] == "success" else FAILED
 
 
-def check(scenario: Scenario, path: Path) -> None:
+def check(scenario: Scenario, seed: int, path: Path) -> None:
     """Raise ScenarioError for whatever names nothing that exists, before any process is started."""
     try:
-        world = worlds.build(scenario.world.kind, scenario.seed, scenario.world.options)
+        world = worlds.build(scenario.world.kind, seed, scenario.world.options)
     except worlds.WorldError as error:
         raise ScenarioError(f"{path}: world: {error}") from None
     for number, vehicle in enumerate(scenario.vehicles):

@@ -17,6 +17,7 @@ from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.run.trouble import Trouble
 
 SUFFIX = ".yaml"
+FARTHEST_M = 10_000.0
 LONGEST_RUN_S = 7 * 86400.0
 
 
@@ -33,9 +34,9 @@ class Part(BaseModel):
 class Place(Part):
     """Where a vehicle starts, from the world's origin; the heading is from north over east."""
 
-    north_m: float
-    east_m: float
-    heading_deg: float = 0.0
+    north_m: Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+    east_m: Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+    heading_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
 
 
 class CameraPart(Part):
@@ -90,6 +91,15 @@ class PeerRadio(Part):
     loss: Annotated[float, Field(ge=0, le=1)] = 0.0
     bandwidth_bit_s: Annotated[float, Field(gt=0)] = 250_000.0
     outages_s: list[tuple[float, float]] = []
+
+    @field_validator("outages_s")
+    @classmethod
+    def end_after_they_start(cls, outages: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """In simulated time since the start of the run."""
+        for start, end in outages:
+            if not 0.0 <= start < end:
+                raise ValueError(f"[{start:g}, {end:g}]: an outage is [start, end], 0 or more, the end after the start")
+        return outages
 
     def settings(self) -> RadioSettings:
         """The same for `core.radio`."""
@@ -194,6 +204,12 @@ def _explained(error: ValidationError) -> str:
     if first["type"] == "missing":
         return f"{field}: this field is missing"
     message = first["msg"].removeprefix("Value error, ")
+    if first["type"] in {"model_type", "model_attributes_type"}:
+        message = f"must be a mapping with the fields {', '.join(_fields_at(where))}"
+    elif first["type"] == "dict_type":
+        message = "must be a mapping"
+    elif "str" in first["loc"]:
+        message = "must be the name of a place, or {north_m: …, east_m: …, heading_deg: …}"
     value = first["input"]
     shown = repr(value) if not isinstance(value, dict) else "(mapping)"
     return f"{field}: {shown}: {message}"

@@ -3,6 +3,8 @@
 `corn_field` is the agriculture mission's; `flat` is a level plain without end, for flying without a mission.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -80,19 +82,43 @@ def photo(world: World) -> np.ndarray | None:
     return orthophoto(world.field, PHOTO_GSD_M)[:, :, ::-1]
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _are_two_numbers(value: object) -> bool:
+    return isinstance(value, list | tuple) and len(value) == 2 and all(map(_is_number, value))
+
+
+_CORN_FIELD_OPTIONS: dict[str, tuple[str, Callable[[object], bool]]] = {
+    "size_m": ("two numbers, north and east, such as [80, 80]", _are_two_numbers),
+    "targets": ("a whole number", _is_count),
+    "distractors": ("a whole number", _is_count),
+    "growth_stage": ("a whole number", _is_count),
+    "relief_m": ("a number", _is_number),
+}
+"""What `corn_field.build` takes, each with what it must be, in words and as a check."""
+
+
 def _corn_field(seed: int, options: dict[str, Any]) -> World:
     from sitl_emu.world import corn_field
 
-    allowed = [name for name in corn_field.build.__annotations__ if name not in ("seed", "return")]
-    for name in options:
-        if name not in allowed:
-            raise WorldError(f"world corn_field has no option {name!r}; it knows {', '.join(allowed)}")
+    for name, value in options.items():
+        if name not in _CORN_FIELD_OPTIONS:
+            raise WorldError(f"world corn_field has no option {name!r}; it knows {', '.join(_CORN_FIELD_OPTIONS)}")
+        allowed_value, fits = _CORN_FIELD_OPTIONS[name]
+        if not fits(value):
+            raise WorldError(f"world corn_field: {name}: {value!r}; must be {allowed_value}")
     wanted = dict(options)
     if "size_m" in wanted:
         wanted["size_m"] = tuple(wanted["size_m"])
     try:
         field = corn_field.build(seed, **wanted)
-    except (ValueError, TypeError) as error:
+    except ValueError as error:
         raise WorldError(f"world corn_field: {error}") from None
     home = Home(field.origin_lat_deg, field.origin_lon_deg, field.origin_alt_amsl_m, 0.0)
     objects = [

@@ -1,11 +1,14 @@
 """The command line: help that a first-time user understands, and one clear line for every wrong input."""
 
+import socket
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from sitl_emu.cli import app
+from sitl_emu.core import ports
 
 GOOD = """
 name: small
@@ -29,6 +32,10 @@ def test_help_names_every_command_and_where_to_start() -> None:
         assert word in text
 
 
+def test_the_version_is_the_installed_one() -> None:
+    assert call("--version") == (0, f"sitl-emu {metadata.version('sitl-emu')}")
+
+
 @pytest.mark.parametrize("command", ["run", "launch", "world"])
 def test_every_command_explains_itself(command: str) -> None:
     status, text = call(command, "--help")
@@ -47,6 +54,13 @@ def test_every_command_explains_itself(command: str) -> None:
         (("launch", "iris:many"), "iris:many: give MODEL or MODEL:COUNT"),
         (("launch", "iris", "--home", "47,8"), "--home 47,8: give LAT,LON,ALT,HEADING"),
         (("launch", "iris", "--home", "147,8,0,0"), "latitude is -90..90"),
+        (("launch", "iris", "--home", "47,8,0,inf"), "heading -360..360"),
+        (("launch", "iris:0"), "iris:0: give MODEL or MODEL:COUNT"),
+        (("launch", "iris:3", "rover:2", "--instance", "246"), "the last instance is 249"),
+        (("run", "agriculture", "--speed", "0"), "--speed 0: give a number above 0"),
+        (("run", "agriculture", "--seed", "-1"), "greater than or equal to 0"),
+        (("run", "agriculture", "--instance", "249"), "instances end at 249"),
+        (("run", "agriculture", "--instance", "9"), "would share UDP port 14549"),
         (("world", "moon", "--vehicle", "iris"), "there is no world 'moon'; known: corn_field, flat"),
         (("world", "flat", "--vehicle", "iriss"), "unknown vehicle model 'iriss'"),
     ],
@@ -71,7 +85,21 @@ def test_wrong_input_gives_one_line_that_says_what_is_allowed(arguments: tuple[s
         (("start: home}", "companion: {mission: farming}}"), "there is no mission 'farming'; there are:"),
         (("start: home}", "companion: {}}"), "companion: (mapping): give either `mission` or `command`"),
         (("start: home}", "camera: {mount: nose}}"), "camera.mount: 'nose': known: nadir, mast"),
+        (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9]}}"), "size_m: [9]; must be two numbers"),
+        (("{kind: corn_field}", "{kind: corn_field, options: {targets: many}}"), "targets: 'many'; must be a whole"),
+        (("{kind: corn_field}", "corn_field"), "world: 'corn_field': must be a mapping with the fields kind, options"),
+        (("start: home", "start: {north: 1}"), "vehicles.0.start.north_m: this field is missing"),
+        (("start: home", "start: {north_m: .nan, east_m: 0}"), "start.north_m: nan: Input should be a finite number"),
+        (("start: home", "start: [1, 2]"), "start: [1, 2]: must be the name of a place"),
+        (("start: home}", "companion: {command: []}}"), "companion.command: []: List should have at least 1 item"),
+        (("start: home}", "companion: {command: ./run.py}}"), "command: './run.py': Input should be a valid list"),
+        (("name: small", "name: small\ntime_limit_s: .inf"), "time_limit_s: inf: Input should be a finite number"),
+        (("name: small", "name: small\nstart_date: 1900-01-01"), "a date from 1970 to 2199"),
+        (("name: small", "name: small\npeer_radio: {outages_s: [[5, 1]]}"), "the end after the start"),
         (("name: small", "name: [small"), "not YAML"),
+        ((GOOD, ""), "a scenario is a mapping with the fields format, name"),
+        ((GOOD, "- uas"), "a scenario is a mapping with the fields format, name"),
+        ((GOOD, "\0"), "not YAML"),
     ],
 )
 def test_a_wrong_scenario_names_file_field_value_and_what_is_allowed(
@@ -83,6 +111,19 @@ def test_a_wrong_scenario_names_file_field_value_and_what_is_allowed(
     assert status == 2
     assert str(file) in text and wanted in text
     assert not (tmp_path / "run").exists()
+
+
+def test_a_scenario_that_can_not_start_leaves_no_folder(tmp_path: Path) -> None:
+    file, out = tmp_path / "scenario.yaml", tmp_path / "run"
+    file.write_text(GOOD.replace("start: home}", "companion: {command: [./no-such-program]}}"))
+    status, text = call("run", str(file), "--out", str(out), "--instance", "100")
+    assert status == 2 and "companion uas: can't start './no-such-program': there is no such program" in text
+    file.write_text(GOOD)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("0.0.0.0", ports.payload(100).local))
+        status, text = call("run", str(file), "--out", str(out), "--instance", "100")
+    assert status == 2 and f"UDP port {ports.payload(100).local}, which the payload link of vehicle uas" in text
+    assert not out.exists()
 
 
 def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
