@@ -57,6 +57,8 @@ class Link:
         """Datagrams ready to be sent; the owner of the socket empties it."""
         self.seen: set[tuple[int, int]] = set()
         """(system, component) of everybody heard on this link."""
+        self.heard_gcs = False
+        """A ground station's HEARTBEAT was heard on this link."""
         self.messages_sent = 0
         self.messages_received = 0
         self.bytes_sent = 0

@@ -84,7 +84,7 @@ class Mavlink:
             timesync.Timesync(),
             ping.Ping(self.system_id),
             system_time.SystemTime(),
-            statustext.StatusText(self.links, texts),
+            statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id),
             log_transfer.LogTransfer(self.system_id),
             event.Event(self.context, self.links, texts, self.system_id),

@@ -138,12 +138,22 @@ def test_force_arms_without_health_and_disarms_in_the_air(vehicle: FakeVehicle) 
     assert vehicle.result(ARM_DISARM, 0, 21196) == ACCEPTED
 
 
-def test_no_gps_denies_arming_and_is_told(vehicle: FakeVehicle) -> None:
+def test_no_gps_denies_arming_and_is_not_told(vehicle: FakeVehicle) -> None:
     vehicle.gps = False
     vehicle.run(8.0)
     assert vehicle.topics.vehicle_status.system_status == UNINIT
-    assert vehicle.take_texts() == ["Preflight: GPS fix too low"]
+    assert vehicle.take_texts() == []
     assert vehicle.arm() == TEMPORARILY_REJECTED
+
+
+def test_without_a_ground_station_it_arms_only_where_none_is_needed(vehicle: FakeVehicle) -> None:
+    vehicle.gcs = False
+    vehicle.run(20.0)
+    assert vehicle.topics.vehicle_status.system_status == STANDBY
+    vehicle.parameters.set("NAV_DLL_ACT", 2)
+    vehicle.run(3.0)
+    assert vehicle.topics.vehicle_status.system_status == UNINIT
+    assert vehicle.take_texts() == ["Preflight Fail: No connection to the GCS"]
 
 
 def test_dead_sensors_deny_arming(vehicle: FakeVehicle) -> None:

@@ -8,13 +8,14 @@ import pytest
 from autopilot.commands import CommandResult
 from autopilot.constants import Severity
 from autopilot.mavlink.services.parameter import parameter_hash
-from autopilot.topics import MissionResult, VehicleCommand
+from autopilot.topics import MissionResult, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only
 
 INT32, REAL32 = 6, 9
 GLOBAL, MISSION_FRAME, RELATIVE, RELATIVE_INT = 0, 2, 3, 6
 HOME_X, HOME_Y = 473977418, 85455939
+HEARTBEAT_OF_GCS = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)
 
 
 def param_set(name: str, value: float, kind: int) -> Any:
@@ -429,6 +430,8 @@ def test_ping_timesync_heartbeat() -> None:
 
 def test_texts_are_cut_into_chunks() -> None:
     peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
     peer.texts.say(Severity.CRITICAL, "x" * 50 + "yz")
     peer.texts.say(Severity.INFO, "short\t")
     chunks = only(peer.run(0.01), "STATUSTEXT")
@@ -438,6 +441,21 @@ def test_texts_are_cut_into_chunks() -> None:
         (False, 0, 6, 6),
     ]
     assert only(peer.received(GIMBAL), "STATUSTEXT") == []
+    assert only(peer.run(0.1), "STATUSTEXT") == []
+
+
+def test_texts_are_for_ground_stations_that_are_there() -> None:
+    peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
+    peer.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3), ONBOARD)
+    peer.texts.say(Severity.INFO, "heard")
+    assert [text.text for text in only(peer.run(0.01), "STATUSTEXT")] == ["heard"]
+    assert only(peer.received(ONBOARD), "STATUSTEXT") == []
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=True)
+    peer.texts.say(Severity.INFO, "not heard")
+    assert only(peer.run(0.01), "STATUSTEXT") == []
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
     assert only(peer.run(0.1), "STATUSTEXT") == []
 
 

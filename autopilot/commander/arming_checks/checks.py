@@ -137,4 +137,5 @@ def _settings(parameters: Parameters) -> Settings:
         com_arm_bat_min=float(parameters["COM_ARM_BAT_MIN"]),
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),
+        nav_dll_act=int(parameters["NAV_DLL_ACT"]),
     )

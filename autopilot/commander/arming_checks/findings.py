@@ -36,6 +36,7 @@ class Settings(NamedTuple):
     com_arm_bat_min: float
     com_arm_mis_req: int
     sys_has_gps: int
+    nav_dll_act: int
 
 
 class Findings:

@@ -10,6 +10,9 @@ LINK_TIMEOUT_US = 2_500_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """A ground station that was never there counts as lost, too."""
+    """A ground station that was never there counts as lost, too. With NAV_DLL_ACT it is needed for arming."""
     heard_us = topics.gcs_heartbeats.gcs_us
-    findings.gcs_connection_lost = heard_us == 0 or now_us - heard_us > settings.com_dl_loss_us + LINK_TIMEOUT_US
+    lost = heard_us == 0 or now_us - heard_us > settings.com_dl_loss_us + LINK_TIMEOUT_US
+    findings.gcs_connection_lost = lost
+    if lost and settings.nav_dll_act > 0:
+        findings.forbid_arming(0, "Preflight Fail: No connection to the GCS")

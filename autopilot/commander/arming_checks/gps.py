@@ -12,7 +12,7 @@ TOLD = "Preflight: GPS fix too low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """A missing or poor fix is told on the ground, and forbids arming where COM_ARM_WO_GPS says so."""
+    """A poor fix is told on the ground; it, or no GPS at all, forbids arming where COM_ARM_WO_GPS says so."""
     gps = topics.sensor_gps
     if not settings.sys_has_gps:
         return
@@ -25,5 +25,5 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         return
     if settings.com_arm_wo_gps == 0:
         findings.forbid_arming(0, TOLD.replace("Preflight:", "Preflight Fail:"))
-    elif settings.com_arm_wo_gps == 1:
+    elif settings.com_arm_wo_gps == 1 and not lost:
         findings.warn(0, TOLD)

@@ -8,7 +8,7 @@ from sitl_emu.core import dialect as mavlink
 
 
 class GcsHeartbeat:
-    """Writer of topics.gcs_heartbeats."""
+    """Writer of topics.gcs_heartbeats and of `Link.heard_gcs`."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
     HAS_TIMER = False
@@ -22,6 +22,7 @@ class GcsHeartbeat:
         heartbeats = self._topics.gcs_heartbeats
         if message.type == mavlink.MAV_TYPE_GCS:
             self._topics.gcs_heartbeats = heartbeats._replace(gcs_us=now_us)
+            link.heard_gcs = True
         elif message.type == mavlink.MAV_TYPE_ONBOARD_CONTROLLER:
             self._topics.gcs_heartbeats = heartbeats._replace(onboard_us=now_us)
 
