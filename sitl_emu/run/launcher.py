@@ -122,12 +122,27 @@ def check(scenario: Scenario, first_instance: int) -> None:
             program = vehicle.companion.command[0]
             if shutil.which(program) is None:
                 raise RunError(f"companion {vehicle.name}: can't start {program!r}: there is no such program")
+    _check_sharing(scenario, first_instance)
     _check_ports(scenario, first_instance)
+
+
+def _check_sharing(scenario: Scenario, first_instance: int) -> None:
+    """Raise RunError where two companions would listen on one port."""
+    of_companions = dict[int, str]()
+    for instance, vehicle in enumerate(scenario.vehicles, first_instance):
+        if vehicle.companion is None or "{connect}" not in "".join(vehicle.companion.command or ["{connect}"]):
+            continue
+        port = ports.onboard(instance).remote
+        if port in of_companions:
+            raise RunError(
+                f"the companions of {of_companions[port]} and {vehicle.name} would share UDP port {port}, as PX4 "
+                f"gives it to all instances above {MAX_OWN_OFFBOARD}: choose a smaller --instance"
+            )
+        of_companions[port] = vehicle.name
 
 
 def _check_ports(scenario: Scenario, first_instance: int) -> None:
     """Raise RunError naming the first port in use, who needs it and what to do about it."""
-    of_companions = dict[int, str]()
     for instance, vehicle in enumerate(scenario.vehicles, first_instance):
         needed = [
             (socket.SOCK_DGRAM, "0.0.0.0", ports.gcs(instance).local, "ground station link"),
@@ -137,14 +152,7 @@ def _check_ports(scenario: Scenario, first_instance: int) -> None:
             (socket.SOCK_STREAM, LOOPBACK, ports.simulator(instance), "simulator"),
         ]
         if vehicle.companion is not None and vehicle.companion.mission is not None:
-            port = ports.onboard(instance).remote
-            if port in of_companions:
-                raise RunError(
-                    f"the companions of {of_companions[port]} and {vehicle.name} would share UDP port {port}, as PX4 "
-                    f"gives it to all instances above {MAX_OWN_OFFBOARD}: choose a smaller --instance"
-                )
-            of_companions[port] = vehicle.name
-            needed.append((socket.SOCK_DGRAM, LOOPBACK, port, "companion"))
+            needed.append((socket.SOCK_DGRAM, LOOPBACK, ports.onboard(instance).remote, "companion"))
         for kind, address, port, user in needed:
             with socket.socket(socket.AF_INET, kind) as tried:
                 if kind == socket.SOCK_STREAM:
