@@ -218,7 +218,6 @@ class Eyes:
         self._found: deque[Found] = deque()
         self._stop = threading.Event()
         self.error: str | None = None
-        self.frames_seen = self.frames_looked_at = 0
         self._threads = [
             threading.Thread(target=self._detect, name="detector", daemon=True),
             threading.Thread(target=self._read, name="camera", daemon=True),
@@ -262,7 +261,6 @@ class Eyes:
             if frame is None:
                 self._stop.wait(0.002)
                 continue
-            self.frames_seen += 1
             self._frames.append((frame, time.monotonic_ns() // 1000))
             if self.source.clock == "file":
                 self._stop.wait(1 / 30)
@@ -274,7 +272,6 @@ class Eyes:
                 continue
             frame, gsd_m = self._wanted.popleft()
             detections = self._companion.detect(frame.image, gsd_m)
-            self.frames_looked_at += 1
             self._found.append(Found(frame, list(detections)))
 
 
@@ -395,7 +392,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help="an option of the mission")
     parser.add_argument("--log-dir", type=Path, help="folder for tlogs and events.jsonl")
     parser.add_argument(
-        "--keep-running", action="store_true", help="stay when the mission is done (a UGV always stays)"
+        "--exit-when-idle",
+        type=float,
+        metavar="SECONDS",
+        help="end when there was nothing more to do for so long (a UGV's companion waits for the next target instead)",
     )
     return parser.parse_args(arguments)
 

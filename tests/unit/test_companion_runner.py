@@ -1,8 +1,11 @@
 """The hardware runner: real sockets and clock, recorded frames, and what it says when it can't begin."""
 
+import os
+import signal
 import socket
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +137,36 @@ def test_what_keeps_it_from_beginning_is_told_in_one_line(
     told = capsys.readouterr().err
     assert text in told
     assert told.count("\n") == 1
+
+
+@pytest.fixture
+def signals_as_before() -> Iterator[None]:
+    """`main` takes SIGINT and SIGTERM."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("signals_as_before")
+def test_it_runs_until_somebody_stops_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ended = threading.Event()
+
+    def stop() -> None:
+        while not ended.wait(0.2):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    stopper = threading.Thread(target=stop)
+    stopper.start()
+    link = f"udpin:127.0.0.1:{free_port()}"
+    try:
+        assert main(["--mission", "agriculture-inspect", "--connect", link, "--log-dir", str(tmp_path)]) == 0
+    finally:
+        ended.set()
+        stopper.join()
+    assert capsys.readouterr().out.endswith("outcome: success\n")
+    assert (tmp_path / "autopilot.tlog").exists()
 
 
 def test_udpout_speaks_first_and_udpin_answers_whoever_spoke() -> None:
