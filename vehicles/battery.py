@@ -5,29 +5,17 @@ voltage per cell between empty and full along a lithium discharge curve (steep a
 voltage V = V_oc - R I, smoothed over 0.5 s of load (the slow part of the sag).
 `Px4Battery`: src/modules/simulation/battery_simulator of PX4 v1.18: while armed it loses its charge within
 SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the voltage is linear in the charge.
+Both may be read at any time: `voltage_v`, `current_a` (NaN: unknown), `remaining` 0..1.
 Not modelled: temperature, ageing, recovery beyond the sag's own.
 """
 
 import itertools
-from typing import Protocol
 
 from vehicles.description import Battery
 
 SAG_TIME_S = 0.5
 CURVE = ((0.0, 0.0), (0.05, 0.22), (0.15, 0.38), (0.40, 0.50), (0.60, 0.62), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0))
 """Charge against height of the cell's voltage between empty and full: a generic lithium-polymer discharge curve."""
-
-
-class BatteryModel(Protocol):
-    """voltage_v, current_a (NaN: unknown) and remaining 0..1 may be read at any time."""
-
-    voltage_v: float
-    current_a: float
-    remaining: float
-
-    def step(self, dt_s: float, power_w: float, armed: bool) -> None:
-        """Advance by `dt_s` at this power of the actuators."""
-        ...
 
 
 class LoadBattery:

@@ -122,8 +122,9 @@ SimulatorMessage = HilSensor | HilGps | DistanceSensor | HilStateQuaternion | Si
 
 HIL_SENSOR_LAYOUT = struct.Struct("<Q13fIB")
 HIL_GPS_LAYOUT = struct.Struct("<QiiiHHHhhhHBBBH")
-DISTANCE_SENSOR_HEAD = struct.Struct("<IHHHBBBBff4fB")
+DISTANCE_SENSOR_LAYOUT = struct.Struct("<IHHHBBBBff4fB")
 HIL_ACTUATOR_CONTROLS_LAYOUT = struct.Struct("<QQ16fB")
+CONTROLS = 16
 
 
 def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
@@ -131,9 +132,7 @@ def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
     if isinstance(message, HilSensor):
         return HilSensor._make(HIL_SENSOR_LAYOUT.unpack(HIL_SENSOR_LAYOUT.pack(*message)))
     if isinstance(message, DistanceSensor):
-        packed = DISTANCE_SENSOR_HEAD.pack(*message[:10], *message.quaternion, message.signal_quality)
-        values = DISTANCE_SENSOR_HEAD.unpack(packed)
-        return DistanceSensor._make((*values[:10], values[10:14], values[14]))
+        return unpack_distance(pack_distance(message))
     if isinstance(message, HilGps):
         return HilGps._make(HIL_GPS_LAYOUT.unpack(HIL_GPS_LAYOUT.pack(*message)))
     return message
@@ -141,10 +140,32 @@ def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
 
 def actuators_as_on_the_wire(message: HilActuatorControls) -> HilActuatorControls:
     """The record with its controls rounded to float32 and filled up to 16."""
-    controls = message.controls + (0.0,) * (16 - len(message.controls))
-    packed = HIL_ACTUATOR_CONTROLS_LAYOUT.pack(message.time_usec, message.flags, *controls, message.mode)
-    time_usec, flags, *rounded, mode = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(packed)
-    return HilActuatorControls(time_usec, flags, tuple(rounded), mode)
+    return unpack_controls(pack_controls(message))
+
+
+def pack_distance(message: DistanceSensor) -> bytes:
+    """The payload of DISTANCE_SENSOR."""
+    return DISTANCE_SENSOR_LAYOUT.pack(*message[:10], *message.quaternion, message.signal_quality)
+
+
+def unpack_distance(payload: bytes) -> DistanceSensor:
+    """The record of a whole payload."""
+    fields = DISTANCE_SENSOR_LAYOUT.unpack(payload)
+    return DistanceSensor._make((*fields[:10], fields[10:14], fields[14]))
+
+
+def pack_controls(message: HilActuatorControls) -> bytes:
+    """The payload of HIL_ACTUATOR_CONTROLS; controls that are not given are 0."""
+    controls = message.controls
+    if len(controls) < CONTROLS:
+        controls = controls + (0.0,) * (CONTROLS - len(controls))
+    return HIL_ACTUATOR_CONTROLS_LAYOUT.pack(message.time_usec, message.flags, *controls, message.mode)
+
+
+def unpack_controls(payload: bytes) -> HilActuatorControls:
+    """The record of a whole payload."""
+    fields = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(payload)
+    return HilActuatorControls(fields[0], fields[1], fields[2:18], fields[18])
 
 
 class ChannelClosed(Exception):

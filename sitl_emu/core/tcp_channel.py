@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from fastcrc import crc16
 
 from sitl_emu.core.simulator_api import (
-    DISTANCE_SENSOR_HEAD,
+    DISTANCE_SENSOR_LAYOUT,
     HIL_ACTUATOR_CONTROLS_LAYOUT,
     HIL_GPS_LAYOUT,
     HIL_SENSOR_LAYOUT,
@@ -30,6 +30,10 @@ from sitl_emu.core.simulator_api import (
     HilStateQuaternion,
     SimulatedBattery,
     SimulatorMessage,
+    pack_controls,
+    pack_distance,
+    unpack_controls,
+    unpack_distance,
 )
 
 HIL_STATE_QUATERNION_LAYOUT = struct.Struct("<Q4ffffiiihhhHHhhh")
@@ -58,15 +62,6 @@ class _Codec(NamedTuple):
     unpack: Callable[[bytes], Any]
 
 
-def _pack_distance(message: DistanceSensor) -> bytes:
-    return DISTANCE_SENSOR_HEAD.pack(*message[:10], *message.quaternion, message.signal_quality)
-
-
-def _unpack_distance(payload: bytes) -> DistanceSensor:
-    fields = DISTANCE_SENSOR_HEAD.unpack(payload)
-    return DistanceSensor._make((*fields[:10], fields[10:14], fields[14]))
-
-
 def _pack_truth(message: HilStateQuaternion) -> bytes:
     return HIL_STATE_QUATERNION_LAYOUT.pack(message.time_usec, *message.attitude_quaternion, *message[2:])
 
@@ -88,18 +83,6 @@ def _unpack_battery(payload: bytes) -> SimulatedBattery:
     return SimulatedBattery(sum(mv for mv in fields[3:13] if mv != NO_CELL), fields[13], fields[17])
 
 
-def _pack_controls(message: HilActuatorControls) -> bytes:
-    controls = message.controls
-    if len(controls) < 16:
-        controls = controls + (0.0,) * (16 - len(controls))
-    return HIL_ACTUATOR_CONTROLS_LAYOUT.pack(message.time_usec, message.flags, *controls, message.mode)
-
-
-def _unpack_controls(payload: bytes) -> HilActuatorControls:
-    fields = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(payload)
-    return HilActuatorControls(fields[0], fields[1], fields[2:18], fields[18])
-
-
 CODECS: dict[type, _Codec] = {
     HilSensor: _Codec(
         107,
@@ -115,10 +98,10 @@ CODECS: dict[type, _Codec] = {
         lambda message: HIL_GPS_LAYOUT.pack(*message),
         lambda payload: HilGps._make(HIL_GPS_LAYOUT.unpack(payload)),
     ),
-    DistanceSensor: _Codec(132, b"\x55", DISTANCE_SENSOR_HEAD.size, _pack_distance, _unpack_distance),
+    DistanceSensor: _Codec(132, b"\x55", DISTANCE_SENSOR_LAYOUT.size, pack_distance, unpack_distance),
     HilStateQuaternion: _Codec(115, b"\x04", HIL_STATE_QUATERNION_LAYOUT.size, _pack_truth, _unpack_truth),
     SimulatedBattery: _Codec(147, b"\x9a", BATTERY_STATUS_LAYOUT.size, _pack_battery, _unpack_battery),
-    HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, _pack_controls, _unpack_controls),
+    HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, pack_controls, unpack_controls),
 }
 _BY_ID = {codec.message_id: codec for codec in CODECS.values()}
 

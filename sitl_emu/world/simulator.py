@@ -153,10 +153,6 @@ class VehicleSimulator:
         if isinstance(self.battery, Px4Battery):
             self.battery.sim_bat_min_pct = percent
 
-    def start_messages(self) -> list[SimulatorMessage]:
-        """The first tick's messages, before the autopilot has answered anything."""
-        return self.tick(None)
-
     def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
         """Advance by 4 ms under these controls (None: none came, the last ones hold); HIL_SENSOR comes last."""
         if controls is not None:

@@ -121,3 +121,12 @@ def test_every_stream_can_be_requested(name: str) -> None:
     ack = only(replies, "COMMAND_ACK")[0]
     assert (ack.result == 0) == bool(only(replies, name))
     assert ack.result == (2 if name in NOT_YET else 0)
+
+
+def test_a_receiver_that_does_not_tell_its_accuracy_is_shown_without() -> None:
+    """Another simulator may send HIL_GPS with unknown DOP."""
+    peer = Peer()
+    peer.fly_and_run(0.5)
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(eph=float("nan"), epv=float("nan"))
+    message = only(peer.send(command_long(512, 24)), "GPS_RAW_INT")[0]
+    assert (message.h_acc, message.v_acc) == (0, 0)

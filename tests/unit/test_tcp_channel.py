@@ -138,7 +138,7 @@ def test_autopilot_gets_one_tick_at_a_time():
     simulator_end, autopilot_end = pair()
     try:
         simulator = VehicleSimulator(vehicles.load("iris"), HOME, 5, FlatGround())
-        first, second = simulator.start_messages(), simulator.tick(None)
+        first, second = simulator.tick(None), simulator.tick(None)
         simulator_end.send(first + second)
         assert autopilot_end.receive() == [as_on_the_wire(message) for message in first]
         assert autopilot_end.ready

@@ -47,7 +47,6 @@ def test_rates():
 
 def test_every_tick_ends_with_hil_sensor():
     simulator, _ = simulate("iris", 0)
-    assert isinstance(simulator.start_messages()[-1], HilSensor)
     for _ in range(100):
         *before, last = simulator.tick(None)
         assert isinstance(last, HilSensor)

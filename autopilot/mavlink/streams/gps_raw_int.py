@@ -40,9 +40,14 @@ def fields(now_us: int, context: Context) -> Fields | None:
         gps.fix_type,
         gps.satellites_used,
         altitude_mm,
-        round(gps.eph * 1000.0),
-        round(gps.epv * 1000.0),
+        _mm(gps.eph),
+        _mm(gps.epv),
         VELOCITY_ACCURACY_MM_S,
         0,
         0,
     )
+
+
+def _mm(accuracy_m: float) -> int:
+    """0 where a simulator does not tell its receiver's accuracy."""
+    return round(accuracy_m * 1000.0) if math.isfinite(accuracy_m) else 0
