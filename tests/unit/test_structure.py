@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -136,6 +137,14 @@ def test_conformance_tests_import_nothing_of_ours() -> None:
     for path in sorted((ROOT / "tests/conformance").glob("*.py")):
         ours = {name for name in imported(path) if name.split(".")[0] in ROOMS}
         assert not ours, f"{path.name} imports {sorted(ours)}"
+
+
+def test_the_wheel_carries_every_data_file() -> None:
+    """What lies in the packages beside code and READMEs goes with them."""
+    carried = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]["*"]
+    data = [path for room in ROOMS for path in (ROOT / room).rglob("*.*") if path.suffix not in (".py", ".pyc", ".md")]
+    left = [name_of(path) for path in data if not any(path.match(pattern) for pattern in carried)]
+    assert data and not left
 
 
 def test_generated_files_say_so_in_line_one() -> None:
