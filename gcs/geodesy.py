@@ -1,7 +1,8 @@
 """Between latitude/longitude and metres, for distances of a field.
 
-An equirectangular plane on PX4's sphere of 6 371 000 m: within 1 km of the reference it differs from PX4's azimuthal
-projection by less than a centimetre. Not for long ways or the poles.
+An equirectangular plane on PX4's sphere of 6 371 000 m: at 47 degrees of latitude it differs from PX4's azimuthal
+projection by 4 mm at 200 m from the reference, and by 10 cm at 1 km (it grows with the square of the distance). Not for
+long ways or the poles.
 """
 
 import math
