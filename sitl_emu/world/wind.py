@@ -5,7 +5,7 @@ length scale of MIL-F-8785C near the ground, standard deviation as given (vertic
 the world at a time, so all vehicles of one world may share one `Wind`; `at(time_us)` steps it by whole TICKs of
 simulated time and so does not depend on who asks how often.
 Directions: `north_m_s` is where the air moves to, not where the wind comes from. (PX4's SIH_WIND_N has the other sign:
-SIH adds it to the vehicle's velocity, so that +4 is air that moves south; `Simulator.sih_wind_n` follows PX4.)
+SIH adds it to the vehicle's velocity, so that +4 is air that moves south; `VehicleSimulator.sih_wind_n` follows PX4.)
 """
 
 import math
