@@ -25,6 +25,8 @@ from missions.companion.camera_model import CameraModel, camera_pose
 from missions.companion.detector import ClassicalDetector
 from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
+from sitl_emu.world.noise import GaussMarkov
+from vehicles.dynamics import from_euler
 
 MATCH_M = 2.5
 SPEED_M_S, RATE_HZ = 5.0, 15.0
@@ -42,32 +44,6 @@ class Score(NamedTuple):
     render_ms: float
     detect_ms: float
     frames: int
-
-
-class Wander:
-    """A first-order Gauss-Markov process."""
-
-    def __init__(self, rng: np.random.Generator, sigma: float, tau_s: float, dt_s: float) -> None:
-        self._rng, self._keep = rng, math.exp(-dt_s / tau_s)
-        self._kick = sigma * math.sqrt(1.0 - self._keep**2)
-        self.value = float(rng.normal(scale=sigma))
-
-    def step(self) -> float:
-        """The next value."""
-        self.value = self._keep * self.value + self._kick * float(self._rng.normal())
-        return self.value
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """(w, x, y, z), body to NED."""
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
 
 
 def survey(size_m: tuple[float, float], spacing_m: float, step_m: float) -> list[tuple[float, float, float]]:
@@ -89,11 +65,15 @@ def score(
     field = corn_field.build(seed, size_m)
     camera, detector = Camera(field, NADIR), ClassicalDetector()
     rng = np.random.Generator(np.random.PCG64([seed, 77]))
+
+    def draw() -> float:
+        return float(rng.normal())
+
     dt = every / RATE_HZ
-    roll, pitch = Wander(rng, 0.045, 1.0, dt), Wander(rng, 0.045, 1.0, dt)
-    gps_north, gps_east = Wander(rng, 0.35, 60.0, dt), Wander(rng, 0.35, 60.0, dt)
-    baro = Wander(rng, 0.4, 60.0, dt)
-    off = [Wander(rng, math.radians(s), 5.0, dt) for s in (0.7, 0.7, 1.5)]
+    roll, pitch = GaussMarkov(0.045, 1.0, dt, draw), GaussMarkov(0.045, 1.0, dt, draw)
+    gps_north, gps_east = GaussMarkov(0.35, 60.0, dt, draw), GaussMarkov(0.35, 60.0, dt, draw)
+    baro = GaussMarkov(0.4, 60.0, dt, draw)
+    off = [GaussMarkov(math.radians(s), 5.0, dt, draw) for s in (0.7, 0.7, 1.5)]
     model = CameraModel()
     tracker = confirmation.Confirmation(
         model, 0.0, inside=lambda north, east: 0.0 <= north <= size_m[0] and 0.0 <= east <= size_m[1]
@@ -105,12 +85,12 @@ def score(
         true = (roll.step(), pitch.step() - 0.05, yaw)
         believed = tuple(t + o.step() for t, o in zip(true, off, strict=True))
         t0 = time.thread_time()
-        image = camera.render(Pose(north, east, -height_m, quaternion(*true)), time_us)
+        image = camera.render(Pose(north, east, -height_m, from_euler(*true)), time_us)
         t1 = time.thread_time()
         detections = detector.detect(image, height_m / model.focal_px)
         render_s, detect_s = render_s + t1 - t0, detect_s + time.thread_time() - t1
         place = (north + gps_north.step(), east + gps_east.step(), -height_m + baro.step())
-        pose = camera_pose(place, quaternion(believed[0], believed[1], believed[2]), camera_model.NADIR)
+        pose = camera_pose(place, from_euler(believed[0], believed[1], believed[2]), camera_model.NADIR)
         tracker.update(time_us, pose, detections)
     tracker.finish()
     found: dict[int, confirmation.Target] = {}
@@ -156,7 +136,7 @@ def inspect(seed: int, verbose: bool) -> tuple[int, int, int, int]:
         tracker = confirmation.Confirmation(model, ground, settle=False)
         seen = []
         for i in range(6):
-            q = quaternion(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
+            q = from_euler(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
             image = camera.render(Pose(north, east, ground - 0.2, q), i * 66_667)
             pose = camera_pose((north, east, ground - 0.2), q, camera_model.MAST)
             gsd = camera_model.gsd_m(model, pose, ground)

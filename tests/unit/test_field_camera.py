@@ -11,17 +11,7 @@ from sitl_emu.world.camera import MAST, MOUNTS, NADIR, Camera, Intrinsics, Mount
 from sitl_emu.world.corn_field import CornField, build
 from sitl_emu.world.painter import Layers, orthophoto
 from sitl_emu.world.renderer import Renderer
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
+from vehicles.dynamics import from_euler
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +30,7 @@ def mast(field: CornField) -> Camera:
 
 
 def over(field: CornField, north: float, east: float, height: float, *angles: float) -> Pose:
-    return Pose(north, east, -field.terrain.height_m(north, east) - height, quaternion(*angles))
+    return Pose(north, east, -field.terrain.height_m(north, east) - height, from_euler(*angles))
 
 
 class _Marked(Renderer):
