@@ -1,12 +1,16 @@
 """`sitl-emu world` from outside: it serves the simulator API to an autopilot that connects, and ends with it."""
 
+import re
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
+from pymavlink import mavutil
 
+from autopilot.__main__ import AirframeError, make_autopilot
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, HilSensor
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
@@ -66,3 +70,50 @@ def test_an_autopilot_that_speaks_late_gets_sensors_all_the_same() -> None:
         assert channel.receive()
         channel.close()
         process.communicate(timeout=30)
+
+
+def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
+    instance = INSTANCE + 4
+    autopilot = [sys.executable, "-P", "-m", "autopilot", "--airframe", "vehicles/iris/airframe.json"]
+    world = [sys.executable, "-P", "-m", "sitl_emu", "world", "corn_field", "--vehicle", "iris", "--speed", "4"]
+    both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    with (
+        subprocess.Popen([*autopilot, "--instance", str(instance)], **both) as pilot,  # type: ignore[call-overload]
+        subprocess.Popen([*world, "--instance", str(instance)], **both) as simulator,  # type: ignore[call-overload]
+    ):
+        station = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(instance).local}", source_system=255)
+        until, result = time.monotonic() + 60.0, None
+        try:
+            while result != 0:
+                assert time.monotonic() < until and pilot.poll() is None and simulator.poll() is None
+                station.mav.heartbeat_send(6, 8, 0, 0, 4)
+                station.mav.command_long_send(ports.system_id(instance), 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+                ack = station.recv_match(type="COMMAND_ACK", blocking=True, timeout=0.5)
+                result = None if ack is None else ack.result
+        finally:
+            station.close()
+            pilot.terminate()
+            simulator_said, pilot_said = simulator.communicate(timeout=30)[0], pilot.communicate(timeout=30)[0]
+            simulator.terminate()
+    assert (pilot.returncode, simulator.returncode) == (0, 1)
+    assert f"waiting for a simulator on 127.0.0.1, TCP port {ports.simulator(instance)}" in pilot_said
+    assert "the world ends" in simulator_said and "Traceback" not in simulator_said + pilot_said
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (None, "No such file or directory"),
+        ("{", "not JSON"),
+        ("[]", "allowed: a JSON object of PX4 parameters"),
+        ('{"MPC_XY_P": "high"}', "MPC_XY_P: 'high'; allowed: a number"),
+        ('{"MPC_XY_PP": 1}', "MPC_XY_PP: PX4 has no such parameter"),
+    ],
+)
+def test_a_wrong_airframe_is_told(tmp_path: Path, text: str | None, wanted: str) -> None:
+    file = tmp_path / "airframe.json"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(AirframeError, match=re.escape(wanted)) as told:
+        make_autopilot(file, 0)
+    assert str(file) in str(told.value)

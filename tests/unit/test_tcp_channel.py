@@ -1,3 +1,4 @@
+import math
 import socket
 import threading
 
@@ -6,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vehicles
+from autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     ChannelClosed,
@@ -31,6 +33,7 @@ from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 
 HOME = Home(40.47, -86.99, 215.0, 30.0)
+ARM_TICK, AIRBORNE_TICK = 2500, 3750
 
 
 def unsigned(bits: int):
@@ -129,6 +132,38 @@ def test_memory_and_tcp_carry_identical_records(model):
     ends = pair()
     try:
         assert fly(memory.simulator, memory.autopilot) == fly(*ends)
+    finally:
+        for end in ends:
+            end.close()
+
+
+def test_the_autopilot_flies_identically_over_memory_and_tcp():
+    def fly(simulator_end, autopilot_end):
+        vehicle = vehicles.load("iris")
+        autopilot = Autopilot(vehicle.airframe, 0)
+        simulator = VehicleSimulator(vehicle, HOME, 5, FlatGround(), name="one")
+        ground = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+        takeoff = ground.command_long_encode(1, 1, mavlink.MAV_CMD_NAV_TAKEOFF, 0, *[math.nan] * 7)
+        arm = ground.command_long_encode(1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, 0, 0, 0, 0, 0, 0)
+        said = {ARM_TICK: takeoff.pack(ground) + arm.pack(ground)}
+        answer, log = None, []
+        for tick in range(AIRBORNE_TICK):
+            simulator_end.send(simulator.tick(answer))
+            if tick in said:
+                autopilot.on_datagram(0, said[tick])
+            autopilot_end.send(autopilot.step(autopilot_end.receive()))
+            for link in autopilot.mavlink.links:
+                link.outbox.clear()
+            answer = simulator_end.receive()
+            log.append(answer)
+        return log, simulator.pose()
+
+    memory = MemoryChannel()
+    ends = pair()
+    try:
+        log, pose = fly(memory.simulator, memory.autopilot)
+        assert pose.down_m < -0.5 and log[-1].controls[0] > 0.1, "it should be in the air"
+        assert (log, pose) == fly(*ends)
     finally:
         for end in ends:
             end.close()
