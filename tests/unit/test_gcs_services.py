@@ -242,6 +242,14 @@ def test_offboard_streams_for_a_second_before_it_asks_for_the_mode() -> None:
     assert sum(kind == "SET_POSITION_TARGET_LOCAL_NED" for _, kind in sent) == 40
 
 
+def test_an_offboard_place_ignores_all_but_itself() -> None:
+    place = on_the_wire(offboard.position_ned(1, 3.0, -2.0, -10.0), 255, 190)
+    assert (place.x, place.y, place.z, place.coordinate_frame) == (3.0, -2.0, -10.0, 1)
+    assert place.type_mask == 0b1101_1111_1000
+    turned = on_the_wire(offboard.position_ned(1, 3.0, -2.0, -10.0, yaw_rad=1.5), 255, 190)
+    assert (turned.type_mask, turned.yaw) == (0b1001_1111_1000, 1.5)
+
+
 def test_long_texts_travel_in_chunks() -> None:
     text = "Companion yields: pilot chose position, and this text is longer than fifty bytes, even twice"
     assembler = statustext.TextAssembler()
@@ -290,6 +298,23 @@ def test_telemetry_hears_its_own_autopilot_alone() -> None:
     assert (telemetry.system, telemetry.mode, telemetry.armed) == (3, "mission", True)
     telemetry.on_message(0, on_the_wire(mavlink.MAVLink_heartbeat_message(13, 12, 29, 0, 4, 3), 1, 1))
     assert telemetry.armed
+
+
+def test_telemetry_knows_battery_mission_and_lidar() -> None:
+    telemetry = Telemetry(1)
+    for msg in (
+        mavlink.MAVLink_sys_status_message(0, 0, 0x10000000, 0, 16000, -1, 87, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_mission_current_message(4),
+        mavlink.MAVLink_mission_item_reached_message(3),
+        mavlink.MAVLink_distance_sensor_message(1000, 20, 1200, 354, 0, 0, 25, 0),
+    ):
+        telemetry.on_message(0, on_the_wire(msg, 1, 1))
+    assert (telemetry.prearm_ok, telemetry.battery_percent) == (True, 87)
+    assert (telemetry.mission_current, telemetry.mission_reached) == (4, 3)
+    assert telemetry.lidar_m == pytest.approx(3.54)
+    nothing_in_range = mavlink.MAVLink_distance_sensor_message(1050, 20, 1200, 1201, 0, 0, 25, 0)
+    telemetry.on_message(0, on_the_wire(nothing_in_range, 1, 1))
+    assert telemetry.lidar_m is None
 
 
 def test_a_tlog_holds_big_endian_times_and_raw_frames(tmp_path: Path) -> None:
