@@ -59,8 +59,6 @@ CHANGING_CALLS = {
     "terminate",
 }
 """What a command's handler calls if the command has an effect; setting a topic is the other way."""
-NEVER_CONSUMED = {mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN}
-"""Accepted and passed on, but nobody takes it up."""
 RESULTS = {number: entry.name for number, entry in mavlink.enums["MAV_RESULT"].items()}
 
 
@@ -155,7 +153,7 @@ def _tree(module: ModuleType) -> ast.Module:
 
 def _commands() -> Iterator[str]:
     autopilot = Autopilot(vehicles.load(REFERENCES[0]).airframe, 0)
-    effective = _effective_handlers() - NEVER_CONSUMED
+    effective = _effective_handlers()
     effective |= message_interval.MessageInterval.COMMANDS | message_request.MessageRequest.COMMANDS
     answered = set(autopilot.commander.COMMANDS) | effective
     fixed: dict[str, list[int]] = {}
@@ -163,7 +161,8 @@ def _commands() -> Iterator[str]:
         fixed.setdefault("no ack" if result is None else RESULTS[result], []).append(number)
     computed = answered - effective - set(FIXED)
     yield "## Commands"
-    yield f"{len(effective)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(effective)}."
+    yield f"{len(effective)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(effective)}. "
+        "Reboot and shutdown work in `launch` and for an autopilot of its own, not in a `run`."
     yield (
         f"{len(answered) - len(effective)} more are answered as PX4 answers them, and nothing else happens. The answer "
         f"depends on state and parameters: {_named(computed)}."
