@@ -161,8 +161,10 @@ def _commands() -> Iterator[str]:
         fixed.setdefault("no ack" if result is None else RESULTS[result], []).append(number)
     computed = answered - effective - set(FIXED)
     yield "## Commands"
-    yield f"{len(effective)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(effective)}. "
+    yield (
+        f"{len(effective)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(effective)}. "
         "Reboot and shutdown work in `launch` and for an autopilot of its own, not in a `run`."
+    )
     yield (
         f"{len(answered) - len(effective)} more are answered as PX4 answers them, and nothing else happens. The answer "
         f"depends on state and parameters: {_named(computed)}."
