@@ -38,6 +38,8 @@ LONGEST_STEP_S = 0.1
 STEERING_FUNCTION, MOTOR_FUNCTION = 201, 101
 OUTPUTS = 16
 PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
+LATENCY_US = 80_000
+"""How long PX4's rover takes to act on another mode or triplet, as its drives show."""
 COURSE_AHEAD_M = 100.0
 """How far ahead the line lies that POSCTL drives along when the steering stick is centred."""
 AUTO = frozenset(
@@ -98,7 +100,10 @@ class RoverAckermannControl:
             self._stop(now_us)
             return
         local = topics.vehicle_local_position
-        nav_state = topics.vehicle_status.nav_state
+        status = topics.vehicle_status
+        nav_state = status.nav_state
+        if nav_state != self._nav_state and self._nav_state is not None:
+            nav_state = nav_state if now_us - status.nav_state_timestamp >= LATENCY_US else self._nav_state
         if nav_state != self._nav_state:
             self._nav_state = nav_state
             self._triplet = self._waypoint = self._offboard = self._target = self._course = None
@@ -130,7 +135,7 @@ class RoverAckermannControl:
             self._reference_timestamp = local.ref_timestamp
             self._projection = MapProjection(local.ref_lat, local.ref_lon)
             self._triplet = None
-        if triplet is self._triplet:
+        if triplet is self._triplet or self._updated_us - triplet.timestamp < LATENCY_US:
             return
         self._triplet = triplet
         current = triplet.current
