@@ -105,7 +105,7 @@ def run(wanted: Wanted, view: View) -> Ending:
         except Stopped:
             pass
         finally:
-            _end(children, FINISH_S if ending.figures and not ending.complaint else STOP_S)
+            _end(children, FINISH_S if ending.figures and not ending.figures["lost"] else STOP_S)
     return ending
 
 
@@ -263,7 +263,7 @@ def _start(wanted: Wanted, children: list[Child]) -> ControlChannel:
         "radio": scenario.peer_radio.settings()._asdict(),
         "speed": wanted.speed,
         "time_limit_s": scenario.time_limit_s,
-        "commands": [vehicle.name for vehicle, _ in commands],
+        "commands": [vehicle.name for vehicle, _ in commands if vehicle.companion and not vehicle.companion.background],
     }
     world_fds = [part["autopilot_fd"] for part in world_parts]
     world_fds += [part[key] for part in world_parts for key in ("companion_fd", "radio_fd") if part[key] is not None]
@@ -357,6 +357,8 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
                 continue
             if child.command:
                 told.add(child.title)
+                if status:
+                    ending.complaint = "\n".join(filter(None, (ending.complaint, _obituary(child))))
                 world.send({"command_ended": [child.title.removeprefix("companion "), status]})
             elif child.title != "world":
                 _blame(ending, children, f"{child.title} has ended")
@@ -396,7 +398,7 @@ def _obituary(child: Child) -> str:
     if status < 0:
         how = f"{child.title} (pid {child.process.pid}) was killed by {signal.Signals(-status).name}"
         return f"{how}; its log is {child.log}"
-    if status == EXIT_EXPLAINED and last:
+    if status == EXIT_EXPLAINED and last and not child.command:
         return f"{child.title}: {last[-1]}"
     said = "".join(f"\n  {line}" for line in last)
     how = f"{child.title} (pid {child.process.pid}) ended with exit status {status}"

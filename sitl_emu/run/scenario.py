@@ -57,12 +57,16 @@ class CompanionPart(Part):
     options: dict[str, Any] = {}
     inference_latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
     command: Annotated[list[str], Field(min_length=1)] | None = None
+    background: bool = False
+    """The run does not wait for this command to end, but ends it: a UGV's, say, that is at others' service."""
 
     @model_validator(mode="after")
     def one_of_them(self) -> "CompanionPart":
         """Either a mission or a command."""
         if (self.mission is None) == (self.command is None):
             raise ValueError("give either `mission` or `command`")
+        if self.background and self.command is None:
+            raise ValueError("`background` is for a `command`; a mission says itself when it is done")
         return self
 
 

@@ -5,6 +5,7 @@ The only process of a run that looks at a clock to pace it; all others follow. I
 """
 
 import math
+import signal
 import socket
 import time
 from pathlib import Path
@@ -171,7 +172,7 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str,
         if not over_us:
             if (ours or commands) and conductor.done and ended.keys() >= commands:
                 over_us = conductor.now_us + GRACE_US
-                failed = [f"companion {name}: exit status {status}" for name, status in ended.items() if status]
+                failed = [f"companion {name}: {_how(status)}" for name, status in ended.items() if status]
                 outcome = "; ".join(failed) or conductor.outcome
             elif conductor.now_us >= limit_us:
                 over_us, outcome = conductor.now_us, "time limit reached"
@@ -181,6 +182,10 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str,
             if control is not None:
                 control.send({"end": True})
     return outcome
+
+
+def _how(status: int) -> str:
+    return f"killed by {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
 
 
 class Stopwatch:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from pymavlink import mavutil
 
 from sitl_emu.core import ports
 from sitl_emu.run.score import WALL_CLOCK_KEYS
@@ -24,6 +25,18 @@ def assert_its_processes_end(run: Run) -> None:
     while run.children():
         assert time.monotonic() < until, f"still there: {run.children()}"
         time.sleep(0.05)
+
+
+def assert_logs_are_readable(folder: Path) -> None:
+    for line in (folder / "events.jsonl").read_text().splitlines():
+        json.loads(line)
+    for path in folder.glob("*-gcs.tlog"):
+        log = mavutil.mavlink_connection(str(path))
+        types = set[str]()
+        while (message := log.recv_match()) is not None:
+            types.add(message.get_type())
+        log.close()
+        assert types and "BAD_DATA" not in types
 
 
 def assert_nothing_is_left(run: Run) -> None:
@@ -76,6 +89,20 @@ def test_a_process_that_is_killed_is_named_and_the_rest_ends(tmp_path: Path, vic
         assert f"{named} (pid {children[victim]}) was killed by SIGKILL" in run.text
         assert json.loads((run.out / "summary.json").read_text())["outcome"].startswith(named)
         assert (run.out / "report.html").is_file() and (run.out / "uas-gcs.tlog").stat().st_size > 0
+        assert_logs_are_readable(run.out)
+        assert_nothing_is_left(run)
+
+
+def test_a_process_killed_while_the_run_starts_is_named_too(tmp_path: Path) -> None:
+    with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run") as run:
+        until = time.monotonic() + 30.0
+        while "camera_process ugv" not in (children := run.children()):
+            assert time.monotonic() < until and run.process.poll() is None, run.text
+            time.sleep(0.01)
+        os.kill(children["camera_process ugv"], signal.SIGKILL)
+        assert_its_processes_end(run)
+        assert run.wait(60) == 1
+        assert f"camera ugv (pid {children['camera_process ugv']}) was killed by SIGKILL" in run.text
         assert_nothing_is_left(run)
 
 
@@ -120,8 +147,20 @@ def test_any_command_may_be_a_companion_and_ends_the_run_when_it_ends(tmp_path: 
     with Run(tmp_path / "own.yaml", tmp_path / "run", "--speed", "5") as run:
         assert run.wait(60) == 1
     assert "outcome: companion uas: exit status 3" in run.text
+    assert f"its log {tmp_path / 'run/logs/companion-uas.log'} ends:" in run.text
     said = (tmp_path / "run/logs/companion-uas.log").read_text()
     assert f"udpin:127.0.0.1:{ports.onboard(FIRST_INSTANCE).remote}" in said and str(tmp_path / "run") in said
+
+
+def test_a_command_in_the_background_does_not_keep_a_run_from_its_end(tmp_path: Path) -> None:
+    uas = {"name": "uas", "model": "iris", "companion": {"command": ["sleep", "0.5"]}}
+    ugv = {"name": "ugv", "model": "rover", "start": {"north_m": 5.0, "east_m": 5.0}}
+    ugv["companion"] = {"command": ["sleep", "1000"], "background": True}
+    scenario = {"name": "own", "world": {"kind": "flat"}, "vehicles": [uas, ugv], "time_limit_s": LONG_S}
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(scenario))
+    with Run(tmp_path / "own.yaml", tmp_path / "run", "--speed", "5") as run:
+        assert run.wait(60) == 0, run.text
+        assert_nothing_is_left(run)
 
 
 def test_a_companion_command_that_is_not_there_is_named(tmp_path: Path) -> None:
