@@ -1,16 +1,15 @@
 """MAVLink 2 frames from field tuples, fast: struct formats prepared once per message.
 
 The layout of every message comes from the dialect's class tables (pymavlink's code), the frame from
-https://mavlink.io/en/guide/serialization.html. Output is byte-identical to pymavlink's `pack`. Fields come in *wire
+`sitl_emu.core.framing`. Output is byte-identical to pymavlink's `pack`. Fields come in *wire
 order* (as `ordered_fieldnames`), arrays flattened. Signing is left out, as in PX4 SITL without a key.
 """
 
 import struct
 from typing import Any
 
-from fastcrc import crc16
-
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core import framing
 
 AUTOPILOT_COMPONENT = 1
 EXTENSIONS = {
@@ -19,8 +18,6 @@ EXTENSIONS = {
     mavlink.MAVLINK_MSG_ID_MISSION_ACK: "I",
 }
 """Extension fields that PX4 sends and pymavlink's dialect lacks: the opaque ids of plans (mission, fence, rally)."""
-_mcrf4xx = crc16.mcrf4xx
-_CRC = struct.Struct("<H").pack
 
 
 class Codec:
@@ -35,14 +32,12 @@ class Codec:
         layout = struct.Struct(table.unpacker.format + EXTENSIONS.get(message_id, ""))
         self.pack = layout.pack
         self.size = layout.size
-        self.header_tail = bytes((system_id, AUTOPILOT_COMPONENT)) + message_id.to_bytes(3, "little")
+        self.header_tail = framing.header_tail(system_id, AUTOPILOT_COMPONENT, message_id)
         self.crc_extra = bytes((table.crc_extra,))
 
     def frame(self, payload: bytes, sequence: int) -> bytes:
         """A MAVLink 2 frame around a full-length payload, trailing zeros cut as the wire wants it."""
-        payload = payload.rstrip(b"\0") or b"\0"
-        body = bytes((len(payload), 0, 0, sequence)) + self.header_tail + payload
-        return b"\xfd" + body + _CRC(_mcrf4xx(body + self.crc_extra))
+        return framing.frame(payload, sequence, self.header_tail, self.crc_extra)
 
 
 class Encoder:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from fastcrc import crc16
 
+from sitl_emu.core.framing import frame, header_tail
 from sitl_emu.core.simulator_api import (
     DISTANCE_SENSOR_LAYOUT,
     HIL_ACTUATOR_CONTROLS_LAYOUT,
@@ -110,23 +111,16 @@ class Framer:
     """MAVLink 2 frames from records, and records from a stream of bytes; no socket in here."""
 
     def __init__(self, system: int, component: int) -> None:
-        self._system, self._component = system, component
+        self._tails = {record: header_tail(system, component, codec.message_id) for record, codec in CODECS.items()}
         self._sequence = 0
         self._buffer = bytearray()
 
     def encode(self, message: SimulatorMessage | HilActuatorControls) -> bytes:
         """One frame, its payload without trailing zeros, as MAVLink 2 has it."""
-        codec = CODECS[type(message)]
-        payload = codec.pack(message).rstrip(b"\0") or b"\0"
-        body = b"".join(
-            (
-                bytes((len(payload), 0, 0, self._sequence, self._system, self._component)),
-                codec.message_id.to_bytes(3, "little"),
-                payload,
-            )
-        )
-        self._sequence = (self._sequence + 1) & 0xFF
-        return b"".join((b"\xfd", body, _crc(body + codec.crc_extra).to_bytes(2, "little")))
+        record, sequence = type(message), self._sequence
+        codec = CODECS[record]
+        self._sequence = (sequence + 1) & 0xFF
+        return frame(codec.pack(message), sequence, self._tails[record], codec.crc_extra)
 
     def decode(self, data: bytes) -> list[SimulatorMessage | HilActuatorControls]:
         """The records that these bytes complete, in order; the rest is kept for later."""
