@@ -1,4 +1,4 @@
-"""The ground side: the client half of every MAVLink service, plan files, telemetry logs.
+"""The ground side: the client half of the MAVLink services, plan files, telemetry logs.
 
 Each service is a state machine on time that is handed to it: `on_message(now_us, msg)` and `on_time(now_us)` return the
 messages to send (pymavlink messages of `sitl_emu.core.dialect`); retries and time limits live inside; `outcome` or
