@@ -1,6 +1,8 @@
 """The command line: `sitl-emu run`, `launch` and `world`. Whatever a command needs is imported when it is called."""
 
 import math
+import os
+import sys
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -126,7 +128,7 @@ def launch(
             math.inf if factor is None else factor,
             launching.PX4_HOME if place is None else Home(*place),
             station,
-            lambda text: typer.echo(text),
+            _say,
         )
     except vehicles.VehicleError as error:
         _refuse(str(error))
@@ -152,10 +154,20 @@ def world(
     from sitl_emu.run.trouble import Trouble
 
     try:
-        status = serve_world(name, wanted, instance, seed, factor, lambda text: typer.echo(text))
+        status = serve_world(name, wanted, instance, seed, factor, _say)
     except Trouble as error:
         _refuse(str(error))
     raise typer.Exit(status)
+
+
+def _say(text: str) -> None:
+    """To standard output; once nobody reads it any more (`| head`, a full disk), to nobody."""
+    try:
+        typer.echo(text)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def _refuse(text: str) -> NoReturn:

@@ -38,8 +38,12 @@ def run_scenario(
     console = Console()
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
-    (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
-    _write_plans(scenario, seed, folder)
+    try:
+        (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
+        _write_plans(scenario, seed, folder)
+    except OSError as error:
+        text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
+        raise Trouble(f"{text}; name another place with --out") from None
     wanted = launcher.Wanted(scenario, seed, speed, folder, gcs, first_instance)
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:

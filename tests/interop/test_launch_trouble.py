@@ -5,6 +5,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -114,3 +115,17 @@ def test_a_port_in_use_is_named_with_the_remedy() -> None:
             said = process.stdout.read()
             assert f"UDP port {gcs_port(0)}" in said
             assert "--instance" in said
+
+
+def test_vehicles_fly_on_when_nobody_can_read_what_is_printed() -> None:
+    command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "iris", "--instance", str(INSTANCE)]
+    with Path("/dev/full").open("w") as full, subprocess.Popen(command, stdout=full, stderr=subprocess.PIPE) as process:
+        link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(0)}", source_system=255)
+        with contextlib.closing(link):
+            end, heard = time.monotonic() + 30.0, None
+            while heard is None and time.monotonic() < end and process.poll() is None:
+                link.mav.heartbeat_send(6, 8, 0, 0, 4)
+                heard = link.recv_match(type="HEARTBEAT", blocking=True, timeout=0.5)
+        process.terminate()
+        assert process.stderr is not None
+        assert (process.stderr.read(), process.wait(GONE_LIMIT_S), heard is None) == (b"", 0, False)

@@ -1,5 +1,7 @@
 """The command line: help that a first-time user understands, and one clear line for every wrong input."""
 
+import errno
+import os
 import socket
 from importlib import metadata
 from pathlib import Path
@@ -136,3 +138,14 @@ def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "scenario.yaml").write_text(GOOD)
     status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "scenario.yaml" / "run"))
     assert status == 2 and "can't write there" in text and "--out" in text
+
+
+def test_a_disk_that_is_full_at_once_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: Path, *_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self))
+
+    (tmp_path / "scenario.yaml").write_text(GOOD)
+    monkeypatch.setattr(Path, "write_text", full)
+    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "run"), "--instance", "100")
+    assert status == 2
+    assert f"can't write {tmp_path / 'run/scenario.yaml'}: No space left on device; name another place" in text
