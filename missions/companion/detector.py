@@ -36,12 +36,18 @@ CELL_PX = 3
 """Pixels at `WORK_GSD_M` along a cell's side."""
 WINDOWS = (3, 5, 9, 23)
 """Sides of the windows that features are means over, in cells; the last is the surroundings."""
+ROW_PITCH_M = 0.75
+ROW_PITCH_SLACK = (0.72, 1.4)
+"""How much shorter or longer the rows' pitch may look, where the ground is not at the height that was taken."""
+ROW_WINDOW_M = 4.2
+"""Side of the window that the rows' place is judged in: wider than a patch, so that the rows around it tell."""
 _DISCS = tuple(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)) for side in (5, 7))
 DEFAULT_GSD_M = 15.0 / 320.0
 """From 15 m, with 640 pixels over 90 degrees: taken when no distance is given."""
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.42, 3.2
 PEAK, EDGE = 0.5, 0.3
 """Smoothed probability a blob must reach somewhere, and that which bounds it."""
+FEATURES = 90
 
 
 class Detection(NamedTuple):
@@ -68,10 +74,8 @@ class Detector(Protocol):
 
 
 class Weights(NamedTuple):
-    """The classifier: features are (x - mean) / scale, then one hidden layer of rectified units, then softmax."""
+    """The classifier: one hidden layer of rectified units on the features as they come, then softmax."""
 
-    mean: Maps
-    scale: Maps
     hidden: Maps
     hidden_bias: Maps
     out: Maps
@@ -83,8 +87,8 @@ def load_weights(path: Path = WEIGHTS) -> Weights:
     """Weights from their JSON file; ValueError if they don't fit these features."""
     stored = json.loads(path.read_text())
     weights = Weights(*(np.asarray(stored[name], np.float32) for name in Weights._fields))
-    if weights.hidden.shape[0] != len(weights.mean):
-        raise ValueError(f"{path}: {weights.hidden.shape[0]} rows of weights for {len(weights.mean)} features")
+    if weights.hidden.shape[0] != FEATURES:
+        raise ValueError(f"{path}: {weights.hidden.shape[0]} rows of weights for {FEATURES} features")
     return weights
 
 
@@ -94,6 +98,44 @@ def reduce(image: Image, gsd_m: float) -> Image:
     size = (max(24, round(image.shape[1] * scale)), max(24, round(image.shape[0] * scale)))
     how = cv2.INTER_AREA if scale < 0.5 else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(image, size, interpolation=how), np.uint8)
+
+
+def rows_wave(leaf: Maps) -> Maps:
+    """Where the rows stand in a reduced picture: about 1 on a row, -1 midway between two, 0 where there are none.
+
+    The strongest wave of about a row's pitch in the whole picture tells direction and pitch; how the leaves around a
+    place fit that wave (demodulation) tells its phase there, so that tilt and hills bend it.
+    """
+    step = 2
+    tall, wide = leaf.shape[0] // step, leaf.shape[1] // step
+    half = cv2.resize(leaf, (wide, tall), interpolation=cv2.INTER_AREA)
+    half -= cv2.blur(half, (9, 9), borderType=cv2.BORDER_REFLECT_101)
+    spectrum = np.abs(np.fft.rfft2(half * _hann(tall, wide)))
+    allowed, fy, fx = _row_frequencies(tall, wide, step)
+    best = int(allowed[np.argmax(spectrum.ravel()[allowed])])
+    angle_y = np.arange(tall, dtype=np.float32) * np.float32(2.0 * np.pi * fy[best // len(fx)])
+    angle_x = np.arange(wide, dtype=np.float32) * np.float32(2.0 * np.pi * fx[best % len(fx)])
+    carrier = np.exp(1j * angle_y).astype(np.complex64)[:, None] * np.exp(1j * angle_x).astype(np.complex64)[None, :]
+    low = (half * carrier.conj()).view(np.float32).reshape(tall, wide, 2)
+    side = int(ROW_WINDOW_M / (WORK_GSD_M * step)) | 1
+    low = cv2.blur(low, (side, side), borderType=cv2.BORDER_REFLECT_101)
+    amplitude = cv2.magnitude(np.ascontiguousarray(low[..., 0]), np.ascontiguousarray(low[..., 1]))
+    wave = (low[..., 0] * carrier.real - low[..., 1] * carrier.imag) / (amplitude + np.float32(0.02))
+    return np.asarray(cv2.resize(wave, leaf.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
+
+
+@cache
+def _hann(tall: int, wide: int) -> Maps:
+    return np.outer(np.hanning(tall), np.hanning(wide)).astype(np.float32)
+
+
+@cache
+def _row_frequencies(tall: int, wide: int, step: int) -> tuple[npt.NDArray[np.intp], Maps, Maps]:
+    """Flat indices into a half spectrum of the waves that rows may make, and its frequencies in cycles a pixel."""
+    fy, fx = np.fft.fftfreq(tall).astype(np.float32), np.fft.rfftfreq(wide).astype(np.float32)
+    pitch_m = WORK_GSD_M * step / np.maximum(np.hypot(fy[:, None], fx[None, :]), 1e-6)
+    fits = (pitch_m > ROW_PITCH_M * ROW_PITCH_SLACK[0]) & (pitch_m < ROW_PITCH_M * ROW_PITCH_SLACK[1])
+    return np.flatnonzero(fits.ravel()), fy, fx
 
 
 def features(work: Image) -> Maps:
@@ -111,7 +153,14 @@ def features(work: Image) -> Maps:
     # What of the green is wider than a row's leaves: a patch between the rows stays, rows go.
     byte = (leaf * np.float32(255.0)).astype(np.uint8)
     opened = [cv2.morphologyEx(byte, cv2.MORPH_OPEN, disc).astype(np.float32) / np.float32(255.0) for disc in _DISCS]
-    maps = (leaf, greenness, warmth, bright, sharp, leaf * leaf, dry, dry * leaf, bright * bright, *opened)
+    # The same of the dry: residue lies broad, sick leaves stand in a row.
+    byte = (dry * np.float32(255.0)).astype(np.uint8)
+    opened.append(cv2.morphologyEx(byte, cv2.MORPH_OPEN, _DISCS[0]).astype(np.float32) / np.float32(255.0))
+    wave = rows_wave(leaf)
+    by_row = (leaf * wave, dry * wave, np.abs(wave))
+    # The leaves' own colour and texture, however much soil lies between them.
+    of_leaf = (leaf * warmth, leaf * bright, leaf * sharp, leaf * dry)
+    maps = (leaf, greenness, warmth, bright, sharp, dry, *of_leaf, *opened, *by_row)
     size = (work.shape[1] // CELL_PX, work.shape[0] // CELL_PX)
     cells = cv2.merge([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in maps])
     # How unlike its neighbours a cell's cover is: rows alternate, a patch does not.
@@ -124,11 +173,12 @@ def features(work: Image) -> Maps:
 def probabilities(cells: Maps, weights: Weights) -> Maps:
     """(rows, columns, 3): probability of neither, weed, disease."""
     rows, columns, count = cells.shape
-    x = (cells.reshape(-1, count) - weights.mean) / weights.scale
-    hidden = np.maximum(x @ weights.hidden + weights.hidden_bias, 0.0)
+    hidden = cells.reshape(-1, count) @ weights.hidden
+    hidden += weights.hidden_bias
+    np.maximum(hidden, 0.0, out=hidden)
     logits = hidden @ weights.out + weights.out_bias
     logits -= logits.max(axis=1, keepdims=True)
-    odds = np.exp(logits)
+    odds = np.exp(logits, out=logits)
     return np.asarray((odds / odds.sum(axis=1, keepdims=True)).reshape(rows, columns, -1), np.float32)
 
 
