@@ -79,6 +79,8 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
         if vehicle.camera is not None and world.field is None:
             raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
         if vehicle.companion is not None and vehicle.companion.mission is not None:
+            if vehicle.camera is None:
+                raise ScenarioError(f"{where}.camera: missing; mission {vehicle.companion.mission} looks at its frames")
             try:
                 with tempfile.TemporaryDirectory() as folder:
                     options = plans.written(vehicle.companion.options, world, Path(folder) / "field.plan")

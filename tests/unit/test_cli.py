@@ -84,7 +84,11 @@ def test_wrong_input_gives_one_line_that_says_what_is_allowed(arguments: tuple[s
         (("{kind: corn_field}", "{kind: corn_field, options: {siz_m: 1}}"), "no option 'siz_m'; it knows size_m"),
         (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9, 9]}}"), "must be 60 to 400 m"),
         (("name: small", "seed: -1\nname: small"), "seed: -1: Input should be greater than or equal to 0"),
-        (("start: home}", "companion: {mission: farming}}"), "there is no mission 'farming'; there are:"),
+        (
+            ("start: home}", "camera: {mount: nadir}, companion: {mission: farming}}"),
+            "there is no mission 'farming'; there are:",
+        ),
+        (("start: home}", "companion: {mission: agriculture-inspect}}"), "vehicles.0.camera: missing; mission"),
         (("start: home}", "companion: {}}"), "companion: (mapping): give either `mission` or `command`"),
         (("start: home}", "camera: {mount: nose}}"), "camera.mount: 'nose': known: nadir, mast"),
         (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9]}}"), "size_m: [9]; must be two numbers"),
