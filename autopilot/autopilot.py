@@ -49,7 +49,7 @@ class Autopilot:
         self.commander = Commander(*shared, self.dataman, self.texts.say)
         self.navigator = Navigator(*shared, self.dataman, self.texts.say)
         self.flight_modes = FlightModes(*shared)
-        self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared)
+        self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.say)
         self.commands = VehicleCommands((self.commander, self.navigator))
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance)
         self.mavlink.mission.set_current = self.navigator.set_current_mission_item

@@ -3,7 +3,8 @@
 PX4's land_detector (src/modules/land_detector, v1.18). A multicopter goes ground_contact -> maybe_landed -> landed,
 each held for a time; the times are PX4's 0.35, 0.25 and 0.3 s, three times as long where a distance to ground was
 measured before and is not now. Limits: LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX. A rover is in the air, as
-PX4 sees it, 0.5 s after arming, and landed within NAV_ACC_RAD of its home in a return, or whenever it is told to land.
+PX4 sees it, once it was armed for 0.5 s; in a return, armed or not, it is so but within NAV_ACC_RAD of its home; it is
+landed whenever it is told to land.
 Free fall (throw launch) and LNDMC_ALT_GND's ground effect are left out.
 """
 
@@ -20,7 +21,7 @@ LOW_THRUST_SHARE, MINIMAL_THRUST_SHARE = 0.3, 0.1
 """Between MPC_THR_MIN (0) and hover (1): below, the vehicle can't be flying."""
 LAND_SPEED_SHARE = 0.9
 CLOSE_TO_GROUND_M = 1.0
-ROVER_IN_AIR_AFTER_US = 500_000
+ROVER_IN_AIR_S = 0.5
 GYRO_WEIGHT = 0.2
 
 
@@ -48,6 +49,7 @@ class LandDetector:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
+        self._rover_in_air = Held(False)
         self._rates = (0.0, 0.0, 0.0)
         self._measures_distance = False
 
@@ -114,15 +116,16 @@ class LandDetector:
         return abs(fx) > limit or abs(fy) > limit or abs(fz) > limit
 
     def _rover_landed(self, now_us: int) -> bool:
+        return not self._rover_in_air.update(now_us, not self._rover_is_down(), ROVER_IN_AIR_S)
+
+    def _rover_is_down(self) -> bool:
         topics = self._topics
-        status = topics.vehicle_status
-        if not topics.actuator_armed.armed:
+        nav_state = topics.vehicle_status.nav_state
+        if nav_state == NavState.AUTO_LAND:
             return True
-        if status.nav_state == NavState.AUTO_LAND:
-            return True
-        if status.nav_state == NavState.AUTO_RTL:
+        if nav_state == NavState.AUTO_RTL:
             target, place = topics.position_setpoint_triplet.current, topics.vehicle_global_position
-            if target.valid and place.valid:
-                away = distance_m(place.lat, place.lon, target.lat, target.lon)
-                return away < self._parameters["NAV_ACC_RAD"]
-        return now_us - status.armed_time < ROVER_IN_AIR_AFTER_US
+            if not target.valid or not place.valid:
+                return False
+            return distance_m(place.lat, place.lon, target.lat, target.lon) < self._parameters["NAV_ACC_RAD"]
+        return not topics.actuator_armed.armed

@@ -23,7 +23,7 @@ from autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US = 100_000
-NAVIGATOR_COMMAND_LATENCY_US = 60_000
+NAVIGATOR_COMMAND_LATENCY_US = 80_000
 """So that a mission that ends with a command ends first: its RTL item leads over HOLD to RTL."""
 MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3

@@ -10,11 +10,13 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 """
 
 import math
+from collections.abc import Callable
 
-from autopilot.constants import NavState, TakeoffState
+from autopilot.constants import NavState, Severity, TakeoffState
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
 from autopilot.control.mc_att_control import rates_setpoint
+from autopilot.control.mc_parameters import constrain
 from autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
@@ -62,8 +64,9 @@ class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
     hover_thrust_estimate and actuator_outputs."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        self._topics, self._parameters = topics, parameters
+    def __init__(self, topics: Topics, parameters: Parameters, say: Callable[[Severity, str], None]) -> None:
+        """`say(severity, text)` tells the ground."""
+        self._topics, self._parameters, self._say = topics, parameters, say
         self._takeoff = TakeoffHandling()
         self._position = PositionControl()
         self._rate = RateControl()
@@ -88,6 +91,7 @@ class MulticopterControl:
         def three(name: str) -> Vector3:
             return get(name.format("ROLL")), get(name.format("PITCH")), get(name.format("YAW"))
 
+        constrain(self._parameters, self._say)
         self._version = self._parameters.version
         self._gains = PositionControlGains(
             get("MPC_XY_P"),

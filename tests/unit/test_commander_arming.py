@@ -38,6 +38,13 @@ def test_sys_status_bits_are_those_of_px4_when_ready(vehicle: FakeVehicle) -> No
     assert (report.present, report.enabled, report.health) == (50380847, 50446383, 320915519)
 
 
+def test_a_rover_has_no_motor_outputs_to_show() -> None:
+    rover = FakeVehicle("rover")
+    rover.run(3.0)
+    report = rover.topics.health_report
+    assert (report.present, report.enabled, report.health) == (50348079, 50413615, 320915519)
+
+
 def test_arm_and_disarm_by_command(vehicle: FakeVehicle) -> None:
     assert vehicle.arm() == ACCEPTED
     assert vehicle.arm() == ACCEPTED

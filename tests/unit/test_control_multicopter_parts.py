@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autopilot.constants import TakeoffState
+from autopilot.constants import Severity, TakeoffState
 from autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
 from autopilot.control.mc_att_control import rates_setpoint
+from autopilot.control.mc_parameters import constrain
 from autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
@@ -24,6 +25,7 @@ from autopilot.control.mc_rate_control import RateControl
 from autopilot.control.multicopter import output_channels
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.alignment import from_euler
+from autopilot.parameters import Parameters
 from autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
 
 G = 9.80665
@@ -335,3 +337,17 @@ def test_hover_thrust_keeps_within_its_range() -> None:
     for _ in range(2000):
         estimator.update(0.0, 0.15, 0.016, 0.0036, 3.0, 0.2)
     assert estimator.hover_thrust == pytest.approx(0.3)
+
+
+def test_speeds_are_lowered_to_the_speeds_that_limit_them() -> None:
+    parameters = Parameters("multicopter", {})
+    said: list[tuple[Severity, str]] = []
+    constrain(parameters, lambda severity, text: said.append((severity, text)))
+    assert said == []
+    parameters.set("MPC_XY_VEL_MAX", 4.0)
+    constrain(parameters, lambda severity, text: said.append((severity, text)))
+    assert (parameters["MPC_XY_CRUISE"], parameters["MPC_VEL_MANUAL"]) == (4.0, 4.0)
+    assert said == [
+        (Severity.CRITICAL, "Cruise speed has been constrained by max speed\t"),
+        (Severity.CRITICAL, "Manual speed has been constrained by max speed\t"),
+    ]

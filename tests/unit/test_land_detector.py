@@ -130,7 +130,7 @@ def test_a_rover_is_in_the_air_half_a_second_after_arming() -> None:
     detector.update(0)
     assert topics.vehicle_land_detected.landed
     topics.actuator_armed = ActuatorArmed(True)
-    topics.vehicle_status = topics.vehicle_status._replace(armed=True, armed_time=1_000_000)
+    detector.update(1_000_000)
     detector.update(1_480_000)
     assert topics.vehicle_land_detected.landed
     detector.update(1_500_000)
@@ -149,5 +149,14 @@ def test_a_rover_is_in_the_air_half_a_second_after_arming() -> None:
 def test_a_rover_lands_when_told_to_or_back_home(nav_state: NavState, north_deg: float, landed: bool) -> None:
     topics, detector = rover(nav_state, north_deg)
     topics.actuator_armed = ActuatorArmed(True)
+    detector.update(9_500_000)
     detector.update(10_000_000)
     assert topics.vehicle_land_detected.landed is landed
+
+
+def test_a_disarmed_rover_that_is_to_return_counts_as_in_the_air() -> None:
+    topics, detector = rover(NavState.AUTO_RTL, 0.01)
+    detector.update(0)
+    assert topics.vehicle_land_detected.landed
+    detector.update(500_000)
+    assert not topics.vehicle_land_detected.landed

@@ -43,7 +43,7 @@ from autopilot.commander.arming_checks.findings import (
 from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
 from autopilot.constants import NavState, Severity
 from autopilot.parameters import Parameters
-from autopilot.topics import FailsafeFlags, HealthReport, Topics
+from autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
 CHECKS: tuple[Check, ...] = (
@@ -63,10 +63,10 @@ CHECKS: tuple[Check, ...] = (
     system.check,
 )
 REPORT_INTERVAL_US = 2_000_000
-PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | MOTOR_OUTPUTS | LOGGING | BATTERY
-ENABLED = PRESENT | RC_RECEIVER
+PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | LOGGING | BATTERY
+"""Of every vehicle; a rover has no MOTOR_OUTPUTS, which are healthy for all that."""
 DIFFERENTIAL_PRESSURE = 0x10
-ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | AHRS | RC_RECEIVER
+ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER
 
 
 class HealthAndArmingChecks:
@@ -95,12 +95,14 @@ class HealthAndArmingChecks:
         can_run = runnable_modes(flags)
         can_arm = 0 if findings.arming_forbidden else can_run & ~PREVENT_ARMING_MODES
         nav_state = topics.vehicle_status.nav_state
+        present = PRESENT if topics.vehicle_status.vehicle_type == "rover" else PRESENT | MOTOR_OUTPUTS
         health = (PRESENT | ALWAYS_HEALTHY) & ~findings.unhealthy
         if can_arm >> nav_state & 1:
             health |= PREARM_CHECK
             self._ever_passed = True
         topics.failsafe_flags = flags
-        topics.health_report = HealthReport(now_us, _present(flags), ENABLED, health, can_arm, can_run)
+        sticks = 0 if flags.manual_control_signal_lost else RC_RECEIVER
+        topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
         self._report(now_us, findings)
 
     def can_arm(self, nav_state: NavState) -> bool:
@@ -120,10 +122,6 @@ class HealthAndArmingChecks:
                 self._told.add(text)
                 self._told_us = now_us
                 self._say(severity, text)
-
-
-def _present(flags: FailsafeFlags) -> int:
-    return PRESENT if flags.manual_control_signal_lost else PRESENT | RC_RECEIVER
 
 
 def _settings(parameters: Parameters) -> Settings:
