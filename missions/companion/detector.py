@@ -4,15 +4,17 @@
 
 `ClassicalDetector` uses OpenCV and a very small classifier. A picture is reduced to a fixed ground sampling distance,
 so that a patch looks alike from 20 m and from a mast. Per pixel it takes greenness (excess green, Woebbecke et al.
-1995), warmth (red over blue), brightness and fine texture, and what morphology leaves of the green once rows are opened
-away. Their means over windows of 0.2 to 2 m of ground, less those of the surroundings (5 m), so that light matters
-little, are the features of one cell of ground, 0.2 m wide. A two-layer perceptron makes of them the probabilities of
-weed, disease and neither; its weights, trained on fields of other seeds than those it is judged on, lie in
-`detector_weights.json` (`tools/train_detector.py` makes them). Cells join to blobs; a blob of a target's size is a
-detection, its score the mean probability of its heart. So colour alone decides nothing: window means see where green
-stands between rows, how mottled it is and how far it reaches.
+1995), warmth (red over blue), brightness and fine texture, the same of the leaves alone, what morphology leaves of the
+green and of the dry once rows are opened away, and both weighed by where the rows stand (`rows_wave`): weeds and
+residue lie between rows too, sick corn stands in them. The means of these over windows of 0.2 to 2 m of ground, less
+those of the surroundings (5 m), so that light matters little, are the features of one cell of ground, 0.2 m wide. A
+two-layer perceptron makes of them the probabilities of weed, disease and neither; its weights, trained on fields of
+other seeds than those it is judged on, lie in `detector_weights.json` (`python tools/train_detector.py` makes them).
+Cells join to blobs; a blob of a target's size is a detection, its score the mean probability of its heart.
+`tools/score_detector.py` measures it, and holds the figures.
 
-It does not know species, nor stages of corn far from V5 to V8, nor a closed canopy.
+It does not know species, nor stages of corn far from V5 to V8, nor a closed canopy; it is weakest on weed patches less
+than 1 m across at V8, where the rows all but close.
 """
 
 import json
@@ -48,6 +50,7 @@ MIN_DIAMETER_M, MAX_DIAMETER_M = 0.42, 3.2
 PEAK, EDGE = 0.5, 0.3
 """Smoothed probability a blob must reach somewhere, and that which bounds it."""
 FEATURES = 90
+"""Of a cell: 18 maps, each over itself and the windows."""
 
 
 class Detection(NamedTuple):
