@@ -27,15 +27,19 @@ from typing import Any, NamedTuple, Protocol
 
 import cv2
 
+from gcs.heartbeat import Heartbeat
 from gcs.tlog import TlogWriter
 from missions.companion.camera import CameraError, CameraSource, Frame, RecordedFrames, open_camera
 from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Outgoing
 from missions.companion.detector import Detection
+from missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
 from missions.companion.wire import Wire
 from missions.registry import NAMES, MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
 
 STEP_S = 0.02
+STRANGER = 255
+"""The system that we speak as until our vehicle's is known."""
 OFFSET_WINDOW_US = 10_000_000
 STATUS_EVERY_US = 5_000_000
 DEFAULT_BAUD = 921600
@@ -290,6 +294,7 @@ class Runner:
         self.camera_latency_us = camera_latency_us
         self.wires = {name: Wire() for name in ports}
         self.clock = BootClock()
+        self._knock = Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER)
         self._logs = {name: TlogWriter(log_dir / f"{name}.tlog") for name in ports} if log_dir is not None else {}
         self._events = (log_dir / "events.jsonl").open("w") if log_dir is not None else None
         self._told_us, self._told = 0, ""
@@ -309,6 +314,9 @@ class Runner:
                     self._send(self.companion.on_message(now_us, name, msg))
         if self.eyes is not None:
             self._look(now_us, self.eyes)
+        if not self.companion.system_id:
+            # An autopilot that was sent nothing does not know where we are: it speaks to its standing port alone.
+            self._send([(AUTOPILOT_LINK, msg) for msg in self._knock.on_time(now_us)])
         self._send(self.companion.on_time(now_us))
         self._tell(now_us)
 
@@ -350,7 +358,7 @@ class Runner:
     def _send(self, outgoing: Outgoing) -> None:
         for name, msg in outgoing:
             if name in self.ports:
-                self.wires[name].system = self.companion.system_id
+                self.wires[name].system = self.companion.system_id or STRANGER
                 frame = self.wires[name].encode(msg)
                 self._log(name, frame)
                 self.ports[name].send(frame)

@@ -169,6 +169,22 @@ def test_it_runs_until_somebody_stops_it(tmp_path: Path, capsys: pytest.CaptureF
     assert (tmp_path / "autopilot.tlog").exists()
 
 
+def test_a_companion_on_udpout_knocks_until_its_vehicle_is_known() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        vehicle.settimeout(5.0)
+        port = open_port(f"udpout:127.0.0.1:{vehicle.getsockname()[1]}")
+        runner = Runner(Watcher(), {AUTOPILOT_LINK: port}, None, None, 0)
+        runner.step()
+        data, companion = vehicle.recvfrom(2048)
+        knock = Wire().decode(data)[0]
+        assert (knock.get_type(), knock.get_srcSystem(), knock.get_srcComponent()) == ("HEARTBEAT", 255, 191)
+        vehicle.sendto(Wire(3, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3)), companion)
+        runner.step()
+        assert Wire().decode(vehicle.recv(2048))[0].get_srcSystem() == 3
+        runner.close()
+
+
 def test_udpout_speaks_first_and_udpin_answers_whoever_spoke() -> None:
     port = free_port()
     server, client = open_port(f"udpin:127.0.0.1:{port}"), open_port(f"udpout:127.0.0.1:{port}")
