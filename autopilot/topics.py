@@ -498,13 +498,6 @@ class OrbitStatus(NamedTuple):
     yaw_behaviour: int = 0
 
 
-class PositionControllerStatus(NamedTuple):
-    """Writer: the rover's position control, which takes corners; the navigator reads its acceptance radius."""
-
-    timestamp: int = 0
-    acceptance_radius: float = NAN
-
-
 class Topics:
     """The present record of every topic; one slot each, each with one writer."""
 
@@ -543,7 +536,6 @@ class Topics:
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
         self.orbit_status = OrbitStatus()
-        self.position_controller_status = PositionControllerStatus()
         self.vehicle_commands: tuple[CommandRecord, ...] = ()
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
         self.navigator_commands: tuple[CommandRecord, ...] = ()

@@ -24,7 +24,6 @@ from autopilot.control.rover_control import (
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     ActuatorOutputs,
-    PositionControllerStatus,
     PositionSetpoint,
     PositionSetpointTriplet,
     Topics,
@@ -67,7 +66,7 @@ class Target(NamedTuple):
 
 
 class RoverAckermannControl:
-    """Writer of actuator_outputs and position_controller_status for a rover."""
+    """Writer of actuator_outputs for a rover."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
@@ -156,9 +155,7 @@ class RoverAckermannControl:
         cruising = current.cruising_speed if current.cruising_speed > 0.0 else self._speed_limit
         cruising = min(cruising, self._speed_limit)
         leaving = 0.0 if stops else min(arrival_speed(angle, self._full_throttle_speed, self._reduction), cruising)
-        acceptance_m = self._corner_acceptance(angle)
-        self._target = Target(place, start, leaving, cruising, acceptance_m)
-        self._topics.position_controller_status = PositionControllerStatus(self._updated_us, acceptance_m)
+        self._target = Target(place, start, leaving, cruising, current.acceptance_radius)
 
     def _fly_offboard(self, local: VehicleLocalPosition, speed: float, dt_s: float) -> tuple[float, float]:
         setpoint = self._topics.offboard_setpoint.trajectory
@@ -304,14 +301,6 @@ class RoverAckermannControl:
             return None
         return self._projection.project(setpoint.lat, setpoint.lon)
 
-    def _corner_acceptance(self, angle_rad: float) -> float:
-        """Distance at which a corner counts as reached: the smallest circle then touches both legs (RA_ACC_RAD_*)."""
-        if math.isnan(angle_rad) or self._corner_gain <= 0.0 or self._corner_max_m <= self._acceptance_m:
-            return self._acceptance_m
-        radius = self._wheel_base / max(math.sin(self._max_angle), 1e-3)
-        cut = self._corner_gain * radius / max(math.tan(0.5 * angle_rad), 1e-3)
-        return max(self._acceptance_m, min(self._corner_max_m, cut))
-
     def _refresh(self) -> None:
         parameters = self._parameters
         self._version = parameters.version
@@ -319,7 +308,6 @@ class RoverAckermannControl:
         self._wheel_base = max(get("RA_WHEEL_BASE"), 1e-3)
         self._max_angle = max(get("RA_MAX_STR_ANG"), 1e-3)
         self._steering_rate = math.radians(get("RA_STR_RATE_LIM")) / self._max_angle
-        self._corner_gain, self._corner_max_m = get("RA_ACC_RAD_GAIN"), get("RA_ACC_RAD_MAX")
         self._acceptance_m = get("NAV_ACC_RAD")
         self._speed_limit = max(get("RO_SPEED_LIM"), 0.0)
         self._speed_threshold = get("RO_SPEED_TH")

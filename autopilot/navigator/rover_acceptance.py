@@ -1,7 +1,8 @@
 """How near a rover has to come to a waypoint: as near as its turning circle lets it cut the corner.
 
 PX4's rover_ackermann AckermannAutoMode::updateAcceptanceRadius (v1.18): RA_ACC_RAD_GAIN times the distance from the
-corner at which the smallest turning circle touches both legs, between NAV_ACC_RAD and RA_ACC_RAD_MAX.
+corner at which the smallest turning circle touches both legs, between NAV_ACC_RAD and RA_ACC_RAD_MAX. PX4 works it out
+in the controller and tells the navigator; here the navigator does, and the triplet tells the controller.
 """
 
 import math

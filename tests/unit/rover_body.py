@@ -43,13 +43,13 @@ class RoverBody:
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state, vehicle_type="rover")
         self.publish(0.0)
 
-    def go(self, *points: tuple[float, float], speed: float = -1.0) -> None:
+    def go(self, *points: tuple[float, float], speed: float = -1.0, acceptance_m: float = math.nan) -> None:
         """Publish the triplet: (north, east) of current, or previous and current, or previous, current and next."""
         setpoints = []
         for point in points:
             lat, lon = HOME.reproject(*point)
             setpoints.append(PositionSetpoint(self.now_us, True, SetpointType.POSITION, lat, lon, 488.0,
-                                              cruising_speed=speed))  # fmt: skip
+                                              acceptance_radius=acceptance_m, cruising_speed=speed))  # fmt: skip
         if len(setpoints) == 1:
             setpoints.insert(0, PositionSetpoint())
         if len(setpoints) == 2:
