@@ -147,7 +147,11 @@ def world(
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other field and noise.")] = 1,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
 ) -> None:
-    """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C."""
+    """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
+
+    It starts when every vehicle's autopilot has connected, and ends when one leaves. Our own autopilot connects too:
+    `python -P -m autopilot --help`.
+    """
     wanted, factor = _wanted(vehicle, instance), _speed(speed)
 
     from sitl_emu.run.serve_world import serve_world

@@ -35,8 +35,10 @@ def serve_world(
     try:
         described = [vehicles.load(model) for model in models]
         listeners = [SimulatorListener(ports.simulator(instance + place)) for place in range(len(models))]
-    except (vehicles.VehicleError, OSError) as error:
+    except vehicles.VehicleError as error:
         raise Trouble(str(error)) from None
+    except OSError as error:
+        raise Trouble(error.strerror or str(error)) from None
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt

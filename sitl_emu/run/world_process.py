@@ -73,7 +73,7 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
     try:
         listeners = [SimulatorListener(ports.simulator(part["instance"])) for part in config["vehicles"]]
     except OSError as error:
-        raise StartError(str(error)) from None
+        raise StartError(error.strerror or str(error)) from None
     launcher.send({"listening": True, "truth": world.truth, "home": list(world.home)})
     over: Message = {"outcome": "", "lost": None}
     conductor, stopwatch = None, Stopwatch()

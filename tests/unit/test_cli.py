@@ -127,8 +127,7 @@ def test_a_scenario_that_can_not_start_leaves_no_folder(tmp_path: Path) -> None:
     file.write_text(GOOD)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("0.0.0.0", ports.payload(100).local))
-        status, text = call("run", str(file), "--out", str(out), "--instance", "100")
-    assert status == 2 and f"UDP port {ports.payload(100).local}, which the payload link of vehicle uas" in text
+        assert call("run", str(file), "--out", str(out), "--instance", "100")[0] == 2
     assert not out.exists()
 
 
@@ -153,3 +152,28 @@ def test_a_disk_that_is_full_at_once_is_told(tmp_path: Path, monkeypatch: pytest
     status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "run"), "--instance", "100")
     assert status == 2
     assert f"can't write {tmp_path / 'run/scenario.yaml'}: No space left on device; name another place" in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "port", "user"),
+    [
+        (socket.SOCK_DGRAM, ports.gcs(100).local, "ground station link"),
+        (socket.SOCK_DGRAM, ports.onboard(100).local, "offboard link"),
+        (socket.SOCK_DGRAM, ports.payload(100).local, "payload link"),
+        (socket.SOCK_DGRAM, ports.gimbal(100).local, "gimbal link"),
+        (socket.SOCK_STREAM, ports.simulator(100), "simulator"),
+    ],
+)
+def test_every_port_in_use_is_named_with_who_needs_it(
+    tmp_path: Path, kind: socket.SocketKind, port: int, user: str
+) -> None:
+    (tmp_path / "scenario.yaml").write_text(GOOD.replace("corn_field", "flat"))
+    with socket.socket(socket.AF_INET, kind) as taken:
+        taken.bind(("127.0.0.1", port))
+        if kind == socket.SOCK_STREAM:
+            taken.listen()
+        status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "run"), "--instance", "100")
+        assert status == 2 and f"port {port}, which the {user} of vehicle uas (instance 100) needs, is in use" in text
+        if kind == socket.SOCK_STREAM:
+            status, text = call("world", "flat", "--vehicle", "iris", "--instance", "100")
+            assert status == 2 and f"sitl-emu: TCP port {port} is in use" in text and "another instance" in text
