@@ -16,7 +16,7 @@ import pytest
 from pymavlink import mavutil
 
 URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
-INSTANCE = 6
+INSTANCE = 8
 READY_LIMIT_S = 60.0
 REPLY_LIMIT_S = 3.0
 STANDBY = 3

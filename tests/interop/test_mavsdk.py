@@ -37,10 +37,11 @@ def system(request: pytest.FixtureRequest) -> Iterator[System]:
     """A launched vehicle as MAVSDK sees it."""
     model, instance = request.param
     station = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    with launched(model, "--instance", str(instance), "--speed", SPEED), Mavsdk(station) as mavsdk:
+    with launched(model, "--instance", str(instance), "--speed", SPEED) as process, Mavsdk(station) as mavsdk:
         mavsdk.add_any_connection(f"udpin://0.0.0.0:{14540 + instance}")
         found = mavsdk.first_autopilot(timeout_s=30.0)
         assert found is not None
+        assert process.poll() is None  # it is this one that MAVSDK found
         yield found
 
 
