@@ -49,12 +49,14 @@ def main(url: str) -> None:
     custom_mode, mission = 1, (4, 4)  # PX4's AUTO.MISSION
     link.mav.command_long_send(*me, mavlink.MAV_CMD_DO_SET_MODE, 0, custom_mode, *mission, 0, 0, 0, 0)
     link.mav.command_long_send(*me, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, 0, 0, 0, 0, 0, 0)
-    flying = False
+    flying, reached = False, -1
     while True:
         link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
         msg = link.recv_match(type=["MISSION_ITEM_REACHED", "STATUSTEXT", "HEARTBEAT"], blocking=True)
         if msg.get_type() == "MISSION_ITEM_REACHED":
-            print(f"item {msg.seq} reached")
+            if msg.seq != reached:  # PX4 says it again for ten seconds
+                print(f"item {msg.seq} reached")
+            reached = msg.seq
         elif msg.get_type() == "STATUSTEXT":
             print(msg.text)
         elif msg.get_srcComponent() == 1:
