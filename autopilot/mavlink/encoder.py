@@ -5,6 +5,7 @@ The layout of every message comes from the dialect's class tables (pymavlink's c
 order* (as `ordered_fieldnames`), arrays flattened. Signing is left out, as in PX4 SITL without a key.
 """
 
+import re
 import struct
 from typing import Any
 
@@ -23,17 +24,23 @@ EXTENSIONS = {
 class Codec:
     """One message of one sender: payload packer, end of the header, CRC_EXTRA."""
 
-    __slots__ = ("crc_extra", "header_tail", "id", "pack", "size")
+    __slots__ = ("_layout", "crc_extra", "header_tail", "id", "size")
 
     def __init__(self, message_id: int, system_id: int) -> None:
         """Raises KeyError for a message that the dialect does not know."""
         table: Any = mavlink.mavlink_map[message_id]
         self.id = message_id
-        layout = struct.Struct(table.unpacker.format + EXTENSIONS.get(message_id, ""))
-        self.pack = layout.pack
-        self.size = layout.size
+        self._layout = struct.Struct(table.unpacker.format + EXTENSIONS.get(message_id, ""))
+        self.size = self._layout.size
         self.header_tail = framing.header_tail(system_id, AUTOPILOT_COMPONENT, message_id)
         self.crc_extra = bytes((table.crc_extra,))
+
+    def pack(self, *fields: Any) -> bytes:
+        """The full-length payload. A whole number that its field can't hold wraps around, as it does in PX4's C++."""
+        try:
+            return self._layout.pack(*fields)
+        except struct.error:
+            return self._layout.pack(*_wrapped(self._layout.format, fields))
 
     def frame(self, payload: bytes, sequence: int) -> bytes:
         """A MAVLink 2 frame around a full-length payload, trailing zeros cut as the wire wants it."""
@@ -54,3 +61,24 @@ class Encoder:
         if codec is None:
             codec = self._codecs[message_id] = Codec(message_id, self.system_id)
         return codec
+
+
+BITS = {"b": 8, "B": 8, "h": 16, "H": 16, "i": 32, "I": 32, "q": 64, "Q": 64}
+
+
+def _wrapped(layout: str, fields: tuple[Any, ...]) -> list[Any]:
+    """The fields with whole numbers wrapped to what the layout's places hold; what is no number stays as it is."""
+    places = [
+        code
+        for count, code in re.findall(r"(\d*)([a-zA-Z])", layout)
+        for _ in range(1 if code == "s" else int(count or 1))
+    ]
+    wrapped = []
+    for code, value in zip(places, fields, strict=True):
+        bits = BITS.get(code)
+        if bits is not None and isinstance(value, int):
+            value &= (1 << bits) - 1
+            if code.islower() and value >> (bits - 1):
+                value -= 1 << bits
+        wrapped.append(value)
+    return wrapped

@@ -55,3 +55,9 @@ def test_extension_fields_follow_the_dialects() -> None:
 def test_an_empty_payload_keeps_one_byte() -> None:
     codec = Encoder(1).codec(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE)
     assert codec.frame(codec.pack(0, 0), 0)[1] == 1
+
+
+def test_a_number_too_large_for_its_field_wraps_as_in_c() -> None:
+    codec = Encoder(1).codec(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT)
+    payload = codec.pack(1, 2, 3, 4, 5, 40_000, -40_000, 0, 36_000)
+    assert struct.unpack("<Iiiiihhhh"[:-1] + "H", payload)[5:7] == (40_000 - 65_536, 65_536 - 40_000)
