@@ -7,6 +7,11 @@ wandering roll and pitch; the pose the companion believes is off by a slow GPS e
 of attitude (0.7 degrees) and heading (1.5). Printed for each seed: targets found, labels right, false confirmations,
 geolocation error, CPU per frame. `--mast`: the rover's look at each object instead.
 Exits 1 if fewer than 90 % are found, more than one in ten fields has a false one, or the RMSE exceeds 1.5 m.
+
+Measured with `--every 3` and the weights that `tools/train_detector.py` made (seeds 100 to 159; thresholds chosen on
+dense fields of seeds 302 to 311): seeds 1 to 10, 40/40 found and labelled right, none false, 0.53 m RMSE; seeds 400 to
+409, 38/40 (missed: weed patches of 0.4 and 0.5 m radius), none false, 0.47 m. From the mast, seeds 300 to 309 (on which
+its threshold was chosen): 35/40 confirmed, 6/180 distractors taken for one.
 """
 
 import argparse

@@ -30,6 +30,8 @@ CONSECUTIVE = 3
 CONFIRM_SCORE = 0.5
 REPORT_SCORE = 0.72
 HIT_SHARE = 0.7
+STILL_SCORE = STILL_HIT_SHARE = 0.6
+"""The same for a vehicle that stands before what another has found: few frames, all from one side."""
 SETTLED_RAD = math.radians(60.0)
 LEAST_SPREAD_RAD = math.radians(20.0)
 """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
@@ -126,8 +128,8 @@ class Confirmation:
     """Feed it every frame's detections with the camera's pose; it returns what is new.
 
     `ground_down_m` is the prior for the ground's height (home's, down from the poses' origin). `settle` False reports a
-    target as soon as 3 frames confirm it: for a vehicle that stands still. `inside(north_m, east_m)` tells whether a
-    place is of interest.
+    target as soon as 3 frames confirm it, at a lower score: for a vehicle that stands still.
+    `inside(north_m, east_m)` tells whether a place is of interest.
     """
 
     def __init__(
@@ -140,6 +142,7 @@ class Confirmation:
     ) -> None:
         self._camera, self._ground_down_m = camera, ground_down_m
         self._settle, self._inside = settle, inside
+        self._least_score, self._least_share = (REPORT_SCORE, HIT_SHARE) if settle else (STILL_SCORE, STILL_HIT_SHARE)
         self._tracks: list[_Track] = []
         self._last_id = 0
 
@@ -218,7 +221,7 @@ class Confirmation:
             if track.confirmed and (
                 not self._settle or track.place.spread_rad >= (LEAST_SPREAD_RAD if gone else SETTLED_RAD)
             ):
-                steady = track.hits >= HIT_SHARE * track.expected and track.score >= REPORT_SCORE
+                steady = track.hits >= self._least_share * track.expected and track.score >= self._least_score
                 if steady and (self._inside is None or self._inside(track.point[0], track.point[1])):
                     track.reported = True
                     new.append(track.target())
