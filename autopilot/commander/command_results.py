@@ -65,6 +65,3 @@ FIXED: dict[int, int | None] = {
     mavlink.MAV_CMD_DO_LAND_START: CANCELLED,
     mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: FAILED,
 }
-
-CALIBRATION_NAMES = ((0, "gyro"), (1, "mag"))
-"""Param index of PREFLIGHT_CALIBRATION, and what PX4 calls it in its texts."""

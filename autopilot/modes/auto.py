@@ -65,7 +65,6 @@ class Auto:
         self._reference_timestamp = -1
         self._xy_reset_counter = self._z_reset_counter = 0
         self._triplet: PositionSetpointTriplet | None = None
-        self._legs_valid = (False, False)
         self._previous: Vector3 = NAN3
         self._current: Vector3 = NAN3
         self._next: Vector3 = NAN3

@@ -109,7 +109,6 @@ class Geofence:
         self._plan = state.dataman.fence
         self._areas: tuple[Area, ...] = ()
         self._due_us = 0
-        self._breached_text = ""
 
     def update(self) -> bool:
         """Compare the vehicle with the fence, at 10 Hz; True when it has just broken it."""

@@ -18,6 +18,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.process import Pacer, serve, unix_time_us
 from autopilot.sockets import LinkSockets, PortInUseError
 from autopilot.topics import CommandRecord
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.run.simulated_parameters import SimulatedParameters
@@ -29,7 +30,6 @@ SPACING_M = 3.0
 BOOT_LIMIT_US = 20_000_000
 """An autopilot that is not armable after so much simulated time gets its asked speed all the same."""
 STANDBY = 3
-MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN = 246
 SHUT_DOWN = 2
 """PREFLIGHT_REBOOT_SHUTDOWN.param1; 1 is a reboot."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
@@ -129,7 +129,7 @@ def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, i
 
 def power_wanted(commands: tuple[CommandRecord, ...]) -> int | None:
     """REBOOT or SHUT_DOWN when the newest accepted command asks for it (MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN.param1)."""
-    if not commands or commands[-1].command.command != MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+    if not commands or commands[-1].command.command != mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
         return None
     return int(commands[-1].command.param1)
 
