@@ -3,6 +3,7 @@
 A frame is a pure function of world, seed, time and pose, so it does not matter when it is rendered.
 """
 
+import os
 from typing import Any
 
 from missions.companion.camera import CameraError, FrameRingWriter
@@ -11,9 +12,13 @@ from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.world.camera import MOUNTS, Camera, Pose
 
+YIELDING = 5
+"""Niceness: a frame has a tenth of a simulated second to be done, while all wait for a tick."""
+
 
 def run(config: dict[str, Any], control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
+    os.nice(YIELDING)
     try:
         world = worlds.build(config["world"]["kind"], config["seed"], config["world"]["options"])
         if world.field is None:
