@@ -59,6 +59,9 @@ MOTOR_FUNCTION = 101
 MOTORS = 12
 OUTPUTS = 16
 
+PARAMETER_UPDATE_INTERVAL_US = 1_000_000
+"""PX4's modules look for changed parameters at most once a second: several set in a row are judged together."""
+
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
@@ -80,6 +83,7 @@ class MulticopterControl:
         self._yaw_sp = NAN
         self._ticks = 0
         self._version = -1
+        self._refresh_due_us = 0
         self._refresh()
         hover = float(parameters["MPC_THR_HOVER"])
         self._hover = HoverThrustEstimator(hover, float(parameters["HTE_HT_ERR_INIT"]))
@@ -145,7 +149,8 @@ class MulticopterControl:
 
     def update_position(self, now_us: int) -> None:
         """Position control, or the sticks, or an offboard attitude: whichever leads to an attitude setpoint."""
-        if self._parameters.version != self._version:
+        if self._parameters.version != self._version and now_us >= self._refresh_due_us:
+            self._refresh_due_us = now_us + PARAMETER_UPDATE_INTERVAL_US
             self._refresh()
         topics = self._topics
         status, landed = topics.vehicle_status, topics.vehicle_land_detected
