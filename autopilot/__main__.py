@@ -4,7 +4,8 @@
 
 `sitl-emu world` is such a simulator, and so is any that speaks PX4's simulator API. The airframe is a JSON object of
 the PX4 parameters that differ from their defaults. The simulator beats time; the process ends when it leaves, on
-Ctrl-C or SIGTERM, and when it is told to shut down or reboot.
+Ctrl-C or SIGTERM, and when it is told to shut down or reboot. With --root, parameters, missions and logs are kept in
+that folder.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.parameters import Value
 from autopilot.process import unix_time_us
@@ -37,9 +39,9 @@ def main() -> int:
     """Fly until the simulator leaves; the exit status."""
     options = _options()
     try:
-        autopilot = make_autopilot(options.airframe, options.instance)
+        autopilot = make_autopilot(options.airframe, options.instance, options.root)
         sockets = LinkSockets(autopilot.mavlink.links)
-    except (AirframeError, PortInUseError) as error:
+    except (AirframeError, PortInUseError, storage.StorageError) as error:
         print(f"autopilot: {error}", file=sys.stderr)
         return BAD_INPUT
     signal.signal(signal.SIGTERM, _interrupt)
@@ -57,8 +59,8 @@ def main() -> int:
     return 0
 
 
-def make_autopilot(airframe: Path, instance: int) -> Autopilot:
-    """An autopilot with the parameters of an airframe file. Raises AirframeError."""
+def make_autopilot(airframe: Path, instance: int, root: Path | None) -> Autopilot:
+    """An autopilot with the parameters of an airframe file. Raises AirframeError and StorageError."""
     try:
         parameters: dict[str, Value] = json.loads(airframe.read_text())
     except OSError as error:
@@ -70,8 +72,10 @@ def make_autopilot(airframe: Path, instance: int) -> Autopilot:
     for name, value in parameters.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise AirframeError(f"{airframe}: {name}: {value!r}; allowed: a number")
+    if root is not None:
+        storage.prepare(root)
     try:
-        autopilot = Autopilot(parameters, instance)
+        autopilot = Autopilot(parameters, instance, root)
     except KeyError as error:
         raise AirframeError(f"{airframe}: {error.args[0]}: PX4 has no such parameter") from None
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
@@ -114,6 +118,9 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -P -m autopilot", description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--airframe", type=Path, required=True, metavar="FILE", help="PX4 parameters as a JSON object")
     parser.add_argument("--instance", type=int, default=0, metavar="I", help="gives the ports and the system id I+1")
+    parser.add_argument(
+        "--root", type=Path, metavar="DIR", help="keeps parameters, missions and logs there (default: nothing is kept)"
+    )
     parser.add_argument("--simulator", default="127.0.0.1", metavar="HOST", help="where the simulator runs")
     options = parser.parse_args()
     if not 0 <= options.instance <= LAST_INSTANCE:

@@ -6,6 +6,7 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from autopilot.commander.commander import Commander
 from autopilot.commands import VehicleCommands
@@ -34,8 +35,11 @@ COMMANDER_EVERY = 5
 class Autopilot:
     """One vehicle's PX4."""
 
-    def __init__(self, airframe: Mapping[str, Value], instance: int) -> None:
-        """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE 10 makes it a rover."""
+    def __init__(self, airframe: Mapping[str, Value], instance: int, root: Path | None = None) -> None:
+        """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE 10 makes it a rover.
+
+        `root`: the folder that stands for PX4's file system, as storage.prepare leaves it; None: there is no storage.
+        """
         rover = airframe.get("MAV_TYPE") == MAV_TYPE_GROUND_ROVER
         kind = "rover" if rover else "multicopter"
         self.parameters = Parameters(kind, {**airframe, "MAV_SYS_ID": instance + 1})
@@ -51,7 +55,7 @@ class Autopilot:
         self.flight_modes = FlightModes(*shared)
         self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.say)
         self.commands = VehicleCommands((self.commander, self.navigator))
-        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance)
+        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root)
         self.mavlink.mission.set_current = self.navigator.set_current_mission_item
         self.mavlink.mission.plan_changed = self.navigator.mission_changed
         self.now_us = 0

@@ -105,6 +105,21 @@ def launch(
         ),
     ] = None,
     gcs: Gcs = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Where vehicles keep parameters, missions and logs until the next launch, in a folder each "
+            "(MODEL-INSTANCE). [default: ~/.local/state/sitl-emu]",
+            show_default=False,
+        ),
+    ] = None,
+    fresh: Annotated[
+        bool,
+        typer.Option(
+            "--fresh", help="Forget the parameters and missions of earlier launches of these vehicles; logs stay."
+        ),
+    ] = False,
 ) -> None:
     """Launch emulated PX4 vehicles, each with its simulator in the same process; they stay until Ctrl-C.
 
@@ -119,18 +134,21 @@ def launch(
 
     import vehicles
     from sitl_emu.run import launch as launching
+    from sitl_emu.run.state import default_folder
+    from sitl_emu.run.trouble import Trouble
     from sitl_emu.world.simulator import Home
 
     numbered = [launching.Wanted(model, instance + place) for place, model in enumerate(wanted)]
     try:
-        status = launching.launch(
-            numbered,
-            math.inf if factor is None else factor,
-            launching.PX4_HOME if place is None else Home(*place),
-            station,
-            _say,
+        options = launching.Options(
+            speed=math.inf if factor is None else factor,
+            home=launching.PX4_HOME if place is None else Home(*place),
+            gcs=station,
+            state=default_folder() if state is None else state,
+            fresh=fresh,
         )
-    except vehicles.VehicleError as error:
+        status = launching.launch(numbered, options, _say)
+    except (vehicles.VehicleError, Trouble) as error:
         _refuse(str(error))
     raise typer.Exit(status)
 

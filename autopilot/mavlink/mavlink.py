@@ -6,6 +6,7 @@ Mavlink::forward_message. Sockets are not known here.
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from autopilot.commands import CommandResult
@@ -55,8 +56,9 @@ class Mavlink:
         texts: Texts,
         handle_command: HandleCommand,
         instance: int,
+        root: Path | None = None,
     ) -> None:
-        """`instance` gives the ports; the system id is the parameter MAV_SYS_ID."""
+        """`instance` gives the ports, MAV_SYS_ID the system id; FTP writes into `root` (None: nowhere)."""
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.context = Context(topics, parameters, dataman)
         self._encoder = encoder = Encoder(self.system_id)
@@ -85,7 +87,7 @@ class Mavlink:
             ping.Ping(self.system_id),
             system_time.SystemTime(),
             statustext.StatusText(self.links, topics, texts),
-            ftp.Ftp(self.system_id),
+            ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id),
             event.Event(self.context, self.links, texts, self.system_id),
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import vehicles
+from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.sockets import LinkSockets, PortInUseError
 from gcs.tlog import TlogWriter
@@ -23,6 +24,8 @@ from sitl_emu.run.process import StartError, main, settle
 ONBOARD = 1
 """Index of the onboard link."""
 WAIT_S = 1.0
+ROOTFS = "rootfs"
+"""In the run's folder: the file systems of its autopilots, a folder each, named as the vehicle."""
 
 
 class Logs:
@@ -71,7 +74,12 @@ class LoggedAutopilot:
 def run(config: dict[str, Any], control: ControlChannel) -> None:
     """Fly until the simulator closes the channel."""
     instance, lockstep = config["instance"], config["lockstep"]
-    autopilot = Autopilot(vehicles.load(config["model"]).airframe, instance)
+    root = Path(config["folder"]) / ROOTFS / config["name"]
+    try:
+        storage.prepare(root)
+    except storage.StorageError as error:
+        raise StartError(str(error)) from None
+    autopilot = Autopilot(vehicles.load(config["model"]).airframe, instance, root)
     autopilot.mavlink.context.boot_unix_us = config["start_us"]
     try:
         sockets = LinkSockets(autopilot.mavlink.links, tuple(config["gcs"]) if config["gcs"] else None)

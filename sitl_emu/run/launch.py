@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import FrameType
 from typing import NamedTuple, NoReturn
 
@@ -21,6 +22,7 @@ from autopilot.topics import CommandRecord
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.run import state
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -51,24 +53,37 @@ class Wanted(NamedTuple):
     instance: int
 
 
-def launch(
-    wanted: Sequence[Wanted], speed: float, home: Home, gcs: tuple[str, int] | None, say: Callable[[str], None]
-) -> int:
-    """Start a process per vehicle and stay until they end; the exit status. `speed` is a factor, inf for no limit.
+class Options(NamedTuple):
+    """What is the same for all vehicles of a launch."""
 
-    Raises vehicles.UnknownModel before anything is started.
+    speed: float
+    """Times real time; inf for no limit."""
+    home: Home
+    gcs: tuple[str, int] | None
+    state: Path
+    """The folder that holds a folder for each vehicle: parameters, missions, logs."""
+    fresh: bool
+    """Whether to forget what was set in earlier launches."""
+
+
+def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
+    """Start a process per vehicle and stay until they end; the exit status.
+
+    Raises vehicles.UnknownModel and Trouble before anything is started.
     """
     for model in {vehicle.model for vehicle in wanted}:
         vehicles.load(model)
+    roots = [state.prepare(options.state, *vehicle, fresh=options.fresh) for vehicle in wanted]
     children = {}
     gc.collect()
     gc.freeze()
     for place, vehicle in enumerate(wanted):
         pid = os.fork()
         if pid == 0:
-            _child(vehicle, place, speed, home, gcs)
+            _child(vehicle, place, roots[place], options)
         children[pid] = vehicle
     say(port_table(wanted))
+    say(f"parameters, missions and logs are kept in {options.state}")
     return _wait_for(children, say)
 
 
@@ -90,22 +105,27 @@ def port_table(wanted: Sequence[Wanted]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def fly(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> None:
+def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
     """Run one vehicle from power-on: simulator and autopilot, tick by tick, until it is told to reboot.
 
     Raises PortInUseError, ShutDownError and OrphanedError.
     """
     parent = os.getppid()
     data = vehicles.load(vehicle.model)
-    autopilot = Autopilot(data.airframe, vehicle.instance)
+    autopilot = Autopilot(data.airframe, vehicle.instance, root)
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
-    sockets = LinkSockets(autopilot.mavlink.links, gcs)
+    sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
     simulator = VehicleSimulator(
-        data, home, seed=vehicle.instance, terrain=FlatGround(), start_east_m=place * SPACING_M, name=vehicle.model
+        data,
+        options.home,
+        seed=vehicle.instance,
+        terrain=FlatGround(),
+        start_east_m=place * SPACING_M,
+        name=vehicle.model,
     )
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
     channel = MemoryChannel()
-    boot, pacer = Pacer(math.inf), Pacer(speed)
+    boot, pacer = Pacer(math.inf), Pacer(options.speed)
     pace, controls, commands = boot, None, autopilot.topics.vehicle_commands
     while True:
         simulated_parameters.update()
@@ -138,13 +158,13 @@ def _booted(autopilot: Autopilot) -> bool:
     return autopilot.topics.vehicle_status.system_status >= STANDBY or autopilot.now_us > BOOT_LIMIT_US
 
 
-def _child(vehicle: Wanted, place: int, speed: float, home: Home, gcs: tuple[str, int] | None) -> NoReturn:
+def _child(vehicle: Wanted, place: int, root: Path, options: Options) -> NoReturn:
     """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = 1
     try:
         while True:
-            fly(vehicle, place, speed, home, gcs)
+            fly(vehicle, place, root, options)
     except PortInUseError as error:
         print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
     except (OrphanedError, ShutDownError):

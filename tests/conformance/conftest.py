@@ -8,6 +8,7 @@ measures what listens there (a real PX4 SITL, too). Nothing of the product is im
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -94,7 +95,8 @@ def station() -> Iterator[Station]:
     if not url:
         url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
         command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "sihsim_hex", "--instance", str(INSTANCE)]
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        state = tempfile.TemporaryDirectory(prefix="sitl_emu-")
+        process = subprocess.Popen([*command, "--state", state.name], stdout=subprocess.DEVNULL)
     found = None
     try:
         found = Station(url)
@@ -106,3 +108,4 @@ def station() -> Iterator[Station]:
         if process is not None:
             process.terminate()
             process.wait(10.0)
+            state.cleanup()

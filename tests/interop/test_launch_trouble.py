@@ -117,8 +117,9 @@ def test_a_port_in_use_is_named_with_the_remedy() -> None:
             assert "--instance" in said
 
 
-def test_vehicles_fly_on_when_nobody_can_read_what_is_printed() -> None:
+def test_vehicles_fly_on_when_nobody_can_read_what_is_printed(tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "iris", "--instance", str(INSTANCE)]
+    command += ["--state", str(tmp_path)]
     with Path("/dev/full").open("w") as full, subprocess.Popen(command, stdout=full, stderr=subprocess.PIPE) as process:
         link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(0)}", source_system=255)
         with contextlib.closing(link):

@@ -74,6 +74,13 @@ def test_wrong_input_gives_one_line_that_says_what_is_allowed(arguments: tuple[s
     assert "Traceback" not in text
 
 
+def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) -> None:
+    (tmp_path / "iris-0").write_text("in the way")
+    status, text = call("launch", "iris", "--state", str(tmp_path))
+    assert status == 2
+    assert f"{tmp_path / 'iris-0'}: can't keep files there: File exists; name another folder with --state" in text
+
+
 @pytest.mark.parametrize(
     ("change", "wanted"),
     [

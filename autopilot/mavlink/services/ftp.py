@@ -7,6 +7,7 @@ is refused with FileProtected.
 
 import struct
 import zlib
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from autopilot.mavlink import component_files
@@ -76,8 +77,9 @@ class Ftp:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL})
     HAS_TIMER = True
 
-    def __init__(self, system_id: int) -> None:
-        """`system_id` is ours."""
+    def __init__(self, system_id: int, root: Path | None) -> None:
+        """`system_id` is ours; `root` is the folder of this instance."""
+        self._root = root
         self._system_id = system_id
         self._states: dict[Link, LinkState] = {}
         self._partners: dict[Link, tuple[int, int]] = {}
