@@ -2,7 +2,8 @@
 
     SITL_EMU_CONFORMANCE_URL=udpout:127.0.0.1:18570 pytest tests/conformance
 
-measures what listens there (a real PX4 SITL, too). Nothing of the product is imported: numbers are PX4's, as literals.
+measures what listens there (a real PX4 SITL, too), as `sitl-emu conformance URL` does. Nothing of the product is
+imported: numbers are PX4's, as literals. README.md says how a test tells what it covers.
 """
 
 import os
@@ -11,38 +12,77 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from pymavlink import mavutil
 
 URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
 INSTANCE = 8
+HEARD_LIMIT_S = 15.0
 READY_LIMIT_S = 60.0
 REPLY_LIMIT_S = 3.0
+UNREACHABLE = 2
+"""Exit status of a run that found no autopilot to measure."""
+AUTOPILOT = 1
 STANDBY = 3
 DO_SET_MODE = 176
 CUSTOM_MODE_ENABLED = 1
+MISSION, FENCE, RALLY = 0, 1, 2
+MARKERS = (
+    'covers(*names, source): messages ("PARAM_SET") and commands ("MAV_CMD_DO_SET_HOME") that a test is about, '
+    "and where its expectation comes from",
+    'vehicle(*types): the expectation holds for these only, as in "MAV_TYPE_HEXAROTOR"; elsewhere the test is skipped',
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
+
+
+class State(NamedTuple):
+    """What tests must leave as they found it."""
+
+    base_mode: int
+    custom_mode: int
+    parameter_hash: bytes
+    """PX4's hash over all parameters that no module changes by itself."""
+    items: tuple[int, int, int]
+    """How many the mission, the fence and the rally points have."""
 
 
 class Station:
     """A ground station, 255/190, on one link of an autopilot."""
 
     def __init__(self, url: str) -> None:
+        # MAVLink 2 from the first message on: pymavlink would begin with 1, which has no mission types and no events.
+        os.environ["MAVLINK20"] = "1"
         self.link: Any = mavutil.mavlink_connection(url, source_system=255, source_component=190, dialect="common")
         self.mav = self.link.mav
         self.system = 0
+        self.vehicle_type = 0
+        self.left: State | None = None
+        """What the file of tests before left."""
         self._heartbeat_s = 0.0
 
     def wait_until_ready(self) -> None:
-        """Until the autopilot is in standby."""
-        end_s = time.monotonic() + READY_LIMIT_S
-        while time.monotonic() < end_s:
-            heartbeat = self.receive("HEARTBEAT", 1.5)
-            if heartbeat is not None and heartbeat.get_srcComponent() == 1 and heartbeat.system_status == STANDBY:
-                self.system = heartbeat.get_srcSystem()
+        """Until the autopilot is in standby; raises TimeoutError if it is not heard, or does not get there."""
+        started_s, heard = time.monotonic(), None
+        while (waited_s := time.monotonic() - started_s) < (HEARD_LIMIT_S if heard is None else READY_LIMIT_S):
+            heartbeat = self.receive("HEARTBEAT", min(1.5, READY_LIMIT_S - waited_s))
+            if heartbeat is None or heartbeat.get_srcComponent() != AUTOPILOT:
+                continue
+            heard = heartbeat
+            if heard.system_status == STANDBY:
+                self.system, self.vehicle_type = heard.get_srcSystem(), heard.type
                 return
-        raise TimeoutError(f"no autopilot in standby within {READY_LIMIT_S:.0f} s")
+        if heard is None:
+            raise TimeoutError(f"no autopilot is heard within {HEARD_LIMIT_S:.0f} s: is it running, on this port?")
+        raise TimeoutError(
+            f"the autopilot is not in standby (MAV_STATE {heard.system_status}) within {READY_LIMIT_S:.0f} s: "
+            "it must stand disarmed and healthy"
+        )
 
     def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
         """The next message of a name from the autopilot, or None; heartbeats go out meanwhile."""
@@ -81,31 +121,76 @@ class Station:
         assert self.heartbeat().custom_mode == main << 16 | sub << 24
 
     def heartbeat(self) -> Any:
-        """The next heartbeat of the autopilot that was sent after this call."""
+        """The next heartbeat of the autopilot that was sent after this call; None if there is none in time."""
         while self.link.recv_match(blocking=False) is not None:
             pass
-        return self.receive("HEARTBEAT")
+        while (heartbeat := self.receive("HEARTBEAT")) is not None and heartbeat.get_srcComponent() != AUTOPILOT:
+            pass
+        return heartbeat
+
+    def state(self) -> State:
+        """What tests must leave as they found it; raises TimeoutError if the autopilot does not say."""
+        heartbeat = self.heartbeat()
+        self.mav.param_request_read_send(self.system, AUTOPILOT, b"_HASH_CHECK", -1)
+        while (value := self.receive("PARAM_VALUE")) is not None and value.param_id != "_HASH_CHECK":
+            pass
+        counts = []
+        for kind in (MISSION, FENCE, RALLY):
+            self.mav.mission_request_list_send(self.system, AUTOPILOT, kind)
+            while (count := self.receive("MISSION_COUNT")) is not None and count.mission_type != kind:
+                pass
+            counts.append(count)
+            # Ends the transfer, which would else be busy for some seconds.
+            self.mav.mission_ack_send(self.system, AUTOPILOT, 0, kind)
+        if heartbeat is None or value is None or None in counts:
+            raise TimeoutError("the autopilot does not tell its mode, parameter hash and mission counts")
+        mission, fence, rally = (count.count for count in counts)
+        payload = bytes(value.get_payload())[:4]
+        return State(heartbeat.base_mode, heartbeat.custom_mode, payload, (mission, fence, rally))
 
 
 @pytest.fixture(scope="session")
-def station() -> Iterator[Station]:
-    """A station whose autopilot is ready."""
-    url = os.environ.get(URL_VARIABLE)
-    process = None
-    if not url:
-        url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
-        command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "sihsim_hex", "--instance", str(INSTANCE)]
-        state = tempfile.TemporaryDirectory(prefix="sitl_emu-")
-        process = subprocess.Popen([*command, "--state", state.name], stdout=subprocess.DEVNULL)
-    found = None
+def url() -> Iterator[str]:
+    """Where to find the autopilot; without a URL, one of ours is started for the tests."""
+    given = os.environ.get(URL_VARIABLE)
+    if given:
+        yield given
+        return
+    command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "sihsim_hex", "--instance", str(INSTANCE)]
+    with tempfile.TemporaryDirectory(prefix="sitl_emu-") as state:
+        process = subprocess.Popen([*command, "--state", state], stdout=subprocess.DEVNULL)
+        try:
+            yield f"udpout:127.0.0.1:{18570 + INSTANCE}"
+        finally:
+            process.terminate()
+            process.wait(10.0)
+
+
+@pytest.fixture(scope="session")
+def station(url: str) -> Iterator[Station]:
+    """A station whose autopilot is ready. Without one the run ends, with exit status 2."""
     try:
         found = Station(url)
         found.wait_until_ready()
-        yield found
-    finally:
-        if found is not None:
-            found.link.close()
-        if process is not None:
-            process.terminate()
-            process.wait(10.0)
-            state.cleanup()
+    except Exception as error:  # pymavlink raises whatever its kinds of link raise
+        pytest.exit(f"{url}: {error}", returncode=UNREACHABLE)
+    yield found
+    found.link.close()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def left_as_found(station: Station) -> Iterator[None]:
+    """A file of tests leaves mode, parameters and plans as they were: it can be run alone, and again."""
+    before = station.left or station.state()
+    yield
+    station.left = station.state()
+    assert station.left == before
+
+
+@pytest.fixture(autouse=True)
+def vehicle_fits(request: pytest.FixtureRequest, station: Station) -> None:
+    """Skips what was measured on another kind of vehicle."""
+    for marker in request.node.iter_markers("vehicle"):
+        types = [getattr(mavutil.mavlink, name) for name in marker.args]
+        if station.vehicle_type not in types:
+            pytest.skip(f"holds for {', '.join(marker.args)}")
