@@ -4,9 +4,13 @@ from typing import Any
 
 import pytest
 
+PAGE = "https://mavlink.io/en/services/command.html"
 RUN_PREARM_CHECKS = 401
 
+pytestmark = pytest.mark.covers("COMMAND_LONG", "COMMAND_ACK", source=PAGE)
 
+
+@pytest.mark.covers("MAV_CMD_RUN_PREARM_CHECKS", source="measured: answered to component 1 and to all, to no other")
 @pytest.mark.parametrize(
     ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 100, False), (9, 1, False)]
 )

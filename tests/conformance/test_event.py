@@ -6,6 +6,7 @@ pymavlink's packaged dialects do not know these messages: their bytes are read a
 import struct
 from typing import Any
 
+import pytest
 from pymavlink.dialects.v20 import common
 
 ARM_DISARM = 400
@@ -14,6 +15,7 @@ REQUEST_EVENT_CRC_EXTRA = 33
 HEADER_BYTES = 10
 ARMED, DISARMED = 26266355, 32794487
 LOG_LEVELS = 102
+PAGE = "https://mavlink.io/en/services/events.html"
 
 
 class RequestEvent(common.MAVLink_message):  # type: ignore[misc]
@@ -34,6 +36,8 @@ def fields(message: Any) -> tuple[int, int, int]:
     return number, sequence, levels
 
 
+@pytest.mark.covers("EVENT", "REQUEST_EVENT", source=PAGE)
+@pytest.mark.covers("EVENT", source="measured: ids and log levels of the two events")
 def test_arming_and_disarming_are_events_and_can_be_asked_for_again(station: Any) -> None:
     found = {}
     for param, number in ((1, ARMED), (0, DISARMED)):

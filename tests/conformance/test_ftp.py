@@ -14,6 +14,9 @@ GENERAL = b"etc/extras/component_general.json.xz"
 XZ_MAGIC = bytes.fromhex("fd377a585a00")
 LARGEST = 239
 SEQUENCES = itertools.count(1, 2)
+PAGE = "https://mavlink.io/en/services/ftp.html"
+
+pytestmark = pytest.mark.covers("FILE_TRANSFER_PROTOCOL", source=PAGE)
 
 
 class Reply(NamedTuple):
@@ -76,6 +79,7 @@ def test_a_file_comes_whole_in_reads_and_in_a_burst(station: Any) -> None:
     assert ask(station, TERMINATE).opcode == ACK
 
 
+@pytest.mark.covers(source="measured: which error each mistake gets")
 @pytest.mark.parametrize(
     ("opcode", "data", "size", "error"),
     [
@@ -92,6 +96,7 @@ def test_refusals(station: Any, opcode: int, data: bytes, size: int | None, erro
     assert (reply.opcode, reply.data) == (NAK, bytes((error,)))
 
 
+@pytest.mark.covers(source="measured: one session, no second")
 def test_one_file_at_a_time(station: Any) -> None:
     assert ask(station, OPEN_RO, GENERAL).opcode == ACK
     second = ask(station, OPEN_RO, GENERAL)

@@ -2,7 +2,12 @@
 
 from typing import Any
 
+import pytest
 
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers("HEARTBEAT", source="https://mavlink.io/en/services/heartbeat.html")
+@pytest.mark.covers("HEARTBEAT", source="measured: ready in Hold")
 def test_heartbeat(station: Any) -> None:
     heartbeat = station.receive("HEARTBEAT")
     assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (13, 12, 29)

@@ -3,9 +3,12 @@
 import time
 from typing import Any
 
+import pytest
+
 X, Y = 473977418, 85455939
 RELATIVE_INT = 6
 QUICK_S = 5.0
+PAGE = "https://mavlink.io/en/services/mission.html"
 
 
 def send_item(station: Any, seq: int, command: int = 16) -> None:
@@ -24,6 +27,11 @@ def upload(station: Any, commands: list[int]) -> int:
         send_item(station, reply.seq, commands[reply.seq])
 
 
+UP = ("MISSION_COUNT", "MISSION_REQUEST_INT", "MISSION_ITEM_INT", "MISSION_ACK")
+DOWN = ("MISSION_REQUEST_LIST", "MISSION_CLEAR_ALL")
+
+
+@pytest.mark.covers(*UP, *DOWN, source=PAGE)
 def test_up_and_down(station: Any) -> None:
     started_s = time.monotonic()
     assert upload(station, [22] + [16] * 199) == 0
@@ -41,6 +49,10 @@ def test_up_and_down(station: Any) -> None:
     assert station.receive("MISSION_COUNT").count == 0
 
 
+@pytest.mark.covers("MISSION_ACK", source=PAGE)
+@pytest.mark.covers(
+    "MISSION_COUNT", source="measured: MAV_MISSION_UNSUPPORTED for what PX4 can't fly, NO_SPACE for 10001 items"
+)
 def test_refusals(station: Any) -> None:
     assert upload(station, [30]) == 3
     station.mav.mission_count_send(station.system, 1, 10001, 0)

@@ -3,11 +3,15 @@
 import time
 from typing import Any
 
+import pytest
+
 ARM_DISARM = 400
 OFFBOARD, HOLD = (6, 0), (4, 3)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
+@pytest.mark.covers("SET_ATTITUDE_TARGET", source="https://docs.px4.io/main/en/flight_modes/offboard.html")
+@pytest.mark.covers("SET_ATTITUDE_TARGET", source="PX4 parameter COM_OF_LOSS_T: how long a setpoint counts")
 def test_arming_wants_setpoints(station: Any) -> None:
     station.set_mode(*OFFBOARD)
     try:

@@ -2,9 +2,16 @@
 
 from typing import Any
 
+import pytest
+
 REAL32 = 9
+PAGE = "https://mavlink.io/en/services/parameter.html"
+
+pytestmark = pytest.mark.covers("PARAM_VALUE", source=PAGE)
 
 
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: the hash comes first; 947 parameters")
 def test_list(station: Any) -> None:
     station.mav.param_request_list_send(station.system, 1)
     first = station.receive("PARAM_VALUE")
@@ -13,6 +20,8 @@ def test_list(station: Any) -> None:
     assert indices == set(range(947))
 
 
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers("PARAM_REQUEST_READ", "PARAM_SET", source="measured: two echoes to who sets it")
 def test_read_and_set(station: Any) -> None:
     station.mav.param_request_read_send(station.system, 1, b"MPC_XY_CRUISE", -1)
     before = station.receive("PARAM_VALUE")

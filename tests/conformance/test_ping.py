@@ -2,6 +2,10 @@
 
 from typing import Any
 
+import pytest
+
+pytestmark = pytest.mark.covers("PING", source="https://mavlink.io/en/services/ping.html")
+
 
 def test_ping(station: Any) -> None:
     station.mav.ping_send(1, 42, 0, 0)

@@ -2,10 +2,14 @@
 
 from typing import Any
 
+import pytest
+
 ARM_DISARM = 400
 STABILIZED, HOLD = (7, 0), (4, 3)
 
 
+@pytest.mark.covers("STATUSTEXT", source="https://mavlink.io/en/messages/common.html#STATUSTEXT")
+@pytest.mark.covers("STATUSTEXT", source="measured: text and severity of a refused arming")
 def test_a_long_text_comes_in_chunks(station: Any) -> None:
     station.set_mode(*STABILIZED)
     assert station.command(ARM_DISARM, 1) == 1

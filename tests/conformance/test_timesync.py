@@ -2,7 +2,10 @@
 
 from typing import Any
 
+import pytest
 
+
+@pytest.mark.covers("TIMESYNC", source="https://mavlink.io/en/services/timesync.html")
 def test_timesync(station: Any) -> None:
     station.mav.timesync_send(0, 123456789)
     while (reply := station.receive("TIMESYNC")) is not None and reply.tc1 == 0:
