@@ -36,6 +36,7 @@ from missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
 from missions.companion.wire import Wire
 from missions.registry import NAMES, MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.framing import Splitter
 
 STEP_S = 0.02
 STRANGER = 255
@@ -127,7 +128,7 @@ class SerialPort:
             self._serial = serial.Serial(device, baud, timeout=0, write_timeout=0.2)
         except (OSError, ValueError) as error:
             raise LinkError(f"{device}: can't be opened: {error}") from None
-        self._rest = b""
+        self._splitter = Splitter()
 
     def fileno(self) -> int:
         """For select."""
@@ -135,10 +136,7 @@ class SerialPort:
 
     def receive(self) -> bytes:
         """Whole frames of what has come."""
-        data = self._rest + bytes(self._serial.read(4096))
-        end = whole_frames(data)
-        self._rest = data[end:]
-        return data[:end]
+        return b"".join(self._splitter.feed(bytes(self._serial.read(4096))))
 
     def send(self, frame: bytes) -> None:
         """Write a frame."""
@@ -150,23 +148,6 @@ class SerialPort:
     def close(self) -> None:
         """Close the device."""
         self._serial.close()
-
-
-def whole_frames(data: bytes) -> int:
-    """How many bytes from the start hold whole MAVLink frames (and what lies between them)."""
-    at = 0
-    while at < len(data):
-        if data[at] == 0xFD:
-            size = 12 + data[at + 1] + (13 if data[at + 2] & 1 else 0) if at + 3 <= len(data) else 300
-        elif data[at] == 0xFE:
-            size = 8 + data[at + 1] if at + 2 <= len(data) else 300
-        else:
-            at += 1
-            continue
-        if at + size > len(data):
-            return at
-        at += size
-    return at
 
 
 def open_port(url: str) -> Port:

@@ -3,14 +3,15 @@
 The only place that packs: what a companion made gets its address and this link's sequence number; what it received from
 elsewhere and passes on keeps its bytes, its sender included, as a MAVLink router does it
 (https://mavlink.io/en/guide/routing.html). Frames that nobody reads are skipped before they cost anything: an onboard
-link carries 500 messages a second, and a companion needs a fifth of them. Unsigned MAVLink 1 and 2; no message is
-split over two datagrams.
+link carries 500 messages a second, and a companion needs a fifth of them. MAVLink 1 and 2; no message is split over
+two datagrams.
 """
 
 from collections.abc import Collection
 
 from missions.companion.companion import COMPONENT_ID
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.framing import message_id, split
 
 STREAMS_NOT_READ = frozenset(
     {
@@ -34,9 +35,6 @@ STREAMS_NOT_READ = frozenset(
         12904,  # OPEN_DRONE_ID_SYSTEM
     }
 )
-
-MAGIC_1, MAGIC_2 = 0xFE, 0xFD
-SIGNED = 1
 
 
 class Wire:
@@ -71,21 +69,11 @@ class Wire:
     def decode(self, datagram: bytes) -> list[mavlink.MAVLink_message]:
         """The messages in a datagram; skipped, unknown and damaged ones are left out (the latter are counted)."""
         messages = []
-        start, end = 0, len(datagram)
-        while start + 8 <= end:
-            magic, length = datagram[start], datagram[start + 1]
-            if magic == MAGIC_2:
-                size = 12 + length + (13 if datagram[start + 2] & SIGNED else 0)
-                message_id = int.from_bytes(datagram[start + 7 : start + 10], "little")
-            elif magic == MAGIC_1:
-                size, message_id = 8 + length, datagram[start + 5]
-            else:
-                start += 1
-                continue
-            if message_id not in self._skip and message_id in mavlink.mavlink_map:
+        for frame in split(datagram):
+            number = message_id(frame)
+            if number not in self._skip and number in mavlink.mavlink_map:
                 try:
-                    messages.append(self._mav.decode(bytearray(datagram[start : start + size])))
+                    messages.append(self._mav.decode(bytearray(frame)))
                 except mavlink.MAVError:
                     self.bad_frames += 1
-            start += size
         return messages

@@ -1,15 +1,24 @@
-"""MAVLink 2 frames from payloads, the one way in which all of ours are made.
+"""MAVLink frames: made from payloads, and found in bytes. The one place that knows the layout of a frame.
 
 Source: https://mavlink.io/en/guide/serialization.html: header, payload without its trailing zeros, CRC-16/MCRF4XX over
-both and the message's CRC_EXTRA. Unsigned; frames are taken apart where they are read.
+both and the message's CRC_EXTRA, a signature if the header says so. Nothing is decoded here, no signature is checked.
 """
 
+import re
 import struct
 
 from fastcrc import crc16
 
+STX_V1, STX_V2 = 0xFE, 0xFD
+SIGNED = 0x01
+"""The incompatibility flag of a signed frame, the only one there is."""
+SIGNATURE_BYTES = 13
+HEADER_V1_BYTES, HEADER_V2_BYTES = 6, 10
+CRC_BYTES = 2
+
 _crc = crc16.mcrf4xx
 _pack_crc = struct.Struct("<H").pack
+_start = re.compile(rb"[\xfd\xfe]")
 
 
 def header_tail(system: int, component: int, message_id: int) -> bytes:
@@ -17,8 +26,71 @@ def header_tail(system: int, component: int, message_id: int) -> bytes:
     return bytes((system, component)) + message_id.to_bytes(3, "little")
 
 
-def frame(payload: bytes, sequence: int, tail: bytes, crc_extra: bytes) -> bytes:
-    """A frame around a full-length payload; `tail` as `header_tail` makes it, `crc_extra` one byte."""
+def frame(payload: bytes, sequence: int, tail: bytes, crc_extra: bytes, flags: int = 0) -> bytes:
+    """A MAVLink 2 frame around a full-length payload; `tail` as `header_tail` makes it, `crc_extra` one byte.
+
+    With `flags` SIGNED the signature is still to be appended.
+    """
     payload = payload.rstrip(b"\0") or b"\0"
-    body = bytes((len(payload), 0, 0, sequence)) + tail + payload
+    body = bytes((len(payload), flags, 0, sequence)) + tail + payload
     return b"\xfd" + body + _pack_crc(_crc(body + crc_extra))
+
+
+def message_id(frame: bytes) -> int:
+    """The message id of a whole frame."""
+    if frame[0] == STX_V1:
+        return frame[5]
+    return frame[7] | frame[8] << 8 | frame[9] << 16
+
+
+def sender(frame: bytes) -> tuple[int, int]:
+    """System and component that a whole frame says it comes from."""
+    return (frame[3], frame[4]) if frame[0] == STX_V1 else (frame[5], frame[6])
+
+
+def is_signed(frame: bytes) -> bool:
+    """Whether a whole frame bears a signature, right or wrong."""
+    return frame[0] == STX_V2 and bool(frame[2] & SIGNED)
+
+
+class Splitter:
+    """Cuts bytes as they come into frames of MAVLink 1 and 2; what is no frame is left out, what is none yet is kept.
+
+    As the MAVLink C library's parser does, it believes a start byte and the length after it: a damaged length costs
+    what follows, up to a frame's length. A frame with an unknown incompatibility flag is none.
+    """
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """The frames that these bytes complete, CRC unchecked."""
+        if self._rest:
+            data = self._rest + data
+        frames = []
+        at, end = 0, len(data)
+        while found := _start.search(data, at):
+            at = found.start()
+            if at + 3 > end:
+                break
+            if data[at] == STX_V1:
+                size = HEADER_V1_BYTES + CRC_BYTES + data[at + 1]
+            elif data[at + 2] & ~SIGNED:
+                at += 3
+                continue
+            else:
+                signature = SIGNATURE_BYTES if data[at + 2] & SIGNED else 0
+                size = HEADER_V2_BYTES + CRC_BYTES + data[at + 1] + signature
+            if at + size > end:
+                break
+            frames.append(data[at : at + size])
+            at += size
+        else:
+            at = end
+        self._rest = data[at:]
+        return frames
+
+
+def split(datagram: bytes) -> list[bytes]:
+    """The whole frames in a datagram, CRC unchecked."""
+    return Splitter().feed(datagram)

@@ -15,8 +15,8 @@ from autopilot.autopilot import Autopilot
 from autopilot.sockets import LinkSockets, PortInUseError
 from gcs.tlog import TlogWriter
 from sitl_emu.core import ports
+from sitl_emu.core.framing import split
 from sitl_emu.core.tcp_channel import connect
-from sitl_emu.run import frames
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
@@ -38,7 +38,7 @@ class Logs:
     def write(self, now_us: int, link: int, datagram: bytes) -> None:
         """A datagram that came or went."""
         time_us, write = self._start_us + now_us, self._writers[link].write
-        for _, frame in frames.split(datagram):
+        for frame in split(datagram):
             write(time_us, frame)
 
     def close(self) -> None:

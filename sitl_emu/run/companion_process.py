@@ -24,7 +24,7 @@ from missions.companion.wire import Wire
 from missions.registry import MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
-from sitl_emu.run import frames
+from sitl_emu.core.framing import split
 from sitl_emu.run.control import ControlChannel, Message
 from sitl_emu.run.process import StartError, main, settle
 
@@ -86,7 +86,7 @@ class UdpLink:
 
     def _write(self, now_us: int, datagram: bytes) -> None:
         if self._log is not None:
-            for _, frame in frames.split(datagram):
+            for frame in split(datagram):
                 self._log.write(self._start_us + now_us, frame)
 
 

@@ -16,7 +16,7 @@ import pytest
 from missions.companion.camera import open_camera
 from missions.companion.companion import AUTOPILOT_LINK, Status
 from missions.companion.detector import Detection
-from missions.companion.main import BootClock, Eyes, LinkError, Runner, main, open_port, whole_frames
+from missions.companion.main import BootClock, Eyes, LinkError, Runner, main, open_port
 from missions.companion.onboard import Onboard
 from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
@@ -91,16 +91,6 @@ def test_frames_of_a_stream_get_the_vehicles_time() -> None:
         msg = Wire(skip=()).decode(Wire(1, 1).encode(mavlink.MAVLink_global_position_int_message(boot_ms, *[0] * 8)))[0]
         clock.heard(7_000_000 + boot_ms * 1000 + delay_us, msg)
     assert clock.boot_us(8_100_000) == 8_100_000 - 7_004_000
-
-
-def test_whole_frames_are_found_in_a_stream_of_bytes() -> None:
-    wire = Wire(1, 1)
-    frames = [wire.encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, i, 0, 3)) for i in range(3)]
-    data = b"\x01\x02" + b"".join(frames)
-    assert whole_frames(data) == len(data)
-    assert whole_frames(data[:-1]) == len(data) - len(frames[2])
-    assert whole_frames(data[:3]) == 2
-    assert whole_frames(b"") == 0
 
 
 @pytest.mark.parametrize("url", ["", "udpin:", "udpin:0.0.0.0:99999", "tcp:1.2.3.4:5", "/dev/ttyS0:fast"])
