@@ -20,6 +20,7 @@ THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
 REASON_BY_COMMAND = 4
 """vehicle_status ARM_DISARM_REASON_COMMAND_EXTERNAL."""
+REASON_MISSION_START = 5
 REASON_BY_ITSELF = 7
 """ARM_DISARM_REASON_AUTO_DISARM_LAND and its neighbours."""
 
@@ -49,8 +50,10 @@ class Arming:
         self.arming_reason = 0
         self.disarming_reason = 0
 
-    def arm(self, now_us: int, *, forced: bool) -> int:
-        """MAV_RESULT of arming; `forced` goes without checks."""
+    def arm(
+        self, now_us: int, *, forced: bool = False, by: str = "external command", reason: int = REASON_BY_COMMAND
+    ) -> int:
+        """MAV_RESULT of arming; `forced` goes without checks. `by` and `reason` say what for."""
         if self.armed:
             return ACCEPTED
         if not forced:
@@ -61,11 +64,11 @@ class Arming:
         topics = self._topics
         self.armed = True
         self.armed_us = now_us
-        self.arming_reason = REASON_BY_COMMAND
+        self.arming_reason = reason
         topics.actuator_armed = ActuatorArmed(True, self.terminated, False)
         if self._parameters["COM_HOME_EN"]:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
-        self._say(Severity.INFO, "Armed by external command\t")
+        self._say(Severity.INFO, f"Armed by {by}\t")
         return ACCEPTED
 
     def disarm_by_command(self, *, forced: bool) -> int:

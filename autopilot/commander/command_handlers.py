@@ -9,17 +9,18 @@ import math
 from collections.abc import Callable
 
 from autopilot.commander import home_position
-from autopilot.commander.arming import Arming
+from autopilot.commander.arming import REASON_MISSION_START, Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import (
     ACCEPTED,
+    CANCELLED,
     DENIED,
     FAILED,
     FIXED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
 )
-from autopilot.commander.custom_mode import nav_state_of
+from autopilot.commander.custom_mode import FLAG_CUSTOM_MODE_ENABLED, nav_state_of, nav_state_of_base_mode
 from autopilot.commander.mode_names import MODE_NAMES
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
@@ -89,7 +90,10 @@ class CommandHandlers:
             mavlink.MAV_CMD_MISSION_START: self._mission_start,
             mavlink.MAV_CMD_DO_REPOSITION: self._do_reposition,
             mavlink.MAV_CMD_DO_ORBIT: self._do_orbit,
+            mavlink.MAV_CMD_DO_CHANGE_ALTITUDE: self._do_change_altitude,
+            mavlink.MAV_CMD_DO_LAND_START: self._do_land_start,
             mavlink.MAV_CMD_DO_CHANGE_SPEED: self._pass_on,
+            mavlink.MAV_CMD_NAV_ROI: self._pass_on,
             mavlink.MAV_CMD_DO_SET_ROI: self._pass_on,
             mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._pass_on,
             mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: self._pass_on,
@@ -162,9 +166,9 @@ class CommandHandlers:
         return ACCEPTED
 
     def _do_flighttermination(self, now_us: int, command: VehicleCommand) -> int:
-        if not command.param1 > 0.5:
+        if not command.param1 > 0.5 or not self._arming.armed:
             return DENIED
-        if self._arming.armed and not self._arming.terminated:
+        if not self._arming.terminated:
             self._arming.terminate()
             self._say(Severity.CRITICAL, "Failsafe activated\t")
         return ACCEPTED
@@ -173,7 +177,7 @@ class CommandHandlers:
 
     def _do_set_mode(self, now_us: int, command: VehicleCommand) -> int:
         flags, main, sub = (_whole(value) for value in (command.param1, command.param2, command.param3))
-        mode = nav_state_of(main, sub) if flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED else None
+        mode = nav_state_of(main, sub) if flags & FLAG_CUSTOM_MODE_ENABLED else nav_state_of_base_mode(flags)
         return TEMPORARILY_REJECTED if mode is None else self._change_mode(now_us, mode)
 
     def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
@@ -198,6 +202,12 @@ class CommandHandlers:
         return self._change_mode_and_tell(now_us, NavState.AUTO_RTL, "Returning to launch\t")
 
     def _do_reposition(self, now_us: int, command: VehicleCommand) -> int:
+        """Without MAV_DO_REPOSITION_FLAGS_CHANGE_MODE it is for who is in HOLD already (the navigator looks)."""
+        if _whole(command.param2) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
+            return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
+        return self._pass_on(now_us, command)
+
+    def _do_change_altitude(self, now_us: int, command: VehicleCommand) -> int:
         return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
 
     def _do_orbit(self, now_us: int, command: VehicleCommand) -> int:
@@ -208,21 +218,38 @@ class CommandHandlers:
         if self._topics.failsafe_flags.auto_mission_missing:
             self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t")
             return DENIED
-        last = len(self._dataman.mission.items) - 1
-        if command.param1 != 0.0 or (command.param2 != 0.0 and command.param2 < last):
+        if not -1.0 <= command.param1 < len(self._dataman.mission.items):
             return DENIED
         result = self._change_mode(now_us, NavState.AUTO_MISSION)
-        return self._arming.arm(now_us, forced=False) if result == ACCEPTED else result
+        if result == ACCEPTED:
+            result = self._arming.arm(now_us, by="mission start", reason=REASON_MISSION_START)
+            if command.param1 >= 0.0:
+                self._pass_on(now_us, command)
+        return result
+
+    def _do_land_start(self, now_us: int, command: VehicleCommand) -> int:
+        """Go on with the mission where its landing begins."""
+        items = self._dataman.mission.items
+        landing = next((item.seq for item in items if item.command == mavlink.MAV_CMD_DO_LAND_START), None)
+        if landing is None:
+            return CANCELLED
+        start = command._replace(command=mavlink.MAV_CMD_MISSION_START, param1=float(landing))
+        self._mission_start(now_us, start)
+        return ACCEPTED
 
     # --- the rest -------------------------------------------------------------------------------------------
 
     def _do_set_home(self, now_us: int, command: VehicleCommand) -> int:
+        if not self._parameters["COM_HOME_EN"]:
+            return DENIED
         topics = self._topics
         if command.param1 > 0.5:
             home = home_position.at_vehicle(now_us, topics, manual_home=True)
-        else:
-            yaw = math.radians(command.param4) if math.isfinite(command.param4) else 0.0
+        elif all(map(math.isfinite, (command.param5, command.param6, command.param7))):
+            yaw = math.radians(command.param4) % (2.0 * math.pi)
             home = home_position.at_place(now_us, topics, command.param5, command.param6, command.param7, yaw)
+        else:
+            return DENIED
         if home is None:
             return TEMPORARILY_REJECTED
         topics.home_position = home

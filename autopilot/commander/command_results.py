@@ -17,8 +17,6 @@ CANCELLED: int = mavlink.MAV_RESULT_CANCELLED
 FIXED: dict[int, int | None] = {
     **dict.fromkeys(
         (
-            80,  # MAV_CMD_NAV_ROI
-            mavlink.MAV_CMD_DO_CHANGE_ALTITUDE,
             mavlink.MAV_CMD_DO_SET_ACTUATOR,
             mavlink.MAV_CMD_DO_GO_AROUND,
             mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN,
@@ -62,6 +60,5 @@ FIXED: dict[int, int | None] = {
         ),
         None,
     ),
-    mavlink.MAV_CMD_DO_LAND_START: CANCELLED,
     mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: FAILED,
 }

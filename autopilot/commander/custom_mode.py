@@ -123,6 +123,17 @@ def nav_state_of(main_mode: int, sub_mode: int) -> NavState | None:
     return _MAIN_SELECTABLE.get(main_mode)
 
 
+def nav_state_of_base_mode(base_mode: int) -> NavState | None:
+    """The mode that DO_SET_MODE asks for by MAV_MODE_FLAGs alone; None where they say nothing."""
+    if base_mode & FLAG_AUTO_ENABLED:
+        return NavState.AUTO_MISSION
+    if not base_mode & FLAG_MANUAL_INPUT_ENABLED:
+        return None
+    if base_mode & FLAG_GUIDED_ENABLED:
+        return NavState.POSCTL
+    return NavState.STAB if base_mode & FLAG_STABILIZE_ENABLED else NavState.MANUAL
+
+
 def base_mode_of(nav_state: NavState, *, armed: bool, offboard_setpoints: bool) -> int:
     """HEARTBEAT.base_mode; OFFBOARD counts as stabilised only while setpoints come in."""
     base_mode = _BASE_MODE[nav_state]

@@ -5,6 +5,8 @@ geofence_result and vehicle_roi. Which mode is active, follows from vehicle_stat
 vehicle_commands.
 """
 
+import math
+
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState
 from autopilot.dataman import Dataman
@@ -21,6 +23,7 @@ from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, Veh
 from sitl_emu.core import dialect as mavlink
 
 GF_ACTION_HOLD = 2
+CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Mission | Rtl | Land
 
 
@@ -105,7 +108,13 @@ class Navigator:
             if command.command == mavlink.MAV_CMD_NAV_TAKEOFF:
                 self._takeoff.request(command)
             elif command.command == mavlink.MAV_CMD_DO_REPOSITION:
-                self._loiter.reposition(command)
+                in_hold = self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER
+                if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
+                    self._loiter.reposition(command)
+            elif command.command == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
+                self._loiter.change_altitude(command.param1)
+            elif command.command == mavlink.MAV_CMD_MISSION_START:
+                self._mission.set_current(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
                 self._change_speed(command.param2)
             elif command.command in ROI_COMMANDS:

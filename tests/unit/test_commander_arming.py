@@ -1,12 +1,14 @@
 """Arming, disarming and choosing modes on the ground, as a person or a ground station sees it."""
 
+import math
+
 import pytest
 
 from autopilot.constants import NavState
 from autopilot.topics import ManualControlSetpoint
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import FakeVehicle, item
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 UNINIT, STANDBY, ACTIVE, CRITICAL, FLIGHT_TERMINATION = 0, 3, 4, 5, 8
@@ -245,3 +247,68 @@ def test_mission_start_arms_and_starts(vehicle: FakeVehicle) -> None:
     assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == ACCEPTED
     vehicle.step()
     assert (vehicle.mode, vehicle.armed) == (NavState.AUTO_MISSION, True)
+    assert "Armed by mission start" in vehicle.take_texts()
+
+
+@pytest.mark.parametrize(("first", "result"), [(-1, ACCEPTED), (1, ACCEPTED), (2, DENIED), (math.nan, DENIED)])
+def test_mission_start_at_an_item(vehicle: FakeVehicle, first: float, result: int) -> None:
+    vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
+    vehicle.step()
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, first) == result
+    vehicle.step()
+    assert vehicle.dataman.current_seq == max(0, first if result == ACCEPTED else 0)
+
+
+@pytest.mark.parametrize(
+    ("flags", "result", "mode"),
+    [
+        (0, TEMPORARILY_REJECTED, NavState.AUTO_LOITER),
+        (4, ACCEPTED, NavState.AUTO_MISSION),
+        (148, ACCEPTED, NavState.AUTO_MISSION),
+        (64, ACCEPTED, NavState.MANUAL),
+        (64 + 16, ACCEPTED, NavState.STAB),
+        (64 + 16 + 8, ACCEPTED, NavState.POSCTL),
+    ],
+)
+def test_modes_by_base_mode_flags(vehicle: FakeVehicle, flags: int, result: int, mode: NavState) -> None:
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_MODE, flags) == result
+    vehicle.step()
+    assert vehicle.mode is mode
+
+
+def test_home_is_denied_without_a_place_and_where_the_parameter_forbids_it(vehicle: FakeVehicle) -> None:
+    nan = math.nan
+    set_home = mavlink.MAV_CMD_DO_SET_HOME
+    assert vehicle.result(set_home, 0, 0, 0, 0, nan, 8.5, 490.0) == DENIED
+    assert vehicle.result(set_home, 0, 0, 0, -90.0, 47.4, 8.5, 490.0) == ACCEPTED
+    assert abs(vehicle.topics.home_position.yaw - math.radians(270.0)) < 1e-6
+    vehicle.parameters.set("COM_HOME_EN", 0)
+    assert vehicle.result(set_home, 1) == DENIED
+
+
+def test_change_altitude_goes_to_hold_and_keeps_the_place(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(10.0)
+    vehicle.set_mode(4, 5)
+    vehicle.step()
+    assert vehicle.result(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, HOME_ALT + 15.0) == ACCEPTED
+    vehicle.run(5.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert abs(vehicle.up - 15.0) < 0.5
+    assert math.hypot(vehicle.north, vehicle.east) < 0.5
+
+
+def test_reposition_without_its_flag_is_for_who_holds(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(10.0)
+    lat, lon = PLACE.reproject(20.0, 0.0)
+    target = (-1, 0, 0, math.nan, lat, lon, HOME_ALT + 10.0)
+    vehicle.set_mode(4, 2)
+    vehicle.step()
+    assert vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, *target) == ACCEPTED
+    vehicle.step()
+    assert vehicle.mode is NavState.AUTO_TAKEOFF
+    vehicle.set_mode(4, 3)
+    vehicle.run(6.0)
+    assert abs(vehicle.north) < 1.0
+    assert vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, *target) == ACCEPTED
+    vehicle.run(6.0)
+    assert abs(vehicle.north - 20.0) < 1.0

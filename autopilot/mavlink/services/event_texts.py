@@ -16,7 +16,13 @@ class TextEvent(NamedTuple):
     arguments: bytes = b""
 
 
-ARM_DISARM_REASON = {"external command": 4, "internal command": 3, "landing": 6, "auto preflight disarming": 7}
+ARM_DISARM_REASON = {
+    "external command": 4,
+    "internal command": 3,
+    "mission start": 5,
+    "landing": 6,
+    "auto preflight disarming": 7,
+}
 """px4::arm_disarm_reason_t."""
 
 
