@@ -9,7 +9,7 @@ import pytest
 
 ACK, NAK = 128, 129
 TERMINATE, RESET, LIST, OPEN_RO, READ, CRC32, BURST = 1, 2, 3, 4, 5, 14, 15
-INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF, UNKNOWN_COMMAND, INVALID_PATH, NOT_FOUND = 3, 4, 5, 6, 7, 9, 10
+INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF, UNKNOWN_COMMAND, FILE_PROTECTED, NOT_FOUND = 3, 4, 5, 6, 7, 9, 10
 GENERAL = b"etc/extras/component_general.json.xz"
 XZ_MAGIC = bytes.fromhex("fd377a585a00")
 LARGEST = 239
@@ -85,7 +85,7 @@ def test_a_file_comes_whole_in_reads_and_in_a_burst(station: Any) -> None:
     [
         (OPEN_RO, b"no_such_file", None, NOT_FOUND),
         (LIST, b"no_such_dir", None, NOT_FOUND),
-        (LIST, b"../..", None, INVALID_PATH),
+        (LIST, b"../..", None, FILE_PROTECTED),
         (READ, b"", 10, INVALID_SESSION),
         (127, b"", None, UNKNOWN_COMMAND),
         (LIST, b"etc", 240, INVALID_DATA_SIZE),

@@ -480,35 +480,6 @@ def test_events_come_with_their_texts() -> None:
     assert names(peer.send(future)) == ["RESPONSE_EVENT_ERROR"]
 
 
-FTP = struct.Struct("<HBBBBBBI")
-
-
-def ftp(peer: Peer, sequence: int, opcode: int, data: bytes = b"", offset: int = 0, size: int | None = None) -> bytes:
-    head = FTP.pack(sequence, 0, opcode, len(data) if size is None else size, 0, 0, 0, offset)
-    payload = list((head + data).ljust(251, b"\0"))
-    replies = peer.send(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, payload))
-    replies += peer.run(0.1) if not replies else []
-    return b"".join(bytes(reply.payload) for reply in only(replies, "FILE_TRANSFER_PROTOCOL"))
-
-
-def test_ftp_reads_the_metadata() -> None:
-    peer = Peer()
-    path = b"etc/extras/component_general.json.xz"
-    opened = FTP.unpack_from(ftp(peer, 1, 4, path))
-    assert (opened[0], opened[2], opened[3]) == (2, 128, 4)
-    reply = ftp(peer, 3, 5, size=239)
-    assert reply[12:18].hex() == "fd377a585a00"
-    assert ftp(peer, 3, 5, size=239) == reply
-    assert ftp(peer, 5, 4, path)[12] == 5
-    burst = ftp(peer, 7, 15, size=80)
-    assert (len(burst) // 251, burst[-251 + 3]) == (2, 129)
-    assert FTP.unpack_from(ftp(peer, 20, 1))[2] == 128
-    assert ftp(peer, 22, 5, size=10)[12] == 4
-    assert ftp(peer, 24, 4, b"no_such_file")[12] == 10
-    assert b"Fcomponent_general.json.xz\t" in ftp(peer, 26, 3, b"etc/extras")
-    assert ftp(peer, 28, 50)[12] == 7
-
-
 def test_there_are_no_logs() -> None:
     reply = Peer().send(mavlink.MAVLink_log_request_list_message(1, 1, 0, 65535))[0]
     assert (reply.num_logs, reply.id) == (0, 0)

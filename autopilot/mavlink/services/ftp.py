@@ -1,40 +1,56 @@
-"""MAVLink FTP, reading side (https://mavlink.io/en/services/ftp.html; PX4: mavlink_ftp.cpp).
+"""MAVLink FTP, the server (https://mavlink.io/en/services/ftp.html; PX4: mavlink_ftp.cpp).
 
-Serves the files of component_files.py: list, open, read, burst, CRC, terminate, reset; one session per link, which ends
-after 10 s without a request. A request with the number of the last one gets the last answer again. What would write
-is refused with FileProtected.
+Serves the folder of the instance, and under `etc/extras` the files of component_files.py. One session per link, which
+ends after 10 s without a request. A request with the number of the last one gets the last answer again, as long as
+that was a short one. A read is answered at once; a burst begins at once and goes on with the ticks, as does the CRC
+of a long file.
 """
 
+import errno
+import os
 import struct
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autopilot.file_system import Entry, FileSystem, OpenFile, ProtectedError, Tree
 from autopilot.mavlink import component_files
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
 
 HEADER = struct.Struct("<HBBBBBBI")
+SIZE = struct.Struct("<I")
 PAYLOAD_BYTES = 251
 DATA_BYTES = 239
+PATH_BYTES = 238
 ACK, NAK = 128, 129
-NONE, TERMINATE, RESET, LIST, OPEN_RO, READ = 0, 1, 2, 3, 4, 5
-CREATE, WRITE, REMOVE, MKDIR, RMDIR, OPEN_WO, TRUNCATE, RENAME = 6, 7, 8, 9, 10, 11, 12, 13
-CRC32, BURST = 14, 15
-WRITING = frozenset({CREATE, WRITE, REMOVE, MKDIR, RMDIR, OPEN_WO, TRUNCATE, RENAME})
-INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF, UNKNOWN_COMMAND = 3, 4, 5, 6, 7
-FILE_PROTECTED, FILE_NOT_FOUND, INVALID_PATH = 11, 10, 9
+NONE, TERMINATE, RESET, LIST, OPEN_RO, READ, CREATE, WRITE, REMOVE, MKDIR, RMDIR = range(11)
+OPEN_WO, TRUNCATE, RENAME, CRC32, BURST, LIST_WITH_TIME = range(11, 17)
+FAIL_ERRNO, INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF = 2, 3, 4, 5, 6
+UNKNOWN_COMMAND, FILE_EXISTS, FILE_PROTECTED, FILE_NOT_FOUND = 7, 8, 9, 10
 """MAV_FTP_ERR."""
-BURST_PACKETS = 168
-"""Packets of one burst, each full whatever size was asked for, as PX4 sends them; the reader asks for the next."""
-BURST_PER_TICK = 8
+SESSION = 0
+"""The only session there is."""
+KEPT_BYTES = 4
+"""Answers up to so long are kept for a request that comes again; longer ones only read, and are made anew."""
 IDLE_US = 10_000_000
+BURST_BYTES = 35_000
+"""A burst ends with the first batch that goes beyond; the reader asks for the next."""
+BATCH_PACKETS = 24
+"""Packets that PX4's UDP buffer takes at a time. Each is full, whatever size was asked for."""
+CRC_PIECE_BYTES = 1 << 20
+"""How much of a file a CRC covers before the tick must go on."""
+LARGEST_SKIP = (1 << 31) - 1
+"""PX4 counts the entries to skip in an int: a larger offset skips none."""
 LINKS_WITHOUT = frozenset({"gimbal"})
+FOLDERS = ("etc/init.d", "etc/init.d-posix")
+"""PX4's start scripts are in them; ours are empty."""
 
 
 class Request(NamedTuple):
-    """One decoded request."""
+    """One decoded request, with who asked."""
 
     sequence: int
     session: int
@@ -44,31 +60,64 @@ class Request(NamedTuple):
     burst_complete: int
     padding: int
     offset: int
-    data: bytes
+    raw: bytes
+    """The whole payload: the answer is written into a copy of it, as PX4 does."""
+    sender: tuple[int, int]
+
+    @property
+    def data(self) -> bytes:
+        """What the size says is data."""
+        return self.raw[HEADER.size : HEADER.size + self.size]
 
     @property
     def path(self) -> str:
-        """The data as a path without its leading slash and end."""
-        return self.data[: self.size].split(b"\0")[0].decode(errors="replace").strip("/")
+        """The data up to its first zero as a path."""
+        return os.fsdecode(self.data[:PATH_BYTES].split(b"\0", 1)[0])
 
 
-class Session:
-    """The open file of a link, and its burst if one runs."""
+class RefusedError(Exception):
+    """A request that gets a NAK."""
 
-    def __init__(self, content: bytes) -> None:
-        self.content = content
-        self.burst: Request | None = None
-        self.burst_sequence = self.burst_offset = self.burst_left = 0
+    def __init__(self, error: int) -> None:
+        """`error` is one of MAV_FTP_ERR."""
+        self.error = error
+
+
+class Burst(NamedTuple):
+    """A burst that runs: where it is, and what it has sent."""
+
+    request: Request
+    sequence: int
+    offset: int
+    sent_bytes: int
+
+
+class Checksum(NamedTuple):
+    """A CRC that is being calculated."""
+
+    request: Request
+    file: OpenFile
+    offset: int
+    crc: int
 
 
 class LinkState:
     """What is remembered of a link."""
 
     def __init__(self) -> None:
-        self.session: Session | None = None
-        self.last_sequence = -1
-        self.last_answer: tuple[int, ...] = ()
+        self.file: OpenFile | None = None
+        self.burst: Burst | None = None
+        self.checksum: Checksum | None = None
+        self.kept_answer: tuple[int, bytes] | None = None
+        """The last answer and its number, if it was a short one."""
+        self.errno = 0
+        """Of the last call that failed. PX4 tells it for some later failures too, and calls all of them FILE_EXISTS
+        while it is EEXIST."""
         self.heard_us = 0
+
+    def close(self) -> None:
+        """End the session."""
+        self.file = self.burst = None
 
 
 class Ftp:
@@ -77,150 +126,263 @@ class Ftp:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL})
     HAS_TIMER = True
 
-    def __init__(self, system_id: int, root: Path | None) -> None:
-        """`system_id` is ours; `root` is the folder of this instance."""
-        self._root = root
+    def __init__(self, system_id: int, root: Path | None, etc: Callable[[], Tree] = component_files.tree) -> None:
+        """`system_id` is ours; `root` is the folder of this instance; `etc` makes the files below `etc/`."""
         self._system_id = system_id
+        self._files = FileSystem(root, etc, FOLDERS)
         self._states: dict[Link, LinkState] = {}
-        self._partners: dict[Link, tuple[int, int]] = {}
+        self._handlers: dict[int, Callable[[Request, LinkState], bytes | None]] = {
+            NONE: lambda request, state: request.data,
+            TERMINATE: self._terminate,
+            RESET: self._reset,
+            LIST: self._list,
+            LIST_WITH_TIME: self._list,
+            OPEN_RO: self._open,
+            OPEN_WO: self._open,
+            CREATE: self._open,
+            READ: self._read,
+            WRITE: self._write,
+            BURST: self._start_burst,
+            REMOVE: self._remove,
+            MKDIR: self._make_folder,
+            RMDIR: self._remove_folder,
+            TRUNCATE: self._truncate,
+            RENAME: self._rename,
+            CRC32: self._start_checksum,
+        }
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Answer one request."""
         if link.name in LINKS_WITHOUT or not is_for(message, self._system_id, broadcast=True):
             return
         raw = bytes(message.payload)
-        request = Request._make((*HEADER.unpack_from(raw), raw[HEADER.size :]))
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        request = Request._make((*HEADER.unpack_from(raw), raw, sender))
         state = self._states.setdefault(link, LinkState())
         state.heard_us = now_us
-        self._partners[link] = (message.get_srcSystem(), message.get_srcComponent())
-        if request.sequence == state.last_sequence:
-            self._send(link, state.last_answer)
+        if request.size > DATA_BYTES:
+            self._refuse(link, state, request, INVALID_DATA_SIZE)
             return
-        answer = self._answer(request, state)
-        if answer is not None:
-            state.last_sequence, state.last_answer = request.sequence, answer
-            self._send(link, answer)
+        if state.kept_answer is not None and state.kept_answer[0] == request.sequence + 1:
+            self._send(link, request.sender, state.kept_answer[1])
+            return
+        state.kept_answer = None
+        try:
+            handler = self._handlers.get(request.opcode)
+            if handler is None:
+                raise RefusedError(UNKNOWN_COMMAND)
+            data = handler(request, state)
+        except RefusedError as refusal:
+            self._refuse(link, state, request, refusal.error)
+        except ProtectedError:
+            self._refuse(link, state, request, FILE_PROTECTED)
+        except (OSError, ValueError) as failure:
+            state.errno = getattr(failure, "errno", None) or errno.EINVAL
+            self._refuse(link, state, request, FAIL_ERRNO)
+        else:
+            if data is not None:
+                self._answer(link, state, request, ACK, data)
+            elif request.opcode == BURST:
+                self._send_batch(link, state)
+            else:
+                self._go_on_with_checksum(link, state)
 
     def on_time(self, now_us: int) -> None:
-        """Go on with bursts, and close what nobody asks for any more."""
+        """Go on with bursts and CRCs, and close what nobody asks for any more."""
         for link, state in self._states.items():
-            session = state.session
-            if session is None:
-                continue
-            if session.burst is not None:
-                state.heard_us = now_us
-                for _ in range(BURST_PER_TICK):
-                    self._burst(link, session)
-            elif now_us - state.heard_us > IDLE_US:
-                state.session = None
+            if state.burst is not None:
+                self._send_batch(link, state)
+            if state.checksum is not None:
+                self._go_on_with_checksum(link, state)
+            if state.file is not None and now_us - state.heard_us > IDLE_US:
+                state.close()
+                state.kept_answer = None
 
-    def _answer(self, request: Request, state: LinkState) -> tuple[int, ...] | None:
-        opcode = request.opcode
-        if request.size > DATA_BYTES:
-            return _nak(request, INVALID_DATA_SIZE)
-        if opcode in (NONE, RESET):
-            if opcode == RESET:
-                state.session = None
-            return _reply(request, ACK, b"")
-        if opcode == LIST:
-            return _list(request)
-        if opcode == OPEN_RO:
-            return self._open(request, state)
-        if opcode == CRC32:
-            content = component_files.tree().get(request.path)
-            if content is None:
-                return _nak(request, FILE_NOT_FOUND)
-            return _reply(request, ACK, struct.pack("<I", zlib.crc32(content, 0xFFFFFFFF) ^ 0xFFFFFFFF))
-        if opcode in WRITING:
-            return _nak(request, FILE_PROTECTED)
-        if opcode not in (TERMINATE, READ, BURST):
-            return _nak(request, UNKNOWN_COMMAND)
-        return self._in_session(request, state)
+    # --- sessions ----------------------------------------------------------------------------------------
+
+    def _open(self, request: Request, state: LinkState) -> bytes:
+        if state.file is not None:
+            raise RefusedError(NO_SESSIONS)
+        state.file = self._files.open(request.path, _FLAGS[request.opcode])
+        return SIZE.pack(state.file.size & 0xFFFFFFFF)
 
     @staticmethod
-    def _open(request: Request, state: LinkState) -> tuple[int, ...]:
-        if state.session is not None:
-            return _nak(request, NO_SESSIONS)
-        content = component_files.tree().get(request.path)
-        if content is None:
-            return _nak(request, FILE_NOT_FOUND)
-        state.session = Session(content)
-        return _reply(request, ACK, struct.pack("<I", len(content)))
+    def _terminate(request: Request, state: LinkState) -> bytes:
+        _session(request, state)
+        state.close()
+        return b""
 
     @staticmethod
-    def _in_session(request: Request, state: LinkState) -> tuple[int, ...] | None:
-        session = state.session
-        if request.session != 0 or (session is None and request.opcode != TERMINATE):
-            return _nak(request, INVALID_SESSION)
-        if request.opcode == TERMINATE:
-            state.session = None
-            return _reply(request, ACK, b"")
-        assert session is not None
-        if request.opcode == BURST:
-            session.burst, session.burst_left = request, BURST_PACKETS
-            session.burst_offset, session.burst_sequence = request.offset, request.sequence
-            return None
-        if request.offset >= len(session.content):
-            return _nak(request, EOF)
-        return _reply(request, ACK, session.content[request.offset : request.offset + request.size])
+    def _reset(_request: Request, state: LinkState) -> bytes:
+        state.close()
+        return b""
 
-    def _burst(self, link: Link, session: Session) -> None:
-        request = session.burst
-        if request is None:
+    @staticmethod
+    def _read(request: Request, state: LinkState) -> bytes:
+        file = _session(request, state)
+        if request.offset >= file.size:
+            raise RefusedError(EOF)
+        return file.read(request.offset, request.size)
+
+    @staticmethod
+    def _write(request: Request, state: LinkState) -> bytes:
+        return SIZE.pack(_session(request, state).write(request.offset, request.data))
+
+    @staticmethod
+    def _start_burst(request: Request, state: LinkState) -> None:
+        _session(request, state)
+        state.burst = Burst(request, request.sequence, request.offset, 0)
+
+    def _send_batch(self, link: Link, state: LinkState) -> None:
+        """The next packets of a burst; the one that completes it says so, the end of the file is a NAK."""
+        assert state.burst is not None and state.file is not None
+        request, sequence, offset, sent_bytes = state.burst
+        file = state.file
+        for packet in range(1, BATCH_PACKETS + 1):
+            asked = request._replace(sequence=sequence & 0xFFFF, offset=offset, burst_complete=0)
+            try:
+                data = file.read(offset, DATA_BYTES) if offset < file.size else b""
+            except OSError:
+                state.burst = None
+                self._refuse(link, state, asked, FAIL_ERRNO)
+                return
+            if not data:
+                state.burst = None
+                self._answer(link, state, asked, NAK, bytes((EOF,)))
+                return
+            sequence, offset, sent_bytes = sequence + 1, offset + len(data), sent_bytes + len(data)
+            complete = packet == BATCH_PACKETS and sent_bytes > BURST_BYTES
+            self._answer(link, state, asked, ACK, data, int(complete))
+        state.burst = None if complete else Burst(request, sequence, offset, sent_bytes)
+
+    # --- folders and files -------------------------------------------------------------------------------
+
+    def _list(self, request: Request, state: LinkState) -> bytes:
+        try:
+            entries = self._files.entries(request.path)
+        except OSError as failure:
+            state.errno = failure.errno or 0
+            raise RefusedError(FILE_NOT_FOUND) from None
+        data = b""
+        for entry in entries[request.offset if request.offset <= LARGEST_SKIP else 0 :]:
+            line = _line(entry, request.opcode == LIST_WITH_TIME)
+            if len(data) + len(line) > DATA_BYTES:
+                return data
+            data += line
+        state.errno = 0
+        if not data and request.offset:
+            raise RefusedError(EOF)
+        return data
+
+    def _remove(self, request: Request, _state: LinkState) -> bytes:
+        self._files.remove(request.path)
+        return b""
+
+    def _make_folder(self, request: Request, _state: LinkState) -> bytes:
+        self._files.make_folder(request.path)
+        return b""
+
+    def _remove_folder(self, request: Request, _state: LinkState) -> bytes:
+        self._files.remove_folder(request.path)
+        return b""
+
+    def _truncate(self, request: Request, _state: LinkState) -> bytes:
+        try:
+            self._files.truncate(request.path, request.offset)
+        except OSError:
+            raise RefusedError(FAIL_ERRNO) from None  # PX4 tells the errno of an earlier failure
+        return b""
+
+    def _rename(self, request: Request, _state: LinkState) -> bytes:
+        old, zero, rest = request.data.partition(b"\0")
+        if not zero:
+            raise RefusedError(FAIL_ERRNO)
+        self._files.rename(os.fsdecode(old), os.fsdecode(rest.split(b"\0", 1)[0]))
+        return b""
+
+    def _start_checksum(self, request: Request, state: LinkState) -> None:
+        try:
+            file = self._files.open(request.path, os.O_RDONLY)
+        except OSError:
+            raise RefusedError(FAIL_ERRNO) from None  # as in _truncate
+        if state.checksum is None or state.checksum.request != request:
+            state.checksum = Checksum(request, file, 0, 0xFFFFFFFF)
+
+    def _go_on_with_checksum(self, link: Link, state: LinkState) -> None:
+        """CRC-32 with zero as its first value and without inversion at the end, over the next piece of the file."""
+        assert state.checksum is not None
+        request, file, offset, crc = state.checksum
+        try:
+            data = file.read(offset, CRC_PIECE_BYTES)
+        except OSError as failure:
+            state.checksum = None
+            state.errno = failure.errno or 0
+            self._refuse(link, state, request, FAIL_ERRNO)
             return
-        asked = request._replace(sequence=session.burst_sequence, offset=session.burst_offset)
-        chunk = session.content[asked.offset : asked.offset + DATA_BYTES]
-        session.burst_sequence = (session.burst_sequence + 1) & 0xFFFF
-        session.burst_left -= 1
-        if not chunk:
-            session.burst = None
-            self._send(link, _nak(asked, EOF))
-            return
-        session.burst_offset += len(chunk)
-        complete = session.burst_left == 0
-        if complete:
-            session.burst = None
-        self._send(link, _reply(asked, ACK, chunk, burst_complete=int(complete)))
+        crc = zlib.crc32(data, crc)
+        if len(data) == CRC_PIECE_BYTES:
+            state.checksum = Checksum(request, file, offset + len(data), crc)
+        else:
+            state.checksum = None
+            self._answer(link, state, request, ACK, SIZE.pack(crc ^ 0xFFFFFFFF))
 
-    def _send(self, link: Link, payload: tuple[int, ...]) -> None:
-        partner = self._partners[link]
-        link.send_fields(mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL, 0, *partner, *payload)
+    # --- answers -----------------------------------------------------------------------------------------
 
+    def _refuse(self, link: Link, state: LinkState, request: Request, error: int) -> None:
+        if state.errno == errno.EEXIST:
+            error = FILE_EXISTS
+        elif state.errno == errno.ENOENT and error == FAIL_ERRNO:
+            error = FILE_NOT_FOUND
+        data = bytes((error, state.errno & 0xFF)) if error == FAIL_ERRNO else bytes((error,))
+        self._answer(link, state, request, NAK, data)
 
-def _reply(request: Request, opcode: int, data: bytes, burst_complete: int = 0) -> tuple[int, ...]:
-    sequence = (request.sequence + 1) & 0xFFFF
-    head = HEADER.pack(sequence, 0, opcode, len(data), request.opcode, burst_complete, 0, request.offset)
-    return tuple((head + data).ljust(PAYLOAD_BYTES, b"\0"))
+    def _answer(
+        self,
+        link: Link,
+        state: LinkState,
+        request: Request,
+        opcode: int,
+        data: bytes,
+        burst_complete: int | None = None,
+    ) -> None:
+        sequence = (request.sequence + 1) & 0xFFFF
+        session = SESSION if request.opcode in _FLAGS and opcode == ACK else request.session
+        complete = request.burst_complete if burst_complete is None else burst_complete
+        head = HEADER.pack(
+            sequence, session, opcode, len(data), request.opcode, complete, request.padding, request.offset
+        )
+        payload = head + data + request.raw[len(head) + len(data) :]
+        if len(data) <= KEPT_BYTES:
+            state.kept_answer = sequence, payload
+        self._send(link, request.sender, payload)
 
-
-def _nak(request: Request, error: int) -> tuple[int, ...]:
-    return _reply(request, NAK, bytes((error,)))
-
-
-def _list(request: Request) -> tuple[int, ...]:
-    path = request.path
-    if ".." in path.split("/"):
-        return _nak(request, INVALID_PATH)
-    entries = directory(path)
-    if not entries:
-        return _nak(request, FILE_NOT_FOUND)
-    if request.offset >= len(entries):
-        return _nak(request, EOF)
-    data = b""
-    for entry in entries[request.offset :]:
-        encoded = entry.encode() + b"\0"
-        if len(data) + len(encoded) > DATA_BYTES:
-            break
-        data += encoded
-    return _reply(request, ACK, data)
+    @staticmethod
+    def _send(link: Link, receiver: tuple[int, int], payload: bytes) -> None:
+        codec = link.codec(mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL)
+        link.send_payload(codec, bytes((0, *receiver)) + payload)
 
 
-def directory(path: str) -> list[str]:
-    """Entries of a directory as FTP lists them: `F` name, tab, size; `D` name; `S` for `.` and `..`. Empty: none."""
-    prefix = f"{path}/" if path else ""
-    entries: dict[str, str] = {}
-    for name, content in component_files.tree().items():
-        if name.startswith(prefix):
-            first, *rest = name.removeprefix(prefix).split("/")
-            entries[first] = f"D{first}" if rest else f"F{first}\t{len(content)}"
-    return ["S", "S", *entries.values()] if entries else []
+_FLAGS = {
+    OPEN_RO: os.O_RDONLY,
+    OPEN_WO: os.O_CREAT | os.O_WRONLY,
+    CREATE: os.O_CREAT | os.O_TRUNC | os.O_WRONLY,
+}
+
+
+def _session(request: Request, state: LinkState) -> OpenFile:
+    """The open file. Raises RefusedError."""
+    if request.session != SESSION or state.file is None:
+        raise RefusedError(INVALID_SESSION)
+    return state.file
+
+
+def _line(entry: Entry, with_time: bool) -> bytes:
+    if entry.kind == "S":
+        text = "S"
+    elif entry.kind == "D":
+        text = f"D{entry.name}"
+    elif with_time:
+        text = f"F{entry.name}\t{entry.size}\t{entry.modified_s}"
+    else:
+        text = f"F{entry.name}\t{entry.size}"
+    return os.fsencode(text) + b"\0"
