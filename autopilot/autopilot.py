@@ -20,6 +20,8 @@ from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters, Value
 from autopilot.sensors import Sensors
+from autopilot.shell.commands import COMMANDS
+from autopilot.shell.pxh import Pxh
 from autopilot.texts import Texts
 from autopilot.topics import Topics
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
@@ -50,14 +52,17 @@ class Autopilot:
         self.sensors = Sensors(*shared)
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
-        self.commander = Commander(*shared, self.dataman, self.texts.say)
-        self.navigator = Navigator(*shared, self.dataman, self.texts.say)
+        self.commander = Commander(*shared, self.dataman, self.texts.of("commander"))
+        self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"))
         self.flight_modes = FlightModes(*shared)
-        self.control = RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.say)
+        self.control = (
+            RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))
+        )
         self.commands = VehicleCommands((self.commander, self.navigator))
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root)
         self.mavlink.mission.set_current = self.navigator.set_current_mission_item
         self.mavlink.mission.plan_changed = self.navigator.mission_changed
+        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.now_us = 0
         self._ticks = 0
 

@@ -24,12 +24,14 @@ class Parameters:
     def __init__(self, airframe_class: str, overrides: Mapping[str, Value] | None = None) -> None:
         """`airframe_class` is "multicopter" or "rover"; raises KeyError for an override that PX4 does not know."""
         self._table = table()
-        self._defaults = {name: self._typed(name, row["default"]) for name, row in self._table.items()}
+        self._defaults = {name: self.typed(name, row["default"]) for name, row in self._table.items()}
         for name, value in (overrides or {}).items():
-            self._defaults[name] = self._typed(name, value)
+            self._defaults[name] = self.typed(name, value)
         self._values = dict(self._defaults)
         self.announced = [name for name, row in self._table.items() if airframe_class in row["announced"]]
         self.index = {name: index for index, name in enumerate(self.announced)}
+        self.everything = list(self._table)
+        """All names of PX4's build, in its order, announced or not."""
         self.version = 0
 
     def __getitem__(self, name: str) -> Value:
@@ -57,7 +59,7 @@ class Parameters:
 
     def set(self, name: str, value: Value) -> None:
         """Change a value; KeyError for an unknown name. `version` counts the changes."""
-        typed = self._typed(name, value)
+        typed = self.typed(name, value)
         if typed != self._values[name]:
             self._values[name] = typed
             self.version += 1
@@ -66,7 +68,8 @@ class Parameters:
         """Values that differ from this airframe's defaults: what is saved."""
         return {name: value for name, value in self._values.items() if value != self._defaults[name]}
 
-    def _typed(self, name: str, value: Value) -> Value:
+    def typed(self, name: str, value: Value) -> Value:
+        """A value as the parameter would hold it: whole, or rounded to float32."""
         if self._table[name]["type"] != "REAL32":
             return int(value)
         return _float32(float(value))
@@ -82,5 +85,8 @@ def table() -> dict[str, dict[str, Any]]:
 def _float32(value: float) -> float:
     if not math.isfinite(value):
         return value
-    rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
+    try:
+        rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
     return rounded

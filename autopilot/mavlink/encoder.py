@@ -17,8 +17,9 @@ EXTENSIONS = {
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: "III",
     mavlink.MAVLINK_MSG_ID_MISSION_COUNT: "I",
     mavlink.MAVLINK_MSG_ID_MISSION_ACK: "I",
+    mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL: "BB",
 }
-"""Extension fields that PX4 sends and pymavlink's dialect lacks: the opaque ids of plans (mission, fence, rally)."""
+"""Extension fields that PX4 sends and pymavlink's dialect lacks: opaque ids of plans, the shell's target."""
 
 
 class Codec:

@@ -5,7 +5,7 @@ shift the next), frames may be split over datagrams or several be in one, MAVLin
 MAVLink 2 is answered, the sequence number counts per link. The frames of one moment travel in one datagram.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 from autopilot.mavlink import rates
@@ -77,6 +77,8 @@ class Link:
         self._schedule: dict[int, ScheduledStream] = {}
         self._due_us = NEVER_US
         self._limit_bytes_per_s = 0.0
+        self.rate_multiplier = 1.0
+        """What a limited link's rates are multiplied with."""
         self._rescale_us = 0
         self._parser = self._make_parser()
         self._last_sequence: dict[tuple[int, int], int] = {}
@@ -159,6 +161,10 @@ class Link:
                 next_due_us = item.due_us
         self._due_us = next_due_us
 
+    def streams(self) -> Iterable[ScheduledStream]:
+        """The streams that run."""
+        return self._schedule.values()
+
     def hurry(self, message_id: int) -> None:
         """Send a running stream's message in this tick, whatever its interval."""
         item = self._schedule.get(message_id)
@@ -181,7 +187,7 @@ class Link:
             for item in self._schedule.values()
             if item.parts and item.requested_us
         ]
-        multiplier = rates.multiplier(self._limit_bytes_per_s, running)
+        self.rate_multiplier = multiplier = rates.multiplier(self._limit_bytes_per_s, running)
         for item in self._schedule.values():
             if item.stream.name not in rates.CONSTANT:
                 item.interval_us = round(item.requested_us / multiplier)

@@ -30,6 +30,7 @@ from autopilot.mavlink.services import (
     ping,
     rc_override,
     set_mode,
+    shell,
     statustext,
     system_time,
     timesync,
@@ -73,6 +74,8 @@ class Mavlink:
             self._start_streams(link)
         requests = message_request.MessageRequest(self.context, self.stream)
         intervals = message_interval.MessageInterval(self.stream)
+        self._intervals = intervals
+        self.shell = shell.Shell(texts, self.system_id)
         self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id)
         self._services: tuple[Service, ...] = (
             command.Command((requests, intervals), handle_command, self.system_id),
@@ -89,6 +92,7 @@ class Mavlink:
             statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id),
+            self.shell,
             event.Event(self.context, self.links, texts, self.system_id),
         )
         self._handlers: dict[int, list[Service]] = {}
@@ -106,6 +110,14 @@ class Mavlink:
             except KeyError:
                 return None
         return found
+
+    def configure_stream(self, now_us: int, link: Link, name: str, hz: float) -> bool:
+        """Send a message so often on a link (0: never, negative: its default); whether there is such a message."""
+        stream = self.stream(name)
+        if stream is None:
+            return False
+        interval_us = 0 if hz < 0.0 else -1 if hz == 0.0 else rates.interval_us(hz)
+        return self._intervals.set(now_us, stream.codec.id, interval_us, link)
 
     def on_datagram(self, now_us: int, link_index: int, data: bytes) -> None:
         """Act on what came in on a link; answers wait in the outbox when this returns."""

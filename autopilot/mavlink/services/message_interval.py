@@ -37,10 +37,11 @@ class MessageInterval:
             send_interval(link, message_id)
             return CommandResult(MAV_RESULT_ACCEPTED)
         interval_us = round(command.param2) if command.param2 == command.param2 else STOPPED
-        accepted = self._set(now_us, message_id, interval_us, link)
+        accepted = self.set(now_us, message_id, interval_us, link)
         return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
 
-    def _set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
+    def set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
+        """Send a message every `interval_us` on a link (0: default, -1: never); whether it can be configured."""
         if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
             link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED
             return True

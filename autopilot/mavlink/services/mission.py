@@ -311,7 +311,7 @@ class Mission:
         link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ACK, *partner, result, kind, opaque_id)
 
     def _say(self, text: str) -> None:
-        self._texts.say(Severity.CRITICAL, text)
+        self._texts.say(Severity.CRITICAL, text, "mavlink")
 
 
 def _partner(message: Any) -> Partner:

@@ -1,0 +1,107 @@
+"""MAVLink shell: SERIAL_CONTROL of device SHELL (https://mavlink.io/en/messages/common.html#SERIAL_CONTROL).
+
+As PX4's handle_message_serial_control and handleMavlinkShellOutput: every link has a shell of its own, opened by the
+first message and closed by one without the flag RESPOND. EXCLUSIVE, BLOCKING, time-out and baud rate are ignored. What
+the shell prints goes out 70 bytes a tick, so that telemetry does not starve, addressed to who typed last.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.shell.pxh import Pxh
+from autopilot.texts import Text, Texts
+from sitl_emu.core import dialect as mavlink
+
+DATA_BYTES = 70
+TARGET_OFFSET = 79
+"""Where target_system and target_component stand in the payload: extensions that pymavlink's dialect lacks."""
+MAVLINK2_MARKER = 0xFD
+MAVLINK2_HEADER_BYTES = 10
+AUTOPILOT_COMPONENT = 1
+CONSOLE_LEVELS = ("ERROR", "ERROR", "WARN", "WARN", "WARN", "INFO", "INFO", "DEBUG")
+"""How the console calls the severities of texts."""
+
+
+class Session:
+    """A link's shell, and who typed last."""
+
+    def __init__(self, pxh: Pxh) -> None:
+        self.pxh = pxh
+        self.partner = (0, 0)
+
+
+class Shell:
+    """The shells of all links."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL})
+    HAS_TIMER = True
+
+    def __init__(self, texts: Texts, system_id: int) -> None:
+        """`open_shell` is to be set by who owns the commands; until then nothing is answered."""
+        self.open_shell: Callable[[], Pxh] | None = None
+        self._system_id = system_id
+        self._sessions: dict[Link, Session] = {}
+        self._texts = texts
+        self._said = texts.count
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Hand what was typed to the link's shell, or close it."""
+        respond = message.flags & mavlink.SERIAL_CONTROL_FLAG_RESPOND
+        if (
+            message.device != mavlink.SERIAL_CONTROL_DEV_SHELL
+            or message.flags & mavlink.SERIAL_CONTROL_FLAG_REPLY
+            or not self._is_for_us(message)
+        ):
+            return
+        if not respond:
+            self._sessions.pop(link, None)
+            return
+        session = self._sessions.get(link)
+        if session is None:
+            if self.open_shell is None:
+                return
+            session = self._sessions[link] = Session(self.open_shell())
+        if 0 < message.count <= DATA_BYTES:
+            session.partner = (message.get_srcSystem(), message.get_srcComponent())
+            session.pxh.write(bytes(message.data[: message.count]))
+
+    def on_time(self, now_us: int) -> None:
+        """Let the shells work, and send at most one message of each."""
+        if self._texts.count != self._said:
+            self._print_new_texts()
+        for link, session in self._sessions.items():
+            session.pxh.run()
+            printed = session.pxh.read(DATA_BYTES)
+            if printed:
+                link.send_fields(
+                    mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL,
+                    0,
+                    0,
+                    mavlink.SERIAL_CONTROL_DEV_SHELL,
+                    mavlink.SERIAL_CONTROL_FLAG_REPLY,
+                    len(printed),
+                    *printed.ljust(DATA_BYTES, b"\0"),
+                    *session.partner,
+                )
+
+    def _print_new_texts(self) -> None:
+        """An open shell shows the autopilot's console, where texts to the ground appear as well."""
+        if self._sessions:
+            for text in self._texts.recent:
+                if text.number >= self._said:
+                    for session in self._sessions.values():
+                        session.pxh.print(_console_line(text))
+        self._said = self._texts.count
+
+    def _is_for_us(self, message: Any) -> bool:
+        frame = message.get_msgbuf()
+        if frame[0] != MAVLINK2_MARKER:
+            return True
+        target = frame[MAVLINK2_HEADER_BYTES + TARGET_OFFSET : MAVLINK2_HEADER_BYTES + frame[1]]
+        system, component = (*target[:2], 0, 0)[:2]
+        return system in (0, self._system_id) and component in (0, AUTOPILOT_COMPONENT)
+
+
+def _console_line(text: Text) -> str:
+    return f"{CONSOLE_LEVELS[text.severity]:<5} [{text.module}] {text.text}\n"

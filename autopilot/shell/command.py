@@ -1,0 +1,60 @@
+"""What a shell command is, and how it prints.
+
+A command is a generator: it yields what it prints, yields WAIT where it must let time pass, and returns its exit
+status (0 is success). PX4's commands print in two ways: plainly, or as a log line that names level and module.
+"""
+
+import math
+import re
+from collections.abc import Callable, Generator, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+WAIT = ""
+"""Yielded by a command that waits for the next tick."""
+DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+LARGEST_FLOAT = 3.4028234663852886e38
+"""Of a float32; what is more stays there."""
+INTEGER = re.compile(r"[+-]?\d{1,100}", re.ASCII)
+SUCCESS = 0
+FAILURE = 1
+
+Output = Generator[str, None, int]
+Command = Callable[["Autopilot", Sequence[str]], Output]
+"""`arguments` are the words after the command's own name."""
+
+
+def info(module: str, text: str) -> str:
+    """A log line as PX4_INFO prints it where nobody wants colours."""
+    return f"INFO  [{module}] {text}\n"
+
+
+def warning(module: str, text: str) -> str:
+    """A log line as PX4_WARN prints it."""
+    return f"WARN  [{module}] {text}\n"
+
+
+def error(module: str, text: str) -> str:
+    """A log line as PX4_ERR prints it."""
+    return f"ERROR [{module}] {text}\n"
+
+
+def usage(name: str, commands: Sequence[tuple[str, str]]) -> str:
+    """Names a command's own commands, each with what it does, in the shape of PX4's usage texts."""
+    lines = "".join(f"\n   {command:<13} {what}\n" for command, what in commands)
+    return f"Usage: {name} <command> [arguments...]\n Commands:\n{lines}"
+
+
+def integer(text: str) -> int:
+    """What C's strtol makes of a word in base 10: the digits it begins with, or 0."""
+    found = INTEGER.match(text)
+    return int(found[0]) if found else 0
+
+
+def number(text: str) -> float:
+    """What C's strtod makes of a word: the decimal number it begins with, or 0 (and for "nan" and "inf")."""
+    found = DECIMAL.match(text)
+    value = float(found[0]) if found else 0.0
+    return value if abs(value) <= LARGEST_FLOAT else math.copysign(LARGEST_FLOAT, value)

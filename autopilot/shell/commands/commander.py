@@ -1,0 +1,162 @@
+"""commander: arms, disarms, changes modes, and says how things are (PX4: modules/commander).
+
+Its commands go the way of a MAVLink command from inside; what the commander decides is not printed, as on PX4, but for
+the texts that it tells everybody.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.commander import custom_mode
+from autopilot.commander.mode_names import MODE_NAMES
+from autopilot.constants import NavState
+from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, number, usage
+from autopilot.topics import VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+FORCE = 21196.0
+SHUTDOWN = 2.0
+QUICK = 4.0
+CUSTOM_MODE = 1.0
+MODES = {
+    "manual": NavState.MANUAL,
+    "acro": NavState.ACRO,
+    "offboard": NavState.OFFBOARD,
+    "stabilized": NavState.STAB,
+    "altctl": NavState.ALTCTL,
+    "posctl": NavState.POSCTL,
+    "auto:mission": NavState.AUTO_MISSION,
+    "auto:loiter": NavState.AUTO_LOITER,
+    "auto:rtl": NavState.AUTO_RTL,
+    "auto:takeoff": NavState.AUTO_TAKEOFF,
+    "auto:land": NavState.AUTO_LAND,
+    "auto:precland": NavState.AUTO_PRECLAND,
+    "ext1": NavState.EXTERNAL1,
+}
+CALIBRATIONS = {"gyro": 1, "mag": 2, "baro": 3, "accel": 5, "level": 5, "airspeed": 6, "esc": 7}
+"""Which parameter of MAV_CMD_PREFLIGHT_CALIBRATION asks for it."""
+CALIBRATION_VALUES = {"level": 2.0, "airspeed": 2.0}
+COMMANDS = (
+    ("start", ""),
+    ("calibrate", "mag|baro|accel|gyro|level|esc|airspeed [quick]"),
+    ("check", "run the checks before arming"),
+    ("arm", "-f without checks"),
+    ("disarm", "-f in the air"),
+    ("takeoff", ""),
+    ("land", ""),
+    ("transition", "to fixed wing and back"),
+    ("mode", "|".join(MODES)),
+    ("lockdown", "on|off"),
+    ("set_ekf_origin", "LATITUDE LONGITUDE ALTITUDE"),
+    ("poweroff", ""),
+    ("stop", ""),
+    ("status", "armed or not, mode, failsafe"),
+)
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`commander COMMAND ...`."""
+    command, *words = arguments or [""]
+    if command == "status":
+        return (yield from _status(autopilot))
+    if command == "start":
+        yield error("commander", "Task already running")
+        return -1
+    if command == "check":
+        _send(autopilot, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+        passed = autopilot.topics.vehicle_status.pre_flight_checks_pass
+        yield info("commander", f"Preflight check: {'OK' if passed else 'FAILED'}")
+        return SUCCESS
+    if command in ("arm", "disarm"):
+        _send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(command == "arm"), FORCE * (words[:1] == ["-f"]))
+        return SUCCESS
+    if command == "takeoff":
+        if _send(autopilot, mavlink.MAV_CMD_NAV_TAKEOFF):
+            _send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
+        return SUCCESS
+    if command == "land":
+        _send(autopilot, mavlink.MAV_CMD_NAV_LAND)
+        return SUCCESS
+    if command == "transition":
+        _send(autopilot, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(mavlink.MAV_VTOL_STATE_FW), 0.0)
+        return SUCCESS
+    if command == "poweroff":
+        _send(autopilot, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
+        return SUCCESS
+    if command == "lockdown" and words:
+        _send(autopilot, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
+        return SUCCESS
+    if command == "mode" and words:
+        return (yield from _mode(autopilot, words[0]))
+    if command == "calibrate" and words:
+        return (yield from _calibrate(autopilot, words))
+    if command == "set_ekf_origin":
+        return (yield from _set_ekf_origin(autopilot, words))
+    if command in ("mode", "calibrate"):
+        yield error("commander", "missing argument")
+    yield usage("commander", COMMANDS)
+    return FAILURE
+
+
+def _status(autopilot: "Autopilot") -> Output:
+    status = autopilot.topics.vehicle_status
+    yield info("commander", "Armed" if status.armed else "Disarmed")
+    yield info("commander", f"navigation mode: {MODE_NAMES[status.nav_state]}")
+    yield info("commander", f"user intended navigation mode: {MODE_NAMES[status.nav_state_user_intention]}")
+    yield info("commander", f"in failsafe: {'yes' if status.failsafe else 'no'}")
+    return SUCCESS
+
+
+def _mode(autopilot: "Autopilot", name: str) -> Output:
+    nav_state = MODES.get(name)
+    if nav_state is None:
+        yield error("commander", f"argument {name} unsupported.")
+        return SUCCESS
+    main_mode, sub_mode = custom_mode.MAIN_AND_SUB[nav_state]
+    _send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(main_mode), float(sub_mode))
+    return SUCCESS
+
+
+def _calibrate(autopilot: "Autopilot", words: list[str]) -> Output:
+    what, quick = words[0], words[1:2] == ["quick"]
+    if what == "mag" and quick:
+        _send(autopilot, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
+        return SUCCESS
+    parameter = CALIBRATIONS.get(what)
+    if parameter is None:
+        yield error("commander", f"argument {what} unsupported.")
+        return FAILURE
+    values = [0.0] * 7
+    values[parameter - 1] = QUICK if what == "accel" and quick else CALIBRATION_VALUES.get(what, 1.0)
+    _send(autopilot, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
+    return SUCCESS
+
+
+def _set_ekf_origin(autopilot: "Autopilot", words: list[str]) -> Output:
+    if len(words) < 3:
+        yield error("commander", "missing argument")
+        return SUCCESS
+    latitude_deg, longitude_deg, altitude_m = (number(word) for word in words[:3])
+    origin = (0.0, 0.0, 0.0, 0.0, latitude_deg, longitude_deg, altitude_m)
+    _send(autopilot, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, *origin)
+    return SUCCESS
+
+
+def _send(autopilot: "Autopilot", command: int, *values: float) -> bool:
+    """Give a command from inside; whether it was accepted."""
+    system, component = int(autopilot.parameters["MAV_SYS_ID"]), mavlink.MAV_COMP_ID_AUTOPILOT1
+    param1, param2, param3, param4, param5, param6, param7 = (*values, *(math.nan,) * (7 - len(values)))
+    order = VehicleCommand(command, param1, param2, param3, param4, param5, param6, param7)
+    order = order._replace(
+        source_system=system,
+        source_component=component,
+        target_system=system,
+        target_component=component,
+        from_external=False,
+    )
+    result = autopilot.commands.handle(autopilot.now_us, order)
+    return result is not None and result.result == mavlink.MAV_RESULT_ACCEPTED

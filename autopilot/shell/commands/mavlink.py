@@ -1,0 +1,100 @@
+"""mavlink: the links and their streams (PX4: modules/mavlink)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.mavlink import rates
+from autopilot.mavlink.link import Link
+from autopilot.shell.command import FAILURE, SUCCESS, Output, integer, number, usage, warning
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+MODE_NAMES = {
+    "normal": "Normal",
+    "onboard": "Onboard",
+    "onboard_low_bandwidth": "OnboardLowBandwidth",
+    "gimbal": "Gimbal",
+}
+DATA_RATE_BYTES_PER_S = 4_000_000
+"""Of a link without a limit (px4-rc.mavlink)."""
+FRAME_OVERHEAD_BYTES = 12
+COMMANDS = (
+    ("status", "all links; streams: what each of them sends"),
+    ("stream", "-u PORT -s NAME -r HZ: how often a link sends a message (0 off, -1 default)"),
+    ("boot_complete", ""),
+)
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`mavlink COMMAND ...`."""
+    command, *words = arguments or [""]
+    if command == "status":
+        for number_of, link in enumerate(autopilot.mavlink.links):
+            yield f"\ninstance #{number_of}:\n"
+            yield from _streams(link) if words[:1] == ["streams"] else _status(autopilot, number_of, link)
+        return SUCCESS
+    if command == "stream":
+        return (yield from _stream(autopilot, words))
+    if command == "boot_complete":
+        return SUCCESS
+    yield usage("mavlink", COMMANDS)
+    return FAILURE
+
+
+def _status(autopilot: "Autopilot", channel: int, link: Link) -> Output:
+    seconds = max(autopilot.now_us * 1e-6, 1e-3)
+    received = link.messages_received + link.messages_lost
+    loss_pct = 100.0 * link.messages_lost / received if received else 0.0
+    limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode, DATA_RATE_BYTES_PER_S)
+    if link.heard_gcs:
+        yield "\tGCS heartbeat valid\n"
+    yield f"\tmavlink chan: #{channel}\n"
+    yield "\ttype:\t\tGENERIC LINK OR RADIO\n"
+    yield "\tflow control: OFF\n"
+    yield "\trates:\n"
+    yield f"\t  tx: {link.bytes_sent / seconds:.1f} B/s\n"
+    yield "\t  txerr: 0.0 B/s\n"
+    yield f"\t  tx rate mult: {link.rate_multiplier:.3f}\n"
+    yield f"\t  tx rate max: {int(limit)} B/s\n"
+    yield f"\t  rx: {link.bytes_received / seconds:.1f} B/s\n"
+    yield f"\t  rx loss: {loss_pct:.1f}%\n"
+    if link.seen:
+        yield "\tReceived Messages:\n"
+        for system, component in sorted(link.seen):
+            yield f"\t  sysid:{system:3}, compid:{component:3}\n"
+    yield f"\tFTP enabled: {'YES' if link.mode != 'gimbal' else 'NO'}, TX enabled: YES\n"
+    yield f"\tmode: {MODE_NAMES[link.mode]}\n"
+    yield "\tForwarding: On\n"
+    yield "\tMAVLink version: 2\n"
+    yield f"\ttransport protocol: UDP ({link.ports.local}, remote port: {link.ports.remote})\n"
+    yield "\tBroadcast enabled: NO\n"
+    if link.messages_received:
+        yield "\tpartner IP: 127.0.0.1\n"
+    return SUCCESS
+
+
+def _streams(link: Link) -> Output:
+    yield f"\t{'Name':<20}{'Rate Config (current) [Hz]':<16} Message Size (if active) [B]\n"
+    for item in link.streams():
+        if item.requested_us:
+            rate = f"{1e6 / item.requested_us:6.2f} ({1e6 / item.interval_us:.3f})"
+        else:
+            rate = "unlimited"
+        size = item.parts * (item.stream.codec.size + FRAME_OVERHEAD_BYTES)
+        yield f"\t{item.stream.name:<30}{rate:<16}" + (f" {size:3}\n" if size else "\n")
+    return SUCCESS
+
+
+def _stream(autopilot: "Autopilot", words: list[str]) -> Output:
+    options = dict(zip(words[::2], words[1::2], strict=False))
+    if "-s" not in options or "-u" not in options or len(words) % 2 or not options.keys() <= {"-s", "-u", "-r"}:
+        yield usage("mavlink", COMMANDS)
+        return FAILURE
+    port, name, hz = integer(options["-u"]), options["-s"], number(options.get("-r", "-1"))
+    link = next((link for link in autopilot.mavlink.links if link.ports.local == port), None)
+    if link is None:
+        yield warning("mavlink", f"mavlink for network on port {port} is not running")
+        return FAILURE
+    autopilot.mavlink.configure_stream(autopilot.now_us, link, name, hz)
+    return SUCCESS

@@ -1,0 +1,250 @@
+"""param: shows and changes parameters (PX4: systemcmds/param).
+
+A parameter is shown as `x + NAME [used index,index] : value`: x is in use on this vehicle, + differs from the default.
+What is changed here is announced to nobody, as on PX4.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.parameters import Parameters, Value
+from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, integer, number, usage
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+LEGEND = "Symbols: x = used, + = saved, * = unsaved\n"
+NOT_IN_AIRFRAME = ("RC", "TC_", "CAL_")
+FLOAT_EPSILON = 1e-7
+INT32 = 1 << 31
+COMMANDS = (
+    ("show", "values; -a all, -c changed, -q NAME the value alone; a * may end the name"),
+    ("show-for-airframe", "changed values as lines of an airframe's file"),
+    ("status", "how many there are"),
+    ("set", "NAME VALUE [fail]"),
+    ("bitset", "NAME MASK: set bits"),
+    ("bitclear", "NAME MASK: clear bits"),
+    ("compare", "[-s] NAME VALUE...: succeed if it is one of these"),
+    ("greater", "[-s] NAME VALUE: succeed if it is more"),
+    ("touch", "NAME...: mark as used"),
+    ("reset", "NAME...: back to the default; a * may end a name"),
+    ("reset_all", "[EXCEPT...]: all back to their defaults"),
+    ("index", "NUMBER: the parameter with this index"),
+    ("index_used", "NUMBER: the same among those in use"),
+    ("find", "NAME: its index"),
+    ("save", "write changed values to storage now"),
+)
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`param COMMAND ...`."""
+    parameters = autopilot.parameters
+    command, *words = arguments or [""]
+    if command == "show":
+        return (yield from _show(parameters, words))
+    if command == "show-for-airframe":
+        return (yield from _show_for_airframe(parameters))
+    if command == "status":
+        return (yield from _status(parameters))
+    if command == "set":
+        return (yield from _set(parameters, words))
+    if command in ("bitset", "bitclear"):
+        return (yield from _set_bits(parameters, command, words))
+    if command in ("compare", "greater"):
+        return (yield from _compare(parameters, command, words))
+    if command in ("index", "index_used"):
+        return (yield from _show_index(parameters, words, used=command == "index_used"))
+    if command == "find":
+        return (yield from _find(parameters, words))
+    if command == "touch":
+        return (yield from _touch(parameters, words))
+    if command == "reset":
+        return (yield from _reset(parameters, words))
+    if command == "reset_all":
+        for name in parameters.changed():
+            if not any(_matches(pattern, name) for pattern in words):
+                parameters.set(name, parameters.default(name))
+        return SUCCESS
+    if command == "save" and not words:
+        return SUCCESS
+    yield usage("param", COMMANDS)
+    return FAILURE
+
+
+def _show(parameters: Parameters, words: list[str]) -> Output:
+    flag = words[0] if words else ""
+    if flag == "-q" and len(words) > 1:
+        if words[1] not in parameters:
+            return FAILURE
+        yield _value(parameters, words[1]) + "\n"
+        return SUCCESS
+    if flag == "-q":
+        yield usage("param", COMMANDS)
+        return FAILURE
+    yield LEGEND
+    if flag == "-a":
+        names, pattern = list(parameters.everything), None
+    elif flag == "-c":
+        names, pattern = [name for name in parameters.everything if name in parameters.changed()], words[1:2]
+    else:
+        names, pattern = list(parameters), words[:1]
+    for name in names:
+        if not pattern or _matches(pattern[0], name):
+            yield _line(parameters, name)
+    used, total = len(parameters.announced), len(parameters.everything)
+    if flag == "-a":
+        yield f"\n {total} parameters total, {used} used.\n"
+    else:
+        yield f"\n {used}/{total} parameters used.\n"
+    return SUCCESS
+
+
+def _show_for_airframe(parameters: Parameters) -> Output:
+    for name in parameters.changed():
+        if not name.startswith(NOT_IN_AIRFRAME) and name not in ("SYS_AUTOSTART", "SYS_AUTOCONFIG", "MAV_TYPE"):
+            yield f"param set-default {name} {_value(parameters, name)}\n"
+    airframe = int(parameters["SYS_AUTOSTART"])
+    if airframe:
+        yield f"# Make sure to add all params from the current airframe (ID={airframe}) as well\n"
+    return SUCCESS
+
+
+def _status(parameters: Parameters) -> Output:
+    used, total, changed = len(parameters.announced), len(parameters.everything), len(parameters.changed())
+    yield info("parameters", f"summary: {used}/{total} (used/total)")
+    yield info("parameters", "file: parameters.bson")
+    yield info("parameters", f"storage array: {changed}/{total} elements")
+    yield info("parameters", "auto save: on")
+    return SUCCESS
+
+
+def _set(parameters: Parameters, words: list[str]) -> Output:
+    if len(words) < 2:
+        yield error("param", f"not enough arguments.\nTry 'param set {words[0] if words else 'PARAM_NAME'} 3 [fail]'")
+        return FAILURE
+    name = words[0]
+    if name not in parameters:
+        yield error("param", f"Parameter {name} not found.")
+        return FAILURE if words[2:3] == ["fail"] else SUCCESS
+    return (yield from _change(parameters, name, _parsed(parameters, name, words[1])))
+
+
+def _set_bits(parameters: Parameters, command: str, words: list[str]) -> Output:
+    if len(words) < 2:
+        name = words[0] if words else "PARAM_NAME"
+        yield error("param", f"not enough arguments.\nTry 'param {command} {name} 3 [fail]'")
+        return FAILURE
+    name, mask_text = words[0], words[1]
+    if name not in parameters:
+        yield error("param", f"Parameter {name} not found.")
+        return FAILURE if words[2:3] == ["fail"] else SUCCESS
+    if parameters.is_float(name):
+        yield error("param", f"Parameter {name} is not of type int32.")
+        return FAILURE
+    try:
+        mask = int(mask_text, 0)
+    except ValueError:
+        yield error("param", f"Invalid bitmask '{mask_text}'.")
+        return FAILURE
+    value = int(parameters[name])
+    return (yield from _change(parameters, name, _int32(value | mask if command == "bitset" else value & ~mask)))
+
+
+def _change(parameters: Parameters, name: str, value: Value) -> Output:
+    before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
+    old = parameters[name]
+    parameters.set(name, value)
+    if parameters[name] != old:
+        yield f"{symbol} {name}: curr: {before} -> new: {_value(parameters, name)}\n"
+    return SUCCESS
+
+
+def _compare(parameters: Parameters, command: str, words: list[str]) -> Output:
+    silent = words[:1] == ["-s"]
+    name, *values = words[1 if silent else 0 :] or [""]
+    if not values:
+        yield error("param", f"not enough arguments.\nTry 'param {command} {name or 'PARAM_NAME'} 3'")
+        return FAILURE
+    if name not in parameters:
+        if not silent:
+            yield error("param", f"Parameter {name} not found")
+        return FAILURE
+    value = parameters[name]
+    others = [_parsed(parameters, name, text) for text in values]
+    if command == "greater":
+        return SUCCESS if any(value > other for other in others) else FAILURE
+    return SUCCESS if any(abs(value - other) < FLOAT_EPSILON for other in others) else FAILURE
+
+
+def _show_index(parameters: Parameters, words: list[str], *, used: bool) -> Output:
+    if not words:
+        yield error("param", "no index provided")
+        return FAILURE
+    names = parameters.announced if used else parameters.everything
+    index = integer(words[0])
+    if not 0 <= index < len(names):
+        yield error("param", f"param not found for index {index & 0xFFFFFFFF}")
+        return FAILURE
+    yield f"index {index}: {_line(parameters, names[index])}"
+    return SUCCESS
+
+
+def _find(parameters: Parameters, words: list[str]) -> Output:
+    if not words:
+        yield error("param", "not enough arguments.\nTry 'param find PARAM_NAME'")
+        return FAILURE
+    if words[0] not in parameters:
+        yield error("param", f"Parameter {words[0]} not found")
+        return FAILURE
+    yield f"Found param {words[0]} at index {parameters.everything.index(words[0])}\n"
+    return SUCCESS
+
+
+def _touch(parameters: Parameters, words: list[str]) -> Output:
+    if not words:
+        yield error("param", "not enough arguments.")
+        return FAILURE
+    for name in words:
+        if name not in parameters:
+            yield error("param", f"param {name} not found")
+    return SUCCESS
+
+
+def _reset(parameters: Parameters, words: list[str]) -> Output:
+    if not words:
+        yield error("param", "not enough arguments (use 'param reset_all' to reset all).")
+        return FAILURE
+    for name in parameters.changed():
+        if any(_matches(pattern, name) for pattern in words):
+            parameters.set(name, parameters.default(name))
+    return SUCCESS
+
+
+def _line(parameters: Parameters, name: str) -> str:
+    used_index = parameters.index.get(name, -1)
+    used = " " if used_index < 0 else "x"
+    position = f"[{used_index},{parameters.everything.index(name)}]"
+    return f"{used} {_changed_symbol(parameters, name)} {name} {position} : {_value(parameters, name)}\n"
+
+
+def _changed_symbol(parameters: Parameters, name: str) -> str:
+    return " " if parameters[name] == parameters.default(name) else "+"
+
+
+def _value(parameters: Parameters, name: str) -> str:
+    value = parameters[name]
+    return f"{value:.4f}" if parameters.is_float(name) else str(int(value))
+
+
+def _parsed(parameters: Parameters, name: str, text: str) -> Value:
+    return parameters.typed(name, number(text) if parameters.is_float(name) else _int32(integer(text)))
+
+
+def _int32(value: int) -> int:
+    return (value + INT32) % (2 * INT32) - INT32
+
+
+def _matches(pattern: str, name: str) -> bool:
+    """Whether a name is what a pattern says, in any case; a * at its end stands for any rest."""
+    pattern = pattern.upper()
+    return name.startswith(pattern[:-1]) if pattern.endswith("*") else name == pattern

@@ -1,0 +1,79 @@
+"""uorb: which topics there are, and how often they are published (PX4: systemcmds/uorb).
+
+Subscribers are not counted here, because every module reads the topics where they lie.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.shell.command import SUCCESS, WAIT, Output, usage
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+    from autopilot.topics import Topics
+
+ONCE_US = 2_000_000
+ROUND_US = 1_400_000
+CLEAR_SCREEN = "\033[2J\n"
+CLEAR_LINE = "\033[K"
+COMMANDS = (
+    ("status", "all topics"),
+    ("top", "how often topics are published; -a all, -1 once; names to look for"),
+)
+ROUNDS = 1000
+"""`top` without -1 ends after so many rounds; nobody can stop it over MAVLink, nor on PX4."""
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`uorb status` or `uorb top [-a] [-1] [FILTER...]`."""
+    command, *words = arguments or [""]
+    if command == "start":
+        return SUCCESS
+    if command == "status":
+        names = _names(autopilot.topics)
+        width = max(len(name) for name in names)
+        yield f"{'TOPIC NAME':<{width - 2}} INST #SUB #Q SIZE PATH\n"
+        for name in names:
+            yield f"{name:<{width}} {0:2} {'-':>4} {1:2} {'-':>4} /obj/{name}0\n"
+        return SUCCESS
+    if command == "top":
+        return (yield from _top(autopilot, words))
+    yield usage("uorb", COMMANDS)
+    return SUCCESS if arguments else -1
+
+
+def _top(autopilot: "Autopilot", words: list[str]) -> Output:
+    once = "-1" in words
+    filters = [word for word in words if word not in ("-a", "-1")]
+    active_only = "-a" not in words and not filters
+    topics = autopilot.topics
+    names = [name for name in _names(topics) if not filters or any(part in name for part in filters)]
+    width = max((len(name) for name in names), default=0)
+    yield CLEAR_SCREEN
+    for _ in range(1 if once else ROUNDS):
+        start_us = autopilot.now_us
+        counts = dict.fromkeys(names, 0)
+        last = {name: getattr(topics, name) for name in names}
+        while autopilot.now_us - start_us < (ONCE_US if once else ROUND_US):
+            yield WAIT
+            for name in names:
+                record = getattr(topics, name)
+                if record is not last[name]:
+                    last[name] = record
+                    counts[name] += 1
+        seconds = (autopilot.now_us - start_us) * 1e-6
+        hz = {name: round(count / seconds) for name, count in counts.items()}
+        if not once:
+            yield "\033[H"
+        yield f"{CLEAR_LINE}update: 1s, topics: {len(names)}, total publications: {sum(hz.values())}\n"
+        yield f"{CLEAR_LINE}{'TOPIC NAME':<{max(width - 2, 0)}} INST #SUB RATE #Q SIZE\n"
+        for name in names:
+            if hz[name] or not active_only:
+                yield f"{CLEAR_LINE}{name:<{width}} {0:2} {'-':>4} {hz[name]:4} {1:2} {'-':>4} \n"
+        if not once:
+            yield "\033[0J"
+    return SUCCESS
+
+
+def _names(topics: "Topics") -> list[str]:
+    return sorted(name for name in vars(topics) if not name.startswith("_"))

@@ -1,0 +1,73 @@
+"""MAVLink shell: SERIAL_CONTROL of device SHELL."""
+
+from typing import Any
+
+import pytest
+
+SOURCE = "https://mavlink.io/en/messages/common.html#SERIAL_CONTROL; measured on PX4 v1.18 SITL"
+DEVICE_SHELL, DEVICE_GPS1 = 10, 2
+REPLY, RESPOND, EXCLUSIVE, MULTI = 1, 2, 4, 16
+DATA_BYTES = 70
+PROMPT = "pxh> "
+pytestmark = pytest.mark.covers("SERIAL_CONTROL", source=SOURCE)
+
+
+def send(station: Any, text: str, flags: int = RESPOND | EXCLUSIVE | MULTI, device: int = DEVICE_SHELL) -> None:
+    """Type into the shell, 70 bytes a message."""
+    data = text.encode()
+    for at in range(0, max(len(data), 1), DATA_BYTES):
+        part = data[at : at + DATA_BYTES]
+        station.mav.serial_control_send(device, flags, 0, 0, len(part), list(part.ljust(DATA_BYTES, b"\0")))
+
+
+def output(station: Any, text: str) -> str:
+    """What the shell prints up to its prompt; "" if it prints nothing."""
+    send(station, text)
+    printed = ""
+    while not printed.endswith(PROMPT) and (message := station.receive("SERIAL_CONTROL")) is not None:
+        assert (message.flags, message.device, message.timeout, message.baudrate) == (REPLY, DEVICE_SHELL, 0, 0)
+        printed += bytes(message.data[: message.count]).decode()
+    return printed
+
+
+@pytest.fixture(autouse=True)
+def closed_shell(station: Any) -> Any:
+    """Every test begins and ends without a shell on its link."""
+    send(station, "", flags=0)
+    station.collect("SERIAL_CONTROL", 0.3)
+    yield
+    send(station, "", flags=0)
+
+
+def test_a_line_is_echoed_and_answered_with_output_and_prompt(station: Any) -> None:
+    assert output(station, "\n") == "\n" + PROMPT
+    assert output(station, "ver hw\n") == "ver hw\nHW arch: PX4_SITL\n" + PROMPT
+    assert output(station, "param show -q MPC_XY_P\n") == "param show -q MPC_XY_P\n0.9500\n" + PROMPT
+
+
+def test_what_is_no_command_is_named_with_a_hint(station: Any) -> None:
+    hint = "type 'help' for a list of commands"
+    assert output(station, "nosuchcommand\n") == f"nosuchcommand\nInvalid command: nosuchcommand\n{hint}\n{PROMPT}"
+
+
+def test_a_line_may_come_in_pieces_and_may_be_longer_than_a_message(station: Any) -> None:
+    send(station, "ver ")
+    assert output(station, "hw\n").endswith("HW arch: PX4_SITL\n" + PROMPT)
+    line = "ver hw" + " " * DATA_BYTES
+    assert output(station, line + "\n") == f"{line}\nHW arch: PX4_SITL\n{PROMPT}"
+
+
+def test_a_carriage_return_before_the_line_feed_does_not_matter(station: Any) -> None:
+    assert output(station, "ver hw\r\n") == "ver hw\r\nHW arch: PX4_SITL\n" + PROMPT
+
+
+def test_another_device_is_not_the_shell(station: Any) -> None:
+    send(station, "ver hw\n", device=DEVICE_GPS1)
+    assert not station.collect("SERIAL_CONTROL", 1.0)
+
+
+def test_a_message_without_respond_closes_the_shell_and_what_was_typed_is_forgotten(station: Any) -> None:
+    send(station, "nosuch")
+    station.collect("SERIAL_CONTROL", 0.5)
+    send(station, "", flags=0)
+    assert output(station, "ver hw\n") == "ver hw\nHW arch: PX4_SITL\n" + PROMPT

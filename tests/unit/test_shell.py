@@ -1,0 +1,232 @@
+"""The MAVLink shell on simulated time: PX4's console over SERIAL_CONTROL."""
+
+import random
+
+import pytest
+
+import vehicles
+from autopilot.autopilot import Autopilot
+from autopilot.constants import Severity
+from autopilot.shell.commands import COMMANDS
+from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
+from gcs import shell as gcs_shell
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
+
+TICK_US = 4_000
+
+
+class Console:
+    """An autopilot that stands, and its shell without MAVLink."""
+
+    def __init__(self, model: str = "iris") -> None:
+        self.autopilot = Autopilot(vehicles.load(model).airframe, 0)
+        self.pxh = Pxh(COMMANDS, self.autopilot)
+
+    def type(self, text: str) -> str:
+        """What is printed for a line, echo and prompt included; time passes as long as the command runs."""
+        self.pxh.write(text.encode())
+        printed = ""
+        for _ in range(2000):
+            self.pxh.run()
+            printed += self.pxh.read(1 << 20).decode()
+            if printed.endswith("pxh> "):
+                break
+            self.autopilot.now_us += TICK_US
+        return printed
+
+    def output(self, line: str) -> str:
+        """The same without echo and prompt."""
+        printed = self.type(line + "\n")
+        assert printed.startswith(line + "\n") and printed.endswith("pxh> "), printed
+        return printed[len(line) + 1 : -len("pxh> ")]
+
+
+@pytest.fixture(scope="module")
+def console() -> Console:
+    return Console()
+
+
+def test_every_line_is_echoed_and_followed_by_the_prompt(console: Console) -> None:
+    assert console.type("\n") == "\npxh> "
+    assert console.type("# a remark\n") == "# a remark\npxh> "
+    assert console.type("ver hw\r\nver mcu\n") == "ver hw\r\nHW arch: PX4_SITL\npxh> ver mcu\nUNKNOWN MCU\npxh> "
+
+
+def test_control_characters_up_to_3_and_bytes_from_128_on_are_ignored_and_a_backspace_is_a_character() -> None:
+    console = Console()
+    console.pxh.write(b"\x03\x00ver\xff hw\x80\n")
+    console.pxh.run()
+    assert console.pxh.read(1000) == b"ver hw\nHW arch: PX4_SITL\npxh> "
+    assert "Invalid command: verx\x7f" in console.type("verx\x7f hw\n")
+
+
+def test_a_command_that_fails_says_so(console: Console) -> None:
+    assert console.output("ver nothing") == "ERROR [ver] unknown command\nCommand 'ver' failed, returned 1.\n"
+    assert console.output("nosuchcommand").startswith("Invalid command: nosuchcommand\ntype 'help'")
+    assert "failed" not in console.output("nosuchcommand")
+
+
+def test_help_names_every_command(console: Console) -> None:
+    names = console.output("help").splitlines()
+    assert names[0] == "Builtin Commands:"
+    assert [name.strip() for name in names[1:]] == sorted(COMMANDS)
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+@pytest.mark.parametrize("words", ["", "status", "help", "x" * 900, "-n -n -n", "set", "start", "show * *", "\x1b[A"])
+def test_no_words_break_a_command(console: Console, name: str, words: str) -> None:
+    assert console.type(f"{name} {words}\n").endswith("pxh> ")
+
+
+def test_param_shows_sets_and_resets() -> None:
+    console = Console()
+    assert console.output("param show -q MPC_XY_P") == "0.9500\n"
+    shown = console.output("param show mpc_xy_p")
+    assert shown.startswith("Symbols: x = used") and "MPC_XY_P [" in shown and "] : 0.9500\n" in shown
+    assert shown.splitlines()[-1].endswith("parameters used.")
+    assert console.output("param show COM_D*").count("] : ") == 4
+    assert console.output("param set MPC_XY_P 1.2") == "  MPC_XY_P: curr: 0.9500 -> new: 1.2000\n"
+    assert console.output("param set MPC_XY_P 1.2") == ""
+    assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(1.2)
+    assert "x + MPC_XY_P" in console.output("param show -c")
+    assert console.output("param compare MPC_XY_P 1.2") == ""
+    assert console.output("param greater MPC_XY_P 1.2") == "Command 'param' failed, returned 1.\n"
+    console.output("param reset MPC_XY*")
+    assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(0.95)
+    assert console.output("param set NO_SUCH 1") == "ERROR [param] Parameter NO_SUCH not found.\n"
+    assert "failed, returned 1" in console.output("param set NO_SUCH 1 fail")
+    console.output("param bitset COM_FLIGHT_UUID 0x2")
+    assert int(console.autopilot.parameters["COM_FLIGHT_UUID"]) & 2
+
+
+def test_param_takes_what_c_takes_for_a_number() -> None:
+    console = Console()
+    for text, value in (("12abc", 12), ("abc", 0), ("-7.9", -7), ("99999999999", 1215752191), ("1_0", 1)):
+        console.output(f"param set COM_FLIGHT_UUID {text}")
+        assert console.autopilot.parameters["COM_FLIGHT_UUID"] == value
+    console.output("param set MPC_XY_P 1.5rest")
+    assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(1.5)
+
+
+def test_commander_gives_commands_from_inside() -> None:
+    console = Console()
+    assert console.output("commander status").startswith(
+        "INFO  [commander] Disarmed\nINFO  [commander] navigation mode: "
+    )
+    assert console.output("commander mode nosuch") == "ERROR [commander] argument nosuch unsupported.\n"
+    assert console.output("commander mode auto:land") == ""
+    assert console.autopilot.topics.vehicle_status.nav_state_user_intention.name == "AUTO_LAND"
+    assert console.output("commander check") == "INFO  [commander] Preflight check: FAILED\n"
+
+
+def test_listener_prints_a_topic_with_its_age() -> None:
+    console = Console()
+    assert console.output("listener nosuch") == " Topic did not match any known topics\n"
+    assert console.output("listener vehicle_attitude") == "never published\n"
+    topics = console.autopilot.topics
+    console.autopilot.now_us = 3_000_000
+    topics.vehicle_attitude = topics.vehicle_attitude._replace(timestamp=2_500_000, q=(0.0, 0.0, 0.0, 1.0))
+    printed = console.output("listener vehicle_attitude")
+    assert printed.startswith(
+        "\nTOPIC: vehicle_attitude\n vehicle_attitude\n    timestamp: 2500000 (0.500000 seconds ago)\n"
+    )
+    assert "q: [0.00000, 0.00000, 0.00000, 1.00000]\n" in printed and "Yaw: 180.0 deg" in printed
+    printed = console.output("listener vehicle_attitude -n 3")
+    assert printed.count("TOPIC: vehicle_attitude instance 0 #") == 1
+    assert printed.endswith("Waited for 2 seconds without a message. Giving up.\n")
+
+
+def test_sleep_takes_vehicle_time_and_input_waits() -> None:
+    console = Console()
+    began_us = console.autopilot.now_us
+    console.pxh.write(b"sleep 1\nver hw\n")
+    console.pxh.run()
+    assert console.pxh.read(1000) == b"sleep 1\nSleeping for 1 s; (1000000 us).\n"
+    assert console.type("") == "pxh> ver hw\nHW arch: PX4_SITL\npxh> "
+    assert console.autopilot.now_us - began_us == 1_000_000
+
+
+def test_input_without_end_keeps_memory_bounded() -> None:
+    console = Console()
+    noise = random.Random(1)
+    for _ in range(160):
+        console.pxh.write(noise.randbytes(65536))
+        console.pxh.run()
+        assert len(console.pxh._input) <= INPUT_BYTES
+        assert len(console.pxh._line) <= LINE_CHARACTERS
+        assert len(console.pxh._output) <= 2 * OUTPUT_BYTES + INPUT_BYTES
+    while console.pxh.read(1 << 30):
+        console.pxh.run()
+    assert console.type("\nver hw\n").endswith("HW arch: PX4_SITL\npxh> ")
+
+
+# --- over MAVLink ---------------------------------------------------------------------------------------------
+
+
+class ShellPeer(Peer):
+    """A ground station at the shells of an autopilot that stands."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        autopilot = Autopilot(vehicles.load("iris").airframe, 0)
+        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, autopilot)
+
+    def type(self, text: str, link: int = GCS, seconds: float = 0.4) -> str:
+        for message in gcs_shell.typed(text):
+            self.send(message, link)
+        return "".join(gcs_shell.printed(message) for message in self.run(seconds, link))
+
+
+def test_a_shell_of_its_own_for_each_link() -> None:
+    peer = ShellPeer()
+    assert peer.type("ver ") == "ver "
+    assert peer.type("ver hw\n", ONBOARD) == "ver hw\nHW arch: PX4_SITL\npxh> "
+    assert peer.type("hw\n") == "hw\nHW arch: PX4_SITL\npxh> "
+
+
+def test_output_is_cut_to_70_bytes_and_paced_to_one_message_a_tick() -> None:
+    peer = ShellPeer()
+    for message in gcs_shell.typed("param show COM*\n"):
+        peer.send(message)
+    counts = []
+    for _ in range(20):
+        replies = [message for message in peer.run(0.004) if message.get_type() == "SERIAL_CONTROL"]
+        assert len(replies) <= 1
+        counts += [message.count for message in replies]
+        assert all((m.flags, m.device, m.timeout, m.baudrate) == (1, 10, 0, 0) for m in replies)
+    assert set(counts) == {70} and len(counts) == 20
+
+
+def test_without_respond_the_shell_closes_and_with_reply_nothing_is_typed() -> None:
+    peer = ShellPeer()
+    peer.type("half a li")
+    peer.send(gcs_shell.closing())
+    assert peer.type("ver hw\n") == "ver hw\nHW arch: PX4_SITL\npxh> "
+    data = list(b"ver hw\n".ljust(70, b"\0"))
+    peer.send(mavlink.MAVLink_serial_control_message(10, 1 | 2, 0, 0, 7, data))
+    peer.send(mavlink.MAVLink_serial_control_message(0, 2, 0, 0, 7, data))
+    peer.send(mavlink.MAVLink_serial_control_message(10, 2, 0, 0, 255, data))
+    assert peer.type("", seconds=0.1) == ""
+
+
+def test_an_open_shell_shows_what_the_autopilot_says() -> None:
+    peer = ShellPeer()
+    peer.type("\n")
+    peer.texts.say(Severity.CRITICAL, "Arming denied: high throttle\t", "commander")
+    assert peer.type("", seconds=0.1) == "WARN  [commander] Arming denied: high throttle\t\n"
+
+
+def test_the_ground_stations_half_runs_a_line() -> None:
+    peer = ShellPeer()
+    command = gcs_shell.ShellCommand("ver hw")
+    for message in command.on_time(0):
+        peer.send(message)
+    while not command.done:
+        for message in peer.run(0.02):
+            command.on_message(peer.now_us, message)
+    assert (command.output, command.failed) == ("HW arch: PX4_SITL\n", False)
+    lonely = gcs_shell.ShellCommand("ver hw")
+    lonely.on_time(0)
+    lonely.on_time(5_000_001)
+    assert lonely.done and lonely.failed
