@@ -30,6 +30,7 @@ from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
 from sitl_emu.world.corn_field import CornField
 from sitl_emu.world.objects import outline
+from vehicles.dynamics import from_euler
 
 Floats = npt.NDArray[np.float32]
 Image = npt.NDArray[np.uint8]
@@ -43,18 +44,6 @@ HARD = 0.05
 TARGET_WEIGHT = 2.0
 """What a target's cell counts: they are few, and the hard cells make them rarer still."""
 MODEL = CameraModel()
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """(w, x, y, z), body to NED."""
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
 
 
 def tilt(rng: np.random.Generator, sigma_rad: float) -> tuple[float, float]:
@@ -103,7 +92,7 @@ def sample(
             ahead = rng.uniform(0.3, 3.5)
             north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
             down = -field.terrain.height_m(north, east) - 0.2
-            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.04), yaw + float(rng.normal(scale=0.3))))
+            pose = Pose(north, east, down, from_euler(*tilt(rng, 0.04), yaw + float(rng.normal(scale=0.3))))
             camera, mount = mast, MODEL_MAST
             gsd = 2.0 / math.sin(math.radians(60)) / MODEL.focal_px
         else:
@@ -112,23 +101,24 @@ def sample(
             else:
                 north, east = thing.north_m + rng.uniform(-11, 11), thing.east_m + rng.uniform(-11, 11)
             down = -rng.uniform(11, 21)
-            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.06), yaw))
+            pose = Pose(north, east, down, from_euler(*tilt(rng, 0.06), yaw))
             camera, mount = nadir, MODEL_NADIR
             gsd = -down / MODEL.focal_px
         image = camera.render(pose, int(rng.integers(1 << 40)))
         work = det.reduce(image, gsd)
-        cells = det.features(work)
+        averaged = det.windows(work)
+        cells = det.features(averaged)
         marks = label_picture(field, pose, mount)
         rows, columns = cells.shape[:2]
-        y = ((np.arange(rows) + 0.5) * 480 / rows).astype(int)
-        x = ((np.arange(columns) + 0.5) * 640 / columns).astype(int)
+        y = ((np.arange(rows) + 0.5) * det.CELL_PX * 480 / work.shape[0]).astype(int)
+        x = ((np.arange(columns) + 0.5) * det.CELL_PX * 640 / work.shape[1]).astype(int)
         at = marks[np.ix_(y, x)].ravel()
         flat = cells.reshape(-1, cells.shape[2])
         chosen = [np.flatnonzero((at == 1) | (at == 2)), np.flatnonzero(at == 254)]
         plain = np.flatnonzero(at == 0)
         chosen.append(rng.choice(plain, size=min(CELLS_PER_FRAME, len(plain)), replace=False))
         if miner is not None:
-            likely = 1.0 - det.probabilities(cells, miner)[..., 0].ravel()
+            likely = 1.0 - det.probabilities(averaged, miner)[0].ravel()
             chosen.append(plain[likely[plain] > HARD])
         index = np.concatenate(chosen)
         xs.append(flat[index])

@@ -141,8 +141,14 @@ def _row_frequencies(tall: int, wide: int, step: int) -> tuple[npt.NDArray[np.in
     return np.flatnonzero(fits.ravel()), fy, fx
 
 
-def features(work: Image) -> Maps:
-    """Features of every cell of a reduced picture: (rows, columns, features)."""
+def features(averaged: list[Maps]) -> Maps:
+    """Features of every cell, (rows, columns, features), from what `windows` gives: for training."""
+    *near, far = averaged
+    return np.concatenate([one - far for one in near] + [far], axis=2)
+
+
+def windows(work: Image) -> list[Maps]:
+    """The cells' maps of a reduced picture, (rows, columns, maps), as they are and averaged over each of `WINDOWS`."""
     bgr = work.astype(np.float32)
     blue, green, red = cv2.split(bgr)
     total = blue + green + red + np.float32(12.0)
@@ -164,25 +170,32 @@ def features(work: Image) -> Maps:
     # The leaves' own colour and texture, however much soil lies between them.
     of_leaf = (leaf * warmth, leaf * bright, leaf * sharp, leaf * dry)
     maps = (leaf, greenness, warmth, bright, sharp, dry, *of_leaf, *opened, *by_row)
-    size = (work.shape[1] // CELL_PX, work.shape[0] // CELL_PX)
-    cells = cv2.merge([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in maps])
+    columns, rows = work.shape[1] // CELL_PX, work.shape[0] // CELL_PX
+    whole = [one[: rows * CELL_PX, : columns * CELL_PX] for one in maps]
+    cells = cv2.merge([cv2.resize(one, (columns, rows), interpolation=cv2.INTER_AREA) for one in whole])
     # How unlike its neighbours a cell's cover is: rows alternate, a patch does not.
     cells = np.concatenate((cells, cells[..., :1] ** 2, cells[..., 2:3] ** 2), axis=2)
-    near = [cells] + [cv2.blur(cells, (side, side), borderType=cv2.BORDER_REFLECT_101) for side in WINDOWS]
-    far = near.pop()
-    return np.concatenate([one - far for one in near] + [far], axis=2)
+    return [cells] + [cv2.blur(cells, (side, side), borderType=cv2.BORDER_REFLECT_101) for side in WINDOWS]
 
 
-def probabilities(cells: Maps, weights: Weights) -> Maps:
-    """(rows, columns, 3): probability of neither, weed, disease."""
-    rows, columns, count = cells.shape
-    hidden = cells.reshape(-1, count) @ weights.hidden
+def probabilities(averaged: list[Maps], weights: Weights) -> Maps:
+    """(3, rows, columns): probability of neither, weed, disease, from what `windows` gives.
+
+    The same as from `features`, but those are not made, which would cost as much as all the rest: the first layer is
+    linear, so what would be subtracted of the surroundings everywhere is subtracted once, of their weights.
+    """
+    rows, columns, count = averaged[0].shape
+    *near, far = weights.hidden.reshape(len(averaged), count, -1)
+    first = np.concatenate((*near, far - np.sum(near, axis=0)))
+    hidden = np.concatenate(averaged, axis=2).reshape(-1, FEATURES) @ first
     hidden += weights.hidden_bias
     np.maximum(hidden, 0.0, out=hidden)
-    logits = hidden @ weights.out + weights.out_bias
-    logits -= logits.max(axis=1, keepdims=True)
+    logits = weights.out.T @ hidden.T
+    logits += weights.out_bias[:, None]
+    logits -= logits.max(axis=0)
     odds = np.exp(logits, out=logits)
-    return np.asarray((odds / odds.sum(axis=1, keepdims=True)).reshape(rows, columns, -1), np.float32)
+    odds /= odds.sum(axis=0)
+    return np.asarray(odds.reshape(-1, rows, columns), np.float32)
 
 
 class ClassicalDetector:
@@ -196,12 +209,12 @@ class ClassicalDetector:
     def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
         """Finds in a BGR picture, best score first; `gsd_m` as in `Detector`, else 15 m of height are taken."""
         work = reduce(image, gsd_m if gsd_m else DEFAULT_GSD_M)
-        likely = probabilities(features(work), self._weights)
+        likely = probabilities(windows(work), self._weights)
         # A cell, in pixels of the picture.
-        cell_x, cell_y = image.shape[1] / likely.shape[1], image.shape[0] / likely.shape[0]
+        cell_x, cell_y = CELL_PX * image.shape[1] / work.shape[1], CELL_PX * image.shape[0] / work.shape[0]
         found: list[Detection] = []
         for index, label in enumerate(LABELS, start=1):
-            smooth = np.asarray(cv2.GaussianBlur(np.ascontiguousarray(likely[..., index]), (3, 3), 0.8), np.float32)
+            smooth = np.asarray(cv2.GaussianBlur(likely[index], (3, 3), 0.8), np.float32)
             found += _blobs(smooth, label, cell_x, cell_y)
         return _strongest(found)
 

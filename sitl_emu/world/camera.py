@@ -122,16 +122,25 @@ class Camera:
         # A quarter of the cosine-fourth law: a lens of this angle is built to soften it.
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
+        self._seen_from: Pose | None = None
+        self._seen: Image | None = None
 
     def render(self, pose: Posed, time_us: int) -> Image:
         """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR."""
-        rotation = body_to_ned(pose.q)
-        position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
-        picture = self._renderer.draw(position, rotation @ self._to_body)
-        picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
-        picture = cv2.multiply(picture, self._vignette, scale=1.0 / 255.0)
+        picture = self._scene(Pose(pose.north_m, pose.east_m, pose.down_m, pose.q))
         mixed = zlib.crc32(time_us.to_bytes(8, "little"), self._noise_seed[1])
         top, left = mixed % 64, (mixed >> 8) % 64
         height, width = picture.shape[:2]
         noise = self._noise[top : top + height, left : left + width]
         return np.asarray(cv2.addWeighted(picture, 1.0, noise, 1.0, -16.0), np.uint8)
+
+    def _scene(self, pose: Pose) -> Image:
+        """What the lens throws on the sensor. A vehicle that stands still sees the same again."""
+        if self._seen is None or pose != self._seen_from:
+            rotation = body_to_ned(pose.q)
+            position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
+            picture = self._renderer.draw(position, rotation @ self._to_body)
+            picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
+            self._seen = np.asarray(cv2.multiply(picture, self._vignette, scale=1.0 / 255.0), np.uint8)
+            self._seen_from = pose
+        return self._seen
