@@ -1,4 +1,7 @@
-"""The command line: `sitl-emu run`, `launch` and `world`. Whatever a command needs is imported when it is called."""
+"""The command line: `sitl-emu run`, `launch`, `world` and `conformance`.
+
+Whatever a command needs is imported when it is called.
+"""
 
 import math
 import os
@@ -182,10 +185,50 @@ def world(
     raise typer.Exit(status)
 
 
-def _say(text: str) -> None:
+@app.command(short_help="Measure an autopilot against PX4, by the conformance tests.")
+def conformance(
+    url: Annotated[
+        str,
+        typer.Argument(
+            metavar="URL",
+            help="Where the autopilot is, as pymavlink writes it: udpout:127.0.0.1:18570, or /dev/ttyACM0.",
+        ),
+    ],
+    service: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only this service; may be given several times. [default: all]"),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write what is tested, and what came out, as .html or .md."),
+    ] = None,
+) -> None:
+    """Run the conformance tests against an autopilot: one of ours, a real PX4 SITL, or any other.
+
+    It must stand disarmed and ready; tests arm it for moments on the ground, and leave it as they found it. Ends with
+    exit status 0 when all passed, 1 when something failed, 2 when there was nothing to measure.
+    """
+    from sitl_emu.run import conformance as conforming
+    from sitl_emu.run import conformance_report
+    from sitl_emu.run.trouble import Trouble
+
+    try:
+        if report is not None:
+            conformance_report.check(report)
+        run = conforming.measure(url, service or (), lambda text: _say(text, nl=False))
+        if report is not None:
+            conformance_report.write(report, run)
+    except Trouble as error:
+        _refuse(str(error))
+    for line in conforming.summary(run):
+        _say(line)
+    raise typer.Exit(run.count(conforming.FAILED) > 0)
+
+
+def _say(text: str, nl: bool = True) -> None:
     """To standard output; once nobody reads it any more (`| head`, a full disk), to nobody."""
     try:
-        typer.echo(text)
+        typer.echo(text, nl=nl)
     except OSError:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

@@ -6,6 +6,7 @@ measures what listens there (a real PX4 SITL, too), as `sitl-emu conformance URL
 imported: numbers are PX4's, as literals. README.md says how a test tells what it covers.
 """
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -19,14 +20,16 @@ from pymavlink import mavutil
 
 URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
 INSTANCE = 8
-HEARD_LIMIT_S = 15.0
+HEARD_LIMIT_S = 10.0
 READY_LIMIT_S = 60.0
 REPLY_LIMIT_S = 3.0
+STATION_PORT_OFFSET = 10_000
 UNREACHABLE = 2
 """Exit status of a run that found no autopilot to measure."""
 AUTOPILOT = 1
 STANDBY = 3
 DO_SET_MODE = 176
+REQUEST_MESSAGE, AUTOPILOT_VERSION = 512, 148
 CUSTOM_MODE_ENABLED = 1
 MISSION, FENCE, RALLY = 0, 1, 2
 MARKERS = (
@@ -52,6 +55,17 @@ class State(NamedTuple):
     """How many the mission, the fence and the rally points have."""
 
 
+def _speak_from_the_same_port(url: str, link: Any) -> None:
+    """PX4 answers on a link whom it heard there first, until it restarts: a second run must be the same station.
+
+    If the port is taken, this run is another station.
+    """
+    kind, _, port = url.rpartition(":")
+    if kind.startswith("udpout:"):
+        with contextlib.suppress(OSError):
+            link.port.bind(("", int(port) + STATION_PORT_OFFSET))
+
+
 class Station:
     """A ground station, 255/190, on one link of an autopilot."""
 
@@ -59,9 +73,12 @@ class Station:
         # MAVLink 2 from the first message on: pymavlink would begin with 1, which has no mission types and no events.
         os.environ["MAVLINK20"] = "1"
         self.link: Any = mavutil.mavlink_connection(url, source_system=255, source_component=190, dialect="common")
+        _speak_from_the_same_port(url, self.link)
         self.mav = self.link.mav
         self.system = 0
         self.vehicle_type = 0
+        self.vehicle = ""
+        """What it is, in words: version, kind, system id."""
         self.left: State | None = None
         """What the file of tests before left."""
         self._heartbeat_s = 0.0
@@ -76,13 +93,28 @@ class Station:
             heard = heartbeat
             if heard.system_status == STANDBY:
                 self.system, self.vehicle_type = heard.get_srcSystem(), heard.type
+                self.vehicle = self._introduced(heard)
                 return
         if heard is None:
-            raise TimeoutError(f"no autopilot is heard within {HEARD_LIMIT_S:.0f} s: is it running, on this port?")
+            raise TimeoutError(
+                f"no autopilot is heard within {HEARD_LIMIT_S:.0f} s: is it running, on this port? "
+                "(On a link PX4 answers whom it heard first: if another program spoke there before, restart it)"
+            )
         raise TimeoutError(
             f"the autopilot is not in standby (MAV_STATE {heard.system_status}) within {READY_LIMIT_S:.0f} s: "
             "it must stand disarmed and healthy"
         )
+
+    def _introduced(self, heartbeat: Any) -> str:
+        kinds = [mavutil.mavlink.enums[enum] for enum in ("MAV_AUTOPILOT", "MAV_TYPE")]
+        autopilot, kind = (
+            names[number].name if number in names else str(number)
+            for names, number in zip(kinds, (heartbeat.autopilot, heartbeat.type), strict=True)
+        )
+        self.mav.command_long_send(self.system, AUTOPILOT, REQUEST_MESSAGE, 0, AUTOPILOT_VERSION, *(0.0,) * 6)
+        version = self.receive("AUTOPILOT_VERSION")
+        release = "" if version is None else " " + ".".join(map(str, version.flight_sw_version.to_bytes(4)[:3]))
+        return f"{autopilot.removeprefix('MAV_AUTOPILOT_')}{release}, {kind}, system {self.system}"
 
     def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
         """The next message of a name from the autopilot, or None; heartbeats go out meanwhile."""

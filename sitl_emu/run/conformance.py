@@ -1,0 +1,229 @@
+"""`sitl-emu conformance`: tests/conformance, which the wheel carries, measures the autopilot on a MAVLink URL.
+
+The tests know nothing of the emulator, and what they cover and why they say themselves (their README.md). Here pytest
+runs them without its own output; a plugin keeps what came out and says it as it comes.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from sitl_emu.run.trouble import Trouble
+
+FOLDER = Path(__file__).parents[1] / "conformance"
+PREFIX = "test_"
+URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
+PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
+MARKS = {PASSED: ".", FAILED: "F", SKIPPED: "-"}
+NAME_WIDTH = 24
+MESSAGE_LINES = 3
+INTERRUPTED = 130
+
+
+class Covers(NamedTuple):
+    """One mark of a test: messages and commands, and where the expectation comes from."""
+
+    names: tuple[str, ...]
+    source: str
+
+
+class Result(NamedTuple):
+    """What came out of one test."""
+
+    service: str
+    title: str
+    """Of the service: the first line of the file."""
+    test: str
+    """Its name as a sentence, with its case in brackets."""
+    covers: tuple[Covers, ...]
+    outcome: str
+    reason: str
+    """Why it failed or was skipped."""
+    duration_s: float
+
+    @property
+    def names(self) -> set[str]:
+        """Messages and commands it is about."""
+        return {name for mark in self.covers for name in mark.names}
+
+    @property
+    def sources(self) -> list[str]:
+        """Where its expectation comes from, each once."""
+        return list(dict.fromkeys(mark.source for mark in self.covers if mark.source))
+
+
+class Conformance(NamedTuple):
+    """A whole run of tests."""
+
+    url: str
+    vehicle: str
+    """What was measured, in words of its own: version, kind, system id."""
+    results: tuple[Result, ...]
+
+    def count(self, outcome: str) -> int:
+        """How many tests ended so."""
+        return sum(result.outcome == outcome for result in self.results)
+
+
+def services() -> list[str]:
+    """Those that there are tests for."""
+    return sorted(path.stem.removeprefix(PREFIX) for path in FOLDER.glob(f"{PREFIX}*.py"))
+
+
+def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conformance:
+    """Run the tests of these services (of all, if none is named) and say how it goes.
+
+    `say` gets pieces of text without line ends of its own. Raises Trouble where there is nothing to measure.
+    """
+    known = services()
+    chosen = list(dict.fromkeys(wanted)) or known
+    for service in chosen:
+        if service not in known:
+            raise Trouble(f"--service {service}: there is no such service; there are {', '.join(known)}")
+    keeper = Keeper(say)
+    before = os.environ.get(URL_VARIABLE)
+    os.environ[URL_VARIABLE] = url
+    try:
+        status = pytest.main([*_options(), *(str(FOLDER / f"{PREFIX}{service}.py") for service in chosen)], [keeper])
+    finally:
+        if before is None:
+            del os.environ[URL_VARIABLE]
+        else:
+            os.environ[URL_VARIABLE] = before
+    keeper.end_line()
+    if keeper.trouble:
+        raise Trouble(keeper.trouble)
+    if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        raise Trouble(f"the tests could not be run (pytest's exit status {int(status)})")
+    return Conformance(url, keeper.vehicle, tuple(keeper.results))
+
+
+def _options() -> list[str]:
+    """Nothing of the user's pytest takes part: no configuration, no plugins, no cache, no output."""
+    quiet = ["-p", "no:terminal", "-p", "no:cacheprovider", "--disable-plugin-autoload"]
+    return [*quiet, "-c", os.devnull, f"--rootdir={FOLDER}", f"--confcutdir={FOLDER}", "--import-mode=importlib"]
+
+
+class Keeper:
+    """A pytest plugin: keeps results, and says one line a service, a mark a test."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self.results: list[Result] = []
+        self.vehicle = ""
+        self.trouble = ""
+        self._say = say
+        self._items: dict[str, pytest.Item] = {}
+        self._phases: list[pytest.TestReport] = []
+        self._service = ""
+
+    # What pytest calls
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """All tests are known."""
+        self._items = {item.nodeid: item for item in session.items}
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """A file can't be read: no conformance can be told."""
+        if report.failed:
+            self.trouble = f"{report.nodeid}: {report.longreprtext.splitlines()[-1]}"
+
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Ctrl-C, or the tests' own end: there is no autopilot."""
+        if isinstance(excinfo.value, pytest.exit.Exception):
+            self.trouble = str(excinfo.value)
+        else:
+            raise excinfo.value
+
+    def pytest_internalerror(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """A mistake of a test's file, not of the autopilot."""
+        self.trouble = f"{excinfo.typename}: {excinfo.value}"
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        """A test begins."""
+        service = _service(self._items[nodeid])
+        if service != self._service:
+            self.end_line()
+            self._service = service
+            self._say(f"{service:<{NAME_WIDTH}} ")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Set-up, test or clean-up has ended; the last completes the result."""
+        self._phases.append(report)
+        if report.when != "teardown":
+            return
+        item, phases, self._phases = self._items[report.nodeid], self._phases, []
+        bad = next((phase for phase in phases if phase.failed), None)
+        skipped = next((phase for phase in phases if phase.skipped), None)
+        outcome = FAILED if bad else SKIPPED if skipped else PASSED
+        told = bad or skipped
+        reason = _reason(told) if told else ""
+        duration_s = sum(phase.duration for phase in phases)
+        result = Result(
+            _service(item), _title(item), _sentence(item), tuple(_covers(item)), outcome, reason, duration_s
+        )
+        self.results.append(result)
+        self._say(MARKS[outcome])
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_teardown(self, item: Any) -> None:
+        """The station knows by now whom it measures."""
+        self.vehicle = self.vehicle or getattr(item.funcargs.get("station"), "vehicle", "")
+
+    # What is said
+
+    def end_line(self) -> None:
+        """Ends a service's line with how many passed."""
+        if not self._service:
+            return
+        of_service = [result for result in self.results if result.service == self._service]
+        passed = sum(result.outcome == PASSED for result in of_service)
+        self._say(f"  {passed} of {len(of_service)} passed\n")
+        self._service = ""
+
+
+def summary(run: Conformance) -> Iterator[str]:
+    """Lines for people: what failed and why, what was skipped, and the count."""
+    for result in run.results:
+        if result.outcome == FAILED:
+            yield f"failed: {result.service}: {result.test}"
+            yield from (f"    {line}" for line in result.reason.splitlines()[:MESSAGE_LINES])
+            yield from (f"    expected by {source}" for source in result.sources)
+    for reason in sorted({result.reason for result in run.results if result.outcome == SKIPPED}):
+        skipped = sum(result.outcome == SKIPPED and result.reason == reason for result in run.results)
+        yield f"skipped: {skipped}: {reason}"
+    seconds = sum(result.duration_s for result in run.results)
+    yield f"{run.vehicle} on {run.url}: {run.count(PASSED)} of {len(run.results)} passed, " + (
+        f"{run.count(FAILED)} failed, {run.count(SKIPPED)} skipped, in {seconds:.0f} s"
+    )
+
+
+def _service(item: pytest.Item) -> str:
+    return item.path.stem.removeprefix(PREFIX)
+
+
+def _title(item: pytest.Item) -> str:
+    told = getattr(getattr(item, "module", None), "__doc__", None) or ""
+    return told.partition("\n")[0]
+
+
+def _sentence(item: pytest.Item) -> str:
+    name, bracket, case = item.name.removeprefix(PREFIX).partition("[")
+    return name.replace("_", " ") + (f" [{case}" if bracket else "")
+
+
+def _covers(item: pytest.Item) -> Iterator[Covers]:
+    """From the test's own marks to the file's."""
+    for marker in item.iter_markers("covers"):
+        yield Covers(marker.args, marker.kwargs.get("source", ""))
+
+
+def _reason(report: pytest.TestReport) -> str:
+    """The exception's text, or why it was skipped."""
+    told: Any = report.longrepr
+    if isinstance(told, tuple):
+        return str(told[2]).removeprefix("Skipped: ")
+    crash = getattr(told, "reprcrash", None)
+    return str(crash.message if crash else told)

@@ -1,0 +1,36 @@
+"""`sitl-emu conformance` measures a launched vehicle: progress, summary, report, exit status."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.launched import launched
+
+INSTANCE = 24
+LIMIT_S = 100.0
+
+
+def conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-P", "-m", "sitl_emu", "conformance", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S)
+
+
+def test_one_service_alone_twice_and_another_on_another_vehicle(tmp_path: Path) -> None:
+    report = tmp_path / "page.html"
+    with launched("rover", "--instance", str(INSTANCE)):
+        url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
+        first = conformance(url, "--service", "ping", "--service", "gcs_heartbeat", "--report", str(report))
+        second = conformance(url, "--service", "ping")
+    assert (first.returncode, second.returncode) == (0, 0), first.stdout + first.stderr + second.stderr
+    lines = first.stdout.splitlines()
+    assert lines[0].split() == ["ping", "..", "2", "of", "2", "passed"]
+    assert lines[2] == "skipped: 1: holds for MAV_TYPE_HEXAROTOR"
+    assert f"MAV_TYPE_GROUND_ROVER, system {INSTANCE + 1} on {url}: 2 of 3 passed, 0 failed, 1 skipped" in lines[3]
+    assert "MAV_TYPE_GROUND_ROVER" in report.read_text()
+
+
+def test_an_autopilot_that_is_not_there_is_told_in_a_line() -> None:
+    run = conformance("udpout:127.0.0.1:9", "--service", "ping")
+    assert run.returncode == 2
+    assert run.stderr.startswith("sitl-emu: udpout:127.0.0.1:9: ")
+    assert run.stderr.count("\n") == 1

@@ -1,0 +1,133 @@
+"""`sitl-emu conformance`: what it refuses, what its pages say, what its tests tell, what the wheel carries."""
+
+import os
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from setuptools import find_namespace_packages
+from typer.testing import CliRunner
+
+from sitl_emu.cli import app
+from sitl_emu.core import dialect
+from sitl_emu.run import conformance, conformance_report
+from sitl_emu.run.conformance import Conformance, Covers, Result
+
+ROOT = Path(__file__).parents[2]
+SOURCE = re.compile(r"https://(mavlink\.io|docs\.px4\.io)/\S+|PX4 parameter [A-Z0-9_]+\b.*|measured: .+")
+NAMES = {codec.msgname for codec in dialect.mavlink_map.values()} | {
+    entry.name for entry in dialect.enums["MAV_CMD"].values()
+}
+
+
+def refused(*arguments: str) -> str:
+    """What the command says as it refuses."""
+    result = CliRunner().invoke(app, ["conformance", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("sitl-emu: ")
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+def test_an_unknown_service_is_told_with_the_known_ones() -> None:
+    text = refused("udpout:127.0.0.1:9", "--service", "parameters")
+    assert "parameters" in text
+    assert "mission, offboard, parameter, ping" in text
+
+
+@pytest.mark.parametrize(("file", "word"), [("page.pdf", ".html or .md"), ("nowhere/page.md", "no folder nowhere")])
+def test_a_report_that_cannot_be_written_is_told_before_anything_is_measured(file: str, word: str) -> None:
+    assert word in refused("udpout:127.0.0.1:9", "--report", file)
+
+
+def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
+    assert "udpout:nowhere" in refused("udpout:nowhere", "--service", "ping")
+
+
+def run_of(*results: Result) -> Conformance:
+    return Conformance("udpout:127.0.0.1:18570", "PX4 1.18.0, MAV_TYPE_HEXAROTOR, system 1", results)
+
+
+def result(test: str, outcome: str, reason: str = "") -> Result:
+    covers = (Covers(("PARAM_SET", "MAV_CMD_DO_SET_HOME"), "https://mavlink.io/en/"), Covers((), "measured: a|b <2>"))
+    return Result("parameter", "Parameter protocol", test, covers, outcome, reason, 0.5)
+
+
+@pytest.mark.parametrize("suffix", [".md", ".html"])
+def test_the_page_tells_what_is_tested_what_failed_why_it_is_expected_and_what_is_not_tested(
+    suffix: str, tmp_path: Path
+) -> None:
+    page = tmp_path / f"page{suffix}"
+    run = run_of(result("set", "passed"), result("get", "failed", "assert 1 == 2\nand more"))
+    conformance_report.check(page)
+    conformance_report.write(page, run)
+    text = page.read_text()
+    for piece in ("PX4 1.18.0", "2 tests: 1 passed, 1 failed, 0 skipped", "assert 1 == 2", "https://mavlink.io/en/"):
+        assert piece in text
+    missing = text[text.index("Not tested") :]
+    assert "PARAM_REQUEST_LIST" in missing and "PARAM_SET" not in missing and "MAV_CMD_DO_SET_MODE" in missing
+    cell = r"measured: a\|b &lt;2&gt;" if suffix == ".md" else "measured: a|b &lt;2&gt;"
+    assert cell in text
+
+
+def test_the_summary_names_the_failed_test_its_reason_and_its_sources() -> None:
+    run = run_of(
+        result("set", "passed"), result("get", "failed", "assert 1 == 2"), result("up", "skipped", "for rovers")
+    )
+    lines = "\n".join(conformance.summary(run))
+    assert "failed: parameter: get\n    assert 1 == 2\n    expected by https://mavlink.io/en/" in lines
+    assert "skipped: 1: for rovers" in lines
+    assert "1 of 3 passed, 1 failed, 1 skipped" in lines
+
+
+def test_what_there_is_to_test_comes_from_the_services_and_the_streams() -> None:
+    known = conformance_report.to_test()
+    assert known["ping"] == {"PING"}
+    assert "ATTITUDE" in known["stream"]
+    assert {"COMMAND_LONG", "MAV_CMD_DO_SET_MODE", "MAV_CMD_REQUEST_MESSAGE"} <= known["command"]
+    assert set().union(*known.values()) <= NAMES
+
+
+class Collected:
+    """A pytest plugin that keeps what was found."""
+
+    def __init__(self) -> None:
+        self.items: list[pytest.Item] = []
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        self.items = session.items
+
+
+@pytest.fixture(scope="module")
+def items() -> list[pytest.Item]:
+    """The conformance tests, not run."""
+    found = Collected()
+    options = ["-p", "no:terminal", "-p", "no:cacheprovider", "--disable-plugin-autoload", "-c", os.devnull]
+    pytest.main([*options, "--collect-only", "--import-mode=importlib", str(ROOT / "tests/conformance")], [found])
+    assert len(found.items) > 40
+    return found.items
+
+
+def test_every_conformance_test_tells_what_it_covers_by_names_that_there_are(items: list[pytest.Item]) -> None:
+    for item in items:
+        names = [name for marker in item.iter_markers("covers") for name in marker.args]
+        assert names, f"{item.nodeid}: no covers(...)"
+        assert set(names) <= NAMES, f"{item.nodeid}: unknown {sorted(set(names) - NAMES)}"
+
+
+def test_every_conformance_test_tells_where_its_expectation_comes_from(items: list[pytest.Item]) -> None:
+    for item in items:
+        sources = [marker.kwargs.get("source", "") for marker in item.iter_markers("covers")]
+        assert any(sources), f"{item.nodeid}: no source"
+        wrong = [source for source in sources if source and not SOURCE.fullmatch(source)]
+        assert not wrong, f"{item.nodeid}: {wrong}: see tests/conformance/README.md"
+
+
+def test_the_wheel_carries_the_conformance_tests() -> None:
+    patterns = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]["find"]["include"]
+    assert "sitl_emu.conformance" in find_namespace_packages(str(ROOT), include=patterns)
+    carried = {path.name for path in conformance.FOLDER.iterdir()}
+    assert carried == {path.name for path in (ROOT / "tests/conformance").iterdir()}
+    others = [name for name in carried if not name.endswith(".py") and name not in ("README.md", "__pycache__")]
+    assert not others, "add it to package-data"
