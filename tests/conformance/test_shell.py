@@ -4,12 +4,15 @@ from typing import Any
 
 import pytest
 
-SOURCE = "https://mavlink.io/en/messages/common.html#SERIAL_CONTROL; measured on PX4 v1.18 SITL"
+PAGE = "https://mavlink.io/en/messages/common.html#SERIAL_CONTROL"
 DEVICE_SHELL, DEVICE_GPS1 = 10, 2
 REPLY, RESPOND, EXCLUSIVE, MULTI = 1, 2, 4, 16
 DATA_BYTES = 70
 PROMPT = "pxh> "
-pytestmark = pytest.mark.covers("SERIAL_CONTROL", source=SOURCE)
+pytestmark = [
+    pytest.mark.covers("SERIAL_CONTROL", source=PAGE),
+    pytest.mark.covers("SERIAL_CONTROL", source="measured: what PX4's SITL shell answers"),
+]
 
 
 def send(station: Any, text: str, flags: int = RESPOND | EXCLUSIVE | MULTI, device: int = DEVICE_SHELL) -> None:
