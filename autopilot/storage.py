@@ -13,9 +13,11 @@ PARAMETERS_BACKUP = "parameters_backup.bson"
 DATAMAN = "dataman"
 EEPROM = "eeprom"
 LOG = "log"
+MAVLINK = "mavlink"
+SIGNING_KEY = f"{MAVLINK}/mavlink-signing-key.bin"
 
 FOLDERS = (EEPROM, LOG)
-SETTINGS = (PARAMETERS, PARAMETERS_BACKUP, DATAMAN, EEPROM)
+SETTINGS = (PARAMETERS, PARAMETERS_BACKUP, DATAMAN, EEPROM, MAVLINK)
 """What `forget` removes; flight logs and files that a user put there stay."""
 NEEDED_BYTES = 1 << 20
 """Parameters, missions and a first log fit in so much."""
@@ -43,7 +45,7 @@ def prepare(root: Path, *, fresh: bool = False) -> None:
 
 
 def forget(root: Path) -> None:
-    """Remove what was set in earlier flights: parameters, missions, calibration. Raises OSError."""
+    """Remove what was set in earlier flights: parameters, missions, calibration, the signing key. Raises OSError."""
     for name in SETTINGS:
         path = root / name
         if path.is_dir() and not path.is_symlink():

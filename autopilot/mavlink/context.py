@@ -31,5 +31,6 @@ class Context:
             return
         self._version = self.parameters.version
         self.mav_type = int(self.parameters["MAV_TYPE"])
+        self.forward_heartbeats = bool(self.parameters["MAV_HB_FORW_EN"])
         self.motor_count = int(self.parameters["CA_ROTOR_COUNT"])
         self.is_rover = self.mav_type == 10

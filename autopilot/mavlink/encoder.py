@@ -2,7 +2,7 @@
 
 The layout of every message comes from the dialect's class tables (pymavlink's code), the frame from
 `sitl_emu.core.framing`. Output is byte-identical to pymavlink's `pack`. Fields come in *wire
-order* (as `ordered_fieldnames`), arrays flattened. Signing is left out, as in PX4 SITL without a key.
+order* (as `ordered_fieldnames`), arrays flattened. Links sign their frames themselves.
 """
 
 import re
@@ -43,9 +43,9 @@ class Codec:
         except struct.error:
             return self._layout.pack(*_wrapped(self._layout.format, fields))
 
-    def frame(self, payload: bytes, sequence: int) -> bytes:
+    def frame(self, payload: bytes, sequence: int, flags: int = 0) -> bytes:
         """A MAVLink 2 frame around a full-length payload, trailing zeros cut as the wire wants it."""
-        return framing.frame(payload, sequence, self.header_tail, self.crc_extra)
+        return framing.frame(payload, sequence, self.header_tail, self.crc_extra, flags)
 
 
 class Encoder:

@@ -1,40 +1,32 @@
 """Which messages pass from one link to the others (PX4: Mavlink::forward_message, all four links have it on).
 
-A message without a target, or to everybody, goes to every other link; one with a target only to links on which that
-target was heard; one for this autopilot to none. STATUSTEXT stays, as measured.
+A message passes, byte for byte, to every other link on which its target was heard: without a target, or to everybody,
+to all on which anybody was. One for this very autopilot stays, as do a HEARTBEAT when MAV_HB_FORW_EN is 0 and
+SETUP_SIGNING, which MAVLink forbids to pass on. STATUSTEXT stays, as measured.
 """
 
 from collections.abc import Iterable
 from typing import Any
 
+from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
-NOT_FORWARDED = frozenset({mavlink.MAVLINK_MSG_ID_STATUSTEXT})
+NOT_FORWARDED = frozenset({mavlink.MAVLINK_MSG_ID_STATUSTEXT, mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
 
 
-def forward(message: Any, source: Link, links: Iterable[Link], own_system: int) -> None:
-    """Queue a received message on the links that it concerns."""
-    if message.get_msgId() in NOT_FORWARDED or (message.get_srcSystem() == own_system and _is_own(message)):
+def forward(message: Any, source: Link, links: Iterable[Link], own_system: int, heartbeats: bool) -> None:
+    """Queue a received message on the links that it concerns; `heartbeats` says whether those pass."""
+    number = message.get_msgId()
+    if number in NOT_FORWARDED or (number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and not heartbeats):
         return
-    system = getattr(message, "target_system", 0)
-    component = getattr(message, "target_component", 0)
+    own = (own_system, AUTOPILOT_COMPONENT)
+    target = (getattr(message, "target_system", 0), getattr(message, "target_component", 0))
+    if target == own or (message.get_srcSystem(), message.get_srcComponent()) == own:
+        return
     frame: bytes | None = None
     for link in links:
-        if link is source or not _concerns(link, system, component):
-            continue
-        if frame is None:
-            frame = bytes(message.get_msgbuf())
-        link.send_frame(frame)
-
-
-def _is_own(message: Any) -> bool:
-    return bool(message.get_srcComponent() == 1)
-
-
-def _concerns(link: Link, system: int, component: int) -> bool:
-    if system == 0:
-        return bool(link.seen) or component == 0
-    if component == 0:
-        return any(seen_system == system for seen_system, _ in link.seen)
-    return (system, component) in link.seen
+        if link is not source and link.heard(*target):
+            if frame is None:
+                frame = bytes(message.get_msgbuf())
+            link.send_frame(frame)

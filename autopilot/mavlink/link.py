@@ -10,7 +10,9 @@ from typing import Any, Protocol
 
 from autopilot.mavlink import rates
 from autopilot.mavlink.encoder import Codec, Encoder
+from autopilot.mavlink.signature import Signing
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
 DATAGRAM_BYTES = 1400
@@ -19,7 +21,9 @@ RETRY_US = 8_000
 """A stream that had nothing to say is asked again after this long."""
 NEVER_US = 1 << 62
 RESCALE_US = 1_000_000
-"""How often a limited link looks at what it sends."""
+"""How often a link looks at what it sends, and a limited one adapts to it."""
+MAX_REMOTE_COMPONENTS = 16
+"""So many senders are told apart on a link; PX4 takes no note of a further one, which it still answers."""
 
 
 class Stream(Protocol):
@@ -48,21 +52,22 @@ class ScheduledStream:
 class Link:
     """One of PX4's four MAVLink instances."""
 
-    def __init__(self, name: str, mode: str, ports: LinkPorts, encoder: Encoder) -> None:
+    def __init__(self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: Signing) -> None:
         """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal."""
         self.name = name
         self.mode = mode
         self.ports = ports
+        self.signing = signing
         self.outbox: list[bytes] = []
         """Datagrams ready to be sent; the owner of the socket empties it."""
-        self.seen: set[tuple[int, int]] = set()
-        """(system, component) of everybody heard on this link."""
         self.heard_gcs = False
         """A ground station's HEARTBEAT was heard on this link."""
         self.messages_sent = 0
         self.messages_received = 0
         self.bytes_sent = 0
         self.bytes_received = 0
+        self.bytes_per_s = (0.0, 0.0)
+        """Sent and received, averaged over the last second that was counted."""
         self.messages_lost = 0
         self.parse_errors = 0
         self.ping_sequence = 0
@@ -80,8 +85,12 @@ class Link:
         self.rate_multiplier = 1.0
         """What a limited link's rates are multiplied with."""
         self._rescale_us = 0
-        self._parser = self._make_parser()
-        self._last_sequence: dict[tuple[int, int], int] = {}
+        self._counted_us = 0
+        self._counted_bytes = (0, 0)
+        self._splitter = framing.Splitter()
+        self._codec = mavlink.MAVLink(None)
+        self._remote: dict[tuple[int, int], int] = {}
+        """Last sequence number by (system, component) of those who spoke on this link."""
 
     # --- out ---------------------------------------------------------------------------------------------
 
@@ -89,7 +98,10 @@ class Link:
         """Queue one message, as packed by its codec."""
         sequence = self._sequence
         self._sequence = (sequence + 1) & 255
-        self.send_frame(codec.frame(payload, sequence))
+        if self.signing.active:
+            self.send_frame(self.signing.signed(codec.frame(payload, sequence, framing.SIGNED)))
+        else:
+            self.send_frame(codec.frame(payload, sequence))
 
     def codec(self, message_id: int) -> Codec:
         """Packer of a message, for who packs payloads itself."""
@@ -137,8 +149,11 @@ class Link:
         """Send every stream that is due; costs next to nothing when none is."""
         if now_us < self._due_us:
             return
-        if self._limit_bytes_per_s and now_us >= self._rescale_us:
-            self._rescale(now_us)
+        if now_us >= self._rescale_us:
+            self._count_rates(now_us)
+            self._rescale_us = now_us + RESCALE_US
+            if self._limit_bytes_per_s:
+                self._rescale()
         next_due_us = NEVER_US
         for item in self._schedule.values():
             if now_us >= item.due_us:
@@ -180,8 +195,14 @@ class Link:
         item = self._schedule.get(message_id)
         return None if item is None else item.requested_us
 
-    def _rescale(self, now_us: int) -> None:
-        self._rescale_us = now_us + RESCALE_US
+    def _count_rates(self, now_us: int) -> None:
+        elapsed_s = (now_us - self._counted_us) * 1e-6
+        if elapsed_s > 0.0:
+            sent, received = self._counted_bytes
+            self.bytes_per_s = (self.bytes_sent - sent) / elapsed_s, (self.bytes_received - received) / elapsed_s
+        self._counted_us, self._counted_bytes = now_us, (self.bytes_sent, self.bytes_received)
+
+    def _rescale(self) -> None:
         running = [
             (item.stream.name, item.stream.codec.size, item.parts * 1e6 / item.requested_us)
             for item in self._schedule.values()
@@ -195,33 +216,38 @@ class Link:
     # --- in ----------------------------------------------------------------------------------------------
 
     def parse(self, data: bytes) -> Iterator[Any]:
-        """The messages that a datagram completes, as pymavlink objects; garbage is skipped."""
+        """The messages that a datagram completes, as pymavlink objects; garbage and what is not signed is skipped."""
         self.bytes_received += len(data)
-        try:
-            messages = self._parser.parse_buffer(data) or []
-        except (mavlink.MAVError, ValueError, UnicodeError, IndexError):
-            self._parser = self._make_parser()
-            self.parse_errors += 1
-            return
-        for message in messages:
-            if message.get_type() == "BAD_DATA":
+        for frame in self._splitter.feed(data):
+            try:
+                message = self._codec.decode(bytearray(frame))
+            except (mavlink.MAVError, ValueError):
                 self.parse_errors += 1
                 continue
-            self.messages_received += 1
-            self._count_lost(message)
+            if message.get_msgId() not in mavlink.mavlink_map or not self.signing.believes(frame):
+                self.parse_errors += 1
+                continue
+            self._count(message)
             yield message
 
-    def _count_lost(self, message: Any) -> None:
+    def heard(self, system: int, component: int) -> bool:
+        """Whether a component (0: any of the system; system 0: anybody) has spoken on this link."""
+        if system == 0:
+            return bool(self._remote)
+        if component == 0:
+            return any(heard == system for heard, _ in self._remote)
+        return (system, component) in self._remote
+
+    def _count(self, message: Any) -> None:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         sequence = message.get_seq()
-        last = self._last_sequence.get(sender)
-        if last is not None:
-            self.messages_lost += (sequence - last - 1) & 255
-        self._last_sequence[sender] = sequence
-        self.seen.add(sender)
-
-    @staticmethod
-    def _make_parser() -> Any:
-        parser = mavlink.MAVLink(None)
-        parser.robust_parsing = True
-        return parser
+        last = self._remote.get(sender)
+        if last is None:
+            if len(self._remote) >= MAX_REMOTE_COMPONENTS:
+                return
+        else:
+            # PX4 counts modulo 255 when the number starts anew (MavlinkReceiver::update_rx_stats).
+            expected = (last + 1) & 255
+            self.messages_lost += sequence - expected + (255 if sequence < expected else 0)
+        self._remote[sender] = sequence
+        self.messages_received += 1

@@ -31,19 +31,33 @@ from autopilot.mavlink.services import (
     rc_override,
     set_mode,
     shell,
+    signing,
     statustext,
     system_time,
     timesync,
 )
 from autopilot.mavlink.services.service import Service
+from autopilot.mavlink.signature import Signing, SigningStreams
 from autopilot.mavlink.streams import Stream
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 
 HandleCommand = Callable[[int, VehicleCommand], CommandResult | None]
 """Decides on a command and returns what the ack says, or None for no ack."""
+GIMBAL_MODE_MESSAGES = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_HEARTBEAT,
+        mavlink.MAVLINK_MSG_ID_SETUP_SIGNING,
+        mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_ATTITUDE,
+        mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_MANUAL_CONTROL,
+        mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION,
+        mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS,
+    }
+)
+"""All that PX4 listens to on a link in gimbal mode (MavlinkReceiver::handle_messages_in_gimbal_mode)."""
 
 
 class Mavlink:
@@ -63,11 +77,12 @@ class Mavlink:
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.context = Context(topics, parameters, dataman)
         self._encoder = encoder = Encoder(self.system_id)
+        signing_streams: SigningStreams = {}
         self.links: tuple[Link, ...] = (
-            Link("gcs", "normal", ports.gcs(instance), encoder),
-            Link("onboard", "onboard", ports.onboard(instance), encoder),
-            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder),
-            Link("gimbal", "gimbal", ports.gimbal(instance), encoder),
+            Link("gcs", "normal", ports.gcs(instance), encoder, Signing(0, signing_streams)),
+            Link("onboard", "onboard", ports.onboard(instance), encoder, Signing(1, signing_streams)),
+            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, Signing(2, signing_streams)),
+            Link("gimbal", "gimbal", ports.gimbal(instance), encoder, Signing(3, signing_streams)),
         )
         self._streams: dict[str, Stream] = {}
         for link in self.links:
@@ -89,6 +104,7 @@ class Mavlink:
             timesync.Timesync(),
             ping.Ping(self.system_id),
             system_time.SystemTime(),
+            signing.Signing(self.links, topics, texts.say, self.system_id, root),
             statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id),
@@ -137,8 +153,11 @@ class Mavlink:
             link.flush()
 
     def _dispatch(self, now_us: int, message: Any, link: Link) -> None:
-        forwarding.forward(message, link, self.links, self.system_id)
-        for service in self._handlers.get(message.get_msgId(), ()):
+        forwarding.forward(message, link, self.links, self.system_id, self.context.forward_heartbeats)
+        message_id = message.get_msgId()
+        if link.mode == "gimbal" and message_id not in GIMBAL_MODE_MESSAGES:
+            return
+        for service in self._handlers.get(message_id, ()):
             service.on_message(now_us, message, link)
 
     def _start_streams(self, link: Link) -> None:

@@ -1,6 +1,7 @@
 """An autopilot's MAVLink with hand-made topics, and a ground station that speaks to it; no sockets."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from autopilot.commands import CommandResult
@@ -46,11 +47,12 @@ class Peer:
         kind: str = "multicopter",
         system: int = 255,
         component: int = 190,
+        root: Path | None = None,
     ) -> None:
         overrides = {"MAV_SYS_ID": 1, "MAV_TYPE": 10 if kind == "rover" else 13, "CA_ROTOR_COUNT": 6}
         self.topics, self.dataman, self.texts = Topics(), Dataman(), Texts()
         self.parameters = Parameters(kind, overrides)
-        self.mavlink = Mavlink(self.topics, self.parameters, self.dataman, self.texts, handle_command, 0)
+        self.mavlink = Mavlink(self.topics, self.parameters, self.dataman, self.texts, handle_command, 0, root)
         self.now_us = 0
         self.encoder = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
         self._parsers = [mavlink.MAVLink(None) for _ in self.mavlink.links]

@@ -86,12 +86,87 @@ def test_commands_pass_to_where_their_target_was_heard(target: tuple[int, int], 
     assert ("COMMAND_LONG" in names(peer.received(ONBOARD))) == passes
 
 
-def test_broadcasts_pass_unchanged_to_all_other_links() -> None:
+def heard_on(peer: Peer, system: int, component: int, link: int) -> Any:
+    """A component that has sent its heartbeat on a link; all outboxes are empty afterwards."""
+    codec = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+    peer.send_bytes(bytes(HEARTBEAT.pack(codec)), link)
+    for each in (GCS, ONBOARD, PAYLOAD, GIMBAL):
+        peer.received(each)
+    return codec
+
+
+def test_broadcasts_pass_unchanged_to_all_other_links_where_somebody_was_heard() -> None:
     peer = Peer()
+    heard_on(peer, 245, 191, ONBOARD), heard_on(peer, 1, 154, GIMBAL)
     data = frame(peer, HEARTBEAT)
     assert "HEARTBEAT" not in names(peer.send_bytes(data, GCS))
-    for link in (ONBOARD, PAYLOAD, GIMBAL):
-        assert b"".join(peer.mavlink.links[link].outbox) == data
+    for link, passed in ((ONBOARD, data), (PAYLOAD, b""), (GIMBAL, data)):
+        assert b"".join(peer.mavlink.links[link].outbox) == passed
+
+
+def test_heartbeats_stay_where_they_are_if_told_so() -> None:
+    peer = Peer()
+    heard_on(peer, 245, 191, ONBOARD)
+    peer.parameters.set("MAV_HB_FORW_EN", 0)
+    peer.run(0.1)
+    peer.received(ONBOARD)
+    peer.send(HEARTBEAT)
+    assert peer.received(ONBOARD) == []
+
+
+def test_a_camera_on_the_onboard_link_is_commanded_and_its_answer_comes_back() -> None:
+    peer = Peer()
+    camera, _ = heard_on(peer, 1, 100, ONBOARD), heard_on(peer, 255, 190, GCS)
+    assert peer.send(command_long(2000, target=(1, 100))) == []
+    (asked,) = peer.received(ONBOARD)
+    assert (asked.get_type(), asked.command, asked.get_srcSystem()) == ("COMMAND_LONG", 2000, 255)
+    ack = mavlink.MAVLink_command_ack_message(2000, 0, 0, 0, 255, 190)
+    assert peer.send_bytes(bytes(ack.pack(camera)), ONBOARD) == []
+    (answer,) = peer.received(GCS)
+    assert (answer.get_type(), answer.get_srcSystem(), answer.get_srcComponent()) == ("COMMAND_ACK", 1, 100)
+
+
+@pytest.mark.parametrize("payload_type", [0, 200, 32767, 65535])
+def test_tunnels_pass_by_their_target_whatever_they_carry(payload_type: int) -> None:
+    peer = Peer()
+    heard_on(peer, 245, 191, ONBOARD), heard_on(peer, 246, 191, PAYLOAD)
+    data = frame(peer, mavlink.MAVLink_tunnel_message(245, 191, payload_type, 3, [1, 2, 3] + [0] * 125))
+    assert peer.send_bytes(data) == []
+    assert peer.mavlink.links[ONBOARD].outbox == [data]
+    assert peer.mavlink.links[PAYLOAD].outbox == []
+
+
+def test_messages_that_claim_to_come_from_this_autopilot_do_not_go_round() -> None:
+    peer = Peer(system=1, component=1)
+    heard_on(peer, 245, 191, ONBOARD)
+    peer.send(HEARTBEAT)
+    assert peer.received(ONBOARD) == []
+
+
+def test_a_link_in_gimbal_mode_answers_nobody_but_passes_on() -> None:
+    peer = Peer()
+    heard_on(peer, 245, 191, ONBOARD)
+    assert peer.send(command_long(401), GIMBAL) == []
+    assert peer.send(mavlink.MAVLink_ping_message(1, 1, 0, 0), GIMBAL) == []
+    assert names(peer.received(ONBOARD)) == ["PING"]
+
+
+def test_a_link_knows_sixteen_senders_and_answers_the_seventeenth() -> None:
+    peer = Peer()
+    for system in range(2, 40):
+        heard_on(peer, system, 1, GCS)
+    link = peer.mavlink.links[GCS]
+    assert (link.heard(17, 1), link.heard(18, 1), link.messages_received) == (True, False, 16)
+    assert acks(peer.send(command_long(401))) == 1
+
+
+def test_lost_messages_are_counted_modulo_255_as_in_px4() -> None:
+    peer = Peer()
+    for sequence in (254, 255, 0, 1, 250, 3):
+        peer.encoder.seq = sequence
+        peer.send(HEARTBEAT)
+    # 255 → 0 counts 0; 1 → 250 lost 248; 250 → 3 lost 8, of which PX4 counts 7.
+    assert peer.mavlink.links[GCS].messages_lost == 248 + 7
 
 
 def test_texts_of_others_do_not_pass() -> None:

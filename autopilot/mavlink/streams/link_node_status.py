@@ -11,12 +11,12 @@ UNKNOWN_BUFFER = 255
 
 
 def fields(now_us: int, context: Context, link: Link) -> Fields:
-    """Rates are averages since boot, B/s."""
-    seconds = max(now_us * 1e-6, 1e-3)
+    """Rates are of the last second, B/s."""
+    sent, received = link.bytes_per_s
     return (
         now_us // 1000,
-        int(link.bytes_sent / seconds),
-        int(link.bytes_received / seconds),
+        int(sent),
+        int(received),
         link.messages_sent,
         link.messages_received,
         link.messages_lost,
