@@ -49,17 +49,30 @@ class ScheduledStream:
         """Messages that it sent the last time; 0 if it had nothing to say."""
 
 
+class RemoteComponent:
+    """Somebody who speaks on a link."""
+
+    __slots__ = ("last_sequence", "lost", "received")
+
+    def __init__(self) -> None:
+        self.received = self.lost = self.last_sequence = 0
+
+
 class Link:
     """One of PX4's four MAVLink instances."""
 
-    def __init__(self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: Signing) -> None:
-        """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal."""
+    def __init__(
+        self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: Signing | None = None
+    ) -> None:
+        """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal. Without `signing` nothing is signed."""
         self.name = name
         self.mode = mode
         self.ports = ports
-        self.signing = signing
+        self.signing = Signing(0, {}) if signing is None else signing
         self.outbox: list[bytes] = []
         """Datagrams ready to be sent; the owner of the socket empties it."""
+        self.components: dict[tuple[int, int], RemoteComponent] = {}
+        """By (system, component), whoever spoke on this link."""
         self.heard_gcs = False
         """A ground station's HEARTBEAT was heard on this link."""
         self.messages_sent = 0
@@ -89,8 +102,6 @@ class Link:
         self._counted_bytes = (0, 0)
         self._splitter = framing.Splitter()
         self._codec = mavlink.MAVLink(None)
-        self._remote: dict[tuple[int, int], int] = {}
-        """Last sequence number by (system, component) of those who spoke on this link."""
 
     # --- out ---------------------------------------------------------------------------------------------
 
@@ -233,21 +244,25 @@ class Link:
     def heard(self, system: int, component: int) -> bool:
         """Whether a component (0: any of the system; system 0: anybody) has spoken on this link."""
         if system == 0:
-            return bool(self._remote)
+            return bool(self.components)
         if component == 0:
-            return any(heard == system for heard, _ in self._remote)
-        return (system, component) in self._remote
+            return any(heard == system for heard, _ in self.components)
+        return (system, component) in self.components
 
     def _count(self, message: Any) -> None:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         sequence = message.get_seq()
-        last = self._remote.get(sender)
-        if last is None:
-            if len(self._remote) >= MAX_REMOTE_COMPONENTS:
+        component = self.components.get(sender)
+        if component is None:
+            if len(self.components) >= MAX_REMOTE_COMPONENTS:
                 return
+            component = self.components[sender] = RemoteComponent()
         else:
             # PX4 counts modulo 255 when the number starts anew (MavlinkReceiver::update_rx_stats).
-            expected = (last + 1) & 255
-            self.messages_lost += sequence - expected + (255 if sequence < expected else 0)
-        self._remote[sender] = sequence
+            expected = (component.last_sequence + 1) & 255
+            lost = sequence - expected + (255 if sequence < expected else 0)
+            component.lost += lost
+            self.messages_lost += lost
+        component.received += 1
+        component.last_sequence = sequence
         self.messages_received += 1

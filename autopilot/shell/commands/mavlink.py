@@ -43,7 +43,7 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
 
 
 def _status(autopilot: "Autopilot", channel: int, link: Link) -> Output:
-    seconds = max(autopilot.now_us * 1e-6, 1e-3)
+    sent, heard = link.bytes_per_s
     received = link.messages_received + link.messages_lost
     loss_pct = 100.0 * link.messages_lost / received if received else 0.0
     limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode, DATA_RATE_BYTES_PER_S)
@@ -53,16 +53,16 @@ def _status(autopilot: "Autopilot", channel: int, link: Link) -> Output:
     yield "\ttype:\t\tGENERIC LINK OR RADIO\n"
     yield "\tflow control: OFF\n"
     yield "\trates:\n"
-    yield f"\t  tx: {link.bytes_sent / seconds:.1f} B/s\n"
+    yield f"\t  tx: {sent:.1f} B/s\n"
     yield "\t  txerr: 0.0 B/s\n"
     yield f"\t  tx rate mult: {link.rate_multiplier:.3f}\n"
     yield f"\t  tx rate max: {int(limit)} B/s\n"
-    yield f"\t  rx: {link.bytes_received / seconds:.1f} B/s\n"
+    yield f"\t  rx: {heard:.1f} B/s\n"
     yield f"\t  rx loss: {loss_pct:.1f}%\n"
-    if link.seen:
+    if link.components:
         yield "\tReceived Messages:\n"
-        for system, component in sorted(link.seen):
-            yield f"\t  sysid:{system:3}, compid:{component:3}\n"
+        for (system, component), of in link.components.items():
+            yield f"\t  sysid:{system:3}, compid:{component:3}, Total: {of.received} (lost: {of.lost})\n"
     yield f"\tFTP enabled: {'YES' if link.mode != 'gimbal' else 'NO'}, TX enabled: YES\n"
     yield f"\tmode: {MODE_NAMES[link.mode]}\n"
     yield "\tForwarding: On\n"
