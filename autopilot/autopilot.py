@@ -14,11 +14,13 @@ from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.dataman import Dataman
 from autopilot.estimator.estimator import Estimator
+from autopilot.failure_injection import FailureInjectionManager
 from autopilot.land_detector import LandDetector
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters, Value
+from autopilot.payload_deliverer import PayloadDeliverer
 from autopilot.sensors import Sensors
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import Pxh
@@ -58,7 +60,9 @@ class Autopilot:
         self.control = (
             RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))
         )
-        self.commands = VehicleCommands((self.commander, self.navigator))
+        self.payload_deliverer = PayloadDeliverer(*shared)
+        failures = FailureInjectionManager(*shared)
+        self.commands = VehicleCommands((self.commander, self.navigator, self.payload_deliverer, failures))
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root)
         self.mavlink.mission.set_current = self.navigator.set_current_mission_item
         self.mavlink.mission.plan_changed = self.navigator.mission_changed
@@ -75,6 +79,7 @@ class Autopilot:
             self.land_detector.update(now_us)
             self.commander.update(now_us)
             self.navigator.update(now_us)
+            self.payload_deliverer.update(now_us)
         if ticks % POSITION_EVERY == 0:
             self.flight_modes.update(now_us)
             self.control.update_position(now_us)

@@ -1,13 +1,14 @@
 """Who answers which MAV_CMD: each owner of state lists its COMMANDS and decides on them.
 
 `mavlink/services/command.py` answers what concerns a link (message requests and intervals), hands the rest here, and
-writes the COMMAND_ACK. Nobody else writes acks.
+writes the COMMAND_ACK. Nobody else writes acks. What takes its time (a gripper, a calibration that is cancelled) is
+answered at once, and again by `answer_later`.
 """
 
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
-from autopilot.topics import VehicleCommand
+from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
 
 MAV_RESULT_ACCEPTED = 0
 MAV_RESULT_TEMPORARILY_REJECTED = 1
@@ -35,15 +36,20 @@ class CommandOwner(Protocol):
         ...
 
 
+def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult) -> None:
+    """Answer a command once more, after `handle_command` has returned its first answer, or none."""
+    topics.vehicle_command_acks = (*topics.vehicle_command_acks, VehicleCommandAck(command, *result))
+
+
 class VehicleCommands:
     """The table from MAV_CMD to its owner."""
 
     def __init__(self, owners: Iterable[CommandOwner]) -> None:
-        self._owners = {number: owner for owner in owners for number in owner.COMMANDS}
+        self.owners: dict[int, CommandOwner] = {number: owner for owner in owners for number in owner.COMMANDS}
 
     def handle(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Let the owner decide; a command without an owner is UNSUPPORTED."""
-        owner = self._owners.get(command.command)
+        owner = self.owners.get(command.command)
         if owner is None:
             return CommandResult(MAV_RESULT_UNSUPPORTED)
         return owner.handle_command(now_us, command)

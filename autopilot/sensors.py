@@ -3,25 +3,27 @@
 PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and vehicle_air_data: units become SI, the
 barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
 NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
-BAT_EMERGEN_THR). MAV_CMD_INJECT_FAILURE, once the commander has let it pass, silences the GPS or empties the battery.
-Nothing else is filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away. Other units
-and other kinds of failure than "off" do nothing, as most of them do in PX4's own simulator.
+BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
+stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Nothing else is
+filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away.
 """
 
 import math
 
+from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     NAN,
     BatteryStatus,
     DistanceSensorSample,
+    FailureInjection,
     SensorBaro,
     SensorCombined,
     SensorGps,
     SensorMag,
     Topics,
+    Vector3,
 )
-from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
@@ -39,6 +41,8 @@ DOWNWARD = 25
 SEA_LEVEL_TEMPERATURE_K = 288.15
 LAPSE_RATE_K_M = 0.0065
 CHARGE_TIME_CONSTANT_S = 1.0
+WRONG_EAST_DEG = 100.0 / 111_195.0
+"""How far east of the truth a wrong GPS is: 100 m, in degrees of latitude (PX4's static jump)."""
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
 
 
@@ -48,14 +52,15 @@ class Sensors:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
-        self._failed: set[int] = set()
-        self._commands_seen = 0
+        self._failures = FailureInjection()
+        self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
+        """FAILURE_TYPE of each."""
+        self._imu_fails = False
 
     def update(self, messages: list[SimulatorMessage]) -> int:
         """Take one tick's messages; the time of its HIL_SENSOR in µs (the last known one if there is none)."""
-        commands = self._topics.vehicle_commands
-        if commands and commands[-1].number != self._commands_seen:
-            self._inject_failures()
+        if self._topics.failure_injection is not self._failures:
+            self._note_failures()
         for message in messages:
             if type(message) is HilSensor:
                 self._on_hil_sensor(message)
@@ -67,39 +72,55 @@ class Sensors:
                 self._on_battery(message)
         return self._now_us
 
-    def _inject_failures(self) -> None:
-        """The commander accepted a command: if it is INJECT_FAILURE, note which unit is off."""
-        for number, _, command in self._topics.vehicle_commands:
-            if number <= self._commands_seen:
-                continue
-            self._commands_seen = number
-            if command.command != mavlink.MAV_CMD_INJECT_FAILURE or not math.isfinite(command.param1):
-                continue
-            unit = int(command.param1)
-            if command.param2 == mavlink.FAILURE_TYPE_OFF:
-                self._failed.add(unit)
-            else:
-                self._failed.discard(unit)
+    def _note_failures(self) -> None:
+        self._failures = failures = self._topics.failure_injection
+        self._gyro, self._accel, self._mag, self._baro, self._gps, self._distance, self._battery = (
+            failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, DISTANCE_SENSOR, BATTERY)
+        )
+        self._imu_fails = bool(self._gyro or self._accel)
 
     def _on_hil_sensor(self, message: HilSensor) -> None:
         (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
         self._now_us = now_us
         topics = self._topics
-        topics.sensor_combined = SensorCombined(now_us, (gx, gy, gz), (ax, ay, az))
-        if updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG:
-            topics.sensor_mag = SensorMag(now_us, (mx, my, mz))
-        if updated & FIELDS_UPDATED_BARO and pressure_hpa > 0.0:
+        if self._imu_fails:
+            self._publish_failing_imu(now_us, (gx, gy, gz), (ax, ay, az))
+        else:
+            topics.sensor_combined = SensorCombined(now_us, (gx, gy, gz), (ax, ay, az))
+        if updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and self._mag != OFF:
+            field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else (mx, my, mz)
+            topics.sensor_mag = SensorMag(now_us, field)
+        if updated & FIELDS_UPDATED_BARO and pressure_hpa > 0.0 and self._baro != OFF:
+            if self._baro == STUCK:
+                topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
+                return
             sea_level_hpa = float(self._parameters["SENS_BARO_QNH"])
             baro_alt_m = altitude_m(pressure_hpa, sea_level_hpa)
             topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
 
-    def _on_hil_gps(self, message: HilGps) -> None:
-        if mavlink.FAILURE_UNIT_SENSOR_GPS in self._failed:
+    def _publish_failing_imu(self, now_us: int, gyro: Vector3, accel: Vector3) -> None:
+        """Without one of them there is no sensor_combined, as in PX4."""
+        if OFF in (self._gyro, self._accel):
             return
+        last = self._topics.sensor_combined
+        gyro = last.gyro_rad_s if self._gyro == STUCK else gyro
+        accel = last.accelerometer_m_s2 if self._accel == STUCK else accel
+        self._topics.sensor_combined = SensorCombined(now_us, gyro, accel)
+
+    def _on_hil_gps(self, message: HilGps) -> None:
+        if self._gps == OFF:
+            return
+        timestamp = self._now_us if message.time_usec == 0 else message.time_usec
+        if self._gps == STUCK:
+            self._topics.sensor_gps = self._topics.sensor_gps._replace(timestamp=timestamp)
+            return
+        latitude_deg, longitude_deg = message.lat * 1e-7, message.lon * 1e-7
+        if self._gps == WRONG:
+            longitude_deg += WRONG_EAST_DEG / max(math.cos(math.radians(latitude_deg)), 1e-6)
         self._topics.sensor_gps = SensorGps(
-            self._now_us if message.time_usec == 0 else message.time_usec,
-            message.lat * 1e-7,
-            message.lon * 1e-7,
+            timestamp,
+            latitude_deg,
+            longitude_deg,
             message.alt * 1e-3,
             message.vn * 1e-2,
             message.ve * 1e-2,
@@ -111,7 +132,11 @@ class Sensors:
         )
 
     def _on_distance_sensor(self, message: DistanceSensor) -> None:
-        if message.orientation != DOWNWARD:
+        if message.orientation != DOWNWARD or self._distance == OFF:
+            return
+        if self._distance == STUCK:
+            last = self._topics.distance_sensor
+            self._topics.distance_sensor = last._replace(timestamp=message.time_boot_ms * 1000)
             return
         distance, nearest, farthest = message.current_distance, message.min_distance, message.max_distance
         good = nearest <= distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY
@@ -130,7 +155,7 @@ class Sensors:
         dt_s = (now_us - previous.timestamp) * 1e-6 if previous.connected else 0.0
         discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
         voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
-        if mavlink.FAILURE_UNIT_SYSTEM_BATTERY in self._failed:
+        if self._battery == OFF:
             cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
             voltage_v, charge = cells * empty_v, 0.0
         if previous.connected:

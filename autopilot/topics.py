@@ -478,6 +478,28 @@ class CommandRecord(NamedTuple):
     command: VehicleCommand
 
 
+class FailureInjection(NamedTuple):
+    """Writer: failure_injection.py. Failures that are on: (FAILURE_UNIT, FAILURE_TYPE, bit per instance) each."""
+
+    entries: tuple[tuple[int, int, int], ...] = ()
+
+    def type_of(self, unit: int, instance: int) -> int:
+        """FAILURE_TYPE of an instance (1 is the first) of a FAILURE_UNIT; 0: it is well."""
+        for failed, kind, instances in self.entries:
+            if failed == unit and instances >> (instance - 1) & 1:
+                return kind
+        return 0
+
+
+class VehicleCommandAck(NamedTuple):
+    """An answer to a command that comes after the first one, for whoever sent the command."""
+
+    command: VehicleCommand
+    result: int
+    progress: int = 0
+    result_param2: int = 0
+
+
 class GcsHeartbeats(NamedTuple):
     """When a ground station, and an onboard controller, was last heard."""
 
@@ -536,7 +558,10 @@ class Topics:
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
         self.orbit_status = OrbitStatus()
+        self.failure_injection = FailureInjection()
         self.vehicle_commands: tuple[CommandRecord, ...] = ()
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
         self.navigator_commands: tuple[CommandRecord, ...] = ()
         """Writer: navigator; the last few commands that mission items gave, for the commander."""
+        self.vehicle_command_acks: tuple[VehicleCommandAck, ...] = ()
+        """Writers: owners of commands (`commands.answer_later`); mavlink/services/command.py sends and empties it."""

@@ -155,6 +155,7 @@ def _commands() -> Iterator[str]:
     autopilot = Autopilot(vehicles.load(REFERENCES[0]).airframe, 0)
     effective = _effective_handlers()
     effective |= message_interval.MessageInterval.COMMANDS | message_request.MessageRequest.COMMANDS
+    effective |= {number for number, owner in autopilot.commands.owners.items() if owner is not autopilot.commander}
     answered = set(autopilot.commander.COMMANDS) | effective
     fixed: dict[str, list[int]] = {}
     for number, result in FIXED.items():

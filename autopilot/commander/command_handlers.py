@@ -104,10 +104,8 @@ class CommandHandlers:
             mavlink.MAV_CMD_PREFLIGHT_CALIBRATION: self._preflight_calibration,
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._preflight_storage,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._preflight_reboot_shutdown,
-            mavlink.MAV_CMD_INJECT_FAILURE: self._inject_failure,
             mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
             mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE: self._estimator_sensor_enable,
-            mavlink.MAV_CMD_DO_GRIPPER: self._do_gripper,
             mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: self._do_autotune_enable,
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
             ACTUATOR_GROUP_TEST: self._actuator_group_test,
@@ -280,9 +278,6 @@ class CommandHandlers:
             return DENIED
         return self._pass_on(now_us, command)
 
-    def _inject_failure(self, now_us: int, command: VehicleCommand) -> int:
-        return self._pass_on(now_us, command) if self._parameters["SYS_FAILURE_EN"] else DENIED
-
     def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
         if self._arming.armed:
             return TEMPORARILY_REJECTED
@@ -292,9 +287,6 @@ class CommandHandlers:
 
     def _estimator_sensor_enable(self, now_us: int, command: VehicleCommand) -> int:
         return ACCEPTED if _whole(command.param1) in AIDING_SOURCES else UNSUPPORTED
-
-    def _do_gripper(self, now_us: int, command: VehicleCommand) -> int:
-        return ACCEPTED if command.param1 >= 1.0 or self._arming.armed else TEMPORARILY_REJECTED
 
     def _do_autotune_enable(self, now_us: int, command: VehicleCommand) -> int:
         return DENIED

@@ -30,6 +30,7 @@ from autopilot.control.mc_rate_control import RateControl
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.alignment import from_euler
 from autopilot.estimator.imu_filter import alpha
+from autopilot.failure_injection import MOTOR, OFF
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     NAN,
@@ -82,6 +83,8 @@ class MulticopterControl:
         self._hover_due = False
         self._yaw_sp = NAN
         self._ticks = 0
+        self._motors_off: frozenset[int] = frozenset()
+        self._failures = topics.failure_injection
         self._version = -1
         self._refresh_due_us = 0
         self._refresh()
@@ -142,8 +145,16 @@ class MulticopterControl:
         self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"))
         self._channels = output_channels([int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)])
         self._straight = self._channels == list(range(count))
+        self._note_failures()
         self._stopped = (0.0,) * len(self._channels)
         self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
+
+    def _note_failures(self) -> None:
+        """A motor that is off stops where CA_FAILURE_MODE handles failures; else PX4 loses its telemetry alone."""
+        self._failures = failures = self._topics.failure_injection
+        handled = int(self._parameters["CA_FAILURE_MODE"]) > 0
+        off = [n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF] if handled else []
+        self._motors_off = frozenset(off)
 
     # --- position ------------------------------------------------------------------------------------------
 
@@ -153,6 +164,8 @@ class MulticopterControl:
             self._refresh_due_us = now_us + PARAMETER_UPDATE_INTERVAL_US
             self._refresh()
         topics = self._topics
+        if topics.failure_injection is not self._failures:
+            self._note_failures()
         status, landed = topics.vehicle_status, topics.vehicle_land_detected
         dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
         self._position_us = now_us
@@ -330,6 +343,8 @@ class MulticopterControl:
             allocator.unallocated,
         )
         motors = allocator.allocate(roll, pitch, yaw, setpoint.thrust_body[2])
+        if self._motors_off:
+            motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
         controls = motors
         if not self._straight:
             controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])

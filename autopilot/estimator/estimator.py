@@ -84,6 +84,7 @@ class Estimator:
         self._rates = self._rates_derivative = (0.0, 0.0, 0.0)
         self._vibration = (0.0, 0.0, 0.0)
         self._last_imu = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        self._sample_us = -1
         self._correction = np.zeros(cov.STATES)
         self._transition = np.identity(cov.STATES)
         self._covariance = np.identity(cov.STATES)
@@ -120,6 +121,9 @@ class Estimator:
         """One IMU sample, and whatever else has come in."""
         topics = self._topics
         imu = topics.sensor_combined
+        if imu.timestamp == self._sample_us:
+            return  # the IMU is silent
+        self._sample_us = imu.timestamp
         gyro, accel = imu.gyro_rad_s, imu.accelerometer_m_s2
         ticks = self._ticks = self._ticks + 1
         if self._parameters.version != self._version:

@@ -93,7 +93,7 @@ class Mavlink:
         self.shell = shell.Shell(texts, self.system_id)
         self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id)
         self._services: tuple[Service, ...] = (
-            command.Command((requests, intervals), handle_command, self.system_id),
+            command.Command((requests, intervals), handle_command, topics, self.system_id),
             set_mode.SetMode(handle_command, self.system_id),
             parameter.Parameter(self.links, parameters, self.system_id),
             self.mission,

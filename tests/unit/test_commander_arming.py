@@ -211,9 +211,6 @@ def test_calibrations_are_answered(vehicle: FakeVehicle) -> None:
         (mavlink.MAV_CMD_RUN_PREARM_CHECKS, 0, ACCEPTED),
         (mavlink.MAV_CMD_DO_LAND_START, 0, 6),
         (mavlink.MAV_CMD_CONTROL_HIGH_LATENCY, 0, FAILED),
-        (mavlink.MAV_CMD_DO_GRIPPER, 0, TEMPORARILY_REJECTED),
-        (mavlink.MAV_CMD_DO_GRIPPER, 1, ACCEPTED),
-        (mavlink.MAV_CMD_INJECT_FAILURE, 0, DENIED),
     ],
 )
 def test_results_on_the_ground(vehicle: FakeVehicle, number: int, param1: float, result: int) -> None:

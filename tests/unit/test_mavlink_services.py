@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from autopilot.commands import CommandResult
+from autopilot.commands import CommandResult, answer_later
 from autopilot.constants import Severity
 from autopilot.mavlink.services.parameter import parameter_hash
 from autopilot.topics import MissionResult, VehicleCommand, VehicleStatus
@@ -34,6 +34,16 @@ def item(seq: int, command: int = 16, frame: int = RELATIVE_INT, **fields: Any) 
 
 def count(number: int, kind: int = 0) -> Any:
     return mavlink.MAVLink_mission_count_message(1, 1, number, kind)
+
+
+def test_a_later_answer_goes_to_whom_gave_the_command_on_its_link() -> None:
+    peer = Peer(handle_command=lambda now_us, command: answer_later(peer.topics, command, CommandResult(0)))
+    assert peer.send(command_long(211, 0, 1), ONBOARD) == []
+    peer.run(0.01)
+    peer.send(command_long(211, 0, 1), ONBOARD)
+    acks = only(peer.run(0.01, ONBOARD), "COMMAND_ACK")
+    assert [(ack.command, ack.result, ack.target_system, ack.target_component) for ack in acks] == [(211, 0, 255, 190)]
+    assert only(peer.run(0.05, ONBOARD) + peer.received(GCS), "COMMAND_ACK") == []
 
 
 def upload(peer: Peer, *items: Any, kind: int = 0) -> tuple[int, int]:

@@ -4,9 +4,11 @@ import math
 
 import pytest
 
+from autopilot.failure_injection import inject
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors, altitude_m
-from autopilot.topics import CommandRecord, Topics, VehicleCommand
+from autopilot.topics import FailureInjection, Topics
+from sitl_emu.core.geodesy import distance_m
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
@@ -93,23 +95,76 @@ def test_charge_follows_in_a_second() -> None:
     assert topics.battery_status.remaining == pytest.approx(0.8 * math.exp(-1.0), abs=0.001)
 
 
-def injected(topics: Topics, number: int, unit: int, kind: int) -> None:
-    command = VehicleCommand(420, float(unit), float(kind))
-    topics.vehicle_commands = (*topics.vehicle_commands, CommandRecord(number, 0, command))
+def inject_failure(topics: Topics, unit: int, kind: int) -> None:
+    failures = inject(topics.failure_injection, unit, kind, 0)
+    assert failures is not None
+    topics.failure_injection = failures
 
 
 def test_injected_failures_silence_the_gps_and_empty_the_battery() -> None:
     reader, topics = sensors()
     gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
-    injected(topics, 1, 4, 1)
+    inject_failure(topics, 4, 1)
     reader.update([gps, IMU])
     assert topics.sensor_gps.timestamp == 0
-    injected(topics, 2, 4, 0)
+    inject_failure(topics, 4, 0)
     reader.update([gps, IMU])
     assert topics.sensor_gps.timestamp == 4000
-    injected(topics, 3, 100, 1)
+    inject_failure(topics, 100, 1)
     reader.update([SimulatedBattery(16000, -1, 80), IMU])
     assert topics.battery_status.remaining == 0.0 and topics.battery_status.warning == 3
+
+
+def test_a_gps_that_is_stuck_or_wrong() -> None:
+    reader, topics = sensors()
+    gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
+    reader.update([gps, IMU])
+    first = topics.sensor_gps
+    inject_failure(topics, 4, 2)
+    reader.update([gps._replace(time_usec=8000, lat=480000000), IMU])
+    assert topics.sensor_gps == first._replace(timestamp=8000)
+    inject_failure(topics, 4, 4)
+    reader.update([gps._replace(time_usec=12000), IMU])
+    assert topics.sensor_gps.latitude_deg == first.latitude_deg
+    east_m = distance_m(first.latitude_deg, first.longitude_deg, first.latitude_deg, topics.sensor_gps.longitude_deg)
+    assert east_m == pytest.approx(100.0, abs=0.5)
+
+
+def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
+    reader, topics = sensors()
+    every = IMU._replace(fields_updated=0x1FFF)
+    reader.update([every])
+    seen = (topics.sensor_combined, topics.sensor_mag, topics.sensor_baro)
+    later = every._replace(time_usec=8000, xgyro=0.5, xacc=5.0, xmag=0.4, abs_pressure=900.0)
+    for unit in (0, 2, 3):
+        inject_failure(topics, unit, 1)
+    reader.update([later])
+    assert (topics.sensor_combined, topics.sensor_mag, topics.sensor_baro) == seen
+    for unit in (0, 2, 3):
+        inject_failure(topics, unit, 2)
+    reader.update([later])
+    assert topics.sensor_combined.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
+    assert topics.sensor_combined.gyro_rad_s == seen[0].gyro_rad_s
+    assert topics.sensor_combined.accelerometer_m_s2[0] == 5.0
+    assert topics.sensor_mag.magnetometer_ga == seen[1].magnetometer_ga
+    assert topics.sensor_baro.baro_alt_m == seen[2].baro_alt_m
+    inject_failure(topics, 0, 0)
+    inject_failure(topics, 1, 1)
+    reader.update([later._replace(time_usec=12000)])
+    assert topics.sensor_combined.timestamp == 8000
+
+
+def test_one_failure_at_a_time_and_never_too_many() -> None:
+    failures = inject(FailureInjection(), 101, 1, 3)
+    assert failures is not None
+    assert [failures.type_of(101, motor) for motor in (2, 3, 4)] == [0, 1, 0]
+    failures = inject(failures, 101, 4, 0)
+    assert failures is not None and failures.type_of(101, 3) == 4
+    assert inject(failures, 101, 1, 17) is failures
+    failures = inject(failures, 101, 0, 0)
+    assert failures == FailureInjection()
+    full = FailureInjection(tuple((unit, 1, 1) for unit in range(16)))
+    assert inject(full, 100, 1, 0) is None
 
 
 def test_the_truth_is_thrown_away() -> None:

@@ -12,11 +12,12 @@ from typing import Any, Protocol
 from autopilot.commands import CommandResult
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
-from autopilot.topics import VehicleCommand
+from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 2, 4, 7, 8, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21})
 """MAV_FRAMEs in which COMMAND_INT's x and y are no latitude and longitude."""
+KEPT_ASKERS = 32
 NOT_GIVEN = 0x7FFFFFFF
 """x or y of a COMMAND_INT that is left out."""
 
@@ -35,24 +36,29 @@ class Command:
     """Turns command messages into VehicleCommands and results into acks."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
-    HAS_TIMER = False
+    HAS_TIMER = True
 
     def __init__(
         self,
         of_link: tuple[LinkCommands, ...],
         handle: Callable[[int, VehicleCommand], CommandResult | None],
+        topics: Topics,
         system_id: int,
     ) -> None:
-        """`of_link` decides on link matters, `handle` on the rest."""
+        """`of_link` decides on link matters, `handle` on the rest; later answers come in `topics`."""
         self._of_link = {number: service for service in of_link for number in service.COMMANDS}
         self._handle = handle
+        self._topics = topics
         self._system_id = system_id
+        self._asked: dict[tuple[int, int], Link] = {}
+        """The link on which each (system, component) gave its last command."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Decide and answer; nothing is said to a command for somebody else."""
         if not is_for(message, self._system_id, broadcast=True):
             return
         command = vehicle_command(message)
+        self._remember(command, link)
         service = self._of_link.get(command.command)
         if service is not None:
             result = service.handle_command(now_us, command, link)
@@ -62,7 +68,21 @@ class Command:
             send_ack(link, command, result)
 
     def on_time(self, now_us: int) -> None:
-        """Nothing to do by itself."""
+        """Send the answers that came later."""
+        if not self._topics.vehicle_command_acks:
+            return
+        for ack in self._topics.vehicle_command_acks:
+            link = self._asked.get((ack.command.source_system, ack.command.source_component))
+            if link is not None:
+                send_ack(link, ack.command, CommandResult(ack.result, ack.progress, ack.result_param2))
+        self._topics.vehicle_command_acks = ()
+
+    def _remember(self, command: VehicleCommand, link: Link) -> None:
+        asker = (command.source_system, command.source_component)
+        if self._asked.get(asker) is not link:
+            if len(self._asked) >= KEPT_ASKERS:
+                del self._asked[next(iter(self._asked))]
+            self._asked[asker] = link
 
 
 def vehicle_command(message: Any) -> VehicleCommand:

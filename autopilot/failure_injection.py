@@ -1,0 +1,86 @@
+"""MAV_CMD_INJECT_FAILURE: which unit fails how, told to whom it concerns by the topic failure_injection.
+
+PX4's failure_injection_manager (src/modules/failure_injection_manager, v1.18): SYS_FAILURE_EN lets it; a unit and a
+type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0 means all) fails in one way at a time;
+"ok" mends it. The sensors' failures are applied in sensors.py, a motor's in the control of its vehicle.
+"""
+
+import math
+
+from autopilot.commands import CommandResult
+from autopilot.parameters import Parameters
+from autopilot.topics import FailureInjection, Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+OK: int = mavlink.FAILURE_TYPE_OK
+OFF: int = mavlink.FAILURE_TYPE_OFF
+STUCK: int = mavlink.FAILURE_TYPE_STUCK
+WRONG: int = mavlink.FAILURE_TYPE_WRONG
+
+GYRO: int = mavlink.FAILURE_UNIT_SENSOR_GYRO
+ACCEL: int = mavlink.FAILURE_UNIT_SENSOR_ACCEL
+MAG: int = mavlink.FAILURE_UNIT_SENSOR_MAG
+BARO: int = mavlink.FAILURE_UNIT_SENSOR_BARO
+GPS: int = mavlink.FAILURE_UNIT_SENSOR_GPS
+DISTANCE_SENSOR: int = mavlink.FAILURE_UNIT_SENSOR_DISTANCE_SENSOR
+BATTERY: int = mavlink.FAILURE_UNIT_SYSTEM_BATTERY
+MOTOR: int = mavlink.FAILURE_UNIT_SYSTEM_MOTOR
+
+SUPPORTED: dict[int, frozenset[int]] = {
+    **dict.fromkeys((GYRO, ACCEL, MAG, BARO, DISTANCE_SENSOR), frozenset((OK, OFF, STUCK))),
+    **dict.fromkeys((GPS, mavlink.FAILURE_UNIT_SENSOR_AIRSPEED, MOTOR), frozenset((OK, OFF, STUCK, WRONG))),
+    **dict.fromkeys((mavlink.FAILURE_UNIT_SENSOR_VIO, BATTERY), frozenset((OK, OFF))),
+}
+"""What of MAVLink's FAILURE_UNIT and FAILURE_TYPE PX4 knows."""
+INSTANCES = 16
+ALL_INSTANCES = (1 << INSTANCES) - 1
+MOST_FAILURES = 16
+"""Failures (a unit and a type) at the same time; one more is rejected."""
+
+
+class FailureInjectionManager:
+    """Owner of INJECT_FAILURE; writes failure_injection."""
+
+    COMMANDS = frozenset({mavlink.MAV_CMD_INJECT_FAILURE})
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._parameters = parameters
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
+        """param1 unit, param2 type, param3 instance."""
+        if not self._parameters["SYS_FAILURE_EN"]:
+            return CommandResult(mavlink.MAV_RESULT_DENIED)
+        unit, kind, instance = (_whole(value) for value in (command.param1, command.param2, command.param3))
+        if kind not in SUPPORTED.get(unit, ()):
+            return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
+        failures = inject(self._topics.failure_injection, unit, kind, instance)
+        if failures is None:
+            return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        self._topics.failure_injection = failures
+        return CommandResult(mavlink.MAV_RESULT_ACCEPTED)
+
+
+def inject(failures: FailureInjection, unit: int, kind: int, instance: int) -> FailureInjection | None:
+    """The failures after one more, or one less (`kind` OK); None when there are too many.
+
+    Instances over 16 change nothing.
+    """
+    if not 0 <= instance <= INSTANCES:
+        return failures
+    mask = 1 << (instance - 1) if instance else ALL_INSTANCES
+    entries: dict[tuple[int, int], int] = {}
+    for other, of_kind, instances in failures.entries:
+        left = instances & ~mask if other == unit and of_kind != kind else instances
+        if left:
+            entries[other, of_kind] = left
+    if kind != OK:
+        entries[unit, kind] = entries.get((unit, kind), 0) | mask
+    if len(entries) > MOST_FAILURES:
+        return None
+    return FailureInjection(tuple((unit, kind, instances) for (unit, kind), instances in entries.items()))
+
+
+def _whole(value: float) -> int:
+    """The nearest integer; what is none is a unit, type or instance that nobody has."""
+    return math.floor(value + 0.5) if math.isfinite(value) else -1

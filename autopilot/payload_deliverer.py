@@ -1,0 +1,56 @@
+"""The gripper: opens and closes on MAV_CMD_DO_GRIPPER, in PD_GRIPPER_TO seconds.
+
+PX4's payload_deliverer (src/modules/payload_deliverer, v1.18): it closes when the autopilot starts. An action is
+answered IN_PROGRESS and, when its time is over, ACCEPTED; asked for again meanwhile it is rejected, and once it is done
+accepted at once. PD_GRIPPER_TYPE -1: there is none. A winch nobody answers for.
+"""
+
+import math
+
+from autopilot.commands import CommandResult, answer_later
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+RELEASE: int = mavlink.GRIPPER_ACTION_RELEASE
+GRAB: int = mavlink.GRIPPER_ACTION_GRAB
+NO_GRIPPER = -1
+UNKNOWN_PROGRESS = 255
+
+
+class PayloadDeliverer:
+    """Owner of DO_GRIPPER."""
+
+    COMMANDS = frozenset({mavlink.MAV_CMD_DO_GRIPPER})
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._parameters = parameters
+        self.action = GRAB
+        """What the gripper did last, or is doing."""
+        self._done = False
+        self._since_us = 0
+        self._asked: VehicleCommand | None = None
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
+        """DO_GRIPPER: param2 is the GRIPPER_ACTION; the gripper's number (param1) does not matter."""
+        if int(self._parameters["PD_GRIPPER_TYPE"]) == NO_GRIPPER:
+            return CommandResult(mavlink.MAV_RESULT_FAILED)
+        action = round(command.param2) if math.isfinite(command.param2) else None
+        if self._asked is not None and action == self.action:
+            return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        if action == self.action and self._done:
+            return CommandResult(mavlink.MAV_RESULT_ACCEPTED)
+        if action not in (RELEASE, GRAB):
+            return CommandResult(mavlink.MAV_RESULT_DENIED)
+        self.action, self._done, self._since_us, self._asked = action, False, now_us, command
+        return CommandResult(mavlink.MAV_RESULT_IN_PROGRESS, UNKNOWN_PROGRESS)
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz: an action ends by its time, as there is no sensor."""
+        if self._done or now_us - self._since_us <= float(self._parameters["PD_GRIPPER_TO"]) * 1e6:
+            return
+        self._done = True
+        if self._asked is not None:
+            answer_later(self._topics, self._asked, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+            self._asked = None

@@ -1,0 +1,58 @@
+"""The gripper, as who commands it sees it: an answer at once, and one when it is done."""
+
+from autopilot.parameters import Parameters
+from autopilot.payload_deliverer import PayloadDeliverer
+from autopilot.topics import Topics, VehicleCommand
+
+DO_GRIPPER, RELEASE, GRAB = 211, 0.0, 1.0
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, FAILED, IN_PROGRESS = (0, 0, 0), (1, 0, 0), (2, 0, 0), (4, 0, 0), (5, 255, 0)
+
+
+class Gripper:
+    """A gripper and its clock."""
+
+    def __init__(self, **parameters: float) -> None:
+        self.topics = Topics()
+        self.deliverer = PayloadDeliverer(self.topics, Parameters("multicopter", parameters))
+        self.now_us = 0
+
+    def command(self, action: float) -> tuple[int, ...]:
+        """The first answer."""
+        return tuple(self.deliverer.handle_command(self.now_us, VehicleCommand(DO_GRIPPER, 0.0, action)))
+
+    def run(self, seconds: float) -> list[tuple[int, ...]]:
+        """Later answers within a time."""
+        self.topics.vehicle_command_acks = ()
+        for _ in range(round(seconds * 50)):
+            self.now_us += 20_000
+            self.deliverer.update(self.now_us)
+        return [(ack.result, ack.progress, ack.result_param2) for ack in self.topics.vehicle_command_acks]
+
+
+def test_it_closes_at_the_start_and_opens_on_command() -> None:
+    gripper = Gripper()
+    assert gripper.run(1.1) == []
+    assert gripper.command(GRAB) == ACCEPTED
+    assert gripper.command(RELEASE) == IN_PROGRESS
+    assert gripper.run(0.5) == []
+    assert gripper.command(RELEASE) == TEMPORARILY_REJECTED
+    assert gripper.run(0.6) == [ACCEPTED]
+    assert gripper.command(RELEASE) == ACCEPTED
+    assert gripper.run(2.0) == []
+
+
+def test_it_changes_its_mind_and_answers_once() -> None:
+    gripper = Gripper(PD_GRIPPER_TO=3.0)
+    gripper.run(3.1)
+    assert gripper.command(RELEASE) == IN_PROGRESS
+    gripper.run(1.0)
+    assert gripper.command(GRAB) == IN_PROGRESS
+    assert gripper.run(2.9) == []
+    assert gripper.run(0.2) == [ACCEPTED]
+
+
+def test_what_it_cannot_do() -> None:
+    gripper = Gripper()
+    gripper.run(1.1)
+    assert gripper.command(2.0) == gripper.command(float("nan")) == DENIED
+    assert Gripper(PD_GRIPPER_TYPE=-1).command(RELEASE) == FAILED
