@@ -22,7 +22,7 @@ body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto
 table { border-collapse: collapse; margin: .6rem 0 1.6rem; width: 100%; }
 td, th { padding: .25rem .8rem; text-align: left; vertical-align: top; overflow-wrap: anywhere; }
 tr { border-bottom: 1px solid #ddd; } th { background: #f3f3f3; } h2 { margin-top: 2.2rem; }
-a { color: inherit; } td:nth-child(2) { white-space: nowrap; }
+a { color: inherit; }
 .passed { color: #1b5e20; } .failed { color: #b71c1c; font-weight: 600; } .skipped, .untested { color: #777; }
 """
 
@@ -141,17 +141,20 @@ def _of_service(service: str, run: Conformance, known: dict[str, frozenset[str]]
         about = [result for result in run.results if name in result.names]
         rows.append((name, _outcome(about), str(len(about) or "")))
     yield Table(("message or command", "result", "tests"), rows)
-    yield Table(
-        ("test", "result", "about", "expected by"),
-        [
-            (
-                result.test,
-                result.outcome + (f": {result.reason}" if result.outcome == SKIPPED else ""),
-                ", ".join(sorted(result.names)),
-                _lines(result.sources),
-            )
-            for result in results
-        ],
+    by_test: dict[str, list[Result]] = {}
+    for result in results:
+        by_test.setdefault(result.test.partition(" [")[0], []).append(result)
+    yield Table(("test", "result", "about", "expected by"), [_of_test(*one) for one in by_test.items()])
+
+
+def _of_test(test: str, cases: list[Result]) -> tuple[str, ...]:
+    outcome = _outcome(cases)
+    skipped = "; ".join(sorted({case.reason for case in cases})) if outcome == SKIPPED else ""
+    return (
+        f"{test} ({len(cases)} cases)" if len(cases) > 1 else test,
+        f"{outcome}: {skipped}" if skipped else outcome,
+        ", ".join(sorted(set().union(*(case.names for case in cases)))),
+        _lines(dict.fromkeys(source for case in cases for source in case.sources)),
     )
 
 
