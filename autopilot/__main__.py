@@ -56,6 +56,7 @@ def main() -> int:
         pass
     finally:
         sockets.close()
+        autopilot.close()
     return 0
 
 

@@ -19,6 +19,7 @@ from autopilot.land_detector import LandDetector
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
+from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value
 from autopilot.payload_deliverer import PayloadDeliverer
 from autopilot.sensors import Sensors
@@ -49,7 +50,9 @@ class Autopilot:
         self.parameters = Parameters(kind, {**airframe, "MAV_SYS_ID": instance + 1})
         self.topics = Topics()
         self.texts = Texts()
-        self.dataman = Dataman()
+        self.parameter_storage = ParameterStorage(self.parameters, root, self.texts.of("param"))
+        self.parameter_storage.boot()
+        self.dataman = Dataman(root, self.texts.of("dataman"))
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
         self.estimator = Estimator(*shared)
@@ -64,8 +67,7 @@ class Autopilot:
         failures = FailureInjectionManager(*shared)
         self.commands = VehicleCommands((self.commander, self.navigator, self.payload_deliverer, failures))
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root)
-        self.mavlink.mission.set_current = self.navigator.set_current_mission_item
-        self.mavlink.mission.plan_changed = self.navigator.mission_changed
+        self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.now_us = 0
         self._ticks = 0
@@ -80,6 +82,8 @@ class Autopilot:
             self.commander.update(now_us)
             self.navigator.update(now_us)
             self.payload_deliverer.update(now_us)
+            self.dataman.save_progress()
+            self.parameter_storage.update(now_us)
         if ticks % POSITION_EVERY == 0:
             self.flight_modes.update(now_us)
             self.control.update_position(now_us)
@@ -92,3 +96,7 @@ class Autopilot:
     def on_datagram(self, link: int, data: bytes) -> None:
         """A datagram came in on a link (index in `mavlink.links`)."""
         self.mavlink.on_datagram(self.now_us, link, data)
+
+    def close(self) -> None:
+        """Save what waits to be saved; nothing else may be called afterwards."""
+        self.parameter_storage.close()

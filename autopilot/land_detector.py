@@ -11,6 +11,7 @@ Free fall (throw launch) and LNDMC_ALT_GND's ground effect are left out.
 import math
 
 from autopilot.constants import NavState, TakeoffState
+from autopilot.flight_time import FlightTime
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleLandDetected
 from sitl_emu.core.geodesy import distance_m
@@ -50,12 +51,15 @@ class LandDetector:
         self._topics, self._parameters = topics, parameters
         self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
         self._rover_in_air = Held(False)
+        self._flight_time = FlightTime(parameters)
         self._rates = (0.0, 0.0, 0.0)
         self._measures_distance = False
 
     def update(self, now_us: int) -> None:
         """Run at 50 Hz."""
         topics = self._topics
+        landed = topics.vehicle_land_detected.landed
+        self._flight_time.update(now_us, armed=topics.actuator_armed.armed, landed=landed)
         if topics.vehicle_status.vehicle_type == "rover":
             landed = self._rover_landed(now_us)
             topics.vehicle_land_detected = VehicleLandDetected(now_us, landed, landed, landed)

@@ -11,10 +11,14 @@ import json
 import math
 import pathlib
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from fnmatch import fnmatchcase
 from typing import Any
 
 TABLE = pathlib.Path(__file__).with_name("parameters.json")
+SMALLEST_CHANGE = 2.0**-23
+"""PX4 takes two floats that differ by no more (FLT_EPSILON) for the same value."""
+INT32_RANGE = 1 << 32
 Value = float | int
 
 
@@ -33,6 +37,13 @@ class Parameters:
         self.everything = list(self._table)
         """All names of PX4's build, in its order, announced or not."""
         self.version = 0
+        """Counts all changes: whoever keeps copies looks here."""
+        self.notifications = 0
+        """Counts the changes that PX4 publishes (parameter_update), which MAVLink then tells to every link."""
+        self.edits = 0
+        """Counts the changes that want to be saved."""
+        self.unsaved: set[str] = set()
+        """Names that were set since the last save."""
 
     def __getitem__(self, name: str) -> Value:
         """Value of a parameter; KeyError for a name that PX4 does not know."""
@@ -57,22 +68,61 @@ class Parameters:
         """Value of a parameter in this airframe before anybody changed it."""
         return self._defaults[name]
 
-    def set(self, name: str, value: Value) -> None:
-        """Change a value; KeyError for an unknown name. `version` counts the changes."""
-        typed = self.typed(name, value)
+    def set(self, name: str, value: Value, *, notify: bool = True) -> None:
+        """Set a value as PX4's param_set does; KeyError for an unknown name.
+
+        A value that is no change in PX4's eyes (none, too small a one, or NaN) is stored, but neither published nor
+        saved. `notify=False` is for counters that the autopilot keeps for itself.
+        """
+        typed, before = self.typed(name, value), self._values[name]
+        self._store(name, typed)
+        if not _differs(typed, before):
+            self.unsaved.discard(name)
+            return
+        self.unsaved.add(name)
+        self.edits += 1
+        if notify:
+            self.notifications += 1
+
+    def load(self, values: Mapping[str, Value]) -> None:
+        """Take over values that were saved before; unknown names and wrong types are left out (PX4's param_import)."""
+        for name, value in values.items():
+            if name in self._table and self.is_float(name) is isinstance(value, float):
+                self._store(name, self.typed(name, value))
+                self.notifications += 1
+
+    def reset(self, which: Callable[[str], bool] = lambda name: True) -> None:
+        """Give the parameters that `which` chooses by name this airframe's defaults again."""
+        for name, value in self._defaults.items():
+            if which(name):
+                self._store(name, value)
+        self.edits += 1
+        self.notifications += 1
+
+    def changed(self) -> dict[str, Value]:
+        """Values that differ from this airframe's defaults: what is saved."""
+        defaults = self._defaults
+        return {
+            name: value
+            for name, value in self._values.items()
+            if _differs(value, defaults[name]) or (value != value and defaults[name] == defaults[name])
+        }
+
+    def _store(self, name: str, typed: Value) -> None:
         if typed != self._values[name]:
             self._values[name] = typed
             self.version += 1
 
-    def changed(self) -> dict[str, Value]:
-        """Values that differ from this airframe's defaults: what is saved."""
-        return {name: value for name, value in self._values.items() if value != self._defaults[name]}
-
     def typed(self, name: str, value: Value) -> Value:
         """A value as the parameter would hold it: whole, or rounded to float32."""
         if self._table[name]["type"] != "REAL32":
-            return int(value)
+            return (int(value) + INT32_RANGE // 2) % INT32_RANGE - INT32_RANGE // 2
         return _float32(float(value))
+
+
+def matches(name: str, patterns: tuple[str, ...]) -> bool:
+    """Whether a name is one of `patterns`, in which a `*` at the end stands for any rest."""
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 @functools.cache
@@ -80,6 +130,11 @@ def table() -> dict[str, dict[str, Any]]:
     """Every parameter of PX4 v1.18 with its type, default, bounds and who announces it."""
     loaded: dict[str, dict[str, Any]] = json.loads(TABLE.read_text())
     return loaded
+
+
+def _differs(one: Value, other: Value) -> bool:
+    """Whether PX4 takes two values of a type for different; nothing differs from NaN."""
+    return abs(one - other) > SMALLEST_CHANGE
 
 
 def _float32(value: float) -> float:

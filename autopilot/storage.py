@@ -52,3 +52,14 @@ def forget(root: Path) -> None:
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
+
+
+def write(path: Path, data: bytes) -> None:
+    """Replace a file's content whole or not at all, also when the process is killed meanwhile. Raises OSError."""
+    new = path.with_name(path.name + ".new")
+    try:
+        new.write_bytes(data)
+        new.replace(path)
+    except OSError:
+        new.unlink(missing_ok=True)
+        raise

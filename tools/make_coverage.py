@@ -203,7 +203,8 @@ def _changes(method: ast.FunctionDef) -> bool:
 
 
 def _mission_items() -> Iterator[str]:
-    taken = set(mission_items.NAVIGATION | mission_items.MISSION_FRAME | mission_items.WITHOUT_PLACE)
+    of_other_plans = mission_items.FENCE_ZONES | {mission_items.RALLY_POINT}
+    taken = {*mission_items.KEPT_IN_GLOBAL, *mission_items.TAKEN_IN_MISSION_FRAME} - of_other_plans
     carried_out = taken & (
         mission_block.PLACED
         | ROI_COMMANDS
@@ -218,8 +219,7 @@ def _mission_items() -> Iterator[str]:
     yield "## Mission items"
     yield f"{len(carried_out)} are carried out: {_named(carried_out)}."
     yield f"{len(taken - carried_out)} more are taken, kept and passed over: {_named(taken - carried_out)}."
-    fence = mission_items.FENCE_ZONES
-    yield f"Fence: {_named(fence)}. Rally points: {_named({mission_items.RALLY_POINT})}."
+    yield f"Fence: {_named(mission_items.FENCE_ZONES)}. Rally points: {_named({mission_items.RALLY_POINT})}."
 
 
 def _named(numbers: Iterable[int]) -> str:

@@ -135,6 +135,8 @@ class Commander:
             self._takeoff_us = now_us
         if armed and not landed and self._was_landed:
             self._say(Severity.INFO, "Takeoff detected\t")
+        if self._was_armed and not armed:
+            self._parameters.set("COM_FLIGHT_UUID", self._parameters["COM_FLIGHT_UUID"] + 1, notify=False)
         self._was_armed, self._was_landed = armed, landed
 
     def _leave_finished_modes(self) -> None:

@@ -91,11 +91,11 @@ class Mavlink:
         intervals = message_interval.MessageInterval(self.stream)
         self._intervals = intervals
         self.shell = shell.Shell(texts, self.system_id)
-        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id)
+        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, rover=self.context.is_rover)
         self._services: tuple[Service, ...] = (
             command.Command((requests, intervals), handle_command, topics, self.system_id),
             set_mode.SetMode(handle_command, self.system_id),
-            parameter.Parameter(self.links, parameters, self.system_id),
+            parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),
             self.mission,
             offboard.Offboard(topics, self.system_id),
             manual_control.ManualControl(topics, parameters, self.system_id),

@@ -43,6 +43,8 @@ STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
 STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
 STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
+MISSION_MODES = frozenset((NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_LAND))
+"""In these PX4 calls a mission active (mavlink_mission.cpp, update_mission_state), armed or not."""
 HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
 
 
@@ -69,7 +71,6 @@ class Mission:
         self._running = False
         self.valid = False
         self.ended = False
-        self.started = False
         self.seq_reached = -1
         self.seq_reached_us = 0
 
@@ -86,16 +87,13 @@ class Mission:
     # --- from outside ---------------------------------------------------------------------------------------
 
     def take_plan(self) -> bool:
-        """Notice a new plan; True when there is one. It begins at its first item, also in flight."""
+        """Notice a new plan; True when there is one. In flight, it goes on at once at the current item."""
         plan = self._state.dataman.mission
         if plan is self._plan:
             return False
-        first = self._plan is None
         self._plan = plan
-        if not first or plan.items:
-            self._state.dataman.current_seq = 0
         self._jumps.clear()
-        self.ended = self.started = False
+        self.ended = False
         self.seq_reached = -1
         self.check()
         if self._running:
@@ -155,7 +153,6 @@ class Mission:
             state.dataman.current_seq = 0
             self._jumps.clear()
         self.ended = False
-        self.started = True
         state.finished = False
         state.say(Severity.INFO, "Executing Mission\t")
         self._replay_speed()
@@ -343,9 +340,9 @@ class Mission:
             return STATE_NO_MISSION
         if self.ended:
             return STATE_COMPLETE
-        if status.nav_state is NavState.AUTO_MISSION and status.armed:
+        if status.nav_state in MISSION_MODES:
             return STATE_ACTIVE
-        return STATE_PAUSED if self.started and status.armed else STATE_NOT_STARTED
+        return STATE_PAUSED if self.seq_reached >= 0 else STATE_NOT_STARTED
 
 
 def change_speed(state: NavigatorState, speed_m_s: float) -> None:

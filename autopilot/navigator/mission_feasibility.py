@@ -19,11 +19,11 @@ def problem(state: NavigatorState, items: tuple[MissionItem, ...]) -> str | None
     if not items:
         return ""
     settings = state.settings
-    if not state.rover:
-        if placed and placed[0].command in LANDS and state.landed:
-            return ""
-        if any(item.command in TAKEOFFS for item in placed[1:]) and placed[0].command not in TAKEOFFS:
-            return "Mission rejected: takeoff is not the first waypoint item\t"
+    if placed and placed[0].command in LANDS and state.landed:
+        return ""
+    takes_off_later = any(item.command in TAKEOFFS for item in placed[1:])
+    if takes_off_later and placed[0].command not in TAKEOFFS and not state.rover:
+        return "Mission rejected: takeoff is not the first waypoint item\t"
     if settings.mis_tko_land_req in REQUIRE_TAKEOFF and not any(item.command in TAKEOFFS for item in placed):
         return "Mission rejected: Takeoff waypoint required\t"
     ends = any(item.command in LANDS or item.command == RETURN_TO_LAUNCH for item in items)

@@ -159,7 +159,6 @@ class Navigator:
             mission.seq_reached_us,
             mission.valid,
             mission.ended,
-            mission.started,
             self._state.finished,
             status.nav_state,
             status.armed,

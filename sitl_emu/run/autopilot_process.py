@@ -114,6 +114,7 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
     finally:
         logs.close()
         sockets.close()
+        autopilot.close()
 
 
 if __name__ == "__main__":

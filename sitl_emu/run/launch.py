@@ -110,7 +110,6 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
 
     Raises PortInUseError, ShutDownError and OrphanedError.
     """
-    parent = os.getppid()
     data = vehicles.load(vehicle.model)
     autopilot = Autopilot(data.airframe, vehicle.instance, root)
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
@@ -123,9 +122,19 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
         start_east_m=place * SPACING_M,
         name=vehicle.model,
     )
+    try:
+        _fly_on(autopilot, sockets, simulator, options.speed)
+    finally:
+        sockets.close()
+        autopilot.close()
+
+
+def _fly_on(autopilot: Autopilot, sockets: LinkSockets, simulator: VehicleSimulator, speed: float) -> None:
+    """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
+    parent = os.getppid()
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
     channel = MemoryChannel()
-    boot, pacer = Pacer(math.inf), Pacer(options.speed)
+    boot, pacer = Pacer(math.inf), Pacer(speed)
     pace, controls, commands = boot, None, autopilot.topics.vehicle_commands
     while True:
         simulated_parameters.update()
@@ -139,7 +148,6 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
         if autopilot.topics.vehicle_commands is not commands:
             commands = autopilot.topics.vehicle_commands
             if (wanted := power_wanted(commands)) is not None:
-                sockets.close()
                 if wanted == SHUT_DOWN:
                     raise ShutDownError
                 return
@@ -161,6 +169,7 @@ def _booted(autopilot: Autopilot) -> bool:
 def _child(vehicle: Wanted, place: int, root: Path, options: Options) -> NoReturn:
     """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _shut_down)
     status = 1
     try:
         while True:
@@ -173,6 +182,10 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options) -> NoRetur
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
+
+
+def _shut_down(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise ShutDownError
 
 
 def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:

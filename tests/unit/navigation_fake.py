@@ -6,7 +6,7 @@ from typing import Any
 from autopilot.commander.commander import Commander
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, SetpointType, Severity
-from autopilot.dataman import Dataman, MissionItem, plan_of
+from autopilot.dataman import MISSION, Dataman, MissionItem, Plan
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters
 from autopilot.topics import (
@@ -139,7 +139,8 @@ class FakeVehicle:
 
     def upload(self, *items: MissionItem) -> None:
         """A new mission, as the mission service stores it."""
-        self.dataman.mission = plan_of(tuple(item._replace(seq=seq) for seq, item in enumerate(items)))
+        numbered = tuple(item._replace(seq=seq) for seq, item in enumerate(items))
+        self.dataman.store(MISSION, Plan(numbered, opaque_id=1), 0)
 
     def _sense(self) -> None:
         now, topics = self.now_us, self.topics

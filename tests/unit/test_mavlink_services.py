@@ -186,13 +186,56 @@ def test_parameter_read() -> None:
 def test_parameter_set_is_echoed_and_announced() -> None:
     peer = Peer()
     echoes = peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))
-    assert [(echo.param_index, echo.param_value) for echo in echoes] == [(621, 6.5)] * 2
-    assert [echo.param_value for echo in peer.received(ONBOARD)] == [6.5]
+    assert [(echo.param_index, echo.param_value) for echo in echoes] == [(621, 6.5)]
+    told = only(peer.run(0.02), "PARAM_VALUE")
+    assert [(each.param_id, each.param_value) for each in told] == [("MPC_XY_CRUISE", 6.5)]
+    assert [each.param_value for each in only(peer.received(ONBOARD), "PARAM_VALUE")] == [6.5]
     assert len(peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))) == 1
+    assert only(peer.run(0.02), "PARAM_VALUE") == []
     assert peer.send(param_set("MPC_XY_CRUISE", 7.0, INT32)) == []
     assert peer.send(param_set("COM_RC_IN_MODE", 99, INT32))[0].param_type == INT32
     assert peer.parameters["COM_RC_IN_MODE"] == 99
     assert peer.parameters["MPC_XY_CRUISE"] == 6.5
+
+
+def test_all_that_is_not_saved_is_told_with_every_change() -> None:
+    peer = Peer()
+    peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))
+    peer.run(0.02)
+    peer.send(param_set("COM_RC_IN_MODE", 2, INT32))
+    assert [each.param_id for each in only(peer.run(0.02), "PARAM_VALUE")] == ["COM_RC_IN_MODE", "MPC_XY_CRUISE"]
+    peer.parameters.unsaved.clear()
+    peer.send(param_set("COM_RC_IN_MODE", 3, INT32))
+    assert [each.param_id for each in only(peer.run(0.02), "PARAM_VALUE")] == ["COM_RC_IN_MODE"]
+
+
+def test_nan_and_tiny_changes_are_kept_and_not_told() -> None:
+    peer = Peer()
+    for value in (float("nan"), 5.0, 5.0 + 2.0**-23):
+        assert len(peer.send(param_set("MPC_XY_CRUISE", value, REAL32))) == 1
+        assert only(peer.run(0.02), "PARAM_VALUE") == []
+
+
+def test_a_list_that_is_asked_for_again_begins_again_without_the_hash() -> None:
+    peer = Peer()
+    request = mavlink.MAVLink_param_request_list_message(1, 1)
+    values = only(peer.send(request), "PARAM_VALUE") + only(peer.run(0.3), "PARAM_VALUE")
+    values += only(peer.send(request), "PARAM_VALUE") + only(peer.run(1.0), "PARAM_VALUE")
+    indices = [value.param_index for value in values]
+    assert (indices.count(0), indices.count(65535), indices.count(946)) == (2, 1, 1)
+
+
+def test_an_unknown_knob_of_a_remote_control_is_told() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"MPC_XY_P", -1, 3, 0.5, 1.0, 0.0, 2.0))
+    assert peer.texts.recent[-1].text == "parameter_rc_channel_index out of bounds\t"
+
+
+def test_counters_do_not_change_the_hash() -> None:
+    peer = Peer()
+    before = parameter_hash(peer.parameters)
+    peer.parameters.set("COM_FLIGHT_UUID", 7)
+    assert parameter_hash(peer.parameters) == before
 
 
 def test_integers_travel_bit_by_bit() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import MissionItem, Plan
+from autopilot.dataman import MISSION, MissionItem, Plan
 from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import settings_of
 from autopilot.parameters import Parameters
@@ -81,7 +81,7 @@ def test_states_of_a_mission() -> None:
     vehicle.set_mode(4, 3)
     vehicle.run(0.1)
     assert mission_state(vehicle) == PAUSED
-    vehicle.dataman.mission = Plan()
+    vehicle.dataman.store(MISSION, Plan(), 0)
     vehicle.run(0.1)
     assert mission_state(vehicle) == NO_MISSION
 

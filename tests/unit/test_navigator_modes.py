@@ -5,7 +5,7 @@ import math
 import pytest
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import MissionItem, plan_of
+from autopilot.dataman import FENCE, RALLY, MissionItem, Plan
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
@@ -149,7 +149,7 @@ def test_return_goes_to_the_nearest_rally_point() -> None:
     rally = MissionItem(
         0, 3, mavlink.MAV_CMD_NAV_RALLY_POINT, 1, 0.0, 0.0, 0.0, NAN, round(lat * 1e7), round(lon * 1e7), 0.0
     )
-    vehicle.dataman.rally = plan_of((rally,))
+    vehicle.dataman.store(RALLY, Plan((rally,)), 0)
     vehicle.reposition(50.0, 0.0, 10.0)
     vehicle.run(15.0)
     vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
@@ -219,7 +219,7 @@ def test_reposition_beyond_the_fence_is_refused(
     vehicle = flying(GF_ACTION=0)
     vehicle.reposition(*inside, 10.0)
     vehicle.run(10.0)
-    vehicle.dataman.fence = plan_of(items)
+    vehicle.dataman.store(FENCE, Plan(items), 0)
     vehicle.parameters.set("GF_ACTION", 2)
     vehicle.reposition(*outside, 10.0)
     vehicle.step()
@@ -233,7 +233,7 @@ def test_reposition_beyond_the_fence_is_refused(
 
 def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
     vehicle = flying(GF_ACTION=2)
-    vehicle.dataman.fence = plan_of(fence(INCLUSION, SQUARE, 4))
+    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4)), 0)
     vehicle.topics.vehicle_roi = vehicle.topics.vehicle_roi
     vehicle.north = 30.5
     for _ in range(6):

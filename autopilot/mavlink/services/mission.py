@@ -1,134 +1,388 @@
 """Mission protocol for mission, fence and rally points (https://mavlink.io/en/services/mission.html).
 
-As PX4's mavlink_mission.cpp: one transfer at a time per link, and one upload at a time in all. An upload asks for one
-item after the other, again every 250 ms, and gives up after 5 s; a plan replaces the old one only when it is complete,
-any failure leaves the old one. Items are kept in GLOBAL_INT and GLOBAL_RELATIVE_ALT_INT. Partial lists are ignored, as
-PX4 does. Every answer goes out in the datagram's own moment, so that a transfer runs as fast as the other side asks.
+As PX4 v1.18's mavlink_mission.cpp: each link has a manager with one transfer at a time, and among all links there is
+one upload at a time. An upload asks for one item after the other, again every 250 ms; any transfer is given up after 5
+s of silence. A plan replaces the old one only when it is complete and another one than before; any failure leaves the
+old one. Partial lists are ignored. Every answer goes out in the datagram's own moment, so that a transfer runs as fast
+as the other side asks.
 """
 
 from collections.abc import Callable
+from enum import Enum
 from typing import Any
 
 from autopilot.constants import Severity
-from autopilot.dataman import Dataman, MissionItem, Plan, plan_of
+from autopilot.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import mission_items
-from autopilot.mavlink.services.service import is_for
 from autopilot.texts import Texts
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
-MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
-"""MAV_MISSION_TYPE."""
+ALL_TYPES = 255
 MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
+MISSION_PLANNER = 190
+"""A component id that PX4 takes for its own in this protocol."""
 RETRY_US = 250_000
 TIMEOUT_US = 5_000_000
 REACHED_EVERY_US, REACHED_REPEATS = 1_000_000, 10
 """MISSION_ITEM_REACHED is said again, as it may be lost on the way."""
-ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
-ERROR = mavlink.MAV_MISSION_ERROR
-NO_SPACE = mavlink.MAV_MISSION_NO_SPACE
+ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
+ERROR: int = mavlink.MAV_MISSION_ERROR
+NO_SPACE: int = mavlink.MAV_MISSION_NO_SPACE
+UNSUPPORTED: int = mavlink.MAV_MISSION_UNSUPPORTED
+CANCELLED: int = mavlink.MAV_MISSION_OPERATION_CANCELLED
+NOTHING = Plan()
 Partner = tuple[int, int]
 
 
-class Transfer:
-    """What one link is busy with; `items` grows in an upload, is the plan in a download."""
+class State(Enum):
+    """What a manager is busy with."""
 
-    def __init__(self, partner: Partner, kind: int, count: int, now_us: int) -> None:
-        self.partner, self.kind, self.count = partner, kind, count
-        self.items: list[MissionItem] = []
-        self.last_heard_us = self.last_sent_us = now_us
-        self.sequence = 0
+    IDLE = "idle"
+    SENDS = "items go out"
+    GETS = "items come in"
 
 
-class Upload(Transfer):
-    """Items come in."""
+class Uploads:
+    """What the managers of all links share: the plans, and who is uploading."""
+
+    def __init__(self, dataman: Dataman, say: Callable[[Severity, str], None], *, rover: bool) -> None:
+        self.dataman = dataman
+        self.say = say
+        self.rover = rover
+        self.in_progress = False
+        self.set_current: Callable[[int, int], bool] | None = None
+        self.plan_changed: Callable[[int], None] | None = None
+        self.last_reached = -1
+        """The item that was reached last; -1 once a new upload has begun."""
+
+    def store(self, now_us: int, kind: int, plan: Plan, current_seq: int) -> bool:
+        """Replace a plan and tell the navigator; False if it can't be written."""
+        if not self.dataman.store(kind, plan, current_seq):
+            return False
+        if self.plan_changed is not None:
+            self.plan_changed(now_us)
+        return True
+
+    def clear(self, now_us: int, kind: int) -> bool:
+        """Make a plan empty; an unknown kind has none, which is no trouble to PX4."""
+        current_seq = 0 if kind == MISSION else self.dataman.current_seq
+        return kind not in MAX_ITEMS or self.store(now_us, kind, Plan(), current_seq)
 
 
-class Download(Transfer):
-    """Items go out."""
+class Manager:
+    """The protocol on one link."""
 
-    def __init__(self, partner: Partner, kind: int, plan: Plan, now_us: int) -> None:
-        super().__init__(partner, kind, len(plan.items), now_us)
-        self.items = list(plan.items)
+    def __init__(self, link: Link, uploads: Uploads) -> None:
+        self._link = link
+        self._uploads = uploads
+        self._dataman = uploads.dataman
+        self.state = State.IDLE
+        self._partner: Partner = (0, 0)
+        self._kind = MISSION
+        self._integer = True
+        self._count = 0
+        self._sequence = 0
+        self._items: list[MissionItem] = []
+        self._crc = 0
+        self._current_seq = -1
+        self._heard_us = self._sent_us = 0
+
+    def on_time(self, now_us: int) -> None:
+        """Ask again, give up."""
+        if self.state is State.GETS and now_us - self._sent_us > RETRY_US:
+            self._request(now_us)
+        elif now_us - self._heard_us > TIMEOUT_US:
+            self._say("Operation timeout\t")
+            if self.state is State.GETS:
+                self._uploads.in_progress = False
+            self.state = State.IDLE
+
+    # --- upload ------------------------------------------------------------------------------------------
+
+    def on_count(self, now_us: int, message: Any) -> None:
+        """MISSION_COUNT: an upload begins, or a plan is cleared."""
+        partner = _partner(message)
+        self._heard_us = now_us
+        if self.state is State.SENDS:
+            self._say("WPM: IGN MISSION_COUNT: Busy\t")
+            self._ack(partner, ERROR)
+        elif self.state is State.GETS:
+            if partner != self._partner:
+                self._ack(partner, ERROR)
+            elif self._sequence:
+                self._say("WPM: REJ. CMD: Busy\t")
+                self._ack(partner, ERROR)
+            else:
+                self._request(now_us)
+        elif self._uploads.in_progress:
+            self._ack(partner, ERROR)
+        else:
+            self._begin_upload(now_us, partner, message.mission_type, message.count)
+
+    def _begin_upload(self, now_us: int, partner: Partner, kind: int, count: int) -> None:
+        self._partner, self._kind = partner, kind
+        self._crc = 0
+        self._uploads.last_reached = -1
+        if count > MAX_ITEMS.get(kind, 0):
+            self._ack(partner, NO_SPACE)
+        elif count == 0:
+            self._uploads.clear(now_us, kind)
+            self._ack(partner, ACCEPTED)
+        else:
+            self._uploads.in_progress = True
+            self.state = State.GETS
+            self._count, self._sequence, self._current_seq = count, 0, -1
+            self._items = []
+            self._request(now_us)
+
+    def _request(self, now_us: int) -> None:
+        self._sent_us = now_us
+        self._link.send_fields(
+            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT if self._integer else mavlink.MAVLINK_MSG_ID_MISSION_REQUEST,
+            self._sequence,
+            *self._partner,
+            self._kind,
+        )
+
+    def on_item(self, now_us: int, message: Any) -> None:
+        """MISSION_ITEM, MISSION_ITEM_INT: the next item of an upload, or one that nobody asked for."""
+        if _partner(message) != self._partner:
+            self._say("REJ. MIS ITEM: partner id mismatch\t")
+        elif message.mission_type != self._kind:
+            self._ack(self._partner, ERROR)
+        elif self.state is State.SENDS:
+            self._say("IGN MISSION_ITEM: Busy\t")
+            self._ack(self._partner, ERROR)
+        elif self.state is State.IDLE:
+            if self._sequence == message.seq + 1:
+                self._ack(self._partner, ACCEPTED, self._crc)
+            else:
+                self._say("IGN MISSION_ITEM: No transfer\t")
+                self._ack(self._partner, ERROR)
+        else:
+            self._heard_us = now_us
+            if message.seq == self._sequence:
+                self._take_item(now_us, message)
+
+    def _take_item(self, now_us: int, message: Any) -> None:
+        item, error = mission_items.parse(message, self._kind, rover=self._uploads.rover)
+        if item is None:
+            if error != ERROR:
+                self._say("IGN MISSION_ITEM: Invalid item\t")
+            self._end_upload(error)
+            return
+        self._items.append(item)
+        self._crc = crc32_part(mission_items.crc_bytes(message), self._crc)
+        if message.current:
+            self._current_seq = message.seq
+        self._sequence += 1
+        if self._sequence < self._count:
+            self._request(now_us)
+        elif self._crc == self._plan().opaque_id or self._store(now_us):
+            self._end_upload(ACCEPTED, self._crc)
+        else:
+            self._say("Unable to write on micro SD\t")
+            self._end_upload(ERROR)
+
+    def _store(self, now_us: int) -> bool:
+        """Replace the plan. The mission goes on at its item, as far as the new one has it, unless one is marked."""
+        current_seq = self._dataman.current_seq
+        if self._kind == MISSION:
+            current_seq = self._current_seq if self._current_seq >= 0 else min(current_seq, self._count - 1)
+        return self._uploads.store(now_us, self._kind, Plan(tuple(self._items), self._crc), current_seq)
+
+    def _end_upload(self, result: int, opaque_id: int = 0) -> None:
+        self.state = State.IDLE
+        self._uploads.in_progress = False
+        self._items = []
+        self._ack(self._partner, result, opaque_id)
+
+    # --- download ----------------------------------------------------------------------------------------
+
+    def on_request_list(self, now_us: int, message: Any) -> None:
+        """MISSION_REQUEST_LIST: a download begins, also where the last one was never acknowledged."""
+        partner, kind = _partner(message), message.mission_type
+        if self._sequence == len(self._plan().items):
+            if self.state is State.GETS:
+                self._uploads.in_progress = False
+            self.state = State.IDLE
+        same = self.state is State.SENDS and kind == self._kind and partner == self._partner
+        if self.state is not State.IDLE and not same:
+            self._uploads.say(Severity.INFO, "Mission download request ignored, already active\t")
+            return
+        self._heard_us = self._sent_us = now_us
+        self.state = State.SENDS
+        self._partner, self._kind = partner, kind
+        plan = self._plan()
+        self._sequence, self._count = 0, len(plan.items)
+        fields = (self._count, *partner, kind, plan.opaque_id)
+        self._link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_COUNT, *fields)
+
+    def on_request(self, now_us: int, message: Any) -> None:
+        """MISSION_REQUEST, MISSION_REQUEST_INT: the next item goes out, or the last one again."""
+        if _partner(message) != self._partner:
+            self._say("WPM: REJ. CMD: partner id mismatch\t")
+            return
+        if self.state is not State.SENDS:
+            if self.state is State.GETS:
+                self._say("WPM: REJ. CMD: Busy\t")
+            return
+        if message.mission_type != self._kind:
+            return
+        self._heard_us = now_us
+        sequence = message.seq
+        expected = sequence == self._sequence < self._count or sequence == self._sequence - 1
+        items = self._plan().items
+        if not expected or sequence >= len(items):
+            self.state = State.IDLE
+            self._ack(self._partner, ERROR)
+            self._say("WPM: REJ. CMD: Req. WP was unexpected\t")
+            return
+        self._sequence = sequence + 1
+        self._send_item(items[sequence])
+
+    def _send_item(self, item: MissionItem) -> None:
+        seq = item.seq
+        current = seq == self._dataman.current_seq
+        if self._integer:
+            frame = item.frame
+            message_id = mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT
+            position: tuple[float, ...] = item[8:]
+        else:
+            frame = mission_items.FLOAT_FRAME.get(item.frame, item.frame)
+            message_id = mavlink.MAVLINK_MSG_ID_MISSION_ITEM
+            position = mission_items.float_position(item)
+        tail = (seq, item.command, *self._partner, frame, current, item.autocontinue, self._kind)
+        self._link.send_fields(message_id, *mission_items.sent_params(item), *position, *tail)
+
+    # --- the rest ----------------------------------------------------------------------------------------
+
+    def on_ack(self, now_us: int, message: Any) -> None:
+        """MISSION_ACK: ends a download, cancels an upload, or asks for the other kind of item messages."""
+        if _partner(message) != self._partner:
+            self._say("REJ. WP CMD: partner id mismatch\t")
+        elif self.state is State.SENDS:
+            if message.mission_type == self._kind:
+                self.state = State.IDLE
+        elif self.state is State.GETS:
+            if message.type == UNSUPPORTED:
+                self._integer = not self._integer
+                self._request(now_us)
+            elif message.type == CANCELLED:
+                self.state = State.IDLE
+                self._uploads.in_progress = False
+
+    def on_clear_all(self, now_us: int, message: Any) -> None:
+        """MISSION_CLEAR_ALL, of one kind or all."""
+        if self.state is not State.IDLE:
+            self._say("WPM: IGN CLEAR CMD: Busy\t")
+            return
+        self._kind = message.mission_type
+        kinds = tuple(MAX_ITEMS) if self._kind == ALL_TYPES else (self._kind,)
+        cleared = [self._uploads.clear(now_us, kind) for kind in kinds]
+        self._ack(_partner(message), ACCEPTED if all(cleared) else ERROR)
+
+    def on_set_current(self, now_us: int, message: Any) -> None:
+        """MISSION_SET_CURRENT: fly this item next."""
+        sequence = message.seq
+        if self.state is not State.IDLE:
+            self._say("WPM: IGN WP CURR CMD: Busy\t")
+        elif sequence >= len(self._dataman.mission.items):
+            self._say("WPM: WP CURR CMD: Not in list\t")
+        elif self._uploads.set_current is not None:
+            self._uploads.set_current(now_us, sequence)
+        else:
+            self._dataman.current_seq = sequence
+
+    def choose_messages(self, integer: bool) -> None:
+        """The partner speaks MISSION_ITEM_INT (or MISSION_ITEM), and so do we from now on."""
+        self._integer = integer
+
+    def _plan(self) -> Plan:
+        return self._dataman.plans.get(self._kind, NOTHING)
+
+    def _ack(self, partner: Partner, result: int, opaque_id: int = 0) -> None:
+        self._link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ACK, *partner, result, self._kind, opaque_id)
+
+    def _say(self, text: str) -> None:
+        self._uploads.say(Severity.CRITICAL, text)
+
+
+SPEAKS_INT = {
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM: False,
+    mavlink.MAVLINK_MSG_ID_MISSION_REQUEST: False,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: True,
+    mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT: True,
+}
+"""Which of the two item messages a partner speaks: PX4 answers in the same."""
+HANDLERS: dict[int, Callable[[Manager, int, Any], None]] = {
+    mavlink.MAVLINK_MSG_ID_MISSION_COUNT: Manager.on_count,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM: Manager.on_item,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: Manager.on_item,
+    mavlink.MAVLINK_MSG_ID_MISSION_REQUEST: Manager.on_request,
+    mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT: Manager.on_request,
+    mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: Manager.on_request_list,
+    mavlink.MAVLINK_MSG_ID_MISSION_ACK: Manager.on_ack,
+    mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: Manager.on_clear_all,
+    mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT: Manager.on_set_current,
+}
 
 
 class Mission:
-    """The plans' service; `set_current` and `plan_changed` are wired to the navigator."""
+    """The plans' service: the managers of all links, and what the navigator has to tell."""
 
-    MESSAGES = frozenset(
-        {
-            mavlink.MAVLINK_MSG_ID_MISSION_COUNT,
-            mavlink.MAVLINK_MSG_ID_MISSION_ITEM,
-            mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_LIST,
-            mavlink.MAVLINK_MSG_ID_MISSION_ACK,
-            mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL,
-            mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT,
-        }
-    )
+    MESSAGES = frozenset(HANDLERS)
     HAS_TIMER = True
 
-    def __init__(self, links: tuple[Link, ...], topics: Topics, dataman: Dataman, texts: Texts, system_id: int) -> None:
+    def __init__(
+        self, links: tuple[Link, ...], topics: Topics, dataman: Dataman, texts: Texts, system_id: int, *, rover: bool
+    ) -> None:
         """Writes plans into `dataman`."""
-        self.set_current: Callable[[int, int], bool] | None = None
-        """Navigator's (now_us, seq) -> done, for MISSION_SET_CURRENT; without it dataman.current_seq is written."""
-        self.plan_changed: Callable[[int], None] | None = None
-        """Navigator's (now_us): so that a mission can be started in the moment in which its upload is acknowledged."""
         self._links = links
         self._topics = topics
         self._dataman = dataman
-        self._texts = texts
         self._system_id = system_id
-        self._transfers: dict[Link, Transfer] = {}
-        self._integer: dict[Link, bool] = {}
-        self._last_count: dict[Link, int] = {}
-        self._reached_us = 0
+        self._uploads = Uploads(dataman, texts.of("mavlink"), rover=rover)
+        self._managers = {link: Manager(link, self._uploads) for link in links}
+        self._result = topics.mission_result
         self._reached_repeats = 0
         self._repeat_due_us = 0
-        self._current = (0, 0, 0)
-        self._handlers = {
-            mavlink.MAVLINK_MSG_ID_MISSION_COUNT: self._on_count,
-            mavlink.MAVLINK_MSG_ID_MISSION_ITEM: self._on_item,
-            mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: self._on_item,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST: self._on_request,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT: self._on_request,
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: self._on_request_list,
-            mavlink.MAVLINK_MSG_ID_MISSION_ACK: self._on_ack,
-            mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: self._on_clear_all,
-            mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT: self._on_set_current,
-        }
+        self._told_seq = 0
+
+    def connect(self, set_current: Callable[[int, int], bool], plan_changed: Callable[[int], None]) -> None:
+        """The navigator's (now_us, seq) -> done and (now_us): a mission can be started in the moment of its ack."""
+        self._uploads.set_current, self._uploads.plan_changed = set_current, plan_changed
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """Only what is for us."""
-        if is_for(message, self._system_id, broadcast=True):
-            self._handlers[message.get_msgId()](now_us, message, link)
+        """Only what is for us; broadcasts are not."""
+        manager, message_id = self._managers[link], message.get_msgId()
+        speaks_int = SPEAKS_INT.get(message_id)
+        if speaks_int is not None:
+            manager.choose_messages(speaks_int)
+        if message.target_system == self._system_id and message.target_component in (0, 1, MISSION_PLANNER):
+            HANDLERS[message_id](manager, now_us, message)
 
     def on_time(self, now_us: int) -> None:
-        """Ask again, give up, and tell what the navigator reached."""
-        for link, transfer in list(self._transfers.items()):
-            if now_us - transfer.last_heard_us >= TIMEOUT_US:
-                del self._transfers[link]
-                if isinstance(transfer, Upload):
-                    self._say("Operation timeout\t")
-            elif isinstance(transfer, Upload) and now_us - transfer.last_sent_us >= RETRY_US:
-                self._request(now_us, transfer, link)
-        result = self._topics.mission_result
+        """Go on with transfers, and tell what the navigator reached."""
+        for manager in self._managers.values():
+            if manager.state is not State.IDLE:
+                manager.on_time(now_us)
+        result, uploads = self._topics.mission_result, self._uploads
         due = now_us >= self._repeat_due_us
         if due:
             self._repeat_due_us = now_us + REACHED_EVERY_US
-        if result.seq_reached_timestamp != self._reached_us:
-            self._reached_us = result.seq_reached_timestamp
+        if result is not self._result and result.seq_reached != uploads.last_reached:
+            uploads.last_reached = result.seq_reached
             self._reached_repeats = REACHED_REPEATS
             self._tell_reached(result.seq_reached)
-        elif due and self._reached_repeats:
+        elif due and self._reached_repeats and self._dataman.mission.items:
             self._reached_repeats -= 1
-            self._tell_reached(result.seq_reached)
-        current = (self._dataman.current_seq, self._dataman.mission.opaque_id, result.mission_state)
-        if current != self._current:
-            self._current = current
+            self._tell_reached(uploads.last_reached)
+        self._result = result
+        if self._dataman.current_seq != self._told_seq:
+            self._told_seq = self._dataman.current_seq
             for link in self._links:
                 link.hurry(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
 
@@ -136,182 +390,6 @@ class Mission:
         if seq >= 0:
             for link in self._links:
                 link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED, seq)
-
-    # --- upload ------------------------------------------------------------------------------------------
-
-    def _on_count(self, now_us: int, message: Any, link: Link) -> None:
-        partner, kind, count = _partner(message), message.mission_type, message.count
-        transfer = self._transfers.get(link)
-        if transfer is not None and not self._may_restart(transfer, partner, kind, count):
-            self._say("WPM: REJ. CMD: Busy\t")
-            self._ack(link, partner, ERROR, kind)
-            return
-        if any(isinstance(other, Upload) for busy, other in self._transfers.items() if busy is not link):
-            self._ack(link, partner, ERROR, kind)
-            return
-        if kind not in MAX_ITEMS or count > MAX_ITEMS[kind]:
-            self._ack(link, partner, NO_SPACE, kind)
-            return
-        if count == 0:
-            self._transfers.pop(link, None)
-            self._store(now_us, kind, ())
-            self._ack(link, partner, ACCEPTED, kind)
-            return
-        upload = self._transfers[link] = Upload(partner, kind, count, now_us)
-        self._request(now_us, upload, link)
-
-    @staticmethod
-    def _may_restart(transfer: Transfer, partner: Partner, kind: int, count: int) -> bool:
-        if transfer.partner != partner or transfer.kind != kind:
-            return False
-        return isinstance(transfer, Download) or (not transfer.items and transfer.count == count)
-
-    def _request(self, now_us: int, upload: Transfer, link: Link) -> None:
-        upload.last_sent_us = now_us
-        link.send_fields(
-            mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT
-            if self._integer.get(link, True)
-            else mavlink.MAVLINK_MSG_ID_MISSION_REQUEST,
-            len(upload.items),
-            *upload.partner,
-            upload.kind,
-        )
-
-    def _on_item(self, now_us: int, message: Any, link: Link) -> None:
-        self._integer[link] = message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT
-        upload = self._transfers.get(link)
-        partner = _partner(message)
-        if not isinstance(upload, Upload):
-            if upload is None and message.seq + 1 == self._last_count.get(link):
-                self._ack(link, partner, ACCEPTED, message.mission_type)
-            else:
-                self._say("IGN MISSION_ITEM: No transfer\t")
-                self._ack(link, partner, ERROR, message.mission_type)
-            return
-        if partner != upload.partner or message.mission_type != upload.kind:
-            return
-        upload.last_heard_us = now_us
-        if message.seq != len(upload.items):
-            return
-        item, error = mission_items.parse(message, upload.kind)
-        if item is None:
-            del self._transfers[link]
-            self._say("IGN MISSION_ITEM: Invalid item\t")
-            self._ack(link, partner, error, upload.kind)
-            return
-        upload.items.append(item)
-        if len(upload.items) < upload.count:
-            self._request(now_us, upload, link)
-            return
-        del self._transfers[link]
-        self._last_count[link] = upload.count
-        items = tuple(upload.items)
-        self._store(now_us, upload.kind, items)
-        self._ack(link, partner, ACCEPTED, upload.kind)
-
-    def _store(self, now_us: int, kind: int, items: tuple[MissionItem, ...]) -> None:
-        plan = plan_of(items)
-        if kind == MISSION:
-            self._dataman.mission = plan
-            self._dataman.current_seq = 0
-        elif kind == FENCE:
-            self._dataman.fence = plan
-        else:
-            self._dataman.rally = plan
-        if self.plan_changed is not None:
-            self.plan_changed(now_us)
-
-    # --- download ----------------------------------------------------------------------------------------
-
-    def _on_request_list(self, now_us: int, message: Any, link: Link) -> None:
-        partner, kind = _partner(message), message.mission_type
-        transfer = self._transfers.get(link)
-        if isinstance(transfer, Upload) or (transfer is not None and transfer.partner != partner):
-            self._say("WPM: REJ. CMD: Busy\t")
-            self._ack(link, partner, ERROR, kind)
-            return
-        if kind not in MAX_ITEMS:
-            self._ack(link, partner, mavlink.MAV_MISSION_UNSUPPORTED, kind)
-            return
-        plan = self._plan(kind)
-        if plan.items:
-            self._transfers[link] = Download(partner, kind, plan, now_us)
-        fields = (len(plan.items), *partner, kind, plan.opaque_id)
-        link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_COUNT, *fields)
-
-    def _on_request(self, now_us: int, message: Any, link: Link) -> None:
-        self._integer[link] = integer = message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT
-        download = self._transfers.get(link)
-        partner = _partner(message)
-        if not isinstance(download, Download) or download.partner != partner:
-            return
-        if message.mission_type != download.kind:
-            return
-        download.last_heard_us = now_us
-        if message.seq not in (download.sequence, download.sequence - 1) or message.seq >= download.count:
-            del self._transfers[link]
-            self._say("WPM: REJ. CMD: Req. WP was unexpected\t")
-            self._ack(link, partner, ERROR, download.kind)
-            return
-        download.sequence = message.seq + 1
-        self._send_item(link, partner, download.items[message.seq], download.kind, integer)
-
-    def _send_item(self, link: Link, partner: Partner, item: MissionItem, kind: int, integer: bool) -> None:
-        current = 1 if item.seq == (self._dataman.current_seq if kind == MISSION else 0) else 0
-        params = (item.param1, item.param2, item.param3, item.param4)
-        tail = (item.seq, item.command, *partner)
-        if integer:
-            frame = item.frame
-            message_id = mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT
-            position: tuple[float, ...] = (item.x, item.y, item.z)
-        else:
-            frame = mission_items.FLOAT_FRAME.get(item.frame, item.frame)
-            message_id = mavlink.MAVLINK_MSG_ID_MISSION_ITEM
-            position = mission_items.float_position(item)
-        link.send_fields(message_id, *params, *position, *tail, frame, current, item.autocontinue, kind)
-
-    # --- the rest ----------------------------------------------------------------------------------------
-
-    def _on_ack(self, now_us: int, message: Any, link: Link) -> None:
-        transfer = self._transfers.get(link)
-        if transfer is None or transfer.partner != _partner(message):
-            return
-        if isinstance(transfer, Download) or message.type == mavlink.MAV_MISSION_OPERATION_CANCELLED:
-            del self._transfers[link]
-        elif message.type == mavlink.MAV_MISSION_UNSUPPORTED:
-            self._integer[link] = True
-            self._request(now_us, transfer, link)
-
-    def _on_clear_all(self, now_us: int, message: Any, link: Link) -> None:
-        partner, kind = _partner(message), message.mission_type
-        if link in self._transfers:
-            self._say("WPM: CLEAR CMD: Busy\t")
-            return
-        for each in MAX_ITEMS if kind == ALL else (kind,):
-            if each in MAX_ITEMS:
-                self._store(now_us, each, ())
-        self._ack(link, partner, ACCEPTED, kind)
-
-    def _on_set_current(self, now_us: int, message: Any, link: Link) -> None:
-        sequence = message.seq
-        if sequence >= len(self._dataman.mission.items):
-            self._say("WPM: WP CURR CMD: Not in list\t")
-        elif self.set_current is not None:
-            self.set_current(now_us, sequence)
-        else:
-            self._dataman.current_seq = sequence
-
-    def _plan(self, kind: int) -> Plan:
-        if kind == MISSION:
-            return self._dataman.mission
-        return self._dataman.fence if kind == FENCE else self._dataman.rally
-
-    def _ack(self, link: Link, partner: Partner, result: int, kind: int) -> None:
-        opaque_id = self._plan(kind).opaque_id if kind in MAX_ITEMS and result == ACCEPTED else 0
-        link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ACK, *partner, result, kind, opaque_id)
-
-    def _say(self, text: str) -> None:
-        self._texts.say(Severity.CRITICAL, text, "mavlink")
 
 
 def _partner(message: Any) -> Partner:

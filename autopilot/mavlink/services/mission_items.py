@@ -1,17 +1,17 @@
-"""Which plan items PX4 v1.18 takes, and how it keeps them (mavlink_mission.cpp, parse_mavlink_mission_item).
+"""Which plan items PX4 v1.18 takes, and what it keeps of them (mavlink_mission.cpp, mavlink_command_params.hpp).
 
-Measured item by item: navigation commands want a global frame; DO commands may stand in any; parameters that a
-command does not use must be 0 or NaN; everything else is UNSUPPORTED. Whether a mission can be flown is the navigator's
-question.
+A command is taken in global frames or in MAV_FRAME_MISSION, ROI ones in both. Parameters that PX4 does not use must be
+0 or NaN, unused x and y of a MISSION_ITEM_INT INT32_MAX or INT32_MIN (in MAV_FRAME_MISSION also 0); this is looked at
+first. Whether a mission can be flown is the navigator's question.
 """
 
 import math
+import struct
 from typing import Any
 
-from autopilot.dataman import MissionItem
+from autopilot.dataman import FENCE, MISSION, MissionItem
 from sitl_emu.core import dialect as mavlink
 
-MISSION, FENCE, RALLY = 0, 1, 2
 ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
 ERROR: int = mavlink.MAV_MISSION_ERROR
 UNSUPPORTED_FRAME: int = mavlink.MAV_MISSION_UNSUPPORTED_FRAME
@@ -24,89 +24,144 @@ KEPT_FRAME = {0: FRAME_GLOBAL_INT, 3: FRAME_RELATIVE_INT, 5: FRAME_GLOBAL_INT, 6
 """Frames that are taken, and the one that each is kept in."""
 FLOAT_FRAME = {FRAME_GLOBAL_INT: FRAME_GLOBAL, FRAME_RELATIVE_INT: FRAME_RELATIVE}
 
-NAVIGATION = frozenset({16, 17, 19, 21, 22, 31, 80, 84, 85, 195})
-"""Commands with a place: taken in global frames."""
-MISSION_FRAME = frozenset({80, 179, 187, 189, 200, 203, 204, 205, 1000, 1001})
-"""Commands taken in MAV_FRAME_MISSION."""
-UNUSED_PARAMS: dict[int, tuple[int, ...]] = {
-    16: (3,),
-    17: (1, 2),
-    20: (1, 2, 3, 4, 5, 6, 7),
-    21: (3,),
-    22: (2, 3),
-    31: (3,),
-    93: (5, 6, 7),
-    112: (2, 3, 4, 5, 6, 7),
-    114: (2, 3, 4, 5, 6, 7),
-    176: (4, 5, 6, 7),
-    177: (3, 4, 5, 6, 7),
-    178: (4, 5, 6, 7),
-    195: (2, 3, 4),
-    196: (2, 3, 4, 5, 6, 7),
-    197: (2, 3, 4, 5, 6, 7),
-    201: (3, 4, 5, 6),
-    206: (4, 5, 6, 7),
-    211: (3, 4, 5, 6, 7),
-    212: (3, 4, 5, 6, 7),
-    214: (3, 4, 5, 6, 7),
-    400: (3, 4, 5, 6, 7),
-    420: (4, 5, 6, 7),
-    530: (3, 4, 5, 6, 7),
-    532: (3, 4, 5, 6, 7),
-    534: (4, 5, 6, 7),
-    611: (1, 2, 3, 4, 5, 6, 7),
-    2000: (5, 6, 7),
-    2001: (2, 3, 4, 5, 6, 7),
-    2003: (4, 5, 6, 7),
-    2500: (4, 5, 6, 7),
-    2501: (2, 3, 4, 5, 6, 7),
-    3000: (3, 4, 5, 6, 7),
-    4501: (3, 4, 5, 6),
-    5001: (3, 4, 7),
-    5002: (3, 4, 7),
-    5003: (3, 4, 7),
-    5004: (3, 4, 7),
-    42600: (5, 6, 7),
+P1, P2, P3, P4, LAT, LON, ALT = (1 << number for number in range(7))
+P12, P123, P1234, PLACE = P1 | P2, P1 | P2 | P3, P1 | P2 | P3 | P4, LAT | LON | ALT
+USED_PARAMS = {
+    16: P12 | P4 | PLACE,
+    17: P3 | P4 | PLACE,
+    19: P1234 | PLACE,
+    20: 0,
+    21: P12 | P4 | PLACE,
+    22: P1 | P4 | PLACE,
+    31: P12 | P4 | PLACE,
+    80: P123 | PLACE,
+    84: P4 | PLACE,
+    85: P4 | PLACE,
+    93: P1234,
+    112: P1,
+    114: P1,
+    176: P123,
+    177: P12,
+    178: P123,
+    179: P1234 | PLACE,
+    189: PLACE,
+    195: PLACE,
+    196: P1,
+    197: P1,
+    201: P123,
+    206: P1234,
+    211: P12,
+    212: P12,
+    214: P123,
+    400: P12,
+    420: P123,
+    530: P12,
+    532: P123,
+    534: P123,
+    611: 0,
+    2000: P1234,
+    2001: P1,
+    2003: P1234,
+    2500: P123,
+    2501: P12,
+    3000: P12,
+    4501: 0,
+    5000: PLACE,
+    5001: P1 | LAT | LON,
+    5002: P1 | LAT | LON,
+    5003: P1 | LAT | LON,
+    5004: P1 | LAT | LON,
+    5100: PLACE,
+    42600: P1234,
 }
-"""Parameters of a command that must be 0 or NaN: PX4 v1.18 refuses an item that sets them."""
-WITHOUT_PLACE = frozenset(UNUSED_PARAMS) - NAVIGATION - {5001, 5002, 5003, 5004}
-"""Commands that are taken in every frame."""
-FENCE_ZONES = frozenset({5001, 5002, 5003, 5004})
-POLYGONS = frozenset({5001, 5002})
+"""Parameters that a mission item of a command may set; a command that is not here may set all."""
+TAKEOFF_OF_ROVER = P4 | PLACE
+"""A rover's NAV_TAKEOFF may not set param1, which PX4 lets multicopters set for QGroundControl's sake."""
+
+KEPT_IN_GLOBAL = {
+    16: P12 | P4,
+    17: P3 | P4,
+    19: P1234,
+    21: P12 | P4,
+    22: P4,
+    31: P12 | P4,
+    80: P1,
+    84: P4,
+    85: P4,
+    195: 0,
+    201: P1,
+    212: P12,
+    400: P1,
+    4501: 0,
+    5000: 0,
+    5001: P1,
+    5002: P1,
+    5003: P1,
+    5004: P1,
+    5100: 0,
+}
+"""Commands that are taken in global frames, and the parameters that PX4 keeps of each."""
+# fmt: off
+TAKEN_IN_MISSION_FRAME = frozenset({
+    20, 80, 93, 112, 114, 177, 178, 179, 187, 189, 196, 197, 200, 201, 203, 204, 205, 206, 211, 212, 214, 260, 400,
+    530, 532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 42600,
+})
+# fmt: on
+YAW_IN_PARAM4 = frozenset((16, 17, 21, 22, 84, 85))
+LOITER_TIME, LOITER_TO_ALT = 19, 31
+NAV_ROI, SET_ROI = 80, 201
+ROI_NONE, ROI_LOCATION = 0, 3
+ROI_IN_MISSION_FRAME = (ROI_NONE, 1, 2)
+FENCE_ZONES = frozenset((5001, 5002, 5003, 5004))
+POLYGONS = frozenset((5001, 5002))
 SMALLEST_POLYGON = 3
 RALLY_POINT = 5100
-LOITER_TIME = 19
+NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
+CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
 
 
-def parse(message: Any, kind: int) -> tuple[MissionItem | None, int]:
+def parse(message: Any, kind: int, *, rover: bool) -> tuple[MissionItem | None, int]:
     """The item of a MISSION_ITEM or MISSION_ITEM_INT, or None and the MAV_MISSION_RESULT that refuses it."""
     frame, command = message.frame, message.command
-    if frame not in KEPT_FRAME:
+    is_float = message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ITEM
+    if frame not in KEPT_FRAME or (is_float and frame in FLOAT_FRAME):
         return None, UNSUPPORTED_FRAME
-    error = _refusal(message, kind, frame, command)
+    in_global = frame != FRAME_MISSION
+    error = _unused_is_set(message, in_global and not is_float, rover) or _refusal(message, in_global)
+    if error == ACCEPTED and (_is_of_other_plan(command, kind) or (kind == FENCE and _is_too_small(message))):
+        error = ERROR
     if error != ACCEPTED:
         return None, error
-    is_float = message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ITEM
-    if is_float and frame in (FRAME_GLOBAL_INT, FRAME_RELATIVE_INT):
-        return None, UNSUPPORTED_FRAME
-    x, y = (_degrees_e7(message.x), _degrees_e7(message.y)) if is_float else (message.x, message.y)
-    param2, param4 = message.param2, message.param4
-    if command == LOITER_TIME:
-        param2, param4 = float(param2 > 0.0), float(param4 > 0.0)
-    item = MissionItem(
+    x, y = message.x, message.y
+    if is_float:
+        scale = 1e7 if in_global else 1.0
+        x, y = _whole(x * scale), _whole(y * scale)
+    is_fence = kind == FENCE
+    params = _kept_params(message, in_global, is_fence)
+    return MissionItem(
         message.seq,
-        FRAME_GLOBAL_INT if kind == FENCE else KEPT_FRAME[frame],
-        command,
-        0 if kind == FENCE else message.autocontinue,
-        message.param1,
-        param2,
-        message.param3,
-        param4,
+        FRAME_GLOBAL_INT if is_fence and in_global else KEPT_FRAME[frame],
+        SET_ROI if command == NAV_ROI else command,
+        0 if is_fence else message.autocontinue,
+        *params,
         x,
         y,
         message.z,
-    )
-    return item, ACCEPTED
+    ), ACCEPTED
+
+
+def crc_bytes(message: Any) -> bytes:
+    """What PX4's opaque id counts of an item: its fields as they came."""
+    params = (message.param1, message.param2, message.param3, message.param4, message.x, message.y, message.z)
+    layout = CRC_LAYOUT[message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ITEM]
+    return layout.pack(message.frame, message.command, message.autocontinue, *params)
+
+
+def sent_params(item: MissionItem) -> tuple[float, float, float, float]:
+    """The first four parameters as PX4 sends them back: it forgets the mode of an ROI with a place."""
+    if item.command == SET_ROI and item.frame != FRAME_MISSION:
+        return 0.0, 0.0, 0.0, 0.0
+    return item.param1, item.param2, item.param3, item.param4
 
 
 def float_position(item: MissionItem) -> tuple[float, float, float]:
@@ -116,35 +171,65 @@ def float_position(item: MissionItem) -> tuple[float, float, float]:
     return item.lat_deg, item.lon_deg, item.z
 
 
-def _refusal(message: Any, kind: int, frame: int, command: int) -> int:
-    """MAV_MISSION_RESULT of an item's frame, command and parameters; ACCEPTED if nothing is wrong."""
-    in_global = frame != FRAME_MISSION
-    if kind == RALLY:
-        return ACCEPTED if in_global else UNSUPPORTED
-    if kind == FENCE or command in FENCE_ZONES:
-        error = _unused_set(message, command)
-        if error == ACCEPTED and (kind != FENCE or not in_global or _is_too_small(message, command)):
-            return ERROR
-        return error
-    if command == RALLY_POINT and in_global:
-        return ERROR
-    if command in WITHOUT_PLACE or command in (NAVIGATION if in_global else MISSION_FRAME):
-        return _unused_set(message, command)
-    return UNSUPPORTED
-
-
-def _unused_set(message: Any, command: int) -> int:
+def _unused_is_set(message: Any, is_global_int: bool, rover: bool) -> int:
+    """INVALID_PARAM of the first parameter that is set and not used; ACCEPTED (0) if there is none."""
+    used = USED_PARAMS.get(message.command)
+    if rover and message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
+        used = TAKEOFF_OF_ROVER
+    if used is None:
+        return ACCEPTED
     values = (message.param1, message.param2, message.param3, message.param4, message.x, message.y, message.z)
-    for number in UNUSED_PARAMS.get(command, ()):
-        value = values[number - 1]
-        if value != 0 and not math.isnan(value):
-            return INVALID_PARAM1 + number - 1
+    for place, value in enumerate(values):
+        if used >> place & 1 or math.isnan(value):
+            continue
+        is_int_place = 1 << place in (LAT, LON) and isinstance(value, int)
+        if is_int_place and value in NOT_GIVEN:
+            continue
+        if value != 0 or (is_int_place and is_global_int):
+            return INVALID_PARAM1 + place
     return ACCEPTED
 
 
-def _is_too_small(message: Any, command: int) -> bool:
-    return command in POLYGONS and message.param1 < SMALLEST_POLYGON
+def _refusal(message: Any, in_global: bool) -> int:
+    """Whether the command is taken in this kind of frame, and an ROI in this mode; ACCEPTED (0) if so."""
+    command = message.command
+    if command not in (KEPT_IN_GLOBAL if in_global else TAKEN_IN_MISSION_FRAME):
+        return UNSUPPORTED
+    if command in (NAV_ROI, SET_ROI):
+        modes = (ROI_LOCATION, ROI_NONE) if in_global else ROI_IN_MISSION_FRAME
+        if not math.isfinite(message.param1) or int(message.param1) not in modes:
+            return INVALID_PARAM1
+    return ACCEPTED
 
 
-def _degrees_e7(value: float) -> int:
-    return round(value * 1e7) if math.isfinite(value) else 0
+def _is_of_other_plan(command: int, kind: int) -> bool:
+    return kind == MISSION and (command in FENCE_ZONES or command == RALLY_POINT)
+
+
+def _is_too_small(message: Any) -> bool:
+    return message.command in POLYGONS and not message.param1 + 0.5 >= SMALLEST_POLYGON
+
+
+def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, float, float, float]:
+    params = (message.param1, message.param2, message.param3, message.param4)
+    if not in_global:
+        return params
+    command = message.command
+    kept = P1 if is_fence else KEPT_IN_GLOBAL[command]
+    first, second, third, fourth = (value if kept >> place & 1 else 0.0 for place, value in enumerate(params))
+    if command == LOITER_TIME:
+        second, fourth = float(second > 0.0), float(fourth > 0.0)
+    elif command == LOITER_TO_ALT:
+        first, fourth = float(first > 0.0), float(fourth > 0.0)
+    elif command in YAW_IN_PARAM4:
+        fourth = _wrapped(fourth)
+    return first, second, third, fourth
+
+
+def _wrapped(degrees: float) -> float:
+    """A heading within 0 and 360."""
+    return degrees if 0.0 <= degrees < 360.0 or not math.isfinite(degrees) else degrees % 360.0
+
+
+def _whole(value: float) -> int:
+    return max(-0x80000000, min(0x7FFFFFFF, round(value))) if math.isfinite(value) else 0

@@ -1,14 +1,18 @@
 """Parameter protocol: list, read, set (https://mavlink.io/en/services/parameter.html; PX4: mavlink_parameters.cpp).
 
 Integers travel byte-wise in the float field. A list begins with _HASH_CHECK and is paced, so that no socket overflows;
-a second request starts it again. A changed value is echoed to who set it and announced on every link, a PARAM_SET of
-the wrong type is ignored. Values are not checked against their bounds: PX4 does not either.
+a second request starts it again, without the hash. A value that is set is echoed to who set it; soon after a change,
+all values that are not saved yet are told on every link. A PARAM_SET of the wrong type or of an unknown name has no
+answer. Values are not checked against their bounds: PX4 does not either. PARAM_EXT and PARAM_ERROR are unknown to PX4
+v1.18.
 """
 
 import struct
-import zlib
+from collections.abc import Callable
 from typing import Any
 
+from autopilot.constants import Severity
+from autopilot.dataman import crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from autopilot.parameters import Parameters, Value
@@ -21,7 +25,10 @@ INT32 = mavlink.MAV_PARAM_TYPE_INT32
 UINT32 = mavlink.MAV_PARAM_TYPE_UINT32
 PER_TICK = 5
 """Values of a list per tick of 4 ms: 1250 a second, the whole set in 0.8 s."""
-TICK_US = 4_000
+TELL_DELAY_US = 5_000
+"""From a change until the links hear of it."""
+RC_CHANNELS_MAPPED = 3
+"""PARAM_MAP_RC's knobs."""
 
 
 class Parameter:
@@ -32,16 +39,24 @@ class Parameter:
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST,
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ,
             mavlink.MAVLINK_MSG_ID_PARAM_SET,
+            mavlink.MAVLINK_MSG_ID_PARAM_MAP_RC,
         }
     )
     HAS_TIMER = True
 
-    def __init__(self, links: tuple[Link, ...], parameters: Parameters, system_id: int) -> None:
-        """Changes are announced on `links`."""
+    def __init__(
+        self, links: tuple[Link, ...], parameters: Parameters, say: Callable[[Severity, str], None], system_id: int
+    ) -> None:
+        """Changes are told on `links`."""
         self._links = links
         self._parameters = parameters
+        self._say = say
         self._system_id = system_id
         self._lists: dict[Link, int] = {}
+        self._notifications = parameters.notifications
+        self._tell_us: int | None = None
+        self._untold: set[Link] = set()
+        """Links that hear of changes once their list has ended."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Broadcasts are not for us: PX4 wants its own system id."""
@@ -49,17 +64,31 @@ class Parameter:
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST:
-            self._send_hash(link)
+            if link not in self._lists:
+                self._send_hash(link)
             self._lists[link] = 0
         elif message_id == mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ:
             self._read(message, link)
-        else:
+        elif message_id == mavlink.MAVLINK_MSG_ID_PARAM_SET:
             self._set(message, link)
+        elif message.parameter_rc_channel_index >= RC_CHANNELS_MAPPED:
+            self._say(Severity.WARNING, "parameter_rc_channel_index out of bounds\t")
 
     def on_time(self, now_us: int) -> None:
-        """Go on with the lists."""
-        if not self._lists:
-            return
+        """Go on with the lists, and tell what has changed."""
+        if self._lists:
+            self._continue_lists()
+        if self._parameters.notifications != self._notifications:
+            self._notifications = self._parameters.notifications
+            if self._tell_us is None:
+                self._tell_us = now_us + TELL_DELAY_US
+        if self._tell_us is not None and now_us >= self._tell_us:
+            self._tell_us = None
+            self._untold.update(self._links)
+        if self._untold:
+            self._tell_changes()
+
+    def _continue_lists(self) -> None:
         announced = self._parameters.announced
         for link, start in list(self._lists.items()):
             stop = min(start + PER_TICK, len(announced))
@@ -70,18 +99,26 @@ class Parameter:
             else:
                 self._lists[link] = stop
 
+    def _tell_changes(self) -> None:
+        parameters = self._parameters
+        unsaved = sorted(name for name in parameters.unsaved if name in parameters.index)
+        for link in [link for link in self._links if link in self._untold and link not in self._lists]:
+            self._untold.discard(link)
+            for name in unsaved:
+                self._send(link, name)
+
     def _read(self, message: Any, link: Link) -> None:
-        index = message.param_index
+        index, name = message.param_index, _name(message)
         if index >= 0:
             if index < len(self._parameters.announced):
                 self._send(link, self._parameters.announced[index])
-        elif message.param_id == HASH_NAME:
+        elif name == HASH_NAME:
             self._send_hash(link)
-        elif message.param_id in self._parameters:
-            self._send(link, message.param_id)
+        elif name in self._parameters:
+            self._send(link, name)
 
     def _set(self, message: Any, link: Link) -> None:
-        name = message.param_id
+        name = _name(message)
         if name == HASH_NAME:
             self._lists.pop(link, None)
             return
@@ -91,12 +128,8 @@ class Parameter:
         if message.param_type != (REAL32 if is_float else INT32):
             return
         value: Value = struct.unpack("<f" if is_float else "<i", value_bytes(message))[0]
-        before = self._parameters[name]
         self._parameters.set(name, value)
         self._send(link, name)
-        if value == value and before != self._parameters[name]:
-            for each in self._links:
-                self._send(each, name)
 
     def _send(self, link: Link, name: str) -> None:
         value = self._parameters[name]
@@ -114,6 +147,12 @@ class Parameter:
         link.send_payload(codec, packed + struct.pack("<HH16sB", count, index, name.encode(), kind))
 
 
+def _name(message: Any) -> str:
+    """The parameter's name, up to the first zero."""
+    name: str = message.param_id
+    return name.partition("\0")[0]
+
+
 def value_bytes(message: Any) -> bytes:
     """The four bytes of a PARAM_SET's value as they came: a float on the way would change some integers."""
     frame = bytes(message.get_msgbuf())
@@ -123,9 +162,11 @@ def value_bytes(message: Any) -> bytes:
 
 
 def parameter_hash(parameters: Parameters) -> int:
-    """CRC-32 over names and values as PX4's param_hash_check has it (no inversion at start and end)."""
-    crc = 0xFFFFFFFF
+    """CRC-32 over names and values as PX4's param_hash_check: of all that are announced and not volatile."""
+    crc = 0
     for name in parameters.announced:
-        layout = "<f" if parameters.is_float(name) else "<i"
-        crc = zlib.crc32(name.encode() + struct.pack(layout, parameters[name]), crc)
-    return crc ^ 0xFFFFFFFF
+        row = parameters.row(name)
+        if not row.get("volatile"):
+            layout = "<f" if parameters.is_float(name) else "<i"
+            crc = crc32_part(name.encode() + struct.pack(layout, parameters[name]), crc)
+    return crc

@@ -9,19 +9,20 @@ ID = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
 NO_MISSION_TOTAL = 65535
 MODE_ACTIVE = 1
 MODE_SUSPENDED = 2
+ACTIVE_MODES = frozenset((NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_LAND))
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """Total is 65535 without a mission; MISSION_MODE 1 is being flown, 2 suspended."""
+    """Total is 65535 without a mission; MISSION_MODE 1 is active, 2 suspended."""
     dataman = context.dataman
     result = context.topics.mission_result
     total = len(dataman.mission.items)
-    flying = context.topics.vehicle_status.nav_state == NavState.AUTO_MISSION and total
+    active = context.topics.vehicle_status.nav_state in ACTIVE_MODES
     return (
         dataman.current_seq if total else 0,
         total or NO_MISSION_TOTAL,
         result.mission_state or mavlink.MISSION_STATE_NO_MISSION,
-        MODE_ACTIVE if flying else MODE_SUSPENDED,
+        MODE_ACTIVE if active else MODE_SUSPENDED,
         dataman.mission.opaque_id,
         dataman.fence.opaque_id,
         dataman.rally.opaque_id,

@@ -61,12 +61,10 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
     if command == "reset":
         return (yield from _reset(parameters, words))
     if command == "reset_all":
-        for name in parameters.changed():
-            if not any(_matches(pattern, name) for pattern in words):
-                parameters.set(name, parameters.default(name))
+        parameters.reset(lambda name: not any(_matches(pattern, name) for pattern in words))
         return SUCCESS
     if command == "save" and not words:
-        return SUCCESS
+        return SUCCESS if autopilot.parameter_storage.save() else FAILURE
     yield usage("param", COMMANDS)
     return FAILURE
 
@@ -214,9 +212,7 @@ def _reset(parameters: Parameters, words: list[str]) -> Output:
     if not words:
         yield error("param", "not enough arguments (use 'param reset_all' to reset all).")
         return FAILURE
-    for name in parameters.changed():
-        if any(_matches(pattern, name) for pattern in words):
-            parameters.set(name, parameters.default(name))
+    parameters.reset(lambda name: any(_matches(pattern, name) for pattern in words))
     return SUCCESS
 
 
