@@ -47,6 +47,7 @@ def test_up_and_down(station: Any) -> None:
     assert station.receive("MISSION_ACK").type == 0
     station.mav.mission_request_list_send(station.system, 1, 0)
     assert station.receive("MISSION_COUNT").count == 0
+    station.mav.mission_ack_send(station.system, 1, 0, 0)
 
 
 @pytest.mark.covers("MISSION_ACK", source=PAGE)
