@@ -8,6 +8,7 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 from collections.abc import Mapping
 from pathlib import Path
 
+from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
 from autopilot.commands import VehicleCommands
 from autopilot.control.multicopter import MulticopterControl
@@ -15,10 +16,12 @@ from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.dataman import Dataman
 from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
+from autopilot.gimbal import Gimbal
 from autopilot.land_detector import LandDetector
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value
 from autopilot.payload_deliverer import PayloadDeliverer
@@ -58,15 +61,18 @@ class Autopilot:
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
         self.commander = Commander(*shared, self.dataman, self.texts.of("commander"))
-        self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"))
+        self.outgoing = OutgoingCommands()
+        self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
         self.flight_modes = FlightModes(*shared)
         self.control = (
             RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))
         )
         self.payload_deliverer = PayloadDeliverer(*shared)
+        self.payload = self._payload_modules()
         failures = FailureInjectionManager(*shared)
-        self.commands = VehicleCommands((self.commander, self.navigator, self.payload_deliverer, failures))
-        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root)
+        owners = (self.commander, self.navigator, self.payload_deliverer, failures, *self.payload)
+        self.commands = VehicleCommands(owners)
+        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root, self.outgoing)
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.now_us = 0
@@ -82,6 +88,8 @@ class Autopilot:
             self.commander.update(now_us)
             self.navigator.update(now_us)
             self.payload_deliverer.update(now_us)
+            for module in self.payload:
+                module.update(now_us)
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
         if ticks % POSITION_EVERY == 0:
@@ -92,6 +100,15 @@ class Autopilot:
         outputs = self.topics.actuator_outputs
         armed = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
         return HilActuatorControls(now_us, 1, outputs.controls, armed)
+
+    def _payload_modules(self) -> tuple[CameraTrigger | Gimbal, ...]:
+        """Those that PX4's start-up script starts for this airframe (rcS); the reference vehicles have none."""
+        modules: list[CameraTrigger | Gimbal] = []
+        if self.parameters["TRIG_MODE"] > 0:
+            modules.append(CameraTrigger(self.topics, self.parameters, self.outgoing))
+        if self.parameters["MNT_MODE_IN"] >= 0:
+            modules.append(Gimbal(self.topics, self.parameters, self.outgoing))
+        return tuple(modules)
 
     def on_datagram(self, link: int, data: bytes) -> None:
         """A datagram came in on a link (index in `mavlink.links`)."""

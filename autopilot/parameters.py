@@ -32,7 +32,10 @@ class Parameters:
         for name, value in (overrides or {}).items():
             self._defaults[name] = self.typed(name, value)
         self._values = dict(self._defaults)
-        self.announced = [name for name, row in self._table.items() if airframe_class in row["announced"]]
+        started = self._started_modules()
+        self.announced = [
+            name for name, row in self._table.items() if airframe_class in row["announced"] or row["group"] in started
+        ]
         self.index = {name: index for index, name in enumerate(self.announced)}
         self.everything = list(self._table)
         """All names of PX4's build, in its order, announced or not."""
@@ -118,6 +121,15 @@ class Parameters:
         if self._table[name]["type"] != "REAL32":
             return (int(value) + INT32_RANGE // 2) % INT32_RANGE - INT32_RANGE // 2
         return _float32(float(value))
+
+    def _started_modules(self) -> tuple[str, ...]:
+        """Groups of parameters whose module runs in this airframe alone: PX4 announces what is in use (rcS)."""
+        started: tuple[str, ...] = ()
+        if self._values["MNT_MODE_IN"] >= 0:
+            started += ("Mount",)
+        if self._values["TRIG_MODE"] > 0:
+            started += ("Camera trigger",)
+        return started
 
 
 def matches(name: str, patterns: tuple[str, ...]) -> bool:

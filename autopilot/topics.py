@@ -304,12 +304,15 @@ class PositionSetpointTriplet(NamedTuple):
 
 
 class VehicleRoi(NamedTuple):
-    """Region of interest: mode 0 none, 3 location."""
+    """Region of interest: mode 0 none, 1 the next waypoint turned by offsets (rad), 3 a location."""
 
     mode: int = 0
     lat: float = NAN
     lon: float = NAN
     alt: float = NAN
+    roll_offset: float = 0.0
+    pitch_offset: float = 0.0
+    yaw_offset: float = 0.0
 
 
 class MissionResult(NamedTuple):
@@ -507,6 +510,78 @@ class GcsHeartbeats(NamedTuple):
     onboard_us: int = 0
 
 
+class CameraTriggered(NamedTuple):
+    """uORB camera_trigger: an image was asked of the camera; timestamp 0 when none ever was."""
+
+    timestamp: int = 0
+    seq: int = 0
+
+
+class CameraCapture(NamedTuple):
+    """uORB camera_capture: where the vehicle was; ground_distance is the height above home."""
+
+    timestamp: int = 0
+    seq: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    ground_distance: float = NAN
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+class GimbalManagerSetAttitude(NamedTuple):
+    """Last GIMBAL_MANAGER_SET_ATTITUDE, _SET_PITCHYAW or _SET_MANUAL_CONTROL; manual rates are -1..1."""
+
+    timestamp: int = 0
+    origin_sysid: int = 0
+    origin_compid: int = 0
+    flags: int = 0
+    q: Quaternion = (NAN, NAN, NAN, NAN)
+    angular_velocity: Vector3 = NAN3
+    manual: bool = False
+
+
+class GimbalDeviceSetAttitude(NamedTuple):
+    """Writer: gimbal manager; NaN where nothing is wanted."""
+
+    timestamp: int = 0
+    target_component: int = 0
+    flags: int = 0
+    q: Quaternion = (NAN, NAN, NAN, NAN)
+    angular_velocity: Vector3 = NAN3
+
+
+class GimbalDeviceInformation(NamedTuple):
+    """What a gimbal device said of itself; angles in rad. component 0: none was heard."""
+
+    component: int = 0
+    cap_flags: int = 0
+    roll_min: float = NAN
+    roll_max: float = NAN
+    pitch_min: float = NAN
+    pitch_max: float = NAN
+    yaw_min: float = NAN
+    yaw_max: float = NAN
+
+
+class GimbalDeviceAttitudeStatus(NamedTuple):
+    """What a gimbal device last said of its attitude."""
+
+    timestamp: int = 0
+    device_flags: int = 0
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+class GimbalManagerStatus(NamedTuple):
+    """Writer: gimbal manager."""
+
+    timestamp: int = 0
+    flags: int = 0
+    gimbal_device_id: int = 0
+    primary_control_sysid: int = 0
+    primary_control_compid: int = 0
+
+
 class OrbitStatus(NamedTuple):
     """What the orbit mode flies (ORBIT_EXECUTION_STATUS); timestamp 0 when it was never flown."""
 
@@ -544,6 +619,13 @@ class Topics:
         self.actuator_armed = ActuatorArmed()
         self.position_setpoint_triplet = PositionSetpointTriplet()
         self.vehicle_roi = VehicleRoi()
+        self.camera_trigger = CameraTriggered()
+        self.camera_capture = CameraCapture()
+        self.gimbal_manager_set_attitude = GimbalManagerSetAttitude()
+        self.gimbal_device_set_attitude = GimbalDeviceSetAttitude()
+        self.gimbal_device_information = GimbalDeviceInformation()
+        self.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus()
+        self.gimbal_manager_status = GimbalManagerStatus()
         self.mission_result = MissionResult()
         self.geofence_result = GeofenceResult()
         self.trajectory_setpoint = TrajectorySetpoint()

@@ -18,8 +18,10 @@ from vehicles import inertia, record
 from vehicles.description import (
     Aerodynamics,
     Battery,
+    Camera,
     Chassis,
     Gear,
+    Gimbal,
     Part,
     Propulsion,
     Sensors,
@@ -49,6 +51,8 @@ class _File:
     gear: Gear | None = None
     chassis: Chassis | None = None
     sih_rover: SihRover | None = None
+    camera: Camera | None = None
+    gimbal: Gimbal | None = None
     wind_is_px4s: bool = False
 
 
@@ -81,7 +85,8 @@ def read(folder: pathlib.Path) -> Vehicle:
         raise VehicleError(f"{where}: with propulsion, the tables gear and aerodynamics are needed too")
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, _airframe(airframe),
-        file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.wind_is_px4s,
+        file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
+        file.wind_is_px4s,
     )  # fmt: skip
 
 

@@ -185,6 +185,43 @@ class Sensors:
 
 
 @dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera that speaks MAVLink (component 100): optics, sensor, storage, and how it is mounted."""
+
+    vendor: str
+    model: str
+    mount: Annotated[str, Words(("nadir", "mast"))]
+    """Where it looks in the body, by the names of `sitl_emu/world/camera.py`."""
+    focal_length_mm: Annotated[float, Limits(0.1)]
+    sensor_width_mm: Annotated[float, Limits(0.1)]
+    sensor_height_mm: Annotated[float, Limits(0.1)]
+    resolution_h_px: Annotated[int, Limits(1, 65535)]
+    resolution_v_px: Annotated[int, Limits(1, 65535)]
+    frame_rate_hz: Annotated[float, Limits(1.0, 240.0)]
+    storage_mib: Annotated[float, Limits(1.0)]
+    image_mib: Annotated[float, Limits(0.001)]
+    video_mib_s: Annotated[float, Limits(0.001)]
+    interval_min_s: Annotated[float, Limits(0.01)]
+    """Time that an image takes; no two are taken faster."""
+    zoom_max: Annotated[float, Limits(1.0)] = 1.0
+    """Focal length at full zoom over that at none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gimbal:
+    """A gimbal that speaks MAVLink (component 154): limits of its angles, its speed, and where it looks at start."""
+
+    vendor: str
+    model: str
+    roll_max_deg: Annotated[float, Limits(0.0, 180.0)]
+    pitch_min_deg: Annotated[float, Limits(-180.0, 0.0)]
+    pitch_max_deg: Annotated[float, Limits(0.0, 180.0)]
+    yaw_max_deg: Annotated[float, Limits(0.0, 360.0)]
+    rate_max_deg_s: Annotated[float, Limits(0.1, 720.0)]
+    start_pitch_deg: Annotated[float, Limits(-180.0, 180.0)] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Vehicle:
     """A vehicle: exactly one of the three kinds of dynamics is described, and `airframe` is PX4's part."""
 
@@ -200,5 +237,7 @@ class Vehicle:
     gear: Gear | None = None
     chassis: Chassis | None = None
     sih_rover: SihRover | None = None
+    camera: Camera | None = None
+    gimbal: Gimbal | None = None
     wind_is_px4s: bool = False
     """Wind comes from PX4's SIH_WIND_N/E alone, and not from the world (the reference vehicles)."""

@@ -17,9 +17,11 @@ from autopilot.mavlink.encoder import Encoder
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import (
     command,
+    command_sender,
     event,
     ftp,
     gcs_heartbeat,
+    gimbal_manager,
     log_transfer,
     manual_control,
     message_interval,
@@ -39,6 +41,8 @@ from autopilot.mavlink.services import (
 from autopilot.mavlink.services.service import Service
 from autopilot.mavlink.signature import Signing, SigningStreams
 from autopilot.mavlink.streams import Stream
+from autopilot.mavlink.wire import Device, Wire
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand
@@ -58,6 +62,8 @@ GIMBAL_MODE_MESSAGES = frozenset(
     }
 )
 """All that PX4 listens to on a link in gimbal mode (MavlinkReceiver::handle_messages_in_gimbal_mode)."""
+WIRE_ROUNDS = 8
+"""Questions and answers between the devices on the wires and the autopilot within a tick."""
 
 
 class Mavlink:
@@ -72,8 +78,12 @@ class Mavlink:
         handle_command: HandleCommand,
         instance: int,
         root: Path | None = None,
+        outgoing: OutgoingCommands | None = None,
     ) -> None:
-        """`instance` gives the ports, MAV_SYS_ID the system id; FTP writes into `root` (None: nowhere)."""
+        """`instance` gives the ports, MAV_SYS_ID the system id; FTP writes into `root` (None: nowhere).
+
+        Commands that wait in `outgoing` are sent to other components.
+        """
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.context = Context(topics, parameters, dataman)
         self._encoder = encoder = Encoder(self.system_id)
@@ -84,6 +94,8 @@ class Mavlink:
             Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, Signing(2, signing_streams)),
             Link("gimbal", "gimbal", ports.gimbal(instance), encoder, Signing(3, signing_streams)),
         )
+        self._wires: list[Wire] = []
+        self._all_links: tuple[Link, ...] = self.links
         self._streams: dict[str, Stream] = {}
         for link in self.links:
             self._start_streams(link)
@@ -93,6 +105,9 @@ class Mavlink:
         self.shell = shell.Shell(texts, self.system_id)
         self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, rover=self.context.is_rover)
         self._services: tuple[Service, ...] = (
+            command_sender.CommandSender(
+                lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
+            ),
             command.Command((requests, intervals), handle_command, topics, self.system_id),
             set_mode.SetMode(handle_command, self.system_id),
             parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),
@@ -101,6 +116,7 @@ class Mavlink:
             manual_control.ManualControl(topics, parameters, self.system_id),
             rc_override.RcOverride(self.context, self.system_id),
             gcs_heartbeat.GcsHeartbeat(topics),
+            gimbal_manager.GimbalManager(topics, self.system_id),
             timesync.Timesync(),
             ping.Ping(self.system_id),
             system_time.SystemTime(),
@@ -135,11 +151,20 @@ class Mavlink:
         interval_us = 0 if hz < 0.0 else -1 if hz == 0.0 else rates.interval_us(hz)
         return self._intervals.set(now_us, stream.codec.id, interval_us, link)
 
+    def plug_in(self, name: str, mode: str, device: Device) -> None:
+        """Wire a device that speaks MAVLink to the autopilot; `mode` is the link's, as in `rates.RATES`."""
+        wire = Wire(name, mode, device, self._encoder)
+        self._start_streams(wire.link)
+        self._wires.append(wire)
+        self._all_links = (*self._all_links, wire.link)
+
     def on_datagram(self, now_us: int, link_index: int, data: bytes) -> None:
         """Act on what came in on a link; answers wait in the outbox when this returns."""
         link = self.links[link_index]
         for message in link.parse(data):
             self._dispatch(now_us, message, link)
+        if self._wires:
+            self._exchange(now_us)
         for each in self.links:
             each.flush()
 
@@ -148,12 +173,29 @@ class Mavlink:
         self.context.refresh()
         for service in self._timed:
             service.on_time(now_us)
+        for wire in self._wires:
+            wire.link.update_streams(now_us)
+        if self._wires:
+            self._exchange(now_us)
         for link in self.links:
             link.update_streams(now_us)
             link.flush()
 
+    def _exchange(self, now_us: int) -> None:
+        """Carry frames over the wires until nobody has anything to say, or the devices only talk to each other."""
+        for _ in range(WIRE_ROUNDS):
+            said = False
+            for wire in self._wires:
+                wire.link.flush()
+                for data in wire.exchange(now_us):
+                    said = True
+                    for message in wire.link.parse(data):
+                        self._dispatch(now_us, message, wire.link)
+            if not said:
+                return
+
     def _dispatch(self, now_us: int, message: Any, link: Link) -> None:
-        forwarding.forward(message, link, self.links, self.system_id, self.context.forward_heartbeats)
+        forwarding.forward(message, link, self._all_links, self.system_id, self.context.forward_heartbeats)
         message_id = message.get_msgId()
         if link.mode == "gimbal" and message_id not in GIMBAL_MODE_MESSAGES:
             return
@@ -161,7 +203,11 @@ class Mavlink:
             service.on_message(now_us, message, link)
 
     def _start_streams(self, link: Link) -> None:
-        table = rates.RATES[link.mode]
+        table = dict(rates.RATES[link.mode])
+        if self.context.parameters["MNT_MODE_IN"] >= 0:
+            table |= rates.GIMBAL_STREAMS.get(link.mode, {})
+        if self.context.parameters["TRIG_MODE"] > 0:
+            table |= rates.CAMERA_STREAMS.get(link.mode, {})
         limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode)
         for name, hz in table.items():
             stream = self.stream(name)

@@ -85,7 +85,19 @@ ONBOARD = {
 
 GIMBAL = {"HEARTBEAT": 1.0, "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": 20.0, "MISSION_CURRENT": 1.0}
 
-RATES = {"normal": GCS, "onboard": ONBOARD, "onboard_low_bandwidth": ONBOARD, "gimbal": GIMBAL}
+GIMBAL_STREAMS = {
+    "normal": {"GIMBAL_DEVICE_SET_ATTITUDE": 5.0, "GIMBAL_MANAGER_STATUS": 0.5},
+    "onboard": {"GIMBAL_DEVICE_SET_ATTITUDE": 5.0, "GIMBAL_MANAGER_STATUS": 0.5},
+    "gimbal": {"GIMBAL_DEVICE_SET_ATTITUDE": 20.0},
+}
+"""What comes to a mode's streams on a vehicle whose gimbal manager runs (MNT_MODE_IN)."""
+CAMERA_STREAMS = {
+    "normal": {"CAMERA_TRIGGER": UNLIMITED, "CAMERA_IMAGE_CAPTURED": UNLIMITED},
+    "onboard": {"CAMERA_TRIGGER": UNLIMITED, "CAMERA_IMAGE_CAPTURED": UNLIMITED},
+}
+"""And on one whose camera trigger runs (TRIG_MODE)."""
+
+RATES = {"normal": GCS, "onboard": ONBOARD, "onboard_low_bandwidth": ONBOARD, "gimbal": GIMBAL, "wire": {}}
 """By link mode."""
 
 NORMAL_DEFAULT_HZ = {

@@ -5,8 +5,8 @@ only the last is announced as reached. A takeoff on the ground climbs straight u
 landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the
 air: hold, and the commander changes to HOLD.
 
-Left out: mission landing patterns of fixed wings and VTOL, payload items (carried out without effect), terrain
-heights.
+Left out: mission landing patterns of fixed wings and VTOL, gripper, winch and actuator items (carried out without
+effect), terrain heights.
 """
 
 import math
@@ -28,6 +28,7 @@ from autopilot.navigator.mission_block import (
     Target,
     target_of,
 )
+from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import NavigatorState
@@ -38,6 +39,7 @@ from sitl_emu.core.geodesy import distance_m
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
+FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
@@ -59,9 +61,10 @@ class Work(Enum):
 class Mission:
     """AUTO_MISSION, and the progress of the mission in every mode."""
 
-    def __init__(self, state: NavigatorState, roi: Roi) -> None:
+    def __init__(self, state: NavigatorState, roi: Roi, payload: Payload) -> None:
         self._state = state
         self._roi = roi
+        self._payload = payload
         self._plan: Plan | None = None
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
@@ -124,6 +127,7 @@ class Mission:
     def on_inactive(self) -> None:
         """Another mode is flown, or the vehicle is not armed."""
         self._running = False
+        self._payload.stop()
 
     def on_activation(self) -> None:
         """Enter MISSION."""
@@ -227,6 +231,8 @@ class Mission:
             self._roi.take(_command_of(item, state.home_alt_m()))
         elif item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
             state.command(_command_of(item, state.home_alt_m()))
+        elif item.command in PAYLOAD_COMMANDS:
+            self._payload.issue(_payload_command_of(item))
 
     def _take_off(self, item: MissionItem) -> None:
         state = self._state
@@ -363,4 +369,12 @@ def _command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
         target_alt,
         frame=mavlink.MAV_FRAME_GLOBAL,
         from_external=False,
+    )
+
+
+def _payload_command_of(item: MissionItem) -> VehicleCommand:
+    """All seven parameters as they came, because an item in MAV_FRAME_MISSION has no place."""
+    param5, param6 = (item.lat_deg, item.lon_deg) if item.frame != FRAME_MISSION else (float(item.x), float(item.y))
+    return VehicleCommand(
+        item.command, item.param1, item.param2, item.param3, item.param4, param5, param6, item.z, from_external=False
     )

@@ -14,10 +14,12 @@ from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.land import Land
 from autopilot.navigator.loiter import Loiter
 from autopilot.navigator.mission import Mission, change_speed
+from autopilot.navigator.payload import Payload
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rtl import Rtl
 from autopilot.navigator.state import NavigatorState, Say, settings_of
 from autopilot.navigator.takeoff import Takeoff
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -33,18 +35,27 @@ class Navigator:
     COMMANDS: frozenset[int] = frozenset()
     """All commands go to the commander, who passes on what it has accepted."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say) -> None:
-        """`say(severity, text)` tells the ground."""
+    def __init__(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        dataman: Dataman,
+        say: Say,
+        outgoing: OutgoingCommands | None = None,
+    ) -> None:
+        """`say(severity, text)` tells the ground; commands for cameras go to `outgoing`."""
         self._topics = topics
         self._parameters = parameters
         self._dataman = dataman
-        self._state = state = NavigatorState(topics, parameters, dataman, say)
+        self._state = state = NavigatorState(
+            topics, parameters, dataman, say, outgoing if outgoing is not None else OutgoingCommands()
+        )
         self._version = parameters.version
         self._roi = Roi(state)
         self._geofence = Geofence(state)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
-        self._mission = Mission(state, self._roi)
+        self._mission = Mission(state, self._roi, Payload(state))
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
             NavState.AUTO_VTOL_TAKEOFF: self._takeoff,

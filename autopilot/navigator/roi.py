@@ -1,5 +1,7 @@
 """Region of interest: where the vehicle looks. PX4's Navigator, DO_SET_ROI* (v1.18)."""
 
+import math
+
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand, VehicleRoi
 from sitl_emu.core import dialect as mavlink
@@ -13,7 +15,8 @@ ROI_COMMANDS = frozenset(
         mavlink.MAV_CMD_NAV_ROI,
     )
 )
-MODE_LOCATION = mavlink.MAV_ROI_LOCATION
+MODE_WPNEXT: int = mavlink.MAV_ROI_WPNEXT
+MODE_LOCATION: int = mavlink.MAV_ROI_LOCATION
 
 
 class Roi:
@@ -30,5 +33,10 @@ class Roi:
         )
         if located:
             self._state.topics.vehicle_roi = VehicleRoi(MODE_LOCATION, command.param5, command.param6, command.param7)
+        elif number == mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET:
+            pitch, roll, yaw = (math.radians(value) for value in (command.param5, command.param6, command.param7))
+            self._state.topics.vehicle_roi = VehicleRoi(
+                MODE_WPNEXT, roll_offset=roll, pitch_offset=pitch, yaw_offset=yaw
+            )
         else:
             self._state.topics.vehicle_roi = VehicleRoi()

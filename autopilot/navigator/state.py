@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from autopilot.constants import SetpointType, Severity
 from autopilot.dataman import Dataman
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     CommandRecord,
@@ -83,8 +84,12 @@ def settings_of(parameters: Parameters) -> Settings:
 class NavigatorState:
     """The shared part; its owner is `Navigator`, which publishes what changed after each mode has run."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say) -> None:
+    def __init__(
+        self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say, outgoing: OutgoingCommands
+    ) -> None:
         self.topics = topics
+        self.outgoing = outgoing
+        self.system_id = int(parameters["MAV_SYS_ID"])
         self.dataman = dataman
         self.say = say
         self.settings = settings_of(parameters)

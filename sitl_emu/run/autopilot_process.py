@@ -17,6 +17,7 @@ from gcs.tlog import TlogWriter
 from sitl_emu.core import ports
 from sitl_emu.core.framing import split
 from sitl_emu.core.tcp_channel import connect
+from sitl_emu.run import payload
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
@@ -79,8 +80,10 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
         storage.prepare(root)
     except storage.StorageError as error:
         raise StartError(str(error)) from None
-    autopilot = Autopilot(vehicles.load(config["model"]).airframe, instance, root)
+    vehicle = vehicles.load(config["model"])
+    autopilot = Autopilot(vehicle.airframe, instance, root)
     autopilot.mavlink.context.boot_unix_us = config["start_us"]
+    payload.plug_in(vehicle, autopilot)
     try:
         sockets = LinkSockets(autopilot.mavlink.links, tuple(config["gcs"]) if config["gcs"] else None)
     except PortInUseError as error:

@@ -22,7 +22,7 @@ from autopilot.topics import CommandRecord
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import MemoryChannel
-from sitl_emu.run import state
+from sitl_emu.run import payload, state
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -113,6 +113,7 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
     data = vehicles.load(vehicle.model)
     autopilot = Autopilot(data.airframe, vehicle.instance, root)
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
+    payload.plug_in(data, autopilot)
     sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
     simulator = VehicleSimulator(
         data,

@@ -40,6 +40,7 @@ CLIENT_SERVICES = {"command", "mission", "offboard", "parameter", "shell", "stat
 NOTHING_TO_CONFORM_TO = {
     "log_transfer": "no logs are kept yet, and PX4 keeps some",
     "system_time": "heard without effect",
+    "command_sender": "PX4 gives commands to others in flown missions alone",
 }
 
 

@@ -1,0 +1,130 @@
+"""When the camera is to take an image: once, by distance, by time. PX4's camera_trigger and camera_feedback (v1.18).
+
+Runs where TRIG_MODE is above 0 at boot (rcS). TRIG_MODE 1 counts time and 4 distance, once a command has switched it
+on; 2 and 3 do so from the start. An image is asked of the camera, component 100, by IMAGE_START_CAPTURE with a sequence
+number (streams/CAMERA_TRIGGER.hpp); that it was asked is told by CAMERA_TRIGGER, and where the vehicle was by
+CAMERA_IMAGE_CAPTURED of the autopilot.
+
+Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and feedback from a camera's pin.
+"""
+
+import math
+
+from autopilot.commands import MAV_RESULT_ACCEPTED, CommandResult
+from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.parameters import Parameters
+from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+OFF, TIME_ON_COMMAND, TIME_ALWAYS, DISTANCE_ALWAYS, DISTANCE_ON_COMMAND = range(5)
+"""TRIG_MODE."""
+CAMERA = mavlink.MAV_COMP_ID_CAMERA
+NAN = math.nan
+DO_DIGICAM_CONTROL = mavlink.MAV_CMD_DO_DIGICAM_CONTROL
+DO_SET_CAM_TRIGG_DIST = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
+DO_SET_CAM_TRIGG_INTERVAL = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL
+DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
+
+
+class CameraTrigger:
+    """Writes camera_trigger and camera_capture."""
+
+    COMMANDS = frozenset({DO_DIGICAM_CONTROL, DO_SET_CAM_TRIGG_DIST, DO_SET_CAM_TRIGG_INTERVAL, DO_TRIGGER_CONTROL})
+
+    def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
+        """Only for a vehicle whose TRIG_MODE is above 0."""
+        self._topics = topics
+        self._outgoing = outgoing
+        self._system_id = int(parameters["MAV_SYS_ID"])
+        self._mode = int(parameters["TRIG_MODE"])
+        self._distance_m = float(parameters["TRIG_DISTANCE"])
+        self._interval_s = float(parameters["TRIG_INTERVAL"]) * 1e-3
+        self._shortest_us = round(float(parameters["TRIG_MIN_INTERVA"]) * 1e3)
+        self._enabled = self._mode in (TIME_ALWAYS, DISTANCE_ALWAYS)
+        self._paused = False
+        self._sequence = 0
+        self._shot_at: tuple[float, float] | None = None
+        self._shot_us = -self._shortest_us
+        self._due_us = 0
+        self._commands_seen = 0
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
+        """All of COMMANDS are accepted."""
+        number = command.command
+        first = whole(command.param1)
+        if number == DO_DIGICAM_CONTROL:
+            if whole(command.param5) == 1:
+                self._shoot(now_us)
+        elif number == DO_TRIGGER_CONTROL:
+            if whole(command.param3) in (0, 1):
+                self._paused = whole(command.param3) == 1
+            if whole(command.param2) == 1:
+                self._sequence = 0
+            if first in (0, 1):
+                self._enable(now_us, on=first == 1)
+        elif number == DO_SET_CAM_TRIGG_DIST:
+            if command.param1 > 0.0:
+                self._distance_m = command.param1
+                self._paused = False
+                self._enable(now_us, on=True)
+            elif first == 0:
+                self._paused, self._shot_at = True, None
+            elif first == -1:
+                self._enable(now_us, on=False)
+            if command.param3 > 0.0:
+                self._shoot(now_us)
+        elif command.param1 > 0.0:
+            self._interval_s = command.param1 * 1e-3
+        return CommandResult(MAV_RESULT_ACCEPTED)
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz: what the mission commands, and whether it is time or far enough for the next image."""
+        records = self._topics.navigator_commands
+        if records and records[-1].number != self._commands_seen:
+            for record in records:
+                if record.number > self._commands_seen and record.command.command in self.COMMANDS:
+                    self.handle_command(now_us, record.command)
+            self._commands_seen = records[-1].number
+        if not self._enabled or self._paused:
+            return
+        if self._mode in (TIME_ON_COMMAND, TIME_ALWAYS):
+            if now_us >= self._due_us:
+                self._due_us = now_us + round(self._interval_s * 1e6)
+                self._shoot(now_us)
+        else:
+            self._follow_distance(now_us)
+
+    def _enable(self, now_us: int, *, on: bool) -> None:
+        if on is not self._enabled:
+            self._enabled = on
+            self._shot_at, self._due_us = None, now_us
+
+    def _follow_distance(self, now_us: int) -> None:
+        local = self._topics.vehicle_local_position
+        if not local.xy_valid:
+            return
+        last = self._shot_at
+        if last is None or math.hypot(local.x - last[0], local.y - last[1]) >= self._distance_m:
+            self._shot_at = (local.x, local.y)
+            self._shoot(now_us)
+
+    def _shoot(self, now_us: int) -> None:
+        if now_us - self._shot_us < self._shortest_us:
+            return
+        self._shot_us = now_us
+        topics, sequence = self._topics, self._sequence
+        topics.camera_trigger = CameraTriggered(now_us, sequence)
+        position = topics.vehicle_global_position
+        ground_m = position.alt - topics.home_position.alt if topics.home_position.valid else NAN
+        topics.camera_capture = CameraCapture(
+            now_us, sequence, position.lat, position.lon, position.alt, ground_m, topics.vehicle_attitude.q
+        )
+        self._sequence += 1
+        give, system = self._outgoing.give, self._system_id
+        take_one = (mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, float(self._sequence), NAN, NAN, NAN)
+        give(VehicleCommand(*take_one, target_system=system, target_component=CAMERA, from_external=False))
+
+
+def whole(value: float) -> int:
+    """A parameter as a whole number, cut as C++ does; -2, which means nothing, for one that is not given."""
+    return int(value) if math.isfinite(value) else -2

@@ -1,0 +1,90 @@
+"""Commands of the autopilot to others: COMMAND_LONG out on every link, repeated until a COMMAND_ACK comes.
+
+As PX4's MavlinkCommandSender: sent on all links at once, again after 0.5 s with the next confirmation, at most three
+times more; an ack for it from its target, on any link, ends that. So a mission's camera items reach the camera
+wherever it is.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.topics import VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+RETRY_US = 500_000
+RETRIES = 3
+NEVER_US = 1 << 62
+
+
+@dataclass
+class Sent:
+    """A command under way."""
+
+    command: VehicleCommand
+    retries: int
+    again_us: int
+
+
+class CommandSender:
+    """Sends what waits in `outgoing`."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_ACK})
+    HAS_TIMER = True
+
+    def __init__(self, links: Callable[[], Iterable[Link]], outgoing: OutgoingCommands, system_id: int) -> None:
+        """`links` tells all links there are."""
+        self._links = links
+        self._outgoing = outgoing
+        self._system_id = system_id
+        self._under_way: list[Sent] = []
+        self._again_us = NEVER_US
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """An ack of the command's target ends it; who is answered does not matter, as in PX4."""
+        for sent in self._under_way:
+            command = sent.command
+            if (
+                command.command == message.command
+                and command.target_system in (0, message.get_srcSystem())
+                and command.target_component in (0, message.get_srcComponent())
+            ):
+                self._under_way.remove(sent)
+                return
+
+    def on_time(self, now_us: int) -> None:
+        """New commands, and those to be repeated."""
+        if self._outgoing.waiting:
+            waiting = self._outgoing.waiting[:]
+            self._outgoing.waiting.clear()
+            for command in waiting:
+                self._under_way.append(Sent(command, 0, now_us + RETRY_US))
+                self._send(command, 0)
+            self._again_us = min(self._again_us, now_us + RETRY_US)
+        if now_us >= self._again_us:
+            self._repeat(now_us)
+
+    def _repeat(self, now_us: int) -> None:
+        for sent in self._under_way[:]:
+            if now_us < sent.again_us:
+                continue
+            if sent.retries == RETRIES:
+                self._under_way.remove(sent)
+                continue
+            sent.retries += 1
+            sent.again_us = now_us + RETRY_US
+            self._send(sent.command, sent.retries)
+        self._again_us = min((sent.again_us for sent in self._under_way), default=NEVER_US)
+
+    def _send(self, command: VehicleCommand, confirmation: int) -> None:
+        for link in self._links():
+            link.send_fields(
+                mavlink.MAVLINK_MSG_ID_COMMAND_LONG,
+                *command[1:8],
+                command.command,
+                command.target_system,
+                command.target_component,
+                confirmation,
+            )

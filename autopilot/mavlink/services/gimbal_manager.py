@@ -1,0 +1,86 @@
+"""Gimbal protocol v2, the autopilot's half: set-points of ground stations in, and what gimbal devices say.
+
+https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, the manager decides (autopilot/gimbal.py);
+commands come to it as all commands do.
+"""
+
+import math
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.mavlink.services.service import is_for
+from autopilot.topics import (
+    NAN,
+    GimbalDeviceAttitudeStatus,
+    GimbalDeviceInformation,
+    GimbalManagerSetAttitude,
+    Topics,
+)
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import quaternion
+
+SET_ATTITUDE = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_ATTITUDE
+SET_PITCHYAW = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_PITCHYAW
+SET_MANUAL = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_MANUAL_CONTROL
+INFORMATION = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION
+ATTITUDE_STATUS = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
+
+
+class GimbalManager:
+    """Writer of gimbal_manager_set_attitude, gimbal_device_information and gimbal_device_attitude_status."""
+
+    MESSAGES = frozenset({SET_ATTITUDE, SET_PITCHYAW, SET_MANUAL, INFORMATION, ATTITUDE_STATUS})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics, system_id: int) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+        self._system_id = system_id
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Keep what it says."""
+        message_id = message.get_msgId()
+        if message_id == ATTITUDE_STATUS:
+            w, x, y, z = message.q
+            self._topics.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus(now_us, message.flags, (w, x, y, z))
+        elif message_id == INFORMATION:
+            if message.get_srcSystem() == self._system_id:
+                self._topics.gimbal_device_information = information(message)
+        elif is_for(message, self._system_id, broadcast=True):
+            self._topics.gimbal_manager_set_attitude = set_attitude(now_us, message)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
+
+
+def information(message: Any) -> GimbalDeviceInformation:
+    """Of a GIMBAL_DEVICE_INFORMATION: the component that speaks, what it can, and its stops."""
+    return GimbalDeviceInformation(
+        message.get_srcComponent(),
+        message.cap_flags,
+        message.roll_min,
+        message.roll_max,
+        message.pitch_min,
+        message.pitch_max,
+        message.yaw_min,
+        message.yaw_max,
+    )
+
+
+def set_attitude(now_us: int, message: Any) -> GimbalManagerSetAttitude:
+    """Of one of the three messages that point a gimbal; angles and rates that are NaN are not wanted."""
+    origin = (message.get_srcSystem(), message.get_srcComponent())
+    message_id = message.get_msgId()
+    if message_id == SET_ATTITUDE:
+        w, x, y, z = message.q
+        rates = (message.angular_velocity_x, message.angular_velocity_y, message.angular_velocity_z)
+        return GimbalManagerSetAttitude(now_us, *origin, message.flags, (w, x, y, z), rates)
+    rate_x = 0.0 if math.isfinite(message.pitch_rate) and math.isfinite(message.yaw_rate) else NAN
+    return GimbalManagerSetAttitude(
+        now_us,
+        *origin,
+        message.flags,
+        quaternion(0.0, message.pitch, message.yaw),
+        (rate_x, message.pitch_rate, message.yaw_rate),
+        message_id == SET_MANUAL,
+    )

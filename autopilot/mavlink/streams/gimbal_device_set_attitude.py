@@ -1,0 +1,21 @@
+"""GIMBAL_DEVICE_SET_ATTITUDE: where the gimbal is to look (PX4: streams/GIMBAL_DEVICE_SET_ATTITUDE.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE
+
+
+def stamp(context: Context) -> int:
+    """Once per set-point."""
+    return context.topics.gimbal_device_set_attitude.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Nothing before a gimbal was found."""
+    wanted = context.topics.gimbal_device_set_attitude
+    if not wanted.timestamp:
+        return None
+    system_id = int(context.parameters["MAV_SYS_ID"])
+    return (*wanted.q, *wanted.angular_velocity, wanted.flags, system_id, wanted.target_component)

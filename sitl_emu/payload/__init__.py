@@ -1,0 +1,1 @@
+"""What a vehicle carries that speaks MAVLink by itself: camera and gimbal, as state machines on simulated time."""

@@ -1,0 +1,605 @@
+"""A camera that speaks the MAVLink camera protocol v2: component 100, a state machine on simulated time.
+
+https://mavlink.io/en/services/camera.html. An image is its CAMERA_IMAGE_CAPTURED record, with the position and attitude
+that the autopilot, asked at that moment, gave (GLOBAL_POSITION_INT, ATTITUDE_QUATERNION): nothing is rendered here, no
+file is kept, and no video stream is served, which VIDEO_STREAM_INFORMATION says. Settings, modes, storage and the
+counting of images behave as on a real camera; a command that is repeated with the same sequence number takes no second
+image.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from sitl_emu.core import attitude
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import Quaternion
+from sitl_emu.payload.component import COMMANDS, Command, Component, text
+from vehicles.description import Camera as CameraData
+
+ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
+TEMPORARILY_REJECTED: int = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+DENIED: int = mavlink.MAV_RESULT_DENIED
+UNSUPPORTED: int = mavlink.MAV_RESULT_UNSUPPORTED
+FAILED: int = mavlink.MAV_RESULT_FAILED
+MODE_IMAGE: int = mavlink.CAMERA_MODE_IMAGE
+MODE_VIDEO: int = mavlink.CAMERA_MODE_VIDEO
+
+INFORMATION = mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
+SETTINGS = mavlink.MAVLINK_MSG_ID_CAMERA_SETTINGS
+STORAGE = mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION
+CAPTURE_STATUS = mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS
+IMAGE_CAPTURED = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
+STREAM_INFORMATION = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION
+STREAM_STATUS = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_STATUS
+FOV_STATUS = mavlink.MAVLINK_MSG_ID_CAMERA_FOV_STATUS
+POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
+SYSTEM_TIME = mavlink.MAVLINK_MSG_ID_SYSTEM_TIME
+GIMBAL_ATTITUDE = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
+
+CAPABILITIES = (
+    mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
+    | mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
+    | mavlink.CAMERA_CAP_FLAGS_HAS_MODES
+    | mavlink.CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE
+    | mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS
+    | mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
+)
+FIRMWARE_VERSION = 1
+CAPTURED = 1
+NO_FILE = b""
+KEPT_IMAGES = 1000
+"""Records of the newest images, for who asks again (MAV_CMD_REQUEST_MESSAGE with their index)."""
+GEOTAG_LIMIT_US = 200_000
+"""An autopilot that has not answered by then gives no geotag."""
+ZOOM_STEP_PERCENT = 10.0
+ZOOM_PERCENT_S = 20.0
+"""Speed of continuous zoom at its full rate."""
+ZOOM_UPDATE_US = 100_000
+NEVER_US = 1 << 62
+MOUNT_PITCH_RAD = {"nadir": math.radians(-90.0), "mast": math.radians(-60.0)}
+"""Camera axes against the body, as `sitl_emu/world/camera.py` mounts them."""
+BITRATE_PER_MIB_S = 8 * (1 << 20)
+
+
+class Geotag(NamedTuple):
+    """Where an image was taken; degrees 1e-7, mm, quaternion of the camera (w, x, y, z)."""
+
+    lat: int = 0
+    lon: int = 0
+    alt: int = 0
+    relative_alt: int = 0
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class Settings:
+    """What RESET_CAMERA_SETTINGS puts back."""
+
+    mode: int = MODE_IMAGE
+    zoom_percent: float = 0.0
+    focus_percent: float = 0.0
+
+
+class Camera:
+    """The camera of one vehicle."""
+
+    WANTED = COMMANDS | {POSITION, ATTITUDE, SYSTEM_TIME}
+
+    def __init__(self, data: CameraData, system_id: int, gimbal_device_id: int = 0) -> None:
+        """`system_id` is the vehicle's; `gimbal_device_id` is the gimbal that carries it, 0 for none."""
+        self._data = data
+        self._component = Component(system_id, mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_TYPE_CAMERA)
+        self._gimbal = gimbal_device_id
+        self._wanted = self.WANTED | {GIMBAL_ATTITUDE} if gimbal_device_id else self.WANTED
+        self.outbox = self._component.outbox
+        self.due_us = 0
+        self._settings = Settings()
+        self._zoom_rate = 0.0
+        self._zoomed_us = 0
+        self._used_mib = 0.0
+        self._image_count = 0
+        self._images: deque[Any] = deque(maxlen=KEPT_IMAGES)
+        self._interval_s = 0.0
+        self._left: int | None = 0
+        """Images still to be taken at the interval; None is without end."""
+        self._next_us = NEVER_US
+        self._last_numbered = (0, 0, 0)
+        """Who asked for the last numbered image, and its number."""
+        self._asked_us = NEVER_US
+        """When the autopilot was asked where the image in the making is taken."""
+        self._ready_us = 0
+        self._recording_since_us: int | None = None
+        self._status_every_us = 0
+        self._status_us = NEVER_US
+        self._position: Any = None
+        self._attitude: Any = None
+        self._gimbal_q: Quaternion | None = None
+        self._gimbal_yaw_locked = False
+        self._boot_unix_us = 0
+        self._intervals: dict[int, tuple[int, int]] = {}
+        """Messages sent by themselves (SET_MESSAGE_INTERVAL): interval and when they are due."""
+        self._messages: dict[int, Callable[[int, Command], Any]] = {
+            INFORMATION: lambda now_us, _: self._information(now_us),
+            SETTINGS: lambda now_us, _: self._camera_settings(now_us),
+            STORAGE: lambda now_us, _: self._storage(now_us),
+            CAPTURE_STATUS: lambda now_us, _: self._capture_status(now_us),
+            IMAGE_CAPTURED: lambda _, command: self._image(command.whole(2)),
+            STREAM_INFORMATION: lambda _, command: self._stream_information(command.whole(2)),
+            STREAM_STATUS: lambda _, command: self._stream_status(command.whole(2)),
+            FOV_STATUS: lambda now_us, _: self._fov_status(now_us),
+        }
+        self._commands: dict[int, Callable[[int, Command], int]] = {
+            mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
+            mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_message_interval,
+            mavlink.MAV_CMD_REQUEST_CAMERA_INFORMATION: self._old_request(INFORMATION, 1),
+            mavlink.MAV_CMD_REQUEST_CAMERA_SETTINGS: self._old_request(SETTINGS, 1),
+            mavlink.MAV_CMD_REQUEST_STORAGE_INFORMATION: self._old_request(STORAGE, 2),
+            mavlink.MAV_CMD_REQUEST_CAMERA_CAPTURE_STATUS: self._old_request(CAPTURE_STATUS, 1),
+            mavlink.MAV_CMD_REQUEST_CAMERA_IMAGE_CAPTURE: self._request_image,
+            mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_INFORMATION: self._request_stream,
+            mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_STATUS: self._request_stream,
+            mavlink.MAV_CMD_RESET_CAMERA_SETTINGS: self._reset_camera_settings,
+            mavlink.MAV_CMD_STORAGE_FORMAT: self._storage_format,
+            mavlink.MAV_CMD_SET_CAMERA_MODE: self._set_camera_mode,
+            mavlink.MAV_CMD_SET_CAMERA_ZOOM: self._set_camera_zoom,
+            mavlink.MAV_CMD_SET_CAMERA_FOCUS: self._set_camera_focus,
+            mavlink.MAV_CMD_IMAGE_START_CAPTURE: self._image_start_capture,
+            mavlink.MAV_CMD_IMAGE_STOP_CAPTURE: self._image_stop_capture,
+            mavlink.MAV_CMD_VIDEO_START_CAPTURE: self._video_start_capture,
+            mavlink.MAV_CMD_VIDEO_STOP_CAPTURE: self._video_stop_capture,
+            mavlink.MAV_CMD_VIDEO_START_STREAMING: self._no_streaming,
+            mavlink.MAV_CMD_VIDEO_STOP_STREAMING: self._no_streaming,
+        }
+
+    # --- the wire -------------------------------------------------------------------------------------------
+
+    def on_datagram(self, now_us: int, data: bytes) -> None:
+        """What came from the autopilot's end of the wire."""
+        for message in self._component.messages(data, self._wanted):
+            message_id = message.get_msgId()
+            if message_id in COMMANDS:
+                self._on_command(now_us, message)
+            elif message_id == GIMBAL_ATTITUDE:
+                w, x, y, z = message.q
+                self._gimbal_q = (w, x, y, z)
+                self._gimbal_yaw_locked = bool(message.flags & mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK)
+            elif message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1:
+                self._on_autopilot(now_us, message)
+
+    def on_time(self, now_us: int) -> None:
+        """Heartbeat, and what is due."""
+        due_us = self._component.beat(now_us)
+        if now_us - self._asked_us >= GEOTAG_LIMIT_US:
+            self._keep_image(now_us)
+        if now_us >= self._next_us:
+            self._take_next(now_us)
+        if now_us >= self._status_us:
+            self._status_us = now_us + self._status_every_us
+            self._send(self._capture_status(now_us))
+        if self._zoom_rate:
+            self._zoom_on(now_us)
+            due_us = min(due_us, now_us + ZOOM_UPDATE_US)
+        for message_id, (interval_us, at_us) in tuple(self._intervals.items()):
+            if now_us >= at_us:
+                at_us = now_us + interval_us
+                self._intervals[message_id] = (interval_us, at_us)
+                self._send(self._messages[message_id](now_us, NOTHING_ASKED))
+                if message_id == FOV_STATUS:
+                    self._ask_where()
+            due_us = min(due_us, at_us)
+        waiting_us = self._asked_us + GEOTAG_LIMIT_US if self._asked_us != NEVER_US else NEVER_US
+        self.due_us = min(due_us, self._next_us, self._status_us, waiting_us)
+
+    def _send(self, message: Any) -> None:
+        if message is not None:
+            self._component.send(message)
+
+    def _on_command(self, now_us: int, message: Any) -> None:
+        command = self._component.command(message)
+        if command is None:
+            return
+        handler = self._commands.get(command.number)
+        if handler is None:
+            if command.addressed:
+                self._component.acknowledge(command, UNSUPPORTED)
+            return
+        if not command.addressed and command.number in ANYBODYS and command.whole(1) not in self._messages:
+            return
+        # The answer first, and then what it brings about
+        before = len(self.outbox)
+        result = handler(now_us, command)
+        brought_about = self.outbox[before:]
+        del self.outbox[before:]
+        self._component.acknowledge(command, result)
+        self.outbox.extend(brought_about)
+        self.due_us = now_us
+
+    def _on_autopilot(self, now_us: int, message: Any) -> None:
+        message_id = message.get_msgId()
+        if message_id == SYSTEM_TIME:
+            self._boot_unix_us = message.time_unix_usec - message.time_boot_ms * 1000
+        elif message_id == POSITION:
+            self._position = message
+        elif message_id == ATTITUDE:
+            self._attitude = message
+            # It is asked for last, so now everything is there
+            if self._asked_us != NEVER_US:
+                self._keep_image(now_us)
+
+    # --- images ---------------------------------------------------------------------------------------------
+
+    def _image_start_capture(self, now_us: int, command: Command) -> int:
+        interval_s = command.params[1] if math.isfinite(command.params[1]) else 0.0
+        count, sequence = command.whole(3), command.whole(4)
+        if count < 0 or interval_s < 0.0:
+            return DENIED
+        numbered = (command.source_system, command.source_component, sequence if count == 1 else 0)
+        if numbered[2] > 0 and numbered == self._last_numbered:
+            return ACCEPTED
+        if self._taking or now_us < self._ready_us:
+            return TEMPORARILY_REJECTED
+        if self._free_mib < self._data.image_mib:
+            return FAILED
+        if count != 1:
+            self._interval_s = max(interval_s, self._data.interval_min_s)
+        self._last_numbered = numbered
+        self._left = count or None
+        self._take_next(now_us)
+        return ACCEPTED
+
+    def _image_stop_capture(self, now_us: int, command: Command) -> int:
+        was_taking = self._next_us != NEVER_US
+        self._stop_interval()
+        if was_taking:
+            self._send(self._capture_status(now_us))
+        return ACCEPTED
+
+    @property
+    def _taking(self) -> bool:
+        return self._next_us != NEVER_US or self._asked_us != NEVER_US
+
+    def _stop_interval(self) -> None:
+        self._next_us, self._interval_s, self._left = NEVER_US, 0.0, 0
+
+    def _take_next(self, now_us: int) -> None:
+        """Open the shutter, and ask the autopilot where that is."""
+        if self._asked_us != NEVER_US:
+            self._keep_image(now_us)
+        if self._free_mib < self._data.image_mib:
+            self._stop_interval()
+            self._send(self._capture_status(now_us))
+            return
+        if self._left is not None:
+            self._left -= 1
+        self._next_us = NEVER_US if self._left == 0 else now_us + round(self._interval_s * 1e6)
+        if self._left == 0:
+            self._interval_s = 0.0
+        self._position = self._attitude = None
+        self._asked_us = now_us
+        self._ready_us = now_us + round(self._data.interval_min_s * 1e6)
+        self._ask_where()
+
+    def _ask_where(self) -> None:
+        if not self._boot_unix_us:
+            self._component.ask_autopilot(SYSTEM_TIME)
+        self._component.ask_autopilot(POSITION)
+        self._component.ask_autopilot(ATTITUDE)
+
+    def _keep_image(self, now_us: int) -> None:
+        """The image is there: count it, keep its record and tell it."""
+        taken_us, self._asked_us = self._asked_us, NEVER_US
+        self._used_mib += self._data.image_mib
+        self._image_count += 1
+        tag = self._geotag()
+        utc_us = self._boot_unix_us + taken_us if self._boot_unix_us else 0
+        time_ms, index = taken_us // 1000, self._image_count - 1
+        image = mavlink.MAVLink_camera_image_captured_message(time_ms, utc_us, 0, *tag, index, CAPTURED, NO_FILE)
+        self._images.append(image)
+        self._send(image)
+        self.due_us = now_us
+
+    def _geotag(self) -> Geotag:
+        where = self._position
+        if where is None:
+            return Geotag(q=self._orientation())
+        return Geotag(where.lat, where.lon, where.alt, where.relative_alt, self._orientation())
+
+    def _orientation(self) -> Quaternion:
+        """Of the camera's axes (forward, right, down) in NED."""
+        how = self._attitude
+        body = (1.0, 0.0, 0.0, 0.0) if how is None else (how.q1, how.q2, how.q3, how.q4)
+        if self._gimbal_q is not None:
+            # The gimbal tells roll and pitch against the horizon, and yaw against north or the vehicle's heading
+            heading = 0.0 if self._gimbal_yaw_locked else attitude.euler(body)[2]
+            return attitude.product(attitude.quaternion(0.0, 0.0, heading), self._gimbal_q)
+        return attitude.product(body, attitude.quaternion(0.0, MOUNT_PITCH_RAD[self._data.mount], 0.0))
+
+    def _image(self, index: int) -> Any:
+        if not self._images:
+            return None
+        at = index - self._images[0].image_index
+        return self._images[at] if 0 <= at < len(self._images) else None
+
+    def _request_image(self, now_us: int, command: Command) -> int:
+        image = self._image(command.whole(1))
+        self._send(image)
+        return DENIED if image is None else ACCEPTED
+
+    # --- video ----------------------------------------------------------------------------------------------
+
+    def _video_start_capture(self, now_us: int, command: Command) -> int:
+        if self._settings.mode != MODE_VIDEO:
+            return DENIED
+        if self._recording_since_us is not None:
+            return TEMPORARILY_REJECTED
+        if self._free_mib <= 0.0:
+            return FAILED
+        self._recording_since_us = now_us
+        every_hz = command.params[1]
+        if math.isfinite(every_hz) and every_hz > 0.0:
+            self._status_every_us = max(round(1e6 / every_hz), 1)
+            self._status_us = now_us
+        else:
+            self._send(self._capture_status(now_us))
+        return ACCEPTED
+
+    def _video_stop_capture(self, now_us: int, command: Command) -> int:
+        if self._recording_since_us is not None:
+            self._used_mib += min(self._recorded_mib(now_us), self._free_mib)
+            self._recording_since_us = None
+            self._status_us = NEVER_US
+            self._send(self._capture_status(now_us))
+        return ACCEPTED
+
+    def _recorded_mib(self, now_us: int) -> float:
+        since_us = self._recording_since_us
+        return 0.0 if since_us is None else (now_us - since_us) * 1e-6 * self._data.video_mib_s
+
+    def _no_streaming(self, now_us: int, command: Command) -> int:
+        return DENIED
+
+    # --- settings and storage -------------------------------------------------------------------------------
+
+    def _set_camera_mode(self, now_us: int, command: Command) -> int:
+        mode = command.whole(2)
+        if mode not in (MODE_IMAGE, MODE_VIDEO):
+            return DENIED
+        if self._recording_since_us is not None or self._next_us != NEVER_US:
+            return TEMPORARILY_REJECTED
+        self._settings.mode = mode
+        self._send(self._camera_settings(now_us))
+        return ACCEPTED
+
+    def _set_camera_zoom(self, now_us: int, command: Command) -> int:
+        if self._data.zoom_max <= 1.0:
+            return UNSUPPORTED
+        kind, value = command.whole(1), command.params[1]
+        if not math.isfinite(value):
+            return DENIED
+        self._zoom_on(now_us)
+        self._zoom_rate = 0.0
+        if kind == mavlink.ZOOM_TYPE_STEP:
+            self._zoom_to(self._settings.zoom_percent + math.copysign(ZOOM_STEP_PERCENT, value))
+        elif kind == mavlink.ZOOM_TYPE_CONTINUOUS:
+            self._zoom_rate = max(-1.0, min(1.0, value)) * ZOOM_PERCENT_S
+        elif kind == mavlink.ZOOM_TYPE_RANGE:
+            self._zoom_to(value)
+        else:
+            return DENIED
+        self._send(self._camera_settings(now_us))
+        return ACCEPTED
+
+    def _zoom_on(self, now_us: int) -> None:
+        self._zoom_to(self._settings.zoom_percent + self._zoom_rate * (now_us - self._zoomed_us) * 1e-6)
+        self._zoomed_us = now_us
+
+    def _zoom_to(self, percent: float) -> None:
+        self._settings.zoom_percent = max(0.0, min(100.0, percent))
+
+    def _set_camera_focus(self, now_us: int, command: Command) -> int:
+        kind, value = command.whole(1), command.params[1]
+        if kind == mavlink.FOCUS_TYPE_RANGE and math.isfinite(value):
+            self._settings.focus_percent = max(0.0, min(100.0, value))
+        elif kind not in (mavlink.FOCUS_TYPE_AUTO, mavlink.FOCUS_TYPE_AUTO_SINGLE, mavlink.FOCUS_TYPE_AUTO_CONTINUOUS):
+            return DENIED
+        self._send(self._camera_settings(now_us))
+        return ACCEPTED
+
+    def _reset_camera_settings(self, now_us: int, command: Command) -> int:
+        if command.whole(1) != 1:
+            return DENIED
+        if self._recording_since_us is not None or self._next_us != NEVER_US:
+            return TEMPORARILY_REJECTED
+        self._settings, self._zoom_rate = Settings(), 0.0
+        self._send(self._camera_settings(now_us))
+        return ACCEPTED
+
+    def _storage_format(self, now_us: int, command: Command) -> int:
+        if command.whole(1) not in (0, 1) or command.whole(2) != 1:
+            return DENIED
+        if self._recording_since_us is not None or self._taking:
+            return TEMPORARILY_REJECTED
+        self._used_mib = 0.0
+        if command.whole(3) == 1:
+            self._image_count = 0
+        self._images.clear()
+        self._send(self._storage(now_us))
+        return ACCEPTED
+
+    @property
+    def _free_mib(self) -> float:
+        return self._data.storage_mib - self._used_mib
+
+    # --- messages asked for -----------------------------------------------------------------------------------
+
+    def _request_message(self, now_us: int, command: Command) -> int:
+        make = self._messages.get(command.whole(1))
+        message = None if make is None else make(now_us, command)
+        if message is None:
+            return UNSUPPORTED if make is None else DENIED
+        for each in message if isinstance(message, list) else [message]:
+            self._send(each)
+        return ACCEPTED
+
+    def _set_message_interval(self, now_us: int, command: Command) -> int:
+        message_id, interval_us = command.whole(1), command.whole(2)
+        if message_id not in BY_THEMSELVES:
+            return UNSUPPORTED
+        if interval_us > 0:
+            self._intervals[message_id] = (interval_us, now_us)
+        else:
+            self._intervals.pop(message_id, None)
+        return ACCEPTED
+
+    def _old_request(self, message_id: int, asks: int) -> Callable[[int, Command], int]:
+        """The command that asked for a message before REQUEST_MESSAGE did: parameter `asks` must be 1."""
+
+        def handle(now_us: int, command: Command) -> int:
+            if command.whole(asks) == 1:
+                self._send(self._messages[message_id](now_us, command))
+            return ACCEPTED
+
+        return handle
+
+    def _request_stream(self, now_us: int, command: Command) -> int:
+        make = self._stream_information
+        if command.number == mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_STATUS:
+            make = self._stream_status
+        message = make(command.whole(1))
+        self._send(message)
+        return DENIED if message is None else ACCEPTED
+
+    # --- messages ---------------------------------------------------------------------------------------------
+
+    def _information(self, now_us: int) -> Any:
+        data = self._data
+        zooms = mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM if data.zoom_max > 1.0 else 0
+        return mavlink.MAVLink_camera_information_message(
+            now_us // 1000,
+            padded(data.vendor, 32),
+            padded(data.model, 32),
+            FIRMWARE_VERSION,
+            data.focal_length_mm,
+            data.sensor_width_mm,
+            data.sensor_height_mm,
+            data.resolution_h_px,
+            data.resolution_v_px,
+            0,
+            CAPABILITIES | zooms,
+            0,
+            b"",
+            self._gimbal,
+        )
+
+    def _camera_settings(self, now_us: int) -> Any:
+        if self._zoom_rate:
+            self._zoom_on(now_us)
+        settings = self._settings
+        zoom = settings.zoom_percent if self._data.zoom_max > 1.0 else math.nan
+        return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus_percent)
+
+    def _storage(self, now_us: int) -> Any:
+        used_mib = self._used_mib + min(self._recorded_mib(now_us), self._free_mib)
+        usage = mavlink.STORAGE_USAGE_FLAG_SET | mavlink.STORAGE_USAGE_FLAG_PHOTO | mavlink.STORAGE_USAGE_FLAG_VIDEO
+        return mavlink.MAVLink_storage_information_message(
+            now_us // 1000,
+            1,
+            1,
+            mavlink.STORAGE_STATUS_READY,
+            self._data.storage_mib,
+            used_mib,
+            self._data.storage_mib - used_mib,
+            math.nan,
+            math.nan,
+            mavlink.STORAGE_TYPE_SD,
+            text("camera", 32),
+            usage,
+        )
+
+    def _capture_status(self, now_us: int) -> Any:
+        recording_ms = 0 if self._recording_since_us is None else (now_us - self._recording_since_us) // 1000
+        image_status = (self._asked_us != NEVER_US) + 2 * (self._next_us != NEVER_US)
+        return mavlink.MAVLink_camera_capture_status_message(
+            now_us // 1000,
+            image_status,
+            int(self._recording_since_us is not None),
+            self._interval_s,
+            recording_ms,
+            max(self._free_mib - self._recorded_mib(now_us), 0.0),
+            self._image_count,
+        )
+
+    def _stream_information(self, stream: int) -> Any:
+        if stream not in (0, 1):
+            return None
+        data = self._data
+        return mavlink.MAVLink_video_stream_information_message(
+            1,
+            1,
+            mavlink.VIDEO_STREAM_TYPE_RTSP,
+            0,
+            data.frame_rate_hz,
+            data.resolution_h_px,
+            data.resolution_v_px,
+            self._bitrate,
+            0,
+            self._hfov_deg,
+            text("not served", 32),
+            b"",
+        )
+
+    def _stream_status(self, stream: int) -> Any:
+        if stream not in (0, 1):
+            return None
+        data = self._data
+        return mavlink.MAVLink_video_stream_status_message(
+            1, 0, data.frame_rate_hz, data.resolution_h_px, data.resolution_v_px, self._bitrate, 0, self._hfov_deg
+        )
+
+    def _fov_status(self, now_us: int) -> Any:
+        """Where the camera is and looks; what lies in the middle of its image is not known here."""
+        tag = self._geotag()
+        unknown = INT32_MAX
+        tan_half = self._data.sensor_height_mm / 2.0 / self._focal_length_mm
+        return mavlink.MAVLink_camera_fov_status_message(
+            now_us // 1000,
+            tag.lat,
+            tag.lon,
+            tag.alt,
+            unknown,
+            unknown,
+            unknown,
+            tag.q,
+            math.degrees(2.0 * math.atan(self._data.sensor_width_mm / 2.0 / self._focal_length_mm)),
+            math.degrees(2.0 * math.atan(tan_half)),
+        )
+
+    @property
+    def _focal_length_mm(self) -> float:
+        zoom = 1.0 + (self._data.zoom_max - 1.0) * self._settings.zoom_percent / 100.0
+        return self._data.focal_length_mm * zoom
+
+    @property
+    def _hfov_deg(self) -> int:
+        half_rad = math.atan(self._data.sensor_width_mm / 2.0 / self._focal_length_mm)
+        return round(math.degrees(2.0 * half_rad))
+
+    @property
+    def _bitrate(self) -> int:
+        return round(self._data.video_mib_s * BITRATE_PER_MIB_S)
+
+
+INT32_MAX = 0x7FFFFFFF
+BY_THEMSELVES = frozenset({SETTINGS, STORAGE, CAPTURE_STATUS, FOV_STATUS, INFORMATION})
+ANYBODYS = frozenset({mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL})
+"""Commands that, sent to all components, concern the camera only if they are about a message of its own."""
+NOTHING_ASKED = Command(0, (0.0, 0.0, 0.0, 0.0), 0, 0, False)
+
+
+def padded(value: str, size: int) -> list[int]:
+    """A uint8[] field that holds text."""
+    return list(text(value, size).ljust(size, b"\0"))

@@ -1,0 +1,235 @@
+"""The camera of a vehicle: MAVLink's camera protocol v2 as transcripts on simulated time."""
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+
+import vehicles
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.payload.camera import Camera
+from vehicles.description import Camera as CameraData
+
+from .mavlink_peer import Peer, names, only
+
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
+REQUEST_MESSAGE, IMAGE_START, IMAGE_STOP, VIDEO_START, VIDEO_STOP = 512, 2000, 2001, 2500, 2501
+SET_MODE, SET_ZOOM, SET_FOCUS, RESET, FORMAT = 530, 531, 532, 529, 526
+CAMERA = 100
+DATA = vehicles.load("m600").camera
+assert DATA is not None
+
+
+class Rig(Peer):
+    """An autopilot with a camera on a wire, and a ground station on its first link."""
+
+    def __init__(self, data: CameraData = DATA) -> None:
+        super().__init__()
+        self.camera = Camera(data, system_id=1)
+        self.mavlink.plug_in("camera", "wire", self.camera)
+        self.fly()
+        self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+        self.run(0.1)
+
+    def ask(self, number: int, *params: float, target: tuple[int, int] = (1, CAMERA)) -> tuple[int | None, list[Any]]:
+        """The camera's result, and what else it said."""
+        padded = params + (0.0,) * (7 - len(params))
+        said = [
+            message
+            for message in self.send(mavlink.MAVLink_command_long_message(*target, number, 0, *padded))
+            if message.get_srcComponent() == CAMERA
+        ]
+        acks = only(said, "COMMAND_ACK")
+        return acks[0].result if acks else None, [message for message in said if message not in acks]
+
+
+def test_a_camera_beats_as_component_100() -> None:
+    rig = Rig()
+    beats = [m for m in only(rig.run(3.0), "HEARTBEAT") if m.get_srcComponent() == CAMERA]
+    assert len(beats) == 3
+    assert {(m.type, m.autopilot) for m in beats} == {(mavlink.MAV_TYPE_CAMERA, mavlink.MAV_AUTOPILOT_INVALID)}
+
+
+@pytest.mark.parametrize(
+    ("message_id", "name"),
+    [
+        (259, "CAMERA_INFORMATION"),
+        (260, "CAMERA_SETTINGS"),
+        (261, "STORAGE_INFORMATION"),
+        (262, "CAMERA_CAPTURE_STATUS"),
+        (269, "VIDEO_STREAM_INFORMATION"),
+        (270, "VIDEO_STREAM_STATUS"),
+        (271, "CAMERA_FOV_STATUS"),
+    ],
+)
+def test_what_is_asked_for_is_acknowledged_and_sent(message_id: int, name: str) -> None:
+    result, said = Rig().ask(REQUEST_MESSAGE, message_id)
+    assert (result, names(said)) == (ACCEPTED, [name])
+
+
+@pytest.mark.parametrize(("command", "params", "name"), [
+    (521, (1,), "CAMERA_INFORMATION"),
+    (522, (1,), "CAMERA_SETTINGS"),
+    (525, (0, 1), "STORAGE_INFORMATION"),
+    (527, (1,), "CAMERA_CAPTURE_STATUS"),
+    (2504, (1,), "VIDEO_STREAM_INFORMATION"),
+    (2505, (1,), "VIDEO_STREAM_STATUS"),
+])  # fmt: skip
+def test_the_old_requests_work_too(command: int, params: tuple[float, ...], name: str) -> None:
+    result, said = Rig().ask(command, *params)
+    assert (result, names(said)) == (ACCEPTED, [name])
+
+
+def test_the_data_of_the_vehicle_are_told() -> None:
+    _, (information,) = Rig().ask(REQUEST_MESSAGE, 259)
+    assert (information.resolution_h, information.resolution_v) == (640, 480)
+    assert information.focal_length == pytest.approx(3.2)
+    assert information.flags & mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM
+    assert bytes(information.vendor_name).rstrip(b"\0") == b"sitl-emu"
+
+
+def test_one_image_is_tagged_with_where_the_autopilot_is() -> None:
+    rig = Rig()
+    result, (image,) = rig.ask(IMAGE_START, 0, 0, 1, 1)
+    assert result == ACCEPTED
+    assert (image.image_index, image.capture_result) == (0, 1)
+    assert image.lat == round(rig.topics.vehicle_global_position.lat * 1e7)
+    assert image.lon == round(rig.topics.vehicle_global_position.lon * 1e7)
+    # straight down: the camera's forward axis points down, whatever the heading
+    w, x, y, z = image.q
+    assert 2.0 * (w * y - z * x) == pytest.approx(-1.0, abs=1e-3)
+    _, (status,) = rig.ask(REQUEST_MESSAGE, 262)
+    assert (status.image_count, status.image_status) == (1, 0)
+
+
+def test_a_repeated_sequence_number_takes_no_second_image() -> None:
+    rig = Rig()
+    rig.ask(IMAGE_START, 0, 0, 1, 7)
+    rig.run(1.0)
+    assert rig.ask(IMAGE_START, 0, 0, 1, 7) == (ACCEPTED, [])
+    rig.run(1.0)
+    result, said = rig.ask(IMAGE_START, 0, 0, 1, 8)
+    assert (result, [m.image_index for m in said]) == (ACCEPTED, [1])
+
+
+def test_a_series_has_its_count_and_interval() -> None:
+    rig = Rig()
+    rig.ask(IMAGE_START, 0, 0.5, 4)
+    rig.run(0.1)
+    assert rig.ask(IMAGE_START, 0, 0, 1, 1)[0] == TEMPORARILY_REJECTED
+    _, (status,) = rig.ask(REQUEST_MESSAGE, 262)
+    assert (status.image_status, status.image_interval) == (2, 0.5)
+    images = only(rig.run(5.0), "CAMERA_IMAGE_CAPTURED")
+    assert [image.image_index for image in images] == [1, 2, 3]
+    times = [image.time_boot_ms for image in images]
+    assert [later - earlier for earlier, later in itertools.pairwise(times)] == [500, 500]
+
+
+def test_an_endless_series_ends_when_it_is_stopped() -> None:
+    rig = Rig()
+    rig.ask(IMAGE_START, 0, 1.0, 0)
+    assert len(only(rig.run(3.2), "CAMERA_IMAGE_CAPTURED")) == 3
+    result, said = rig.ask(IMAGE_STOP)
+    assert (result, said[0].image_status, said[0].image_count) == (ACCEPTED, 0, 4)
+    assert not only(rig.run(3.0), "CAMERA_IMAGE_CAPTURED")
+
+
+def test_a_record_can_be_asked_for_again() -> None:
+    rig = Rig()
+    rig.ask(IMAGE_START, 0, 0.5, 3)
+    rig.run(3.0)
+    result, (image,) = rig.ask(REQUEST_MESSAGE, 263, 1)
+    assert (result, image.image_index) == (ACCEPTED, 1)
+    assert rig.ask(REQUEST_MESSAGE, 263, 3) == (DENIED, [])
+    assert rig.ask(2002, 2)[1][0].image_index == 2
+
+
+def test_an_autopilot_that_does_not_answer_leaves_the_image_without_a_place() -> None:
+    camera = Camera(DATA, system_id=1)
+    camera.on_time(0)
+    camera.outbox.clear()
+    encoder = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    start = mavlink.MAVLink_command_long_message(1, CAMERA, IMAGE_START, 0, 0, 0, 1, 1, 0, 0, 0)
+    camera.on_datagram(1000, bytes(start.pack(encoder)))
+    camera.outbox.clear()
+    camera.on_time(500_000)
+    decoder = mavlink.MAVLink(None)
+    said = [message for data in camera.outbox for message in decoder.parse_buffer(data) or []]
+    assert [(m.lat, m.lon) for m in only(said, "CAMERA_IMAGE_CAPTURED")] == [(0, 0)]
+
+
+def test_video_wants_its_mode_and_fills_the_storage() -> None:
+    rig = Rig()
+    assert rig.ask(VIDEO_START)[0] == DENIED
+    result, (settings,) = rig.ask(SET_MODE, 0, 1)
+    assert (result, settings.mode_id) == (ACCEPTED, 1)
+    assert rig.ask(VIDEO_START, 0, 2.0)[0] == ACCEPTED
+    statuses = only(rig.run(5.0), "CAMERA_CAPTURE_STATUS")
+    assert len(statuses) in (10, 11)
+    assert statuses[-1].recording_time_ms == pytest.approx(4500, abs=600)
+    assert rig.ask(SET_MODE, 0, 0)[0] == TEMPORARILY_REJECTED
+    assert rig.ask(VIDEO_STOP)[1][0].video_status == 0
+    _, (storage,) = rig.ask(REQUEST_MESSAGE, 261)
+    assert storage.used_capacity == pytest.approx(5.0 * DATA.video_mib_s, abs=0.1)
+
+
+def test_zoom_focus_and_reset() -> None:
+    rig = Rig()
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, 40.0)[1][0].zoomLevel == 40.0
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_STEP, 1.0)[1][0].zoomLevel == 50.0
+    rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, -1.0)
+    rig.run(1.0)
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, 0.0)[1][0].zoomLevel == pytest.approx(30.0, abs=0.5)
+    assert rig.ask(SET_FOCUS, mavlink.FOCUS_TYPE_RANGE, 70.0)[1][0].focusLevel == 70.0
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, math.nan)[0] == DENIED
+    settings = rig.ask(RESET, 1)[1][0]
+    assert (settings.mode_id, settings.zoomLevel, settings.focusLevel) == (0, 0.0, 0.0)
+
+
+def test_a_camera_without_zoom_says_so() -> None:
+    data = vehicles.load("iris").camera
+    assert data is not None
+    rig = Rig(data)
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, 40.0)[0] == UNSUPPORTED
+    assert math.isnan(rig.ask(REQUEST_MESSAGE, 260)[1][0].zoomLevel)
+
+
+def test_a_full_storage_takes_no_more_images_until_it_is_formatted() -> None:
+    data = CameraData("a", "b", "nadir", 3.2, 6.4, 4.8, 640, 480, 15.0, 1.0, 0.6, 1.0, 0.2)
+    rig = Rig(data)
+    assert rig.ask(IMAGE_START, 0, 0, 1)[0] == ACCEPTED
+    rig.run(1.0)
+    assert rig.ask(IMAGE_START, 0, 0, 1)[0] == FAILED
+    result, (storage,) = rig.ask(FORMAT, 1, 1, 1)
+    assert (result, storage.available_capacity) == (ACCEPTED, 1.0)
+    assert rig.ask(IMAGE_START, 0, 0, 1)[1][0].image_index == 0
+
+
+def test_a_status_can_be_streamed() -> None:
+    rig = Rig()
+    assert rig.ask(511, 262, 200_000)[0] == ACCEPTED
+    assert len(only(rig.run(2.0), "CAMERA_CAPTURE_STATUS")) == 10
+    assert rig.ask(511, 262, -1)[0] == ACCEPTED
+    assert not only(rig.run(1.0), "CAMERA_CAPTURE_STATUS")
+
+
+def test_who_is_not_meant_keeps_silent() -> None:
+    rig = Rig()
+    assert rig.ask(400, 1)[0] == UNSUPPORTED
+    assert rig.ask(400, 1, target=(1, 0))[0] is None
+    assert rig.ask(REQUEST_MESSAGE, 148, target=(1, 0))[0] is None
+    assert rig.ask(REQUEST_MESSAGE, 259, target=(1, 0))[0] == ACCEPTED
+    assert rig.ask(REQUEST_MESSAGE, 259, target=(2, CAMERA))[0] is None
+    assert rig.ask(REQUEST_MESSAGE, 259, target=(1, 101))[0] is None
+
+
+def test_nonsense_in_commands_changes_nothing_and_breaks_nothing() -> None:
+    rig = Rig()
+    for number in (REQUEST_MESSAGE, 511, IMAGE_START, VIDEO_START, SET_MODE, SET_ZOOM, SET_FOCUS, FORMAT, 2002, 2504):
+        for value in (math.nan, math.inf, -math.inf, -1e30, 1e30):
+            rig.ask(number, *(value,) * 7)
+    rig.run(1.0)
+    _, (status,) = rig.ask(REQUEST_MESSAGE, 262)
+    assert status.image_count <= 1 + 1.0 / DATA.interval_min_s
+    assert math.isfinite(status.image_interval)

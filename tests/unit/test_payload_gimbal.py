@@ -1,0 +1,190 @@
+"""Gimbal protocol v2: the autopilot's manager and the device on its wire, on simulated time."""
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+
+import vehicles
+from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.gimbal import Gimbal as GimbalManager
+from autopilot.mavlink.mavlink import Mavlink
+from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import euler, quaternion
+from sitl_emu.payload.gimbal import Gimbal
+
+from .mavlink_peer import Peer, only
+
+CONFIGURE, PITCHYAW, MOUNT_CONTROL, REQUEST_MESSAGE = 1001, 1000, 205, 512
+DATA = vehicles.load("m600").gimbal
+assert DATA is not None
+RATE_DEG_S = DATA.rate_max_deg_s
+
+
+class Rig(Peer):
+    """An autopilot whose gimbal manager runs, a gimbal on its wire, and a ground station."""
+
+    def __init__(self) -> None:
+        super().__init__(self.decide)
+        self.parameters.set("MNT_MODE_IN", 4)
+        self.parameters.set("MNT_MODE_OUT", 2)
+        outgoing = OutgoingCommands()
+        self.manager = GimbalManager(self.topics, self.parameters, outgoing)
+        self.mavlink = Mavlink(
+            self.topics, self.parameters, self.dataman, self.texts, self.decide, 0, outgoing=outgoing
+        )
+        self.mavlink.plug_in("gimbal device", "gimbal", Gimbal(DATA, system_id=1))
+        self.fly()
+        self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+        self.run(1.5)
+
+    def decide(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        if command.command in self.manager.COMMANDS:
+            return self.manager.handle_command(now_us, command)
+        return CommandResult(MAV_RESULT_ACCEPTED)
+
+    def run(self, seconds: float, link: int = 0) -> list[Any]:
+        messages = []
+        for _ in range(round(seconds / 0.02)):
+            self.manager.update(self.now_us)
+            messages += super().run(0.02, link)
+        return messages
+
+    def ask(self, number: int, *params: float) -> int | None:
+        padded = params + (0.0,) * (7 - len(params))
+        said = self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *padded))
+        acks = only(said, "COMMAND_ACK")
+        return acks[0].result if acks else None
+
+    def take_control(self) -> None:
+        assert self.ask(CONFIGURE, 255, 190, -1, -1) == MAV_RESULT_ACCEPTED
+
+    def looks(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw in degrees, as the device tells."""
+        status = only(self.run(0.3), "GIMBAL_DEVICE_ATTITUDE_STATUS")[-1]
+        roll, pitch, yaw = euler(tuple(status.q))
+        return math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
+
+
+def test_the_manager_finds_the_device_and_tells_its_stops() -> None:
+    rig = Rig()
+    assert rig.topics.gimbal_device_information.component == 154
+    said = rig.send(mavlink.MAVLink_command_long_message(1, 1, REQUEST_MESSAGE, 0, 280, 0, 0, 0, 0, 0, 0))
+    information = only(said, "GIMBAL_MANAGER_INFORMATION")[0]
+    assert information.gimbal_device_id == 154
+    assert math.degrees(information.pitch_min) == pytest.approx(DATA.pitch_min_deg)
+
+
+def test_a_gimbal_looks_down_until_it_is_told_otherwise() -> None:
+    assert Rig().looks()[1] == pytest.approx(-90.0, abs=0.1)
+
+
+def test_only_who_is_in_primary_control_points_it() -> None:
+    rig = Rig()
+    assert rig.ask(PITCHYAW, -30, 20, math.nan, math.nan) == MAV_RESULT_DENIED
+    rig.take_control()
+    status = only(rig.run(2.5), "GIMBAL_MANAGER_STATUS")[-1]
+    assert (status.primary_control_sysid, status.primary_control_compid) == (255, 190)
+    assert rig.ask(PITCHYAW, -30, 20, math.nan, math.nan) == MAV_RESULT_ACCEPTED
+    rig.run(2.0)
+    assert rig.looks() == pytest.approx((0.0, -30.0, 20.0), abs=0.1)
+    assert rig.ask(CONFIGURE, -3, -3, -1, -1) == MAV_RESULT_ACCEPTED
+    assert rig.ask(PITCHYAW, 0, 0, math.nan, math.nan) == MAV_RESULT_DENIED
+
+
+def test_it_moves_no_faster_than_its_motors() -> None:
+    rig = Rig()
+    rig.take_control()
+    rig.ask(PITCHYAW, 0, 0, math.nan, math.nan)
+    pitches = [
+        (m.time_boot_ms, math.degrees(euler(tuple(m.q))[1]))
+        for m in only(rig.run(1.5), "GIMBAL_DEVICE_ATTITUDE_STATUS")
+    ]
+    for (t0, p0), (t1, p1) in itertools.pairwise(pitches):
+        assert abs(p1 - p0) <= RATE_DEG_S * (t1 - t0) / 1e3 + 0.01
+    assert pitches[3][1] < -30.0
+    assert pitches[-1][1] == pytest.approx(0.0, abs=0.1)
+
+
+def test_it_stops_at_its_stops() -> None:
+    rig = Rig()
+    rig.take_control()
+    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 1.0, 0.0))
+    rig.run(5.0)
+    assert rig.looks()[1] == pytest.approx(DATA.pitch_max_deg, abs=0.1)
+
+
+def test_rates_turn_it_and_zero_rates_hold_it() -> None:
+    rig = Rig()
+    rig.take_control()
+    rig.ask(PITCHYAW, 0, 0, math.nan, math.nan)
+    rig.run(2.0)
+    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 0.0, math.radians(10)))
+    rig.run(2.0)
+    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 0.0, 0.0))
+    yaw = rig.looks()[2]
+    assert yaw == pytest.approx(20.0, abs=2.0)
+    rig.run(1.0)
+    assert rig.looks()[2] == pytest.approx(yaw, abs=1.1)
+
+
+def test_manual_control_is_scaled_by_the_rate_parameters() -> None:
+    rig = Rig()
+    rig.take_control()
+    rig.ask(PITCHYAW, 0, 0, math.nan, math.nan)
+    rig.run(2.0)
+    rig.parameters.set("MNT_RATE_YAW", 20.0)
+    rig.send(mavlink.MAVLink_gimbal_manager_set_manual_control_message(1, 1, 0, 0, math.nan, math.nan, 0.0, 0.5))
+    rig.run(2.0)
+    assert rig.looks()[2] == pytest.approx(22.0, abs=2.5)
+
+
+def test_with_yaw_lock_it_keeps_north_while_the_vehicle_turns() -> None:
+    rig = Rig()
+    rig.take_control()
+    rig.topics.vehicle_attitude = VehicleAttitude(0, quaternion(0.0, 0.0, 1.0))
+    flags = mavlink.GIMBAL_MANAGER_FLAGS_YAW_LOCK
+    level = (1.0, 0.0, 0.0, 0.0)
+    rig.send(mavlink.MAVLink_gimbal_manager_set_attitude_message(1, 1, flags, 0, level, *(math.nan,) * 3))
+    rig.run(3.0)
+    assert rig.looks()[2] == pytest.approx(0.0, abs=0.2)
+    rig.topics.vehicle_attitude = VehicleAttitude(0, quaternion(0.0, 0.0, 2.0))
+    rig.run(1.0)
+    assert rig.looks()[2] == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_region_of_interest_needs_no_control() -> None:
+    rig = Rig()
+    here = VehicleGlobalPosition(0, True, 47.0, 8.0, 520.0)
+    rig.topics.vehicle_global_position = here
+    # 20 m east, 20 m below
+    rig.topics.vehicle_roi = VehicleRoi(3, 47.0, 8.0 + 20.0 / (111_195.0 * math.cos(math.radians(47.0))), 500.0)
+    rig.run(3.0)
+    assert rig.looks() == pytest.approx((0.0, -45.0, 90.0), abs=0.2)
+    rig.topics.vehicle_roi = VehicleRoi()
+    rig.run(3.0)
+    assert rig.looks()[1] == pytest.approx(0.0, abs=0.2)
+
+
+def test_the_old_mount_command_still_points_it() -> None:
+    rig = Rig()
+    assert rig.ask(MOUNT_CONTROL, -40.0, 0, 15.0, 0, 0, 0, 2) == MAV_RESULT_ACCEPTED
+    rig.run(2.0)
+    assert rig.looks() == pytest.approx((0.0, -40.0, 15.0), abs=0.2)
+
+
+def test_nonsense_makes_no_nonsense() -> None:
+    rig = Rig()
+    rig.take_control()
+    for value in (math.nan, math.inf, -1e30, 1e30):
+        rig.ask(PITCHYAW, *(value,) * 7)
+        rig.ask(MOUNT_CONTROL, *(value,) * 7)
+        rig.ask(1001, *(value,) * 7)
+        q = (value,) * 4
+        rig.send(mavlink.MAVLink_gimbal_manager_set_attitude_message(1, 1, 0, 0, q, value, value, value))
+        rig.run(0.1)
+    rig.topics.vehicle_roi = VehicleRoi(3, math.nan, math.inf, math.nan)
+    assert all(math.isfinite(angle) for angle in rig.looks())
