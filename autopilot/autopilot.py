@@ -34,6 +34,7 @@ from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
 MAV_TYPE_GROUND_ROVER = 10
 MODE_FLAG_SAFETY_ARMED = 128
+MODE_FLAG_TEST_ENABLED = 2
 POSITION_EVERY = 2
 """Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
 COMMANDER_EVERY = 5
@@ -98,8 +99,10 @@ class Autopilot:
         self.control.update_rate(now_us)
         self.mavlink.update(now_us)
         outputs = self.topics.actuator_outputs
-        armed = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
-        return HilActuatorControls(now_us, 1, outputs.controls, armed)
+        mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
+        if outputs.test_mode:
+            mode |= MODE_FLAG_TEST_ENABLED
+        return HilActuatorControls(now_us, 1, outputs.controls, mode)
 
     def _payload_modules(self) -> tuple[CameraTrigger | Gimbal, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS); the reference vehicles have none."""

@@ -407,6 +407,8 @@ class ActuatorOutputs(NamedTuple):
     timestamp: int = 0
     controls: tuple[float, ...] = ()
     pwm: tuple[int, ...] = ()
+    test_mode: bool = False
+    """The outputs move for a test, though the vehicle is disarmed."""
 
 
 class TakeoffStatus(NamedTuple):
@@ -479,6 +481,16 @@ class CommandRecord(NamedTuple):
     number: int
     timestamp: int
     command: VehicleCommand
+
+
+class ActuatorTest(NamedTuple):
+    """Writer: commander. The newest MAV_CMD_ACTUATOR_TEST; time-out 0 releases the function. NaN stops a motor."""
+
+    timestamp: int = 0
+    function: int = 0
+    """PX4's output function: motor 1 is 101, servo 1 is 201."""
+    value: float = NAN
+    timeout_us: int = 0
 
 
 class FailureInjection(NamedTuple):
@@ -640,6 +652,7 @@ class Topics:
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
         self.orbit_status = OrbitStatus()
+        self.actuator_test = ActuatorTest()
         self.failure_injection = FailureInjection()
         self.vehicle_commands: tuple[CommandRecord, ...] = ()
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""

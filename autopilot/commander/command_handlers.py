@@ -26,7 +26,7 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
-from autopilot.topics import CommandRecord, Topics, VehicleCommand
+from autopilot.topics import ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
@@ -34,6 +34,10 @@ FORCE_MAGIC = 21196
 KEPT_COMMANDS = 8
 ACTUATOR_GROUP_TEST = 309
 """MAV_CMD_ACTUATOR_GROUP_TEST, of MAVLink's development dialect."""
+MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
+"""ACTUATOR_OUTPUT_FUNCTION, as far as PX4 tests them."""
+OWN_FUNCTIONS = 1000
+LONGEST_ACTUATOR_TEST_MS = 3000
 STORAGE_ACTIONS = range(5)
 REBOOT_OR_SHUTDOWN = (1, 2)
 AIDING_SOURCES = range(5)
@@ -292,10 +296,28 @@ class CommandHandlers:
         return DENIED
 
     def _actuator_test(self, now_us: int, command: VehicleCommand) -> int | None:
-        return DENIED if self._arming.armed else None
+        """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""
+        if self._arming.armed:
+            return DENIED
+        function = _output_function(_whole(command.param5 + 0.5))
+        if function is None:
+            return None
+        seconds = command.param2 if math.isfinite(command.param2) else 0.0
+        timeout_us = max(0, min(round(seconds * 1e3), LONGEST_ACTUATOR_TEST_MS)) * 1000
+        self._topics.actuator_test = ActuatorTest(now_us, function, command.param1, timeout_us)
+        return ACCEPTED
 
     def _actuator_group_test(self, now_us: int, command: VehicleCommand) -> int | None:
         return None if self._rover else TEMPORARILY_REJECTED
+
+
+def _output_function(number: int) -> int | None:
+    """PX4's output function of an ACTUATOR_OUTPUT_FUNCTION; None (and no ack) for one that PX4 cannot test."""
+    if number >= OWN_FUNCTIONS:
+        return number - OWN_FUNCTIONS
+    if number in MAVLINK_MOTORS:
+        return 100 + number
+    return number - MAVLINK_SERVOS.start + 201 if number in MAVLINK_SERVOS else None
 
 
 def _whole(value: float) -> int:

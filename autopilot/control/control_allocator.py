@@ -88,9 +88,15 @@ class ControlAllocator:
             return tuple([sqrt(m) for m in motors])
         if factor == 0.0:
             return tuple(motors)
-        # thrust = factor * signal² + (1 - factor) * signal, solved for the signal
+        return tuple([self.signal(m) for m in motors])
+
+    def signal(self, thrust: float) -> float:
+        """Motor signal 0..1 for a thrust 0..1: thrust = factor * signal² + (1 - factor) * signal."""
+        factor = self._factor
+        if factor == 0.0:
+            return thrust
         shift = (1.0 - factor) / (2.0 * factor)
-        return tuple([math.sqrt(shift * shift + m / factor) - shift for m in motors])
+        return math.sqrt(shift * shift + thrust / factor) - shift
 
     def _desaturated(self, level: list[float], yaw: float) -> list[float]:
         motors = desaturate(level, self._thrust, 1.0, reduce_only=True)

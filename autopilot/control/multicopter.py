@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 
 from autopilot.constants import NavState, Severity, TakeoffState
+from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
 from autopilot.control.mc_att_control import rates_setpoint
@@ -83,6 +84,7 @@ class MulticopterControl:
         self._hover_due = False
         self._yaw_sp = NAN
         self._ticks = 0
+        self._tests = ActuatorTests(topics)
         self._motors_off: frozenset[int] = frozenset()
         self._failures = topics.failure_injection
         self._version = -1
@@ -143,7 +145,9 @@ class MulticopterControl:
         fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
         rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
         self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"))
-        self._channels = output_channels([int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)])
+        functions = [int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)]
+        self._channels = output_channels(functions)
+        self._functions = functions[: len(self._channels)]
         self._straight = self._channels == list(range(count))
         self._note_failures()
         self._stopped = (0.0,) * len(self._channels)
@@ -327,7 +331,10 @@ class MulticopterControl:
         if not 0.0 < dt < 0.02:
             dt = TICK_S
         if not topics.actuator_armed.armed or topics.vehicle_status.termination:
-            self._stop(now_us)
+            if self._tests.due:
+                self._test(now_us)
+            else:
+                self._stop(now_us)
             return
         if self._attitude_due:
             self._attitude_due = False
@@ -373,6 +380,16 @@ class MulticopterControl:
             self._rate_limits,
         )
         topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, setpoint.thrust_body)
+
+    def _test(self, now_us: int) -> None:
+        """Disarmed, and some actuators are tried out."""
+        if not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination:
+            self._tests.stop()
+            self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
+            return
+        outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
+        controls, pwm = zip(*outputs, strict=True)
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm, test_mode=True)
 
     def _stop(self, now_us: int) -> None:
         self._ticks += 1

@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from autopilot.constants import NavState, SetpointType
+from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
 from autopilot.control.rover_control import (
     Pid,
@@ -85,6 +86,7 @@ class RoverAckermannControl:
         self._updated_us = 0
         self._yaw_rate_setpoint = 0.0
         self._throttle = self._steering = 0.0
+        self._tests = ActuatorTests(topics)
         self._version = -1
         self._refresh()
 
@@ -97,6 +99,8 @@ class RoverAckermannControl:
             self._refresh()
         if not topics.actuator_armed.armed:
             self._stop(now_us)
+            if self._tests.due:
+                self._test(now_us)
             return
         local = topics.vehicle_local_position
         status = topics.vehicle_status
@@ -293,6 +297,17 @@ class RoverAckermannControl:
         self._throttle = self._steering = 0.0
         self._nav_state = None
         self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+    def _test(self, now_us: int) -> None:
+        """Disarmed, and an actuator is tried out."""
+        if not self._tests.update(now_us, self._functions):
+            self._topics.actuator_outputs = self._topics.actuator_outputs._replace(test_mode=True)
+            return
+        outputs = [
+            self._tests.outputs(function, lambda thrust: thrust, self._reversible) for function in self._functions
+        ]
+        controls, pwm = zip(*outputs, strict=True)
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm, test_mode=True)
 
     # --- helpers -----------------------------------------------------------------------------------------
 

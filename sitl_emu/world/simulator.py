@@ -43,7 +43,7 @@ TICK_US = 4000
 BATTERY_EVERY_US = 200_000
 TRUTH_EVERY_US = 100_000
 NEVER_US = 1 << 62
-MODE_FLAG_SAFETY_ARMED = 128
+MODE_FLAG_SAFETY_ARMED, MODE_FLAG_TEST_ENABLED = 128, 2
 IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
 UNKNOWN_CURRENT_CA = -1
 MILLI_G = 9.80665e-3
@@ -158,7 +158,7 @@ class VehicleSimulator:
         if controls is not None:
             self._armed = controls.mode & MODE_FLAG_SAFETY_ARMED != 0
             # PX4 says nothing to a disarmed vehicle's actuators: SIH's rover keeps its last throttle and steering
-            if self._armed or not self._coasts:
+            if controls.mode & (MODE_FLAG_SAFETY_ARMED | MODE_FLAG_TEST_ENABLED) or not self._coasts:
                 self._controls = controls.controls
         now_us = self.time_usec = self.time_usec + TICK_US
         wind = self._wind

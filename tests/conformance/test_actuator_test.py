@@ -1,0 +1,61 @@
+"""Actuator test: single motors turn on the ground, for a time."""
+
+from typing import Any
+
+import pytest
+
+ACTUATOR_TEST, DO_MOTOR_TEST, REQUEST_MESSAGE, SERVO_OUTPUT_RAW = 310, 209, 512, 36
+ACCEPTED, UNSUPPORTED = 0, 3
+DISARMED_PWM, SLOWEST_PWM = 900, 1000
+NAN = float("nan")
+
+pytestmark = [
+    pytest.mark.covers(
+        "MAV_CMD_ACTUATOR_TEST", source="https://mavlink.io/en/messages/common.html#MAV_CMD_ACTUATOR_TEST"
+    ),
+    pytest.mark.vehicle("MAV_TYPE_HEXAROTOR"),
+]
+
+
+def outputs(station: Any, after_s: float) -> list[int]:
+    """PWM of the first six outputs when a time has passed; the stream is asked for, where it is not sent anyway."""
+    station.collect("HEARTBEAT", after_s)
+    while station.link.recv_match(blocking=False) is not None:
+        pass
+    station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, SERVO_OUTPUT_RAW, *(0.0,) * 6)
+    message = station.receive("SERVO_OUTPUT_RAW")
+    return [getattr(message, f"servo{n}_raw") for n in range(1, 7)]
+
+
+def actuator_test(station: Any, value: float, seconds: float, function: float) -> int | None:
+    result: int | None = station.command(ACTUATOR_TEST, value, seconds, 0, 0, function)
+    return result
+
+
+@pytest.mark.covers("SERVO_OUTPUT_RAW", source="measured: a disarmed output of PX4's simulation stands at 900 µs")
+def test_a_motor_turns_until_its_time_is_over(station: Any) -> None:
+    assert outputs(station, 0.0) == [DISARMED_PWM] * 6
+    assert actuator_test(station, 0.1, 1.5, 3) == ACCEPTED
+    turning = outputs(station, 0.8)
+    assert turning[2] > SLOWEST_PWM
+    assert turning[:2] + turning[3:] == [DISARMED_PWM] * 5
+    assert outputs(station, 1.5) == [DISARMED_PWM] * 6
+
+
+def test_a_motor_is_released_before_its_time(station: Any) -> None:
+    assert actuator_test(station, 0.1, 3.0, 1) == ACCEPTED
+    assert outputs(station, 0.3)[0] >= SLOWEST_PWM
+    assert actuator_test(station, NAN, 0.0, 1) == ACCEPTED
+    assert outputs(station, 0.3)[0] == DISARMED_PWM
+
+
+@pytest.mark.covers("COMMAND_ACK", source="measured: no ack for an output function that PX4 cannot test, as 0 or 101")
+@pytest.mark.parametrize("function", [0, 101])
+def test_no_answer_for_other_functions(station: Any, function: int) -> None:
+    station.mav.command_long_send(station.system, 1, ACTUATOR_TEST, 0, 0.1, 1, 0, 0, function, 0, 0)
+    assert ACTUATOR_TEST not in [ack.command for ack in station.collect("COMMAND_ACK", 0.9)]
+
+
+@pytest.mark.covers("MAV_CMD_DO_MOTOR_TEST", source="measured: unsupported; PX4 has ACTUATOR_TEST in its place")
+def test_the_older_motor_test_is_gone(station: Any) -> None:
+    assert station.command(DO_MOTOR_TEST, 1, 0, 10, 1) == UNSUPPORTED

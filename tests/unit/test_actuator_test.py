@@ -1,0 +1,118 @@
+"""ACTUATOR_TEST: from the command to the motor of a vehicle that stands, and to its end."""
+
+import math
+
+import pytest
+
+import vehicles
+from autopilot.autopilot import Autopilot
+from autopilot.topics import VehicleCommand
+from sitl_emu.core.simulator_api import HilActuatorControls
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+ACTUATOR_TEST, ARM_DISARM = 310, 400
+ACCEPTED, DENIED = 0, 2
+TEST_MODE, SAFETY_ARMED = 2, 128
+TICKS_PER_S = 250
+
+
+class Bench:
+    """An autopilot and its simulator, tick by tick."""
+
+    def __init__(self, model: str) -> None:
+        data = vehicles.load(model)
+        self.autopilot = Autopilot(data.airframe, 0)
+        self.simulator = VehicleSimulator(data, Home(47.4, 8.5, 489.0, 0.0), seed=1, terrain=FlatGround())
+        self.controls: HilActuatorControls | None = None
+        self.run(0.1)
+
+    def run(self, seconds: float) -> None:
+        """Let time go by."""
+        for _ in range(round(seconds * TICKS_PER_S)):
+            self.controls = self.autopilot.step(self.simulator.tick(self.controls))
+
+    def test(self, value: float, seconds: float, function: float) -> int | None:
+        """The result of an ACTUATOR_TEST."""
+        command = VehicleCommand(ACTUATOR_TEST, value, seconds, 0.0, 0.0, function)
+        answer = self.autopilot.commands.handle(self.autopilot.now_us, command)
+        return None if answer is None else answer.result
+
+    @property
+    def pwm(self) -> tuple[int, ...]:
+        """As SERVO_OUTPUT_RAW shows it."""
+        return self.autopilot.topics.actuator_outputs.pwm
+
+
+@pytest.fixture(scope="module")
+def hexacopter() -> Bench:
+    return Bench("sihsim_hex")
+
+
+def test_a_motor_turns_for_its_time(hexacopter: Bench) -> None:
+    assert hexacopter.test(0.16, 1.0, 2) == ACCEPTED
+    hexacopter.run(0.5)
+    assert hexacopter.pwm == (900, 1400, 900, 900, 900, 900)  # THR_MDL_FAC 1: the root of the thrust
+    assert hexacopter.controls is not None
+    assert hexacopter.controls.controls == pytest.approx((0.0, 0.4, 0.0, 0.0, 0.0, 0.0))
+    assert hexacopter.controls.mode == TEST_MODE
+    assert hexacopter.simulator.dynamics.running
+    hexacopter.run(0.52)
+    assert hexacopter.pwm == (900,) * 6
+    hexacopter.run(0.1)
+    assert hexacopter.controls.mode == 0
+    assert hexacopter.controls.controls == (0.0,) * 6
+
+
+def test_motors_are_released_one_by_one(hexacopter: Bench) -> None:
+    for motor in (1, 3):
+        assert hexacopter.test(0.0, 3.0, motor) == ACCEPTED
+        hexacopter.run(0.02)
+    assert hexacopter.pwm == (1000, 900, 1000, 900, 900, 900)
+    hexacopter.test(math.nan, 0.0, 1)
+    hexacopter.run(0.02)
+    assert hexacopter.pwm == (900, 900, 1000, 900, 900, 900)
+    hexacopter.test(math.nan, 0.0, 3)
+    hexacopter.run(0.1)
+    assert hexacopter.pwm == (900,) * 6
+
+
+def test_no_longer_than_three_seconds_and_px4_s_own_numbers(hexacopter: Bench) -> None:
+    assert hexacopter.test(1.0, 60.0, 1106) == ACCEPTED
+    hexacopter.run(2.9)
+    assert hexacopter.pwm[5] == 2000
+    hexacopter.run(0.2)
+    assert hexacopter.pwm[5] == 900
+
+
+@pytest.mark.parametrize("function", [0, 13, 32, 41, 101, math.nan])
+def test_functions_that_px4_does_not_know_get_no_ack(hexacopter: Bench, function: float) -> None:
+    assert hexacopter.test(0.1, 1.0, function) is None
+
+
+def test_nothing_is_tested_while_armed(hexacopter: Bench) -> None:
+    commands, topics = hexacopter.autopilot.commands, hexacopter.autopilot.topics
+    assert commands.handle(hexacopter.autopilot.now_us, VehicleCommand(ARM_DISARM, 1.0, 21196.0)) == (ACCEPTED, 0, 0)
+    before = topics.actuator_test
+    assert hexacopter.test(1.0, 1.0, 1) == DENIED
+    assert topics.actuator_test is before
+    commands.handle(hexacopter.autopilot.now_us, VehicleCommand(ARM_DISARM, 0.0, 21196.0))
+
+
+def test_a_rover_turns_its_wheels_and_stops_again() -> None:
+    rover = Bench("sihsim_rover_ackermann")
+    functions = [int(rover.autopilot.parameters[f"PWM_MAIN_FUNC{n}"]) for n in (1, 2)]
+    motor, steering = functions.index(101), functions.index(201)
+    assert rover.test(0.5, 1.0, 1) == ACCEPTED
+    rover.run(0.02)
+    assert rover.test(-0.5, 1.0, 33) == ACCEPTED
+    rover.run(0.9)
+    assert rover.controls is not None
+    assert rover.controls.controls[motor] == 0.5 and rover.controls.controls[steering] == -0.5
+    assert rover.pwm[steering] == 1250
+    moved = math.hypot(rover.simulator.dynamics.north_m, rover.simulator.dynamics.east_m)
+    assert moved > 0.05
+    rover.run(4.0)
+    there = rover.simulator.dynamics.north_m
+    rover.run(1.0)
+    assert abs(rover.simulator.dynamics.north_m - there) < 0.3 * moved + 0.05
