@@ -240,7 +240,7 @@ class Camera:
         numbered = (command.source_system, command.source_component, sequence if count == 1 else 0)
         if numbered[2] > 0 and numbered == self._last_numbered:
             return ACCEPTED
-        if self._taking or now_us < self._ready_us:
+        if self._taking or (count == 1 and now_us < self._ready_us):
             return TEMPORARILY_REJECTED
         if self._free_mib < self._data.image_mib:
             return FAILED
@@ -248,7 +248,10 @@ class Camera:
             self._interval_s = max(interval_s, self._data.interval_min_s)
         self._last_numbered = numbered
         self._left = count or None
-        self._take_next(now_us)
+        if now_us < self._ready_us:
+            self._next_us = self._ready_us
+        else:
+            self._take_next(now_us)
         return ACCEPTED
 
     def _image_stop_capture(self, now_us: int, command: Command) -> int:

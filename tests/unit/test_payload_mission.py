@@ -1,0 +1,148 @@
+"""A mission's camera items take pictures: navigator, camera trigger and command sender, with a camera on the wire."""
+
+import itertools
+from typing import Any
+
+import pytest
+
+import vehicles
+from autopilot.camera_trigger import CameraTrigger
+from autopilot.commands import MAV_RESULT_ACCEPTED
+from autopilot.mavlink import rates
+from autopilot.mavlink.mavlink import Mavlink
+from autopilot.navigator.navigator import Navigator
+from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.texts import Texts
+from autopilot.topics import VehicleCommand
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.payload.camera import Camera
+
+from .mavlink_peer import only
+from .navigation_fake import STEP_US, FakeVehicle, item
+
+TAKEOFF, WAYPOINT, LAND = 22, 16, 21
+TRIGGER_DISTANCE, DIGICAM, IMAGE_START, IMAGE_STOP = 206, 203, 2000, 2001
+CAMERA = 100
+DATA = vehicles.load("m600").camera
+assert DATA is not None
+
+
+class Rig(FakeVehicle):
+    """A vehicle that flies missions, with a camera and what triggers it."""
+
+    def __init__(self, **parameters: float) -> None:
+        super().__init__(TRIG_MODE=4, TRIG_INTERFACE=3, MAV_SYS_ID=1, **parameters)
+        outgoing = OutgoingCommands()
+        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, outgoing)
+        self.trigger = CameraTrigger(self.topics, self.parameters, outgoing)
+        self.mavlink = Mavlink(
+            self.topics, self.parameters, self.dataman, Texts(), lambda now_us, command: None, 0, outgoing=outgoing
+        )
+        self.mavlink.plug_in("camera", "wire", Camera(DATA, system_id=1))
+        # The vehicle has no sensors worth telling of
+        for link in self.mavlink.links:
+            for name in rates.RATES[link.mode]:
+                link.unschedule(getattr(mavlink, f"MAVLINK_MSG_ID_{name}"))
+        self.heard: list[Any] = []
+        self._parser = mavlink.MAVLink(None)
+        encoder = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+        self.mavlink.on_datagram(0, 0, bytes(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3).pack(encoder)))
+
+    def step(self) -> None:
+        super().step()
+        self.trigger.update(self.now_us)
+        self.mavlink.update(self.now_us)
+        for data in self.mavlink.links[0].outbox:
+            self.heard += self._parser.parse_buffer(data) or []
+        for link in self.mavlink.links:
+            link.outbox.clear()
+
+    def images(self, component: int = CAMERA) -> list[Any]:
+        return [m for m in only(self.heard, "CAMERA_IMAGE_CAPTURED") if m.get_srcComponent() == component]
+
+    def fly(self, *items: Any) -> None:
+        self.run(3.0)
+        self.upload(item(TAKEOFF, 0, 0, 20), *items, item(LAND, 100, 0, 0))
+        self.run(0.1)
+        self.set_mode(4, 4)
+        assert self.arm() == MAV_RESULT_ACCEPTED
+        self.run_until_disarmed()
+
+
+def north_m(image: Any) -> float:
+    return float((image.lat * 1e-7 - 47.397743) * 111_195.0)
+
+
+def test_by_distance_every_image_has_its_place() -> None:
+    rig = Rig()
+    rig.fly(
+        item(TRIGGER_DISTANCE, 0, 0, 0, 10.0, 0, 0),
+        item(WAYPOINT, 100, 0, 20),
+        item(TRIGGER_DISTANCE, 0, 0, 0, 0.0, 0, 0),
+    )
+    places = [north_m(image) for image in rig.images()]
+    assert len(places) == pytest.approx(10, abs=1)
+    gaps = [later - earlier for earlier, later in itertools.pairwise(places)]
+    assert gaps == pytest.approx([10.0] * len(gaps), abs=0.5)
+    assert [image.image_index for image in rig.images()] == list(range(len(places)))
+    # The autopilot tells its own, and that it asked
+    assert [m.image_index for m in rig.images(1)] == [m.seq for m in only(rig.heard, "CAMERA_TRIGGER")]
+    assert len(rig.images(1)) == len(places)
+
+
+def test_one_image_by_either_command() -> None:
+    for one in (item(IMAGE_START, 0, 0, 0, 0, 0, 1, 0), item(DIGICAM, 0, 0, 0)._replace(frame=2, x=1)):
+        rig = Rig()
+        rig.fly(item(WAYPOINT, 50, 0, 20), one, item(WAYPOINT, 100, 0, 20))
+        assert [north_m(image) for image in rig.images()] == pytest.approx([50.0], abs=10.5)
+        assert len(only(rig.heard, "CAMERA_TRIGGER")) == 1
+
+
+def test_a_series_is_the_cameras_and_ends_with_its_item() -> None:
+    rig = Rig()
+    rig.fly(item(IMAGE_START, 0, 0, 0, 0, 2.0, 0, 0), item(WAYPOINT, 100, 0, 20), item(IMAGE_STOP, 0, 0, 0, 0))
+    assert len(rig.images()) == pytest.approx(20.0 / 2.0, abs=2)
+    assert not only(rig.heard, "CAMERA_TRIGGER")
+    sent = [m.command for m in only(rig.heard, "COMMAND_LONG")]
+    assert sent == [IMAGE_START, IMAGE_STOP]
+
+
+def test_a_mission_that_is_left_stops_the_series() -> None:
+    rig = Rig()
+    rig.run(3.0)
+    rig.upload(item(TAKEOFF, 0, 0, 20), item(IMAGE_START, 0, 0, 0, 0, 1.0, 0, 0), item(WAYPOINT, 1000, 0, 20))
+    rig.run(0.1)
+    rig.set_mode(4, 4)
+    rig.arm()
+    rig.run(20.0)
+    rig.set_mode(4, 3)
+    rig.run(1.0)
+    before = len(rig.images())
+    assert before > 5
+    rig.run(10.0)
+    assert len(rig.images()) == before
+
+
+def test_without_a_camera_the_command_is_repeated_three_times() -> None:
+    rig = Rig()
+    rig.mavlink._wires.clear()
+    rig.trigger.handle_command(rig.now_us, VehicleCommand(DIGICAM, param5=1.0))
+    rig.run(5.0)
+    asked = [m for m in only(rig.heard, "COMMAND_LONG") if m.command == IMAGE_START]
+    assert [m.confirmation for m in asked] == [0, 1, 2, 3]
+    assert {(m.target_system, m.target_component, m.param3, m.param4) for m in asked} == {(1, CAMERA, 1.0, 1.0)}
+
+
+def test_by_time_and_by_command() -> None:
+    rig = Rig()
+    rig.parameters.set("TRIG_MODE", 1)
+    trigger = rig.trigger = CameraTrigger(rig.topics, rig.parameters, OutgoingCommands())
+    trigger.handle_command(0, VehicleCommand(214, param1=500.0))
+    trigger.handle_command(0, VehicleCommand(2003, param1=1.0, param2=1.0, param3=0.0))
+    rig.run(2.0)
+    assert rig.topics.camera_trigger.seq == pytest.approx(3, abs=1)
+    trigger.handle_command(rig.now_us, VehicleCommand(2003, param1=0.0, param2=1.0, param3=0.0))
+    stamp = rig.topics.camera_trigger.timestamp
+    rig.run(2.0)
+    assert rig.topics.camera_trigger.timestamp == stamp
+    assert STEP_US < 500_000
