@@ -18,6 +18,7 @@ from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
 from autopilot.land_detector import LandDetector
+from autopilot.logger.logger import Logger
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
@@ -76,6 +77,7 @@ class Autopilot:
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root, self.outgoing)
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
+        self.logger = Logger(*shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us)
         self.now_us = 0
         self._ticks = 0
 
@@ -97,6 +99,7 @@ class Autopilot:
             self.flight_modes.update(now_us)
             self.control.update_position(now_us)
         self.control.update_rate(now_us)
+        self.logger.update(now_us)
         self.mavlink.update(now_us)
         outputs = self.topics.actuator_outputs
         mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
@@ -119,4 +122,5 @@ class Autopilot:
 
     def close(self) -> None:
         """Save what waits to be saved; nothing else may be called afterwards."""
+        self.logger.shut_down()
         self.parameter_storage.close()

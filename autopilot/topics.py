@@ -401,6 +401,13 @@ class VehicleRatesSetpoint(NamedTuple):
     thrust_body: Vector3 = (0.0, 0.0, 0.0)
 
 
+class VehicleTorqueSetpoint(NamedTuple):
+    """Writer: mc_rate_control, at 50 Hz, for the log: normalised torque about the body's axes."""
+
+    timestamp: int = 0
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
 class ActuatorOutputs(NamedTuple):
     """Writer: control allocation. `controls` as HIL_ACTUATOR_CONTROLS; `pwm` as SERVO_OUTPUT_RAW shows it."""
 
@@ -645,6 +652,7 @@ class Topics:
         self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
         self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()
         self.vehicle_rates_setpoint = VehicleRatesSetpoint()
+        self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()

@@ -46,6 +46,7 @@ from autopilot.topics import (
     VehicleAttitudeSetpoint,
     VehicleLocalPositionSetpoint,
     VehicleRatesSetpoint,
+    VehicleTorqueSetpoint,
 )
 from sitl_emu.core.geodesy import wrap_pi
 
@@ -67,7 +68,7 @@ PARAMETER_UPDATE_INTERVAL_US = 1_000_000
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
-    hover_thrust_estimate and actuator_outputs."""
+    vehicle_torque_setpoint, hover_thrust_estimate and actuator_outputs."""
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Callable[[Severity, str], None]) -> None:
         """`say(severity, text)` tells the ground."""
@@ -359,6 +360,7 @@ class MulticopterControl:
         pwm = topics.actuator_outputs.pwm
         if self._ticks % PWM_EVERY == 0:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
+            topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
         topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm)
 
     def _control_attitude(self, now_us: int) -> None:

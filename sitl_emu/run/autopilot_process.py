@@ -72,6 +72,13 @@ class LoggedAutopilot:
         self._sockets.flush()
 
 
+def show_flight_logs(root: Path, names: list[str], shown: Path) -> None:
+    """Let the ULogs of a run be found in its folder: `<vehicle>.ulg` and, for more, `<vehicle>-2.ulg` and so on."""
+    for number, name in enumerate(names, 1):
+        link = shown.with_name(f"{shown.name}.ulg" if number == 1 else f"{shown.name}-{number}.ulg")
+        link.symlink_to((root / storage.LOG / name).relative_to(link.parent))
+
+
 def run(config: dict[str, Any], control: ControlChannel) -> None:
     """Fly until the simulator closes the channel."""
     instance, lockstep = config["instance"], config["lockstep"]
@@ -118,6 +125,7 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
         logs.close()
         sockets.close()
         autopilot.close()
+        show_flight_logs(root, autopilot.logger.files, Path(config["folder"]) / config["name"])
 
 
 if __name__ == "__main__":

@@ -38,6 +38,14 @@ def _two_integers(match: re.Match[str]) -> bytes:
     return struct.pack("<ii", int(match[1]), int(match[2]))
 
 
+def _log_file(match: re.Match[str]) -> bytes:
+    return struct.pack("<H5B", *map(int, match.groups()))
+
+
+def _unsigned(match: re.Match[str]) -> bytes:
+    return struct.pack("<I", int(match[1]))
+
+
 def _none(match: re.Match[str]) -> bytes:
     return b""
 
@@ -46,6 +54,8 @@ PATTERNS: tuple[tuple[re.Pattern[str], int, Callable[[re.Match[str]], bytes]], .
     (re.compile(pattern), event_id, arguments)
     for pattern, event_id, arguments in (
         (r"Armed by (.*)\t", 26266355, _reason),
+        (r"\[logger\] \./log/(\d+)-(\d+)-(\d+)/(\d+)_(\d+)_(\d+)\.ulg\t", 17980399, _log_file),
+        (r"\[logger\] Not logging; SD almost full: (\d+) MiB\t", 32826017, _unsigned),
         (r"Disarmed by (.*)\t", 32794487, _reason),
         (r"Takeoff detected\t", 21054825, _none),
         (r"Landing detected\t", 26622124, _none),

@@ -1,0 +1,455 @@
+"""The logger: when a log begins and ends, and what goes into it (PX4: src/modules/logger/logger.cpp).
+
+SDLOG_MODE says when a file is written: 0 from arming to disarming, 1 from boot to the first disarming and from then on
+as 0, 2 from boot to shutdown, 4 from the first arming to shutdown; `on` and `off` are the shell's `logger on|off`.
+SDLOG_BACKEND allows files (1) and streaming over MAVLink (2), which a client starts whenever it likes. What is logged
+says logged_topics.py. While nothing is logged, a tick costs a comparison.
+
+Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), clean-up by the disk's fullness
+(SDLOG_ROTATE), performance counters.
+"""
+
+from collections.abc import Callable, Iterable
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+from autopilot.constants import Severity
+from autopilot.logger import log_files, logged_topics, ulog
+from autopilot.logger.log_files import LogFile
+from autopilot.logger.log_stream import LogStream
+from autopilot.parameters import Parameters
+from autopilot.texts import Texts
+from autopilot.topics import Topics
+
+FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
+"""SDLOG_MODE."""
+FILES, MAVLINK = 1, 2
+"""SDLOG_BACKEND."""
+CHECK_US = 20_000
+"""How often it looks whether a log is to begin or end."""
+STOP_DELAY_US = 1_000_000
+"""A log goes on for so long after disarming."""
+SYNC_US = 500_000
+"""A sync mark so often; with it goes the buffer to the file."""
+STREAM_US = 100_000
+"""A stream is fed so often."""
+LOOK_US = 20_000
+"""How often it looks for new records of what does not come in every tick."""
+FAST = frozenset(
+    {
+        "sensor_combined",
+        "vehicle_angular_velocity",
+        "vehicle_attitude",
+        "vehicle_attitude_setpoint",
+        "vehicle_rates_setpoint",
+        "actuator_outputs",
+    }
+)
+"""What may come in every tick."""
+STATE_CHECK_US = 100_000
+LOAD = (0, 0.0, 0.0)
+"""The processor's load and memory are not simulated."""
+CPULOAD_US = 500_000
+VERSION = "sitl-emu"
+SOFTWARE_RELEASE = 17957119
+"""ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
+DATA_FORMAT = 1
+OUTPUTS = 16
+
+
+class Subscription:
+    """A logged topic in a running log."""
+
+    __slots__ = ("due_us", "last", "message_id", "name", "pack", "pending", "row", "size", "source", "timed")
+
+    def __init__(
+        self, message_id: int, name: str, row: logged_topics.Row, source: str = "", timed: bool = True
+    ) -> None:
+        layout = logged_topics.layout_of(name)
+        self.message_id, self.name, self.source, self.row = message_id, name, source, row
+        self.pack, self.size = layout.struct.pack, layout.size
+        self.timed = timed
+        """Whether our record says when it was made."""
+        self.last: Any = None
+        """The record that was logged last."""
+        self.due_us = 0
+        """When a state that has not changed is logged again."""
+        self.pending: list[Any] = []
+        """Records that are yet to be packed: many together cost a third of what each costs alone, in a tick."""
+
+    def messages(self) -> list[bytes]:
+        """The data messages of what is pending."""
+        pack, size, message_id, row = self.pack, self.size, self.message_id, self.row
+        packed = [pack(size, ulog.DATA, message_id, *row(record)) for record in self.pending]
+        self.pending.clear()
+        return packed
+
+    def message(self, now_us: int, record: Any) -> bytes:
+        """The data message of one record; one that does not say when it was made gets the present time."""
+        values = self.row(record)
+        time_us = values[0] if self.timed else now_us
+        return self.pack(self.size, ulog.DATA, self.message_id, time_us, *values[1:])
+
+
+class Group:
+    """Subscriptions that are looked at together."""
+
+    __slots__ = ("due_us", "interval_us", "records", "states", "subscriptions")
+
+    def __init__(self, interval_us: int, states: bool, subscriptions: list[Subscription]) -> None:
+        self.interval_us, self.states, self.subscriptions = interval_us, states, subscriptions
+        self.due_us = 0
+        # attrgetter of one name returns the value, of several a tuple; the first one twice makes it always a tuple
+        self.records = attrgetter(*[each.source for each in subscriptions], subscriptions[0].source)
+
+
+class Logger:
+    """Writer of log files and of the log stream."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        texts: Texts,
+        root: Path | None,
+        unix_us_of_boot: Callable[[], int],
+    ) -> None:
+        """Files go under `root` (None: there is no storage); `unix_us_of_boot` gives the date of time 0."""
+        self._topics, self._parameters, self._texts = topics, parameters, texts
+        self._root, self._unix_us_of_boot = root, unix_us_of_boot
+        self._mode = int(parameters["SDLOG_MODE"])
+        self._backend = int(parameters["SDLOG_BACKEND"])
+        self.file: LogFile | None = None
+        """The log that is being written."""
+        self.stream: LogStream | None = None
+        """The log that is being streamed; services/log_streaming.py sends it."""
+        self.files: list[str] = []
+        """Names of all logs since boot, under log/."""
+        self._now_us = 0
+        self._wanted = False
+        self._boot = self._mode in (FROM_BOOT, FROM_BOOT_TO_SHUTDOWN)
+        self._manual: bool | None = None
+        self._stop_us = 0
+        self._check_us = 0
+        self._started_us = 0
+        self._refused = False
+        self._subscriptions: list[Subscription] = []
+        self._groups: tuple[Group, ...] = ()
+        self._every_tick: list[Subscription] = []
+        self._look_us = self._flush_us = self._sync_us = self._cpuload_us = 0
+        self._buffer: list[bytes] = []
+        self._texts_seen = self._commands_seen = 0
+        self._version = -1
+        self._values: dict[str, float | int] = {}
+
+    # --- when ----------------------------------------------------------------------------------------------
+
+    def update(self, now_us: int) -> None:
+        """One tick: begin, go on, end."""
+        if now_us >= self._check_us:
+            self._check_us = now_us + CHECK_US
+            self._now_us = now_us
+            self._begin_or_end(now_us)
+        if self.file is not None or self.stream is not None:
+            for each in self._every_tick:
+                each.pending.append(getattr(self._topics, each.source))
+            if now_us >= self._look_us:
+                self._look(now_us)
+
+    def on(self) -> None:
+        """The shell's `logger on`: log now, armed or not."""
+        self._manual = True
+
+    def off(self) -> None:
+        """The shell's `logger off`: end the log, armed or not; the next arming begins a new one."""
+        self._manual = False
+
+    def shut_down(self) -> None:
+        """The autopilot ends: write what is left."""
+        self._end_file()
+        self.stream = None
+
+    def _begin_or_end(self, now_us: int) -> None:
+        wanted = self._topics.actuator_armed.armed
+        if self._boot:
+            self._boot = False
+            if not self._parameters["SDLOG_BOOT_BAT"] or self._topics.battery_status.connected:
+                self._begin_file(now_us)
+        if self._mode == FROM_BOOT_TO_SHUTDOWN:
+            wanted = self._wanted
+        elif self._mode == FROM_ARMING_TO_SHUTDOWN:
+            wanted = wanted or self._wanted
+        if self._manual is True:
+            wanted = True
+        elif self._manual is False:
+            self._manual, self._wanted = None, wanted
+            self._end_file()
+            return
+        if wanted != self._wanted:
+            self._wanted = wanted
+            if wanted:
+                if self._stop_us:
+                    self._end_file()
+                self._begin_file(now_us)
+            else:
+                self._stop_us = now_us + STOP_DELAY_US
+        if self._stop_us and now_us >= self._stop_us:
+            self._end_file()
+
+    def _begin_file(self, now_us: int) -> None:
+        if self.file is not None or not self._backend & FILES or self._root is None or not self._has_room(self._root):
+            return
+        unix_us = self._unix_us_of_boot() + now_us
+        file = LogFile(self._root, unix_us, int(self._parameters["SDLOG_UTC_OFFSET"]))
+        if not file.trouble:
+            self._say(Severity.INFO, f"[logger] ./log/{file.name}\t")
+            self.files.append(file.name)
+        self.file, self._started_us = file, now_us
+        self._stop_us = 0
+        self._prepare(now_us)
+        file.write(b"".join(self._definitions(now_us)))
+        self._end_if_troubled()
+
+    def _has_room(self, root: Path) -> bool:
+        try:
+            log_files.keep_newest_folders(root, int(self._parameters["SDLOG_DIRS_MAX"]))
+            free = log_files.free_bytes(root)
+        except OSError as error:
+            self._refuse(f"[logger] Not logging; {error.strerror}\t")
+            return False
+        if free < log_files.LEAST_FREE_BYTES:
+            self._refuse(f"[logger] Not logging; SD almost full: {free // log_files.MEBIBYTE} MiB\t")
+            return False
+        return True
+
+    def _refuse(self, text: str) -> None:
+        """Said once, not at every arming."""
+        if not self._refused:
+            self._refused = True
+            self._say(Severity.CRITICAL, text)
+
+    def _end_file(self) -> None:
+        self._stop_us = 0
+        if self.file is not None:
+            self._flush(self._now_us)
+        self.file = None
+
+    def _end_if_troubled(self) -> None:
+        file = self.file
+        if file is None:
+            return
+        if file.trouble:
+            self._refuse(f"[logger] Not logging to ./log/{file.name}: {file.trouble}\t")
+        if file.trouble or file.gone:
+            self.file = None
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.say(severity, text, "logger")
+
+    # --- streaming -----------------------------------------------------------------------------------------
+
+    @property
+    def can_stream(self) -> bool:
+        """Whether a stream may begin."""
+        return self.stream is None and bool(self._backend & MAVLINK)
+
+    @property
+    def runs(self) -> bool:
+        """Whether PX4 would have started its logger at all."""
+        return bool(self._backend)
+
+    def begin_stream(self, now_us: int) -> LogStream:
+        """Begin to log to MAVLink."""
+        if self.file is None:
+            self._prepare(now_us)
+        self.stream = stream = LogStream(self._definitions(now_us))
+        return stream
+
+    def end_stream(self) -> None:
+        """Log to MAVLink no more."""
+        self.stream = None
+
+    # --- the beginning of a log ----------------------------------------------------------------------------
+
+    def _prepare(self, now_us: int) -> None:
+        """Subscribe anew, and log everything once."""
+        parameters = self._parameters
+        topics = logged_topics.logged_topics(
+            int(parameters["SDLOG_PROFILE"]),
+            self._topics.vehicle_status.vehicle_type == "rover",
+            [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
+        )
+        groups: dict[tuple[int, bool], list[Subscription]] = {}
+        self._subscriptions, self._every_tick = [], []
+        for topic in topics:
+            record = getattr(self._topics, topic.source)
+            timed = hasattr(record, "timestamp")
+            each = Subscription(len(self._subscriptions), topic.name, topic.row, topic.source, timed)
+            if timed and record.timestamp == 0:
+                each.last = record  # nobody has written it yet
+            self._subscriptions.append(each)
+            if topic.interval_ms == 0 and topic.source in FAST:
+                self._every_tick.append(each)
+            elif topic.state or not timed:
+                groups.setdefault((STATE_CHECK_US, True), []).append(each)
+            else:
+                groups.setdefault((max(topic.interval_ms * 1000, LOOK_US), False), []).append(each)
+        self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
+        self._look_us = self._cpuload_us = 0
+        self._flush_us = self._sync_us = now_us + SYNC_US
+        self._buffer = []
+        count = len(self._subscriptions)
+        self._command = Subscription(count, "vehicle_command", logged_topics.COMMAND, timed=False)
+        self._cpuload = Subscription(count + 1, "cpuload", logged_topics.cpuload, timed=False)
+        self._texts_seen = self._texts.count
+        self._commands_seen = commands[-1].number if (commands := self._topics.vehicle_commands) else 0
+        self._version = parameters.version
+        self._values = {name: parameters[name] for name in parameters}
+
+    def _definitions(self, now_us: int) -> list[bytes]:
+        """Everything up to the first data."""
+        parameters = self._parameters
+        subscriptions = (*self._subscriptions, self._command, self._cpuload)
+        offset_min = int(parameters["SDLOG_UTC_OFFSET"])
+        messages = [
+            ulog.file_header(now_us),
+            ulog.FLAG_BITS,
+            ulog.information("ver_sw", VERSION),
+            ulog.information("ver_sw_release", SOFTWARE_RELEASE),
+            ulog.information("ver_hw", "PX4_SITL"),
+            ulog.information("sys_name", "PX4"),
+            ulog.information("sys_os_name", "Linux"),
+            ulog.information("ver_data_format", DATA_FORMAT),
+            ulog.information("time_ref_utc", offset_min * 60),
+            ulog.information_multiple("boot_console_output", f"{VERSION} stands for PX4 v1.18.0\n"),
+        ]
+        if parameters["SDLOG_UUID"]:
+            messages.append(ulog.information("sys_uuid", f"{int(parameters['MAV_SYS_ID']):036x}"))
+        messages += logged_topics.definitions([each.name for each in subscriptions])
+        for name in parameters:
+            value, is_float = parameters[name], parameters.is_float(name)
+            messages.append(ulog.parameter(name, value, is_float))
+        for name in parameters:
+            messages += self._defaults_of(name)
+        messages += [ulog.subscription(each.message_id, each.name) for each in subscriptions]
+        return messages
+
+    def _defaults_of(self, name: str) -> list[bytes]:
+        """Those defaults that differ from the value."""
+        parameters = self._parameters
+        value, is_float = parameters[name], parameters.is_float(name)
+        of_setup, of_system = parameters.default(name), parameters.row(name)["default"]
+        if of_setup == of_system:
+            both = ulog.DEFAULT_OF_SETUP | ulog.DEFAULT_OF_SYSTEM
+            return [] if value == of_setup else [ulog.parameter_default(name, of_setup, is_float, both)]
+        messages = []
+        if value != of_setup:
+            messages.append(ulog.parameter_default(name, of_setup, is_float, ulog.DEFAULT_OF_SETUP))
+        if value != of_system:
+            messages.append(ulog.parameter_default(name, of_system, is_float, ulog.DEFAULT_OF_SYSTEM))
+        return messages
+
+    # --- what ----------------------------------------------------------------------------------------------
+
+    def _look(self, now_us: int) -> None:
+        """Take what is due, write what has gathered."""
+        self._look_us = now_us + LOOK_US
+        self._gather_rare(now_us)
+        for group in self._groups:
+            if now_us < group.due_us:
+                continue
+            group.due_us = max(group.due_us + group.interval_us, now_us)
+            pairs = zip(group.subscriptions, group.records(self._topics), strict=False)
+            if group.states:
+                self._look_at_states(now_us, pairs)
+                continue
+            for each, record in pairs:
+                if record is not each.last:
+                    each.last = record
+                    each.pending.append(record)
+        if now_us >= self._flush_us:
+            self._now_us = now_us
+            self._flush_us = now_us + (SYNC_US if self.stream is None else STREAM_US)
+            self._flush(now_us)
+
+    def _look_at_states(self, now_us: int, pairs: Iterable[tuple[Subscription, Any]]) -> None:
+        for each, record in pairs:
+            last = each.last
+            if record is last and now_us < each.due_us:
+                continue
+            skipped = int(each.timed)
+            if last is not None and now_us < each.due_us and record[skipped:] == last[skipped:]:
+                continue
+            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000
+            if not each.timed or record.timestamp:
+                self._buffer.append(each.message(now_us, record))
+
+    def _flush(self, now_us: int) -> None:
+        """Pack what is pending, and write and stream it."""
+        buffer, self._buffer = self._buffer, []
+        for each in self._subscriptions:
+            if each.pending:
+                buffer += each.messages()
+        if now_us >= self._sync_us:
+            self._sync_us = now_us + SYNC_US
+            buffer.append(ulog.SYNC)
+        if self.stream is not None:
+            for message in buffer:
+                self.stream.write(message)
+        if self.file is not None:
+            self.file.write(b"".join(buffer))
+            self._end_if_troubled()
+        limit_mib = int(self._parameters["SDLOG_MAX_SIZE"])
+        if self.file is not None and 0 < limit_mib <= self.file.written_bytes // log_files.MEBIBYTE:
+            self.file = None
+            self._begin_file(now_us)
+
+    def _gather_rare(self, now_us: int) -> None:
+        """Commands, texts, changed parameters and the processor's load."""
+        buffer, commands = self._buffer, self._topics.vehicle_commands
+        if commands and commands[-1].number != self._commands_seen:
+            for number, time_us, command in commands:
+                if number > self._commands_seen:
+                    buffer.append(self._command.message(time_us, command))
+            self._commands_seen = commands[-1].number
+        if self._texts.count != self._texts_seen:
+            for text in self._texts.recent:
+                if text.number >= self._texts_seen:
+                    buffer.append(ulog.logged_message(text.severity, now_us, f"[{text.module}] {text.text.rstrip()}"))
+            self._texts_seen = self._texts.count
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            for name, old in self._values.items():
+                value = self._parameters[name]
+                if value is not old and value != old:
+                    self._values[name] = value
+                    buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
+        if now_us >= self._cpuload_us:
+            self._cpuload_us = now_us + CPULOAD_US
+            buffer.append(self._cpuload.message(now_us, LOAD))
+
+    # --- for people ----------------------------------------------------------------------------------------
+
+    def status(self) -> list[str]:
+        """What the shell's `logger status` prints, line by line, without the prefix."""
+        size = sum(each.size for each in self._subscriptions)
+        backend = {FILES: "file", MAVLINK: "mavlink", FILES | MAVLINK: "all"}.get(self._backend, "none")
+        lines = [
+            f"Running in mode: {backend}",
+            f"Number of subscriptions: {len(self._subscriptions)} ({size} bytes)",
+        ]
+        if self.file is not None:
+            kib = self.file.written_bytes / 1024.0
+            per_s = kib / max((self._now_us - self._started_us) * 1e-6, 1e-3)
+            written = f"{kib:4.2f} KiB" if kib < 102.4 else f"{kib / 1024.0:4.2f} MiB"
+            lines += [
+                "Full File Logging Running:",
+                f"Log file: ./log/{self.file.name}",
+                f"Wrote {written} (avg {per_s:5.2f} KiB/s)",
+            ]
+        if self.stream is not None:
+            lines.append("Mavlink Logging Running (Full log)")
+        if self.file is None and self.stream is None:
+            lines.append("Not logging")
+        return lines

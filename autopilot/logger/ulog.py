@@ -1,0 +1,153 @@
+"""ULog, PX4's log format (https://docs.px4.io/main/en/dev_log/ulog_file_format): its messages as bytes.
+
+Pure functions: each returns one whole message. A log is `file_header`, `FLAG_BITS`, definitions (formats, information,
+parameters), then subscriptions, data, texts and sync marks in the order of time.
+"""
+
+import struct
+from collections.abc import Mapping
+from typing import NamedTuple
+
+Field = tuple[str, str]
+"""ULog type and name of a field, as ("float[4]", "q")."""
+
+MAGIC = b"ULog\x01\x12\x35"
+FILE_VERSION = 1
+HEADER = struct.Struct("<HB")
+"""Of every message: bytes after this header, type."""
+DATA_HEADER = "<HBH"
+"""Of a data message: the header and the subscription's id."""
+DATA = ord("D")
+DEFAULT_PARAMETERS = 1
+"""compat_flags[0]: the log holds defaults of parameters."""
+DEFAULT_OF_SYSTEM, DEFAULT_OF_SETUP = 1, 2
+"""parameter_default: default of the firmware, of the airframe."""
+STRUCT_CODES = {
+    "uint8_t": "B",
+    "int8_t": "b",
+    "uint16_t": "H",
+    "int16_t": "h",
+    "uint32_t": "I",
+    "int32_t": "i",
+    "uint64_t": "Q",
+    "int64_t": "q",
+    "float": "f",
+    "double": "d",
+    "bool": "?",
+    "char": "c",
+}
+LONGEST_INFORMATION = 220
+"""Bytes of one information message's text; PX4 splits longer ones likewise."""
+
+
+def message(kind: str, payload: bytes) -> bytes:
+    """One ULog message; `kind` is its type's letter."""
+    return HEADER.pack(len(payload), ord(kind)) + payload
+
+
+FLAG_BITS = message("B", struct.pack("<8B8B3Q", DEFAULT_PARAMETERS, *(0,) * 18))
+SYNC = message("S", bytes((0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12)))
+"""A mark by which a reader finds the next message in a damaged log."""
+
+
+def file_header(now_us: int) -> bytes:
+    """The first 16 bytes of a log that begins at `now_us`."""
+    return MAGIC + struct.pack("<BQ", FILE_VERSION, now_us)
+
+
+def format_definition(name: str, fields: tuple[Field, ...]) -> bytes:
+    """Names and types of a topic's fields."""
+    text = "".join(f"{kind} {field};" for kind, field in fields)
+    return message("F", f"{name}:{text}".encode())
+
+
+def information(name: str, value: str | int) -> bytes:
+    """A fact about the whole log; a number is an int32_t (uint32_t if it does not fit)."""
+    key, packed = _information_value(name, value)
+    return message("I", bytes((len(key),)) + key + packed)
+
+
+def information_multiple(name: str, text: str) -> bytes:
+    """A text of any length as one entry of a list of such texts, split over several messages where it is long."""
+    encoded = text.encode()
+    pieces = [encoded[n : n + LONGEST_INFORMATION] for n in range(0, len(encoded), LONGEST_INFORMATION)]
+    parts = []
+    for number, piece in enumerate(pieces):
+        key = f"char[{len(piece)}] {name}".encode()
+        parts.append(message("M", bytes((number > 0, len(key))) + key + piece))
+    return b"".join(parts)
+
+
+def parameter(name: str, value: float | int, is_float: bool) -> bytes:
+    """The value that a parameter has from here on."""
+    key, packed = _parameter_value(name, value, is_float)
+    return message("P", bytes((len(key),)) + key + packed)
+
+
+def parameter_default(name: str, value: float | int, is_float: bool, of: int) -> bytes:
+    """A parameter's default; `of` is DEFAULT_OF_SYSTEM, DEFAULT_OF_SETUP or both."""
+    key, packed = _parameter_value(name, value, is_float)
+    return message("Q", bytes((of, len(key))) + key + packed)
+
+
+def subscription(message_id: int, name: str, multi_id: int = 0) -> bytes:
+    """From here on, data with `message_id` is of this topic."""
+    return message("A", struct.pack("<BH", multi_id, message_id) + name.encode())
+
+
+def logged_message(severity: int, now_us: int, text: str) -> bytes:
+    """A text; `severity` is 0 (emergency) to 7 (debug)."""
+    return message("L", struct.pack("<BQ", ord("0") + severity, now_us) + text.encode())
+
+
+def dropout(duration_ms: int) -> bytes:
+    """Data of so long a time is missing here."""
+    return message("O", struct.pack("<H", min(duration_ms, 0xFFFF)))
+
+
+def parse_fields(text: str) -> tuple[Field, ...]:
+    """Fields of "uint64_t timestamp; float[4] q"."""
+    pairs = (field.split() for field in text.split(";") if field.strip())
+    return tuple((kind, name) for kind, name in pairs)
+
+
+class DataLayout(NamedTuple):
+    """How a topic's data is packed: `struct` takes the header's values first, and `size` is what the header says."""
+
+    struct: struct.Struct
+    size: int
+
+
+def data_layout(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> DataLayout:
+    """The layout of a topic's data messages; `formats` holds the types that fields may be of."""
+    layout = struct.Struct(DATA_HEADER + _codes(fields, formats))
+    return DataLayout(layout, layout.size - HEADER.size)
+
+
+def array_length(kind: str) -> tuple[str, int]:
+    """Type and length of "float[4]"; the length of a type without brackets is 1."""
+    name, _, length = kind.partition("[")
+    return name, int(length.rstrip("]")) if length else 1
+
+
+def _codes(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> str:
+    codes = []
+    for kind, _ in fields:
+        name, length = array_length(kind)
+        codes.append((STRUCT_CODES.get(name) or _codes(formats[name], formats)) * length)
+    return "".join(codes)
+
+
+def _information_value(name: str, value: str | int) -> tuple[bytes, bytes]:
+    if isinstance(value, str):
+        encoded = value.encode()
+        return f"char[{len(encoded)}] {name}".encode(), encoded
+    if -(1 << 31) <= value < 1 << 31:
+        return f"int32_t {name}".encode(), struct.pack("<i", value)
+    return f"uint32_t {name}".encode(), struct.pack("<I", value)
+
+
+def _parameter_value(name: str, value: float | int, is_float: bool) -> tuple[bytes, bytes]:
+    if is_float:
+        return f"float {name}".encode(), struct.pack("<f", value)
+    return f"int32_t {name}".encode(), struct.pack("<i", int(value))

@@ -1,0 +1,367 @@
+"""The logger on simulated time: when it logs, what, and what it does without room. Logs are read back by pyulog."""
+
+import errno
+import io
+import math
+import os
+from pathlib import Path
+
+import pytest
+from pyulog import ULog
+from pyulog.px4 import PX4ULog
+from pyulog.ulog2csv import convert_ulog2csv
+
+import vehicles
+from autopilot import storage
+from autopilot.autopilot import Autopilot
+from autopilot.constants import NavState, Severity
+from autopilot.logger import log_files, logged_topics
+from autopilot.logger.logger import Logger
+from autopilot.mavlink.context import BOOT_UNIX_US
+from autopilot.parameters import Parameters
+from autopilot.texts import Texts
+from autopilot.topics import (
+    ActuatorArmed,
+    ActuatorOutputs,
+    CommandRecord,
+    SensorCombined,
+    Topics,
+    VehicleAttitude,
+    VehicleCommand,
+    VehicleLocalPosition,
+    VehicleStatus,
+)
+from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+TICK_US = 4_000
+FIRST = "2026-01-01/00_00_00.ulg"
+
+
+class Rig:
+    """A logger between topics that a test writes and a folder that it reads."""
+
+    def __init__(self, root: Path | None, **parameters: float) -> None:
+        if root is not None:
+            storage.prepare(root)
+        self.root, self.topics, self.texts = root, Topics(), Texts()
+        self.parameters = Parameters("multicopter", {"SDLOG_MODE": 0, **parameters})
+        self.logger = Logger(self.topics, self.parameters, self.texts, root, lambda: BOOT_UNIX_US)
+        self.now_us = 0
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * 1e6 / TICK_US)):
+            self.now_us += TICK_US
+            self.topics.sensor_combined = SensorCombined(self.now_us, (0.1, 0.2, 0.3), (1.0, 2.0, -9.8))
+            self.logger.update(self.now_us)
+
+    def arm(self, armed: bool = True) -> None:
+        self.topics.actuator_armed = ActuatorArmed(armed)
+        self.topics.vehicle_status = VehicleStatus(self.now_us, armed=armed, nav_state=NavState.AUTO_LOITER)
+
+    def names(self) -> list[str]:
+        assert self.root is not None
+        folder = self.root / "log"
+        return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.ulg"))
+
+    def read(self, name: str) -> ULog:
+        assert self.root is not None
+        return ULog(str(self.root / "log" / name))
+
+    def said(self) -> list[str]:
+        return [text.text for text in self.texts.recent]
+
+
+def duration_s(log: ULog) -> float:
+    return float(log.last_timestamp - log.start_timestamp) * 1e-6
+
+
+# --- when --------------------------------------------------------------------------------------------------
+
+
+def test_mode_0_logs_from_arming_until_a_second_after_disarming(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.run(10.0)
+    assert rig.names() == []
+    rig.arm()
+    rig.run(5.0)
+    rig.arm(False)
+    rig.run(10.0)
+    assert rig.names() == ["2026-01-01/00_00_10.ulg"]
+    log = rig.read("2026-01-01/00_00_10.ulg")
+    assert log.start_timestamp * 1e-6 == pytest.approx(10.0, abs=0.05)
+    assert duration_s(log) == pytest.approx(6.0, abs=0.1)
+    assert rig.said() == ["[logger] ./log/2026-01-01/00_00_10.ulg\t"]
+
+
+def test_mode_1_logs_from_boot_to_the_first_disarming_and_then_each_flight(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=1)
+    rig.run(3.0)
+    for _ in range(2):
+        rig.arm()
+        rig.run(3.0)
+        rig.arm(False)
+        rig.run(4.0)
+    assert rig.names() == [FIRST, "2026-01-01/00_00_10.ulg"]
+    assert [round(duration_s(rig.read(name))) for name in rig.names()] == [7, 4]
+
+
+def test_modes_2_and_4_log_until_shutdown(tmp_path: Path) -> None:
+    for mode, name in ((2, FIRST), (4, "2026-01-01/00_00_02.ulg")):
+        rig = Rig(tmp_path / str(mode), SDLOG_MODE=mode)
+        rig.run(2.0)
+        rig.arm()
+        rig.run(2.0)
+        rig.arm(False)
+        rig.run(6.0)
+        rig.logger.shut_down()
+        assert rig.names() == [name]
+        assert rig.read(name).last_timestamp * 1e-6 == pytest.approx(10.0, abs=0.1)
+
+
+def test_arming_again_within_the_second_begins_a_new_log(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(2.0)
+    rig.arm(False)
+    rig.run(0.5)
+    rig.arm()
+    rig.run(2.0)
+    assert rig.names() == [FIRST, "2026-01-01/00_00_02.ulg"]
+
+
+def test_shell_turns_logging_on_and_off(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    assert rig.logger.status()[-1] == "Not logging"
+    rig.logger.on()
+    rig.run(2.0)
+    assert "Log file: ./log/2026-01-01/00_00_00.ulg" in rig.logger.status()
+    rig.logger.off()
+    rig.run(2.0)
+    assert rig.logger.status()[-1] == "Not logging"
+    rig.arm()
+    rig.run(1.0)
+    assert rig.names() == [FIRST, "2026-01-01/00_00_04.ulg"]
+
+
+def test_backend_0_and_no_storage_log_nothing(tmp_path: Path) -> None:
+    for rig in (Rig(tmp_path, SDLOG_BACKEND=2), Rig(None)):
+        rig.arm()
+        rig.run(2.0)
+        assert rig.logger.file is None
+        assert rig.said() == []
+
+
+# --- names and room ----------------------------------------------------------------------------------------
+
+
+def test_names_follow_the_utc_offset_and_never_overwrite(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2, SDLOG_UTC_OFFSET=-90)
+    folder = tmp_path / "log" / "2025-12-31"
+    folder.mkdir()
+    (folder / "22_30_00.ulg").write_text("of an earlier flight")
+    rig.run(2.0)
+    rig.logger.shut_down()
+    assert (folder / "22_30_00.ulg").read_text() == "of an earlier flight"
+    assert rig.names()[-1] == "2025-12-31/22_30_01.ulg"
+    assert rig.read("2025-12-31/22_30_01.ulg").msg_info_dict["time_ref_utc"] == -5400
+
+
+def test_the_oldest_days_go(tmp_path: Path) -> None:
+    storage.prepare(tmp_path)
+    for day in range(1, 6):
+        (tmp_path / "log" / f"2025-12-0{day}").mkdir()
+    (tmp_path / "log" / "mine").mkdir()
+    rig = Rig(tmp_path, SDLOG_DIRS_MAX=3)
+    rig.arm()
+    rig.run(1.0)
+    left = sorted(path.name for path in (tmp_path / "log").iterdir())
+    assert left == ["2025-12-03", "2025-12-04", "2025-12-05", "2026-01-01", "mine"]
+
+
+def test_a_full_disk_is_told_once_and_flying_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log_files, "free_bytes", lambda root: 12 << 20)
+    rig = Rig(tmp_path)
+    for _ in range(3):
+        rig.arm()
+        rig.run(2.0)
+        rig.arm(False)
+        rig.run(2.0)
+    assert rig.said() == ["[logger] Not logging; SD almost full: 12 MiB\t"]
+    assert rig.texts.recent[0].severity == Severity.CRITICAL
+    assert rig.names() == []
+
+
+def test_a_folder_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    (tmp_path / "log").rmdir()
+    (tmp_path / "log").write_text("not a folder")
+    for _ in range(2):
+        rig.arm()
+        rig.run(2.0)
+        rig.arm(False)
+        rig.run(2.0)
+    assert rig.said() == ["[logger] Not logging to ./log/2026-01-01/00_00_00.ulg: Not a directory\t"]
+
+
+def test_a_disk_that_fills_up_in_flight_ends_the_log_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Filling(io.FileIO):
+        def write(self, data: object, /) -> int:
+            if self.tell() > 100_000:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return super().write(data)  # type: ignore[arg-type]  # a memoryview
+
+    monkeypatch.setattr(log_files, "FileIO", Filling)
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(20.0)
+    assert rig.said()[1:] == ["[logger] Not logging to ./log/2026-01-01/00_00_00.ulg: No space left on device\t"]
+    assert duration_s(rig.read(FIRST)) > 0.5
+
+
+def test_a_log_of_the_greatest_size_is_followed_by_another(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MAX_SIZE=1)
+    rig.arm()
+    rig.run(100.0)
+    rig.logger.shut_down()
+    first, second = rig.names()
+    size = (tmp_path / "log" / first).stat().st_size
+    assert 1 << 20 <= size < 1.1 * (1 << 20)
+    gap_us = rig.read(second).start_timestamp - rig.read(first).last_timestamp
+    assert 0 <= gap_us < 1_000_000
+
+
+def test_a_log_that_is_removed_ends_quietly(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(2.0)
+    (tmp_path / "log" / FIRST).unlink()
+    rig.run(2.0)
+    assert rig.logger.file is None
+    assert len(rig.said()) == 1
+
+
+# --- what --------------------------------------------------------------------------------------------------
+
+
+def test_every_topic_is_packed_whole() -> None:
+    """Every row has as many values as PX4's fields, also of records that nobody has written."""
+    for rover in (False, True):
+        for topic in logged_topics.logged_topics(0xFFF, rover, [101, 102, 103, 104]):
+            layout, record = logged_topics.layout_of(topic.name), getattr(Topics(), topic.source)
+            values = topic.row(record)
+            packed = layout.struct.pack(layout.size, 0, 0, *values)
+            assert len(packed) == layout.struct.size, topic.name
+
+
+def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2, **{f"PWM_MAIN_FUNC{n}": 100.0 + n for n in range(1, 5)})
+    topics = rig.topics
+    rig.run(0.1)
+    now = rig.now_us
+    topics.vehicle_attitude = VehicleAttitude(now, (0.5, -0.5, 0.5, -0.5), (0.1, 0.2, 0.3))
+    topics.vehicle_local_position = VehicleLocalPosition(
+        now, True, True, x=1.0, y=2.0, z=-3.0, vz=0.5, heading=0.7, ref_lat=47.0, eph=0.25, xy_reset_counter=3
+    )
+    topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
+    command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
+    topics.vehicle_commands = (CommandRecord(1, now, command),)
+    rig.texts.say(Severity.WARNING, "Low battery\t", "commander")
+    rig.parameters.set("MPC_XY_P", 0.5)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+
+    def row(name: str) -> dict[str, float]:
+        data = log.get_dataset(name).data
+        return {field: float(column[-1]) for field, column in data.items()}
+
+    attitude, local = row("vehicle_attitude"), row("vehicle_local_position")
+    assert [attitude[f"q[{n}]"] for n in range(4)] == [0.5, -0.5, 0.5, -0.5]
+    assert (attitude["timestamp"], attitude["timestamp_sample"]) == (now, now)
+    assert (local["x"], local["y"], local["z"], local["z_deriv"], local["xy_reset_counter"]) == (1.0, 2.0, -3.0, 0.5, 3)
+    assert (local["xy_valid"], local["v_xy_valid"], local["xy_global"], local["z_global"]) == (1, 0, 1, 0)
+    assert (local["ref_lat"], local["eph"], local["delta_xy[1]"]) == (47.0, 0.25, 0.0)
+    assert math.isnan(local["evh"])
+    motors, outputs = row("actuator_motors"), row("actuator_outputs")
+    assert [motors[f"control[{n}]"] for n in range(4)] == pytest.approx([0.1, 0.2, 0.3, 0.4])
+    assert math.isnan(motors["control[4]"])
+    assert (outputs["noutputs"], outputs["output[3]"], outputs["output[4]"]) == (4, 1400, 0)
+    given = row("vehicle_command")
+    assert (given["timestamp"], given["command"], given["param1"], given["param5"]) == (now, 400, 1.0, 47.5)
+    assert (given["source_system"], given["target_system"], given["from_external"]) == (255, 1, 1)
+    imu = row("sensor_combined")
+    assert [imu[f"gyro_rad[{n}]"] for n in range(3)] == pytest.approx([0.1, 0.2, 0.3])
+    assert [imu[f"accelerometer_m_s2[{n}]"] for n in range(3)] == pytest.approx([1.0, 2.0, -9.8])
+    assert imu["gyro_integral_dt"] == 4000
+    assert "[commander] Low battery" in [text.message for text in log.logged_messages]
+    assert [(name, value) for _, name, value in log.changed_parameters] == [("MPC_XY_P", 0.5)]
+    assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
+
+
+def test_what_nobody_has_written_is_not_logged(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(3.0)
+    rig.logger.shut_down()
+    logged = {dataset.name for dataset in rig.read(FIRST).data_list if len(dataset.data["timestamp"])}
+    assert "sensor_combined" in logged
+    assert not logged & {"vehicle_attitude", "vehicle_local_position", "battery_status", "position_setpoint_triplet"}
+
+
+def test_states_are_logged_when_they_change_and_twice_a_second(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    for tick in range(1250):
+        armed = tick >= 500
+        rig.topics.vehicle_status = VehicleStatus(rig.now_us + TICK_US, armed=armed)
+        rig.run(TICK_US * 1e-6)
+    rig.logger.shut_down()
+    data = rig.read(FIRST).get_dataset("vehicle_status").data
+    assert 10 <= len(data["timestamp"]) <= 13
+    armed_at_us = data["timestamp"][list(data["arming_state"]).index(2)]
+    assert 2_000_000 <= armed_at_us <= 2_120_000
+
+
+@pytest.mark.parametrize(
+    ("profile", "topic", "hz"), [(1, "vehicle_acceleration", 20), (8, "vehicle_acceleration", 250)]
+)
+def test_profile_gives_the_rates(tmp_path: Path, profile: int, topic: str, hz: int) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2, SDLOG_PROFILE=profile)
+    rig.run(5.0)
+    rig.logger.shut_down()
+    count = len(rig.read(FIRST).get_dataset(topic).data["timestamp"])
+    assert count / 5.0 == pytest.approx(hz, rel=0.05)
+
+
+# --- with a whole vehicle ----------------------------------------------------------------------------------
+
+
+def flown(model: str, root: Path, seconds: float) -> Path:
+    """The log of a vehicle that stands and is armed."""
+    storage.prepare(root)
+    vehicle = vehicles.load(model)
+    simulator = VehicleSimulator(vehicle, Home(47.4, 8.5, 490.0, 0.0), seed=3, terrain=FlatGround())
+    autopilot, channel = Autopilot(vehicle.airframe, 0, root), MemoryChannel()
+    actuators = None
+    for _ in range(round(seconds * 250)):
+        channel.simulator.send(simulator.tick(actuators))
+        channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
+        actuators = channel.simulator.receive()
+    autopilot.logger.shut_down()
+    return root / "log" / autopilot.logger.files[0]
+
+
+@pytest.mark.parametrize("model", ["sihsim_hex", "sihsim_rover_ackermann"])
+def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -> None:
+    log, again = (flown(model, tmp_path / name, 4.0) for name in ("a", "b"))
+    assert log.read_bytes() == again.read_bytes()
+    read = ULog(str(log))
+    assert not read.file_corruption
+    px4 = PX4ULog(read)
+    px4.add_roll_pitch_yaw()
+    assert px4.get_mav_type() == ("Ground Rover" if "rover" in model else "Hexarotor")
+    assert abs(read.get_dataset("vehicle_attitude").data["roll"][-1]) < 0.1
+    convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
+    assert len(list(tmp_path.glob("*.csv"))) == 3
