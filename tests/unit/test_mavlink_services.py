@@ -46,6 +46,15 @@ def test_a_later_answer_goes_to_whom_gave_the_command_on_its_link() -> None:
     assert only(peer.run(0.05, ONBOARD) + peer.received(GCS), "COMMAND_ACK") == []
 
 
+def test_a_requested_message_knows_what_was_commanded_a_moment_ago() -> None:
+    peer = Peer()
+    peer.run(1.0)
+    request = command_long(mavlink.MAV_CMD_REQUEST_MESSAGE, 0)
+    assert only(peer.send(request), "HEARTBEAT")[0].base_mode & 128 == 0
+    peer.topics.vehicle_status = peer.topics.vehicle_status._replace(armed=True)
+    assert only(peer.send(request), "HEARTBEAT")[0].base_mode & 128
+
+
 def upload(peer: Peer, *items: Any, kind: int = 0) -> tuple[int, int]:
     """Upload and return MISSION_ACK's type and mission type."""
     replies = peer.send(count(len(items), kind))

@@ -60,7 +60,8 @@ class Stream:
         return self._payloads
 
     def requested(self, now_us: int, link: Link) -> tuple[bytes, ...]:
-        """The message as REQUEST_MESSAGE wants it."""
+        """The message as REQUEST_MESSAGE wants it: of now, not of the last tick, since when a command may have come."""
+        self._made_us = -1
         return self.payloads(now_us, link) if self._per_link else self.latest(now_us)
 
 
