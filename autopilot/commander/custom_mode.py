@@ -134,9 +134,11 @@ def nav_state_of_base_mode(base_mode: int) -> NavState | None:
     return NavState.STAB if base_mode & FLAG_STABILIZE_ENABLED else NavState.MANUAL
 
 
-def base_mode_of(nav_state: NavState, *, armed: bool, offboard_setpoints: bool) -> int:
-    """HEARTBEAT.base_mode; OFFBOARD counts as stabilised only while setpoints come in."""
+def base_mode_of(nav_state: NavState, *, armed: bool, rover: bool, offboard_attitude: bool) -> int:
+    """HEARTBEAT.base_mode. A rover's MANUAL controls no attitude; OFFBOARD does if its last setpoint wanted that."""
     base_mode = _BASE_MODE[nav_state]
-    if nav_state is NavState.OFFBOARD and offboard_setpoints:
+    if nav_state is NavState.OFFBOARD and offboard_attitude:
         base_mode |= FLAG_STABILIZE_ENABLED
+    if nav_state is NavState.MANUAL and rover:
+        base_mode &= ~FLAG_STABILIZE_ENABLED
     return base_mode | FLAG_SAFETY_ARMED if armed else base_mode

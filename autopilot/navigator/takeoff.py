@@ -1,6 +1,6 @@
 """TAKEOFF: climb straight up to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground.
 
-PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is done at once.
+PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is done as soon as it counts as in the air.
 """
 
 import math
@@ -39,6 +39,8 @@ class Takeoff:
             self._begin()
         assert self._target is not None
         if state.rover:
+            if state.landed:
+                self._begun_us = state.now_us
             done = state.now_us - self._begun_us >= ROVER_TAKEOFF_US
         else:
             done = self._reached.update(state, self._target)

@@ -13,8 +13,13 @@ def fields(now_us: int, context: Context) -> Fields:
     """Present mode and state."""
     topics = context.topics
     status = topics.vehicle_status
-    setpoints = not topics.failsafe_flags.offboard_control_signal_lost
-    base_mode = base_mode_of(status.nav_state, armed=status.armed, offboard_setpoints=setpoints)
+    offboard = topics.offboard_setpoint
+    base_mode = base_mode_of(
+        status.nav_state,
+        armed=status.armed,
+        rover=context.is_rover,
+        offboard_attitude=offboard.trajectory is not None or offboard.attitude is not None,
+    )
     return (
         custom_mode_of(status.nav_state),
         context.mav_type,

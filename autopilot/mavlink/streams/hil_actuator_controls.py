@@ -9,9 +9,11 @@ CHANNELS = 16
 ARMED = 128
 
 
-def fields(now_us: int, context: Context) -> Fields:
-    """Motors 0..1, servos -1..1."""
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Motors 0..1, servos -1..1. PX4's simulated rover has nothing to say here."""
     outputs = context.topics.actuator_outputs
+    if context.is_rover:
+        return None
     controls = outputs.controls[:CHANNELS]
     padding = (0.0,) * (CHANNELS - len(controls))
     mode = ARMED if context.topics.actuator_armed.armed else 0
