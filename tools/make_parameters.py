@@ -20,11 +20,13 @@ KEPT = (
     "max",
     "decimalPlaces",
     "increment",
-    "unit",
+    "units",
     "group",
     "category",
     "rebootRequired",
     "volatile",
+    "values",
+    "bits",
 )
 
 

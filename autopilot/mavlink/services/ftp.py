@@ -1,6 +1,6 @@
 """MAVLink FTP, the server (https://mavlink.io/en/services/ftp.html; PX4: mavlink_ftp.cpp).
 
-Serves the folder of the instance, and under `etc/extras` the files of component_files.py. One session per link, which
+Serves the folder of the instance, and under `etc/extras` the files of component_metadata/. One session per link, which
 ends after 10 s without a request. A request with the number of the last one gets the last answer again, as long as
 that was a short one. A read is answered at once; a burst begins at once and goes on with the ticks, as does the CRC
 of a long file.
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from autopilot.file_system import Entry, FileSystem, OpenFile, ProtectedError, Tree
-from autopilot.mavlink import component_files
+from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
@@ -126,7 +126,7 @@ class Ftp:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL})
     HAS_TIMER = True
 
-    def __init__(self, system_id: int, root: Path | None, etc: Callable[[], Tree] = component_files.tree) -> None:
+    def __init__(self, system_id: int, root: Path | None, etc: Callable[[], Tree] = files.tree) -> None:
         """`system_id` is ours; `root` is the folder of this instance; `etc` makes the files below `etc/`."""
         self._system_id = system_id
         self._files = FileSystem(root, etc, FOLDERS)

@@ -1,6 +1,6 @@
 """COMPONENT_INFORMATION: the older form of COMPONENT_METADATA (PX4: streams/COMPONENT_INFORMATION.hpp)."""
 
-from autopilot.mavlink import component_files
+from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
@@ -10,5 +10,5 @@ ID = mavlink.MAVLINK_MSG_ID_COMPONENT_INFORMATION
 
 def fields(now_us: int, context: Context) -> Fields:
     """On request; no peripherals."""
-    general = component_files.general()
-    return (now_us // 1000, general.crc32, 0, component_files.GENERAL_URI.encode(), b"")
+    general = files.general()
+    return (now_us // 1000, general.crc32, 0, files.uri(files.GENERAL).encode(), b"")

@@ -1,6 +1,6 @@
 """COMPONENT_METADATA: where a ground station finds what our parameters and events mean (PX4's stream of that name)."""
 
-from autopilot.mavlink import component_files
+from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
@@ -10,5 +10,5 @@ ID = mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA
 
 def fields(now_us: int, context: Context) -> Fields:
     """On request; the file is served by FTP."""
-    general = component_files.general()
-    return (now_us // 1000, general.crc32, component_files.GENERAL_URI.encode())
+    general = files.general()
+    return (now_us // 1000, general.crc32, files.uri(files.GENERAL).encode())
