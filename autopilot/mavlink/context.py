@@ -1,5 +1,7 @@
 """What a stream sees when it makes its message: the topics, the parameters it needs, and the date of boot."""
 
+from pathlib import Path
+
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
@@ -11,8 +13,9 @@ BOOT_UNIX_US = 1_767_225_600_000_000
 class Context:
     """Shared by all streams of one vehicle; `refresh` copies parameters after a change."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman) -> None:
-        """Keeps references; nothing is copied but parameters."""
+    def __init__(self, topics: Topics, parameters: Parameters, dataman: Dataman, root: Path | None) -> None:
+        """Keeps references; nothing is copied but parameters. `root`: the instance's folder, None for no storage."""
+        self.root = root
         self.topics = topics
         self.parameters = parameters
         self.dataman = dataman

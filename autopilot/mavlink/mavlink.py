@@ -85,7 +85,7 @@ class Mavlink:
         Commands that wait in `outgoing` are sent to other components.
         """
         self.system_id = int(parameters["MAV_SYS_ID"])
-        self.context = Context(topics, parameters, dataman)
+        self.context = Context(topics, parameters, dataman, root)
         self._encoder = encoder = Encoder(self.system_id)
         signing_streams: SigningStreams = {}
         self.links: tuple[Link, ...] = (
@@ -99,7 +99,7 @@ class Mavlink:
         self._streams: dict[str, Stream] = {}
         for link in self.links:
             self._start_streams(link)
-        requests = message_request.MessageRequest(self.context, self.stream)
+        requests = message_request.MessageRequest(self.stream)
         intervals = message_interval.MessageInterval(self.stream)
         self._intervals = intervals
         self.shell = shell.Shell(texts, self.system_id)

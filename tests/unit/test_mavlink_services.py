@@ -156,6 +156,24 @@ def test_requests() -> None:
     assert only(peer.send(command_long(512, 435, 5)), "AVAILABLE_MODES")[0].mode_name == "Hold"
 
 
+def test_nonsense_in_requests_and_intervals_is_answered_as_by_px4() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.1)
+    nan, inf = float("nan"), float("inf")
+    assert names(peer.send(command_long(512, nan))) == ["HEARTBEAT", "COMMAND_ACK"]
+    assert names(peer.send(command_long(512, 65536 + 30))) == ["ATTITUDE", "COMMAND_ACK"]
+    assert [reply.result for reply in peer.send(command_long(512, 435, -3))] == [0]
+    assert [reply.result for reply in peer.send(command_long(512, 435, 28))] == [2]
+    assert names(peer.send(command_long(512, 261, 1))) == ["STORAGE_INFORMATION", "COMMAND_ACK"]
+    assert [reply.result for reply in peer.send(command_long(512, 261, 2))] == [2]
+    assert peer.send(command_long(511, inf, 1000))[0].result == 4
+    for accepted in ((30, nan), (30, 1e13), (30, -inf), (30, inf), (30, 2e4, 0.4, 0, 0, 0, nan)):
+        assert peer.send(command_long(511, *accepted))[0].result == 0
+    for refused in ((30, 2e4, 1), (30, 2e4, 0, -2), (30, 2e4, 0, 0, 0, 0, 1)):
+        assert peer.send(command_long(511, *refused))[0].result == 4
+    assert only(peer.send(command_long(510, 30)), "MESSAGE_INTERVAL")[0].interval_us == 20_000
+
+
 def test_a_rovers_modes_have_names_instead_of_standards() -> None:
     modes = only(Peer(kind="rover").send(command_long(512, 435, 0)), "AVAILABLE_MODES")
     assert [(mode.mode_name, mode.standard_mode) for mode in modes[1:3]] == [("Altitude", 0), ("Position", 0)]

@@ -1,9 +1,12 @@
 """SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL: change and ask the rate of a stream on the link of the command.
 
-As measured on PX4 v1.18: -1 stops a stream, 0 goes back to the link mode's default, HEARTBEAT's rate is fixed, a
-message without a stream FAILs. REQUEST_DATA_STREAM has no effect.
+As measured on PX4 v1.18 and in its MavlinkReceiver::set_message_interval: a negative interval stops a stream, 0 (or
+NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs, and so does a
+command with parameters that PX4 does not know (3, 4, and 7: where to send the answer). REQUEST_DATA_STREAM has no
+effect.
 """
 
+import math
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
@@ -16,6 +19,9 @@ from sitl_emu.core import dialect as mavlink
 SET_MESSAGE_INTERVAL = 511
 GET_MESSAGE_INTERVAL = 510
 STOPPED = -1
+DEFAULT = 0
+SMALLEST_INTERVAL_US = 1e-5
+LONGEST_INTERVAL_US = 1e12
 FIXED = frozenset({"HEARTBEAT"})
 NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
 """Sent by services in PX4, so that there is no stream to configure."""
@@ -32,12 +38,12 @@ class MessageInterval:
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult:
         """param1 is the message id, param2 the interval in µs."""
-        message_id = round(command.param1) if command.param1 == command.param1 else -1
+        message_id = message_id_of(command)
         if command.command == GET_MESSAGE_INTERVAL:
             send_interval(link, message_id)
             return CommandResult(MAV_RESULT_ACCEPTED)
-        interval_us = round(command.param2) if command.param2 == command.param2 else STOPPED
-        accepted = self.set(now_us, message_id, interval_us, link)
+        known = not any(map(_is_set, (command.param3, command.param4, command.param7)))
+        accepted = known and self.set(now_us, message_id, _interval_us(command.param2), link)
         return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
 
     def set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
@@ -51,7 +57,7 @@ class MessageInterval:
         if stream is None or name in FIXED or name in NOT_CONFIGURABLE:
             return False
         link.requested_once.discard(message_id)
-        if interval_us == 0:
+        if interval_us == DEFAULT:
             hz = rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
         if interval_us < 0:
@@ -59,6 +65,24 @@ class MessageInterval:
         else:
             link.schedule(now_us, stream, interval_us)
         return True
+
+
+def message_id_of(command: VehicleCommand) -> int:
+    """The message that param1 names; what is no number is message 0, as where PX4 runs."""
+    return math.floor(command.param1 + 0.5) if math.isfinite(command.param1) else 0
+
+
+def _is_set(value: float) -> bool:
+    return math.isfinite(value) and int(value + 0.5) != 0
+
+
+def _interval_us(value: float) -> int:
+    """DEFAULT, STOPPED, or µs. Above 1e12 PX4's rate is too small to be one, and the stream stops."""
+    if math.isnan(value) or abs(value) <= SMALLEST_INTERVAL_US:
+        return DEFAULT
+    if value < 0.0 or value >= LONGEST_INTERVAL_US:
+        return STOPPED
+    return max(1, round(value))
 
 
 def send_interval(link: Link, message_id: int) -> None:

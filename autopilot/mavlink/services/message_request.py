@@ -7,11 +7,9 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.mavlink import available_modes as modes
-from autopilot.mavlink.context import Context
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import message_interval
-from autopilot.mavlink.streams import Stream, available_modes
+from autopilot.mavlink.streams import Stream
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -25,40 +23,26 @@ class MessageRequest:
 
     COMMANDS = frozenset({REQUEST_MESSAGE})
 
-    def __init__(self, context: Context, stream: Callable[[str], Stream | None]) -> None:
+    def __init__(self, stream: Callable[[str], Stream | None]) -> None:
         """`stream` finds a stream by message name."""
-        self._context = context
         self._stream = stream
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult:
         """Send the message whose id is param1."""
-        message_id = round(command.param1) if command.param1 == command.param1 else -1
+        message_id = message_interval.message_id_of(command) & 0xFFFF
         if message_id == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
-            message_interval.send_interval(link, round(command.param2 or 0.0))
+            wanted = command._replace(param1=command.param2)
+            message_interval.send_interval(link, message_interval.message_id_of(wanted))
             return CommandResult(MAV_RESULT_ACCEPTED)
         if message_id in ACCEPTED_IN_SILENCE:
             return CommandResult(MAV_RESULT_ACCEPTED)
-        if message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
-            return self._available_modes(now_us, round(command.param2), link)
         table = mavlink.mavlink_map.get(message_id)
         stream = None if table is None else self._stream(table.msgname)
         if stream is None:
             return CommandResult(MAV_RESULT_DENIED)
-        payloads = stream.requested(now_us, link)
-        for payload in payloads:
+        payloads = stream.requested(now_us, link, command.param2)
+        for payload in payloads or ():
             link.send_payload(stream.codec, payload)
         if link.interval_us(message_id) is None:
             link.requested_once.add(message_id)
-        return CommandResult(MAV_RESULT_ACCEPTED if payloads else MAV_RESULT_DENIED)
-
-    def _available_modes(self, now_us: int, index: int, link: Link) -> CommandResult:
-        count = len(modes.MODES)
-        if index == 0:
-            wanted = range(1, count + 1)
-        elif 1 <= index <= count:
-            wanted = range(index, index + 1)
-        else:
-            return CommandResult(MAV_RESULT_DENIED)
-        for each in wanted:
-            link.send_fields(available_modes.ID, *available_modes.one(each, self._context.is_rover))
-        return CommandResult(MAV_RESULT_ACCEPTED)
+        return CommandResult(MAV_RESULT_DENIED if payloads is None else MAV_RESULT_ACCEPTED)

@@ -3,7 +3,8 @@
 A stream module has `ID` (MAVLink message id) and `fields(now_us, context)`, which returns the message's fields in wire
 order (arrays flattened), a list of such tuples if it comes in parts, or None when there is nothing to send.
 `stamp(context)`, if it is there, tells when the data last changed: then it is sent once per change. A module with
-`PER_LINK = True` is handed the link as third argument, because its content differs per link.
+`PER_LINK = True` is handed the link as third argument, because its content differs per link. One with
+`requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
 
 import functools
@@ -29,6 +30,7 @@ class Stream:
         self.codec = encoder.codec(module.ID)
         self._fields = module.fields
         self._stamp = getattr(module, "stamp", None)
+        self._requested = getattr(module, "requested", None)
         self._per_link = bool(getattr(module, "PER_LINK", False))
         self._context = context
         self._made_us = -1
@@ -59,10 +61,13 @@ class Stream:
                 self._payloads = (self.codec.pack(*fields),)
         return self._payloads
 
-    def requested(self, now_us: int, link: Link) -> tuple[bytes, ...]:
-        """The message as REQUEST_MESSAGE wants it: of now, not of the last tick, since when a command may have come."""
+    def requested(self, now_us: int, link: Link, param2: float) -> tuple[bytes, ...] | None:
+        """The messages that REQUEST_MESSAGE wants, as of now (a command may have come since the last tick), or None."""
+        if self._requested is not None:
+            messages = self._requested(now_us, self._context, param2)
+            return None if messages is None else tuple(self.codec.pack(*fields) for fields in messages)
         self._made_us = -1
-        return self.payloads(now_us, link) if self._per_link else self.latest(now_us)
+        return (self.payloads(now_us, link) if self._per_link else self.latest(now_us)) or None
 
 
 @functools.cache

@@ -1,5 +1,7 @@
 """AVAILABLE_MODES: all modes, one message each (PX4: streams/AVAILABLE_MODES.hpp)."""
 
+import math
+
 from autopilot.mavlink.available_modes import MODES, listed
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
@@ -8,9 +10,17 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES
 
 
-def fields(now_us: int, context: Context) -> list[Fields]:
-    """On request; all of them (REQUEST_MESSAGE's param2 0)."""
-    return [one(index, context.is_rover) for index in range(1, len(MODES) + 1)]
+def fields(now_us: int, context: Context) -> None:
+    """On request only."""
+
+
+def requested(now_us: int, context: Context, param2: float) -> list[Fields] | None:
+    """Mode `param2`, all for 0; as from PX4, a negative one is accepted and nothing comes."""
+    index = math.floor(param2 + 0.5) if math.isfinite(param2) else -1
+    if index > len(MODES):
+        return None
+    wanted = range(1, len(MODES) + 1) if index == 0 else range(index, index + 1)
+    return [one(each, context.is_rover) for each in wanted if each > 0]
 
 
 def one(index: int, is_rover: bool) -> Fields:
