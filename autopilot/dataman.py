@@ -125,6 +125,7 @@ class Dataman:
         try:
             content = self._path.read_bytes()
         except FileNotFoundError:
+            self._write(self._packed, self.current_seq)  # as PX4 does, so that the file is there from the start
             return
         except OSError as error:
             self._say(Severity.CRITICAL, f"Missions not loaded: {self._path.name}: {error.strerror}")

@@ -49,6 +49,8 @@ class ParameterStorage:
         """What the start-up script does: load, and reset if SYS_AUTOCONFIG wants it."""
         parameters = self._parameters
         self.load()
+        if self._file is not None and not self._file.exists():
+            parameters.edits += 1  # the script sets SYS_AUTOSTART, which is saved soon
         if parameters["SYS_AUTOCONFIG"] > 0:
             parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
 
