@@ -62,7 +62,7 @@ class Autopilot:
         self.sensors = Sensors(*shared)
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
-        self.commander = Commander(*shared, self.dataman, self.texts.of("commander"))
+        self.commander = Commander(*shared, self.dataman, self.texts.of("commander"), self.texts.events.send)
         self.outgoing = OutgoingCommands()
         self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
         self.flight_modes = FlightModes(*shared)

@@ -1,10 +1,11 @@
-"""What the autopilot tells people: STATUSTEXTs, waiting for the links to send them."""
+"""What the autopilot tells people: STATUSTEXTs, waiting for the links, and the events that go with them."""
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from autopilot.constants import Severity
+from autopilot.events import Events
 
 KEPT = 50
 
@@ -18,18 +19,37 @@ class Text(NamedTuple):
     module: str
 
 
+class Say(Protocol):
+    """Tells the ground a text, and sends the event that says the same in numbers."""
+
+    def __call__(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+        """PX4's texts that have an event end in a tab; `event` is its name, `arguments` are the event's."""
+        ...
+
+
+SendEvent = Callable[..., None]
+"""events.Events.send: name, level, arguments."""
+
+
 class Texts:
     """The last texts. Any module may say something; each link sends what is new to it."""
 
     def __init__(self) -> None:
         self.recent: deque[Text] = deque(maxlen=KEPT)
         self.count = 0
+        self.events = Events()
 
-    def say(self, severity: Severity, text: str, module: str = "commander") -> None:
-        """Tell the ground; PX4's texts that have an event end in a tab, which is part of the text."""
+    def say(self, severity: Severity, text: str, event: str = "", *arguments: float, module: str = "commander") -> None:
+        """Tell the ground; see Say."""
         self.recent.append(Text(self.count, severity, text, module))
         self.count += 1
+        if event:
+            self.events.send(event, severity, *arguments)
 
-    def of(self, module: str) -> Callable[[Severity, str], None]:
+    def of(self, module: str) -> Say:
         """`say` for one module."""
-        return lambda severity, text: self.say(severity, text, module)
+
+        def say(severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+            self.say(severity, text, event, *arguments, module=module)
+
+        return say

@@ -4,25 +4,31 @@ PX4's Commander::arm and disarm (v1.18), with their texts. Sticks that are not a
 are flown by them. A terminated flight stays terminated until the next start.
 """
 
-from collections.abc import Callable
-
 from autopilot.commander import home_position
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
 from autopilot.parameters import Parameters
+from autopilot.texts import Say
 from autopilot.topics import ActuatorArmed, Topics
 
 STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
 STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
-REASON_BY_COMMAND = 4
-"""vehicle_status ARM_DISARM_REASON_COMMAND_EXTERNAL."""
-REASON_MISSION_START = 5
-REASON_BY_ITSELF = 7
-"""ARM_DISARM_REASON_AUTO_DISARM_LAND and its neighbours."""
+INTERNAL_COMMAND = "internal command"
+EXTERNAL_COMMAND = "external command"
+MISSION_START = "mission start"
+REASONS = {
+    INTERNAL_COMMAND: 3,
+    EXTERNAL_COMMAND: 4,
+    MISSION_START: 5,
+    "landing": 6,
+    "auto preflight disarming": 7,
+    "failsafe": 14,
+}
+"""Why the vehicle was armed or disarmed, as PX4 says it, and vehicle_status' ARM_DISARM_REASON_*."""
 
 
 class Arming:
@@ -34,7 +40,7 @@ class Arming:
         parameters: Parameters,
         checks: HealthAndArmingChecks,
         intention: UserModeIntention,
-        say: Callable[[Severity, str], None],
+        say: Say,
         *,
         rover: bool,
     ) -> None:
@@ -50,60 +56,59 @@ class Arming:
         self.arming_reason = 0
         self.disarming_reason = 0
 
-    def arm(
-        self, now_us: int, *, forced: bool = False, by: str = "external command", reason: int = REASON_BY_COMMAND
-    ) -> int:
-        """MAV_RESULT of arming; `forced` goes without checks. `by` and `reason` say what for."""
+    def arm(self, now_us: int, *, forced: bool = False, by: str = EXTERNAL_COMMAND) -> int:
+        """MAV_RESULT of arming; `forced` goes without checks. `by` is one of REASONS."""
         if self.armed:
             return ACCEPTED
         if not forced:
             refusal = self._refusal(now_us)
             if refusal is not None:
-                self._say(Severity.CRITICAL, f"Arming denied: {refusal}\t")
+                self._say(Severity.CRITICAL, *refusal)
                 return TEMPORARILY_REJECTED
         topics = self._topics
         self.armed = True
         self.armed_us = now_us
-        self.arming_reason = reason
+        self.arming_reason = REASONS[by]
         topics.actuator_armed = ActuatorArmed(True, self.terminated, False)
         if self._parameters["COM_HOME_EN"]:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
-        self._say(Severity.INFO, f"Armed by {by}\t")
+        self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
         return ACCEPTED
 
-    def disarm_by_command(self, *, forced: bool) -> int:
+    def disarm_by_command(self, *, forced: bool, by: str = EXTERNAL_COMMAND) -> int:
         """MAV_RESULT of disarming; only `forced` disarms what flies."""
         if not self.armed:
             return ACCEPTED
         land_detected = self._topics.vehicle_land_detected
         stands = land_detected.landed or land_detected.maybe_landed or self._rover or self.terminated
         if not (forced or stands):
-            self._say(Severity.CRITICAL, "Disarming denied: not landed\t")
+            self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
             return TEMPORARILY_REJECTED
-        self.disarm("external command", REASON_BY_COMMAND)
+        self.disarm(by)
         return ACCEPTED
 
-    def disarm(self, by: str, reason: int = REASON_BY_ITSELF) -> None:
-        """Disarm and say by what."""
+    def disarm(self, by: str) -> None:
+        """Disarm and say by what: one of REASONS."""
         self.armed = False
-        self.disarming_reason = reason
+        self.disarming_reason = REASONS[by]
         self._topics.actuator_armed = ActuatorArmed(False, self.terminated, False)
         self._intention.on_disarm()
-        self._say(Severity.INFO, f"Disarmed by {by}\t")
+        self._say(Severity.INFO, f"Disarmed by {by}\t", "commander_disarmed_by", self.disarming_reason)
 
     def terminate(self) -> None:
         """End the flight, for good."""
         self.terminated = True
         self._topics.actuator_armed = ActuatorArmed(self.armed, True, False)
 
-    def _refusal(self, now_us: int) -> str | None:
+    def _refusal(self, now_us: int) -> tuple[str, str] | None:
+        """What to say, and the event."""
         self._checks.update(now_us)
         mode = self._intention.mode
         if not self._checks.can_arm(mode):
-            return "Resolve system health failures first"
+            return "Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures"
         sticks = self._topics.manual_control_setpoint
         if mode in STICKS_TO_CLIMB and sticks.throttle > THROTTLE_CENTRE:
-            return "throttle above center"
+            return "Arming denied: throttle above center\t", "commander_arm_denied_throttle_unsafe"
         if mode in STICKS_TO_THRUST and not self._rover and sticks.throttle > THROTTLE_LOW:
-            return "high throttle"
+            return "Arming denied: high throttle\t", "commander_arm_denied_throttle_unsafe"
         return None

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from autopilot.commander import home_position
-from autopilot.commander.arming import REASON_MISSION_START, Arming
+from autopilot.commander.arming import EXTERNAL_COMMAND, INTERNAL_COMMAND, MISSION_START, Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import (
     ACCEPTED,
@@ -20,18 +20,25 @@ from autopilot.commander.command_results import (
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
 )
-from autopilot.commander.custom_mode import FLAG_CUSTOM_MODE_ENABLED, nav_state_of, nav_state_of_base_mode
-from autopilot.commander.mode_names import MODE_NAMES
+from autopilot.commander.custom_mode import (
+    FLAG_CUSTOM_MODE_ENABLED,
+    custom_mode_of,
+    nav_state_of,
+    nav_state_of_base_mode,
+)
+from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, NAVIGATION_MODES
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
+from autopilot.texts import Say
 from autopilot.topics import ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
 FORCE_MAGIC = 21196
 KEPT_COMMANDS = 8
+MISSION_START_DENIED = "commander_mission_start_denied_no_mission"
 ACTUATOR_GROUP_TEST = 309
 """MAV_CMD_ACTUATOR_GROUP_TEST, of MAVLink's development dialect."""
 MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
@@ -69,7 +76,7 @@ class CommandHandlers:
         checks: HealthAndArmingChecks,
         intention: UserModeIntention,
         arming: Arming,
-        say: Callable[[Severity, str], None],
+        say: Say,
         *,
         rover: bool,
     ) -> None:
@@ -129,13 +136,15 @@ class CommandHandlers:
         ended = arming.armed and arming.terminated
         if not ended and self._intention.change(mode, armed=arming.armed):
             return ACCEPTED
-        self._say(Severity.CRITICAL, f"Switching to {MODE_NAMES[mode]} is currently not available\t")
+        text = f"Switching to {MODE_NAMES[mode]} is currently not available\t"
+        numbers = custom_mode_of(mode), NAVIGATION_MODES.get(mode, NAVIGATION_MODE_UNKNOWN)
+        self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
         return TEMPORARILY_REJECTED
 
-    def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str) -> int:
+    def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:
         result = self._change_mode(now_us, mode)
         if result == ACCEPTED:
-            self._say(Severity.INFO, text)
+            self._say(Severity.INFO, text, event)
         return result
 
     def _change_mode_and_pass_on(self, now_us: int, mode: NavState, command: VehicleCommand) -> int:
@@ -155,16 +164,18 @@ class CommandHandlers:
     def _component_arm_disarm(self, now_us: int, command: VehicleCommand) -> int | None:
         wanted = math.floor(command.param1 + 0.5) if math.isfinite(command.param1) else -1
         forced = command.param2 == FORCE_MAGIC
+        by = EXTERNAL_COMMAND if command.from_external else INTERNAL_COMMAND
         if wanted == 1:
-            return self._arming.arm(now_us, forced=forced)
+            return self._arming.arm(now_us, forced=forced, by=by)
         if wanted == 0:
-            return self._arming.disarm_by_command(forced=forced)
-        self._say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {command.param1:.3f}\t")
+            return self._arming.disarm_by_command(forced=forced, by=by)
+        text = f"Unsupported ARM_DISARM param: {command.param1:.3f}\t"
+        self._say(Severity.CRITICAL, text, "commander_unsupported_arm_disarm_param", command.param1)
         return None
 
     def _run_prearm_checks(self, now_us: int, command: VehicleCommand) -> int:
         if not self._arming.armed:
-            self._checks.update(now_us)
+            self._checks.update(now_us, force_report=True)
         return ACCEPTED
 
     def _do_flighttermination(self, now_us: int, command: VehicleCommand) -> int:
@@ -195,13 +206,15 @@ class CommandHandlers:
         return self._change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
 
     def _nav_land(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode_and_tell(now_us, NavState.AUTO_LAND, "Landing at current position\t")
+        text = "Landing at current position\t"
+        return self._change_mode_and_tell(now_us, NavState.AUTO_LAND, text, "commander_landing_current_pos")
 
     def _nav_land_local(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode_and_tell(now_us, NavState.AUTO_PRECLAND, "Precision landing\t")
+        text = "Precision landing\t"
+        return self._change_mode_and_tell(now_us, NavState.AUTO_PRECLAND, text, "commander_landing_prec_land")
 
     def _nav_return_to_launch(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode_and_tell(now_us, NavState.AUTO_RTL, "Returning to launch\t")
+        return self._change_mode_and_tell(now_us, NavState.AUTO_RTL, "Returning to launch\t", "commander_rtl")
 
     def _do_reposition(self, now_us: int, command: VehicleCommand) -> int:
         """Without MAV_DO_REPOSITION_FLAGS_CHANGE_MODE it is for who is in HOLD already (the navigator looks)."""
@@ -218,13 +231,13 @@ class CommandHandlers:
     def _mission_start(self, now_us: int, command: VehicleCommand) -> int:
         self._checks.update(now_us)
         if self._topics.failsafe_flags.auto_mission_missing:
-            self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t")
+            self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t", MISSION_START_DENIED)
             return DENIED
         if not -1.0 <= command.param1 < len(self._dataman.mission.items):
             return DENIED
         result = self._change_mode(now_us, NavState.AUTO_MISSION)
         if result == ACCEPTED:
-            result = self._arming.arm(now_us, by="mission start", reason=REASON_MISSION_START)
+            result = self._arming.arm(now_us, by=MISSION_START)
             if command.param1 >= 0.0:
                 self._pass_on(now_us, command)
         return result

@@ -6,19 +6,19 @@ Left out: RC switches and stick gestures, VTOL, rebooting (answered; restarting 
 safety switch.
 """
 
-from collections.abc import Callable
-
 from autopilot.commander import home_position
 from autopilot.commander.arming import Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
 from autopilot.commander.command_handlers import CommandHandlers
-from autopilot.commander.failsafe import Action, Failsafe
+from autopilot.commander.failsafe import Action, Failsafe, Notice
+from autopilot.commander.failsafe_events import failsafe_event
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
+from autopilot.texts import Say, SendEvent
 from autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 
@@ -38,17 +38,18 @@ class Commander:
     """Writes vehicle_status, health_report, failsafe_flags, home_position, actuator_armed and vehicle_commands."""
 
     def __init__(
-        self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Callable[[Severity, str], None]
+        self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say, send_event: SendEvent
     ) -> None:
-        """`say(severity, text)` tells the ground; MAV_TYPE says what kind of vehicle it is."""
+        """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is."""
         self._topics = topics
         self._parameters = parameters
         self._say = say
+        self._send_event = send_event
         self._mav_type = int(parameters["MAV_TYPE"])
         rover = self._mav_type == MAV_TYPE_GROUND_ROVER
         self._vehicle_type = "rover" if rover else "multicopter"
         topics.vehicle_status = VehicleStatus(vehicle_type=self._vehicle_type, mav_type=self._mav_type)
-        self._checks = HealthAndArmingChecks(topics, parameters, say)
+        self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
         self._intention = UserModeIntention(self._checks, NavState.AUTO_LOITER)
         self._arming = Arming(topics, parameters, self._checks, self._intention, say, rover=rover)
         self._failsafe = Failsafe(parameters, self._on_failsafe)
@@ -66,6 +67,7 @@ class Commander:
         self._battery_warning = 0
         self._gcs_ever_lost = False
         self._gcs_lost = False
+        self._onboard_controller_lost = False
         self._checks_due_us = 0
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
@@ -82,7 +84,7 @@ class Commander:
         if now_us >= self._checks_due_us:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)
-            self._tell_changes()
+            self._tell_changes(now_us)
             self._follow_home(now_us)
         self._take_navigator_commands(now_us)
         self._follow_takeoff_and_landing(now_us)
@@ -91,18 +93,31 @@ class Commander:
         self._choose_nav_state(now_us)
         self._publish_vehicle_status(now_us)
 
-    def _tell_changes(self) -> None:
+    def _tell_changes(self, now_us: int) -> None:
         flags = self._topics.failsafe_flags
         if flags.gcs_connection_lost is not self._gcs_lost:
             self._gcs_lost = flags.gcs_connection_lost
             heard_before = self._topics.gcs_heartbeats.gcs_us > 0
             if not self._gcs_lost and self._gcs_ever_lost:
-                self._say(Severity.INFO, "GCS connection regained\t")
+                self._say(Severity.INFO, "GCS connection regained\t", "commander_dl_regained")
+            if self._gcs_lost and heard_before:
+                self._say(Severity.INFO, "Connection to ground station lost\t", "commander_gcs_lost")
             self._gcs_ever_lost = heard_before
+        self._follow_onboard_controller(now_us)
         if flags.battery_warning != self._battery_warning:
             self._battery_warning = flags.battery_warning
             if self._battery_warning >= BATTERY_EMERGENCY:
-                self._say(Severity.CRITICAL, "System does not support shutdown\t")
+                self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
+
+    def _follow_onboard_controller(self, now_us: int) -> None:
+        heard_us = self._topics.gcs_heartbeats.onboard_us
+        lost = heard_us > 0 and now_us - heard_us > self._parameters["COM_OBC_LOSS_T"] * 1e6
+        if lost is not self._onboard_controller_lost:
+            self._onboard_controller_lost = lost
+            if lost:
+                self._say(Severity.CRITICAL, "Connection to mission computer lost\t", "commander_mission_comp_lost")
+            else:
+                self._say(Severity.INFO, "Onboard controller regained\t", "commander_onboard_ctrl_regained")
 
     def _follow_home(self, now_us: int) -> None:
         topics = self._topics
@@ -129,12 +144,12 @@ class Commander:
             self._has_taken_off = False
             self._takeoff_us = 0
         elif armed and landed and not self._was_landed:
-            self._say(Severity.INFO, "Landing detected\t")
+            self._say(Severity.INFO, "Landing detected\t", "commander_landing_detected")
         if armed and not landed and not self._has_taken_off:
             self._has_taken_off = True
             self._takeoff_us = now_us
         if armed and not landed and self._was_landed:
-            self._say(Severity.INFO, "Takeoff detected\t")
+            self._say(Severity.INFO, "Takeoff detected\t", "commander_takeoff_detected")
         if self._was_armed and not armed:
             self._parameters.set("COM_FLIGHT_UUID", self._parameters["COM_FLIGHT_UUID"] + 1, notify=False)
         self._was_armed, self._was_landed = armed, landed
@@ -230,6 +245,10 @@ class Commander:
             return STATE_CRITICAL if self._failsafe.in_failsafe else STATE_ACTIVE
         return STATE_STANDBY if can_arm else STATE_UNINIT
 
-    def _on_failsafe(self, action: Action, hold_s: int) -> None:
-        hold = f": entering Hold for {hold_s} seconds" if hold_s else ""
-        self._say(Severity.CRITICAL, f"Failsafe activated{hold}\t")
+    def _on_failsafe(self, notice: Notice) -> None:
+        hold = f": entering Hold for {notice.hold_s} seconds" if notice.hold_s else ""
+        event, *arguments = failsafe_event(notice)
+        if not notice.with_text:
+            self._send_event(event, Severity.WARNING, *arguments)
+            return
+        self._say(Severity.CRITICAL, f"Failsafe activated{hold}\t", event, *arguments)

@@ -94,8 +94,31 @@ _FALLBACK_MODES = (
 )
 _MODE_OF_ACTION = dict(_FALLBACK_MODES) | {Action.TERMINATE: NavState.TERMINATION}
 
-FailsafeNotice = Callable[[Action, int], None]
-"""Told (action, seconds of hold before it; 0: at once)."""
+CAUSE_GENERIC = 0
+CAUSES = {
+    "manual_control_signal_lost": 1,
+    "gcs_connection_lost": 2,
+    "battery_low": 3,
+    "battery_critical": 4,
+    "battery_emergency": 5,
+}
+"""By rule: failsafe_cause_t of the events; rules that are not here are generic."""
+
+
+class Notice(NamedTuple):
+    """What people are told of a failsafe."""
+
+    action: Action
+    cause: int
+    user_mode: NavState
+    delayed_action: Action = Action.NONE
+    """What follows after the hold."""
+    hold_s: int = 0
+    with_text: bool = True
+    """A warning alone is an event without a text."""
+
+
+FailsafeNotice = Callable[[Notice], None]
 
 
 class Failsafe:
@@ -110,6 +133,8 @@ class Failsafe:
         self._chosen = Action.NONE
         """The selected action before it was replaced by one that can be flown."""
         self._hold_until_us = 0
+        self._to_be_told = False
+        """A new warning, which is told whatever else is active."""
         self._taken_over = False
         self._mode_changes = 0
         self._manual_control_lost_at_arming = False
@@ -221,6 +246,7 @@ class Failsafe:
                 if delayed and self._selected <= Action.WARN and not any(waits for _, waits in active.values()):
                     self._hold_until_us = now_us + int(self._parameters["COM_FAIL_ACT_T"] * 1e6)
                 active[name] = (option, delayed)
+                self._to_be_told |= option.action is Action.WARN
             elif before[0] != option and before[0].clear is Clear.WHEN_CONDITION_CLEARS:
                 active[name] = (option, before[1])
         elif before is not None:
@@ -249,12 +275,16 @@ class Failsafe:
         return action if can_run >> user_mode & 1 else Action.RTL
 
     def _select(self, now_us: int, user_mode: NavState, user_mode_changed: bool, can_run: int) -> NavState:
-        action = max((option.action for option, _ in self._active.values()), default=Action.NONE)
+        action, cause = Action.NONE, CAUSE_GENERIC
+        for name, (option, _) in self._active.items():
+            if option.action > action:
+                action, cause = option.action, CAUSES.get(name, CAUSE_GENERIC)
+        wanted = action
         if action is Action.NONE:
             self._taken_over = False
         elif user_mode_changed and action == self._chosen and action < Action.DISARM:
             if action is Action.WARN:
-                self._notice(action, 0)
+                self._notice(Notice(action, cause, user_mode))
             self._taken_over = True
         self._chosen = action
         hold_s = 0
@@ -264,8 +294,11 @@ class Failsafe:
             hold_s = round(float(self._parameters["COM_FAIL_ACT_T"]))
             action = Action.HOLD
         possible = self._possible(action, can_run)
-        if possible > Action.WARN and possible is not self._selected and (possible > self._selected):
-            self._notice(possible, hold_s)
+        worse = possible > Action.WARN and possible > self._selected
+        if worse or (possible is not Action.NONE and self._to_be_told):
+            delayed = wanted if hold_s else Action.NONE
+            self._notice(Notice(possible, cause, user_mode, delayed, hold_s, worse))
+        self._to_be_told = False
         self._selected = possible
         return _MODE_OF_ACTION.get(possible, user_mode)
 

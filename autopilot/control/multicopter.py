@@ -10,9 +10,8 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 """
 
 import math
-from collections.abc import Callable
 
-from autopilot.constants import NavState, Severity, TakeoffState
+from autopilot.constants import NavState, TakeoffState
 from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
@@ -33,6 +32,7 @@ from autopilot.estimator.alignment import from_euler
 from autopilot.estimator.imu_filter import alpha
 from autopilot.failure_injection import MOTOR, OFF
 from autopilot.parameters import Parameters
+from autopilot.texts import Say
 from autopilot.topics import (
     NAN,
     NAN3,
@@ -70,7 +70,7 @@ class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
     vehicle_torque_setpoint, hover_thrust_estimate and actuator_outputs."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, say: Callable[[Severity, str], None]) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """`say(severity, text)` tells the ground."""
         self._topics, self._parameters, self._say = topics, parameters, say
         self._takeoff = TakeoffHandling()

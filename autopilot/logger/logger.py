@@ -9,6 +9,7 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 (SDLOG_ROTATE), performance counters.
 """
 
+import re
 from collections.abc import Callable, Iterable
 from operator import attrgetter
 from pathlib import Path
@@ -203,7 +204,8 @@ class Logger:
         unix_us = self._unix_us_of_boot() + now_us
         file = LogFile(self._root, unix_us, int(self._parameters["SDLOG_UTC_OFFSET"]))
         if not file.trouble:
-            self._say(Severity.INFO, f"[logger] ./log/{file.name}\t")
+            date_and_time = map(int, re.findall(r"\d+", file.name))
+            self._say(Severity.INFO, f"[logger] ./log/{file.name}\t", "logger_open_file_time", *date_and_time)
             self.files.append(file.name)
         self.file, self._started_us = file, now_us
         self._stop_us = 0
@@ -219,15 +221,16 @@ class Logger:
             self._refuse(f"[logger] Not logging; {error.strerror}\t")
             return False
         if free < log_files.LEAST_FREE_BYTES:
-            self._refuse(f"[logger] Not logging; SD almost full: {free // log_files.MEBIBYTE} MiB\t")
+            free_mib = free // log_files.MEBIBYTE
+            self._refuse(f"[logger] Not logging; SD almost full: {free_mib} MiB\t", "logger_storage_full", free_mib)
             return False
         return True
 
-    def _refuse(self, text: str) -> None:
+    def _refuse(self, text: str, event: str = "", *arguments: float) -> None:
         """Said once, not at every arming."""
         if not self._refused:
             self._refused = True
-            self._say(Severity.CRITICAL, text)
+            self._say(Severity.CRITICAL, text, event, *arguments)
 
     def _end_file(self) -> None:
         self._stop_us = 0
@@ -244,8 +247,8 @@ class Logger:
         if file.trouble or file.gone:
             self.file = None
 
-    def _say(self, severity: Severity, text: str) -> None:
-        self._texts.say(severity, text, "logger")
+    def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+        self._texts.say(severity, text, event, *arguments, module="logger")
 
     # --- streaming -----------------------------------------------------------------------------------------
 

@@ -20,8 +20,6 @@ class Context:
         self.parameters = parameters
         self.dataman = dataman
         self.boot_unix_us = BOOT_UNIX_US
-        self.events_sequence = 0
-        """Sequence number of the newest EVENT."""
         self.rc_channels: tuple[int, ...] = ()
         """Last RC_CHANNELS_OVERRIDE in µs, and when it came."""
         self.rc_channels_us = 0

@@ -125,7 +125,7 @@ class Mavlink:
             ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id),
             self.shell,
-            event.Event(self.context, self.links, texts, self.system_id),
+            event.Event(self.links, texts.events, self.system_id),
         )
         self._handlers: dict[int, list[Service]] = {}
         for service in self._services:

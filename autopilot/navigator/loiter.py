@@ -11,6 +11,9 @@ from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
+OUTSIDE = "navigator_reposition_outside_geofence"
+ALTITUDE_OUTSIDE = "navigator_change_altitude_outside_geofence"
+
 
 class Loiter:
     """AUTO_LOITER."""
@@ -24,19 +27,19 @@ class Loiter:
 
     def reposition(self, command: VehicleCommand) -> None:
         """DO_REPOSITION, for when it is active, not while disarmed. Refused beyond the fence, with PX4's text."""
-        self._reposition_inside_fence(command, "Reposition is outside geofence\t")
+        self._reposition_inside_fence(command, "Reposition is outside geofence\t", OUTSIDE)
 
     def change_altitude(self, altitude_amsl_m: float) -> None:
         """DO_CHANGE_ALTITUDE: a reposition of which only the altitude is given; NaN keeps the present one."""
         nan = math.nan
         command = VehicleCommand(mavlink.MAV_CMD_DO_REPOSITION, nan, nan, nan, nan, nan, nan, altitude_amsl_m)
-        self._reposition_inside_fence(command, "Altitude change is outside geofence\t")
+        self._reposition_inside_fence(command, "Altitude change is outside geofence\t", ALTITUDE_OUTSIDE)
 
-    def _reposition_inside_fence(self, command: VehicleCommand, refusal: str) -> None:
+    def _reposition_inside_fence(self, command: VehicleCommand, refusal: str, event: str) -> None:
         state = self._state
         lat, lon, alt = self._destination(command)
         if state.settings.gf_action >= 2 and not self._geofence.allows(lat, lon, alt):
-            state.say(Severity.CRITICAL, refusal)
+            state.say(Severity.CRITICAL, refusal, event)
             self._reposition = None
             return
         self._reposition = command if state.armed else None

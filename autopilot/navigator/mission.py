@@ -107,7 +107,7 @@ class Mission:
         """Work out whether the mission can be flown."""
         trouble = mission_feasibility.problem(self._state, self.items)
         if trouble:
-            self._state.say(Severity.CRITICAL, trouble)
+            self._state.say(Severity.CRITICAL, trouble, mission_feasibility.EVENTS.get(trouble, ""))
         self.valid = trouble is None
 
     def set_current(self, seq: int) -> bool:
@@ -158,7 +158,7 @@ class Mission:
             self._jumps.clear()
         self.ended = False
         state.finished = False
-        state.say(Severity.INFO, "Executing Mission\t")
+        state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
         self._replay_speed()
         self._set_item()
 
@@ -239,7 +239,9 @@ class Mission:
         position = state.position
         target = target_of(item, state.home_alt_m())
         alt_m = max(target.alt_m, position.alt + state.settings.nav_mc_alt_rad_m)
-        state.say(Severity.INFO, f"Climb to {alt_m - state.home_alt_m():.1f} meters above home\t")
+        above_home_m = alt_m - state.home_alt_m()
+        text = f"Climb to {above_home_m:.1f} meters above home\t"
+        state.say(Severity.INFO, text, "mission_climb_before_start", above_home_m)
         self._begin(target._replace(lat_deg=position.lat, lon_deg=position.lon, alt_m=alt_m), Work.TAKEOFF)
         current = state.setpoint(SetpointType.TAKEOFF, position.lat, position.lon, alt_m, target.yaw_rad)
         state.fly(current, previous=state.here())
@@ -324,10 +326,10 @@ class Mission:
         state.finished = True
         state.cruising_speed_m_s = -1.0
         if state.landed:
-            state.say(Severity.INFO, "Mission finished, landed\t")
+            state.say(Severity.INFO, "Mission finished, landed\t", "mission_finished")
             state.idle()
             return
-        state.say(Severity.INFO, "Mission finished, loitering\t")
+        state.say(Severity.INFO, "Mission finished, loitering\t", "mission_finished_loiter")
         current = state.triplet.current
         if current.valid and math.isfinite(current.lat):
             lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw

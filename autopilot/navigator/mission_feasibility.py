@@ -9,6 +9,15 @@ from autopilot.navigator.mission_block import LANDS, PLACED, RETURN_TO_LAUNCH, T
 from autopilot.navigator.state import NavigatorState
 from sitl_emu.core import dialect as mavlink
 
+TAKEOFF_NOT_FIRST = "Mission rejected: takeoff is not the first waypoint item\t"
+TAKEOFF_MISSING = "Mission rejected: Takeoff waypoint required\t"
+LANDING_MISSING = "Mission rejected: Landing waypoint/pattern required\t"
+EVENTS = {
+    TAKEOFF_NOT_FIRST: "navigator_mis_takeoff_not_first",
+    TAKEOFF_MISSING: "navigator_mis_takeoff_missing",
+    LANDING_MISSING: "navigator_mis_land_missing",
+}
+"""The event of each text that has one."""
 REQUIRE_TAKEOFF = (1, 3, 4)
 REQUIRE_LANDING = (2, 3)
 
@@ -23,12 +32,12 @@ def problem(state: NavigatorState, items: tuple[MissionItem, ...]) -> str | None
         return ""
     takes_off_later = any(item.command in TAKEOFFS for item in placed[1:])
     if takes_off_later and placed[0].command not in TAKEOFFS and not state.rover:
-        return "Mission rejected: takeoff is not the first waypoint item\t"
+        return TAKEOFF_NOT_FIRST
     if settings.mis_tko_land_req in REQUIRE_TAKEOFF and not any(item.command in TAKEOFFS for item in placed):
-        return "Mission rejected: Takeoff waypoint required\t"
+        return TAKEOFF_MISSING
     ends = any(item.command in LANDS or item.command == RETURN_TO_LAUNCH for item in items)
     if settings.mis_tko_land_req in REQUIRE_LANDING and not ends:
-        return "Mission rejected: Landing waypoint/pattern required\t"
+        return LANDING_MISSING
     for item in items:
         if item.command == mavlink.MAV_CMD_DO_JUMP and not 0 <= item.param1 < len(items):
             return "Mission rejected: Invalid jump target\t"

@@ -17,10 +17,11 @@ from autopilot.navigator.mission import Mission, change_speed
 from autopilot.navigator.payload import Payload
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rtl import Rtl
-from autopilot.navigator.state import NavigatorState, Say, settings_of
+from autopilot.navigator.state import NavigatorState, settings_of
 from autopilot.navigator.takeoff import Takeoff
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
+from autopilot.texts import Say
 from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -91,9 +91,9 @@ class Rtl:
         if state.rover:
             self._phase = Phase.LAND
             self._fly_phase()
-            state.say(Severity.INFO, text)
+            state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
             return
-        state.say(Severity.INFO, text)
+        state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
         self._phase = (
             Phase.CLIMB if state.position.alt < self._return_alt_m - state.settings.nav_mc_alt_rad_m else Phase.RETURN
         )
@@ -159,7 +159,7 @@ class Rtl:
         else:
             kind = SetpointType.LAND
             target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)
-            state.say(Severity.INFO, "RTL: land at destination\t")
+            state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
         self._target = target
         self._reached.restart(state.now_us)
         yaw = place.yaw_rad if phase >= Phase.DESCEND else math.nan

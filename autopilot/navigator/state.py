@@ -4,13 +4,13 @@ PX4's Navigator object as its NavigatorModes see it (src/modules/navigator/navig
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
-from autopilot.constants import SetpointType, Severity
+from autopilot.constants import SetpointType
 from autopilot.dataman import Dataman
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
+from autopilot.texts import Say
 from autopilot.topics import (
     CommandRecord,
     PositionSetpoint,
@@ -21,7 +21,6 @@ from autopilot.topics import (
 )
 from sitl_emu.core.geodesy import MapProjection
 
-Say = Callable[[Severity, str], None]
 GRAVITY_M_S2 = 9.80665
 KEPT_COMMANDS = 8
 

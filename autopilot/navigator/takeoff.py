@@ -57,7 +57,9 @@ class Takeoff:
             alt = command.param7
         else:
             alt = position.alt + state.settings.mis_takeoff_alt_m
-            state.say(Severity.INFO, f"Using default takeoff altitude: {state.settings.mis_takeoff_alt_m:.1f} m\t")
+            default_m = state.settings.mis_takeoff_alt_m
+            text = f"Using default takeoff altitude: {default_m:.1f} m\t"
+            state.say(Severity.INFO, text, "navigator_takeoff_default_alt", default_m)
         if command is not None and math.isfinite(command.param5) and math.isfinite(command.param6):
             lat, lon = command.param5, command.param6
         if command is not None and math.isfinite(command.param4):

@@ -7,6 +7,7 @@ from autopilot.commander.commander import Commander
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MISSION, Dataman, MissionItem, Plan
+from autopilot.events import Events
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters
 from autopilot.topics import (
@@ -46,11 +47,12 @@ class FakeVehicle:
         self.topics = Topics()
         self.dataman = Dataman()
         self.said: list[str] = []
+        self.events = Events()
         self.modes: list[str] = []
         self.reached: list[int] = []
         self.current: list[int] = []
         self.setpoints: list[SetpointType] = []
-        self.commander = Commander(self.topics, self.parameters, self.dataman, self._say)
+        self.commander = Commander(self.topics, self.parameters, self.dataman, self._say, self.events.send)
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say)
         self.now_us = 0
         self.north = self.east = self.up = 0.0
@@ -60,8 +62,10 @@ class FakeVehicle:
         self._armed_for_us = 0
         self._on_ground_us = 0
 
-    def _say(self, severity: Severity, text: str) -> None:
+    def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
         self.said.append(text)
+        if event:
+            self.events.send(event, severity, *arguments)
 
     def take_texts(self) -> list[str]:
         """What was said since the last call, without the tab of texts that have an event."""

@@ -162,7 +162,8 @@ def test_without_a_ground_station_it_arms_only_where_none_is_needed(vehicle: Fak
     vehicle.parameters.set("NAV_DLL_ACT", 2)
     vehicle.run(3.0)
     assert vehicle.topics.vehicle_status.system_status == UNINIT
-    assert vehicle.take_texts() == ["Preflight Fail: No connection to the GCS"]
+    lost = "Connection to ground station lost"
+    assert vehicle.take_texts() == [lost, "Preflight Fail: No connection to the GCS"]
 
 
 def test_dead_sensors_deny_arming(vehicle: FakeVehicle) -> None:

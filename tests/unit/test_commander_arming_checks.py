@@ -44,6 +44,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
 FLAGS: dict[str, tuple[str, str, object, object]] = {
     "gps": ("", "sensor_gps", SensorGps(), None),
     "home_position": ("home_position_invalid", "home_position", HomePosition(), HomePosition(valid=True)),
+    "mode": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
     "mission": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
     "manual_control": (
         "manual_control_signal_lost",

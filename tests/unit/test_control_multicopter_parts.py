@@ -342,10 +342,10 @@ def test_hover_thrust_keeps_within_its_range() -> None:
 def test_speeds_are_lowered_to_the_speeds_that_limit_them() -> None:
     parameters = Parameters("multicopter", {})
     said: list[tuple[Severity, str]] = []
-    constrain(parameters, lambda severity, text: said.append((severity, text)))
+    constrain(parameters, lambda severity, text, *event: said.append((severity, text)))
     assert said == []
     parameters.set("MPC_XY_VEL_MAX", 4.0)
-    constrain(parameters, lambda severity, text: said.append((severity, text)))
+    constrain(parameters, lambda severity, text, *event: said.append((severity, text)))
     assert (parameters["MPC_XY_CRUISE"], parameters["MPC_VEL_MANUAL"]) == (4.0, 4.0)
     assert said == [
         (Severity.CRITICAL, "Cruise speed has been constrained by max speed\t"),

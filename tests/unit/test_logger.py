@@ -269,7 +269,7 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
     topics.vehicle_commands = (CommandRecord(1, now, command),)
-    rig.texts.say(Severity.WARNING, "Low battery\t", "commander")
+    rig.texts.say(Severity.WARNING, "Low battery\t")
     rig.parameters.set("MPC_XY_P", 0.5)
     rig.run(1.0)
     rig.logger.shut_down()

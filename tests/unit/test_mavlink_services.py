@@ -545,21 +545,6 @@ def request_event(first: int, last: int) -> Any:
     )
 
 
-def test_events_come_with_their_texts() -> None:
-    peer = Peer()
-    peer.texts.say(Severity.INFO, "Armed by external command\t")
-    peer.texts.say(Severity.INFO, "Disarmed by landing\t")
-    events = only(peer.run(0.01), "EVENT")
-    assert [(event.id, event.log_levels, event.arguments[0]) for event in events] == [
-        (26266355, 102, 4),
-        (32794487, 102, 6),
-    ]
-    request = request_event(1, 2)
-    assert [event.sequence for event in peer.send(request)] == [1, 2]
-    future = request_event(102, 102)
-    assert names(peer.send(future)) == ["RESPONSE_EVENT_ERROR"]
-
-
 def test_there_are_no_logs() -> None:
     reply = Peer().send(mavlink.MAVLink_log_request_list_message(1, 1, 0, 65535))[0]
     assert (reply.num_logs, reply.id) == (0, 0)

@@ -213,7 +213,7 @@ def test_without_respond_the_shell_closes_and_with_reply_nothing_is_typed() -> N
 def test_an_open_shell_shows_what_the_autopilot_says() -> None:
     peer = ShellPeer()
     peer.type("\n")
-    peer.texts.say(Severity.CRITICAL, "Arming denied: high throttle\t", "commander")
+    peer.texts.say(Severity.CRITICAL, "Arming denied: high throttle\t")
     assert peer.type("", seconds=0.1) == "WARN  [commander] Arming denied: high throttle\t\n"
 
 

@@ -1,19 +1,23 @@
 """Barometer: samples keep coming (PX4's baroCheck)."""
 
-from autopilot.commander.arming_checks.findings import ABSOLUTE_PRESSURE, Findings, Settings
+from autopilot.commander.arming_checks.findings import ABSOLUTE_PRESSURE, ALL_MODES, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample for a second forbids arming. In flight nothing is said of it, as measured on PX4 (inject_baro_off)."""
-    baro = topics.sensor_baro
-    if now_us - baro.timestamp <= TIMEOUT_US:
+    """No sample for a second forbids arming. In flight no text is said of it, as measured on PX4 (inject_baro_off)."""
+    timestamp = topics.sensor_baro.timestamp
+    if timestamp:
+        findings.health_present |= Component.ABSOLUTE_PRESSURE
+    if now_us - timestamp <= TIMEOUT_US:
         return
+    findings.unhealthy |= ABSOLUTE_PRESSURE
+    event, text = "check_baro_no_data", "Preflight Fail: No valid data from Baro 0"
+    if not timestamp:
+        event, text = "check_baro_missing", "Preflight Fail: barometer 0 missing"
     if topics.vehicle_status.armed:
-        findings.unhealthy |= ABSOLUTE_PRESSURE
-    elif baro.timestamp == 0:
-        findings.forbid_arming(ABSOLUTE_PRESSURE, "Preflight Fail: barometer 0 missing")
-    else:
-        findings.forbid_arming(ABSOLUTE_PRESSURE, "Preflight Fail: No valid data from Baro 0")
+        text = ""
+    findings.health_failure(ALL_MODES, Component.ABSOLUTE_PRESSURE, Severity.ERROR, event, 0, text=text)

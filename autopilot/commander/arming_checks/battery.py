@@ -1,11 +1,15 @@
 """Battery is connected and not near its end (PX4's batteryCheck). COM_ARM_BAT_MIN: least charge to arm, 0..1."""
 
-from autopilot.commander.arming_checks.findings import BATTERY, Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, BATTERY, NO_MODE, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 WARNING_LOW = 1
 WARNING_CRITICAL = 2
+WARNING_EMERGENCY = 3
 TEXTS = {WARNING_LOW: "Low battery\t", WARNING_CRITICAL: "Critical battery\t"}
+EVENTS = {WARNING_CRITICAL: "check_battery_critical", WARNING_EMERGENCY: "check_battery_emergency"}
+EVENT_LOW = "check_battery_low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -13,12 +17,14 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     battery = topics.battery_status
     if not battery.connected:
         return
+    findings.health_present |= Component.BATTERY
     findings.battery_warning = battery.warning
-    text = TEXTS.get(battery.warning)
-    if text is not None:
-        findings.warn(BATTERY, text)
-    if battery.warning >= WARNING_CRITICAL:
+    critical = battery.warning >= WARNING_CRITICAL
+    too_low = not critical and settings.com_arm_bat_min > 0.0 and battery.remaining < settings.com_arm_bat_min
+    text = TEXTS.get(battery.warning, "Preflight Fail: Low battery" if too_low else "")
+    if battery.warning or too_low:
         findings.unhealthy |= BATTERY
-        findings.arming_forbidden = True
-    elif settings.com_arm_bat_min > 0.0 and battery.remaining < settings.com_arm_bat_min:
-        findings.forbid_arming(BATTERY, "Preflight Fail: Low battery")
+        forbidden = ALL_MODES if critical or too_low else NO_MODE
+        level = Severity.CRITICAL if critical or too_low else Severity.WARNING
+        event = EVENTS.get(battery.warning, EVENT_LOW)
+        findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text)

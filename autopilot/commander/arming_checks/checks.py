@@ -1,8 +1,9 @@
 """All checks in their order, and what their findings mean: who may arm, which mode can run, the bits of SYS_STATUS.
 
 PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts
-parts as healthy that it does not have. Texts come at most every two seconds, not before the first time that all was
-well, and each once until it has gone.
+parts as healthy that it does not have. What changed is reported at most every two seconds, as a round of events: a
+summary, one for each failure, and another summary, so that a ground station sees the whole state at once. Texts come
+as rarely, not before the first time that all was well, and each once until it has gone.
 """
 
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from autopilot.commander.arming_checks import (
     magnetometer,
     manual_control,
     mission,
+    mode,
     offboard,
     system,
 )
@@ -27,6 +29,7 @@ from autopilot.commander.arming_checks.findings import (
     ABSOLUTE_PRESSURE,
     ACCEL,
     AHRS,
+    ALL_MODES,
     ATTITUDE_STABILIZATION,
     BATTERY,
     GPS,
@@ -34,56 +37,67 @@ from autopilot.commander.arming_checks.findings import (
     LOGGING,
     MAG,
     MOTOR_OUTPUTS,
+    NO_MODE,
     PREARM_CHECK,
     RC_RECEIVER,
     XY_POSITION_CONTROL,
+    Component,
     Findings,
     Settings,
 )
+from autopilot.commander.mode_requirements import ALL_MODES as ALL_NAV_STATES
 from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
-from autopilot.constants import NavState, Severity
+from autopilot.constants import NavState
+from autopilot.events import PROTOCOL
 from autopilot.parameters import Parameters
+from autopilot.texts import Say, SendEvent
 from autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
 CHECKS: tuple[Check, ...] = (
     imu.check,
-    magnetometer.check,
     baro.check,
     gps.check,
     estimator.check,
+    magnetometer.check,
+    manual_control.check,
     home_position.check,
     mission.check,
-    manual_control.check,
-    gcs_connection.check,
     offboard.check,
+    mode.check,
+    system.check,
     battery.check,
     geofence.check,
     flight_time.check,
-    system.check,
+    gcs_connection.check,
 )
 REPORT_INTERVAL_US = 2_000_000
 PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | LOGGING | BATTERY
 """Of every vehicle; a rover has no MOTOR_OUTPUTS, which are healthy for all that."""
 DIFFERENTIAL_PRESSURE = 0x10
+ALWAYS_PRESENT = Component.LOGGING
+"""Beside what the checks find."""
 ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER
 
 
 class HealthAndArmingChecks:
     """Runs the checks and keeps what they said."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, say: Callable[[Severity, str], None]) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send_event: SendEvent) -> None:
         self._topics = topics
         self._parameters = parameters
         self._say = say
+        self._send_event = send_event
+        self._reported: tuple[object, ...] = ()
+        self._reported_us = -REPORT_INTERVAL_US
         self._version = -1
         self._settings = _settings(parameters)
         self._told: set[str] = set()
         self._told_us = -REPORT_INTERVAL_US
         self._ever_passed = False
 
-    def update(self, now_us: int) -> None:
-        """Run every check; replaces topics failsafe_flags and health_report."""
+    def update(self, now_us: int, *, force_report: bool = False) -> None:
+        """Run every check; replaces topics failsafe_flags and health_report. `force_report` sends events anew."""
         topics = self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
@@ -103,7 +117,8 @@ class HealthAndArmingChecks:
         topics.failsafe_flags = flags
         sticks = 0 if flags.manual_control_signal_lost else RC_RECEIVER
         topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
-        self._report(now_us, findings)
+        self._say_texts(now_us, findings)
+        self._report(now_us, findings, can_run, force_report)
 
     def can_arm(self, nav_state: NavState) -> bool:
         """Whether the vehicle may be armed in a mode."""
@@ -113,7 +128,29 @@ class HealthAndArmingChecks:
         """Whether a mode can be flown now."""
         return bool(self._topics.health_report.can_run_mode_flags >> nav_state & 1)
 
-    def _report(self, now_us: int, findings: Findings) -> None:
+    def _report(self, now_us: int, findings: Findings, runnable: int, force: bool) -> None:
+        """Send the round of events if something has changed, or if it is wanted anyway."""
+        status = self._topics.vehicle_status
+        can_run = can_arm = ALL_MODES & ~(ALL_NAV_STATES & ~runnable)
+        for failure in findings.failures:
+            can_arm &= ~failure.modes
+        multicopter = status.vehicle_type != "rover"
+        present = findings.health_present | ALWAYS_PRESENT | (Component.MOTORS_ESCS if multicopter else 0)
+        health = (present, findings.health_error, findings.health_warning)
+        arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
+        state = (health, arming, [(failure.event, failure.modes) for failure in findings.failures])
+        if not force and (state == self._reported or now_us - self._reported_us < REPORT_INTERVAL_US):
+            return
+        self._reported, self._reported_us = state, now_us
+        send = self._send_event
+        send("commander_arming_check_summary", PROTOCOL, 0, *arming)
+        for failure in findings.failures:
+            modes = ALL_MODES if failure.modes == NO_MODE else failure.modes
+            index = failure.component.bit_length() - 1
+            send(failure.event, failure.level, modes, index, *failure.arguments)
+        send("commander_health_summary", PROTOCOL, 0, *health)
+
+    def _say_texts(self, now_us: int, findings: Findings) -> None:
         self._told &= findings.texts.keys()
         if not self._ever_passed or now_us - self._told_us < REPORT_INTERVAL_US:
             return
@@ -136,4 +173,5 @@ def _settings(parameters: Parameters) -> Settings:
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),
         nav_dll_act=int(parameters["NAV_DLL_ACT"]),
+        com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
     )

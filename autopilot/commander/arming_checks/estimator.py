@@ -3,7 +3,8 @@
 A position counts while it is fresh and its error stays below COM_POS_FS_EPH (horizontally; 0 and less: no limit).
 """
 
-from autopilot.commander.arming_checks.findings import AHRS, Findings, Settings
+from autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
@@ -15,7 +16,12 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     status = topics.estimator_status
     if now_us - attitude.timestamp > TIMEOUT_US or not status.tilt_aligned or not status.yaw_aligned:
         findings.attitude_invalid = True
-        findings.forbid_arming(AHRS, "Preflight Fail: Attitude estimate not valid")
+        findings.unhealthy |= AHRS
+        text = "Preflight Fail: Attitude estimate not valid"
+        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
+        findings.arming_check_failure(*failure, text=text)
+    else:
+        findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
     local = topics.vehicle_local_position
     fresh = local.timestamp > 0 and now_us - local.timestamp < TIMEOUT_US
     too_far_off = 0.0 < settings.com_pos_fs_eph_m < local.eph

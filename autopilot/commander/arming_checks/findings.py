@@ -1,8 +1,9 @@
 """What the checks write into: the failsafe flags of this moment, what forbids arming, and what to tell people.
 
-PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp), without its event arguments.
+PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp, v1.18).
 """
 
+from enum import IntFlag
 from typing import NamedTuple
 
 from autopilot.constants import Severity
@@ -24,6 +25,42 @@ BATTERY = 0x2000000
 PREARM_CHECK = 0x10000000
 
 
+ALL_MODES = 0xFFFFFFFF
+"""Also the bits that stand for no mode, as in PX4."""
+NO_MODE = 0
+"""A failure that forbids nothing; people are told that it concerns all modes."""
+
+
+class Component(IntFlag):
+    """health_component_t of the events."""
+
+    ABSOLUTE_PRESSURE = 1 << 1
+    GPS = 1 << 3
+    REMOTE_CONTROL = 1 << 7
+    MOTORS_ESCS = 1 << 8
+    LOGGING = 1 << 10
+    BATTERY = 1 << 11
+    COMMUNICATION_LINKS = 1 << 12
+    ATTITUDE_ESTIMATE = 1 << 16
+    LOCAL_POSITION_ESTIMATE = 1 << 17
+    SYSTEM = 1 << 20
+    GLOBAL_POSITION_ESTIMATE = 1 << 24
+    MAGNETOMETER = 1 << 27
+    ACCEL = 1 << 28
+    GYRO = 1 << 29
+
+
+class Failure(NamedTuple):
+    """One failure as its event tells it."""
+
+    event: str
+    level: Severity
+    modes: int
+    """Bit per NavState."""
+    component: Component
+    arguments: tuple[float, ...]
+
+
 class Settings(NamedTuple):
     """Parameters that the checks obey, copied when they change."""
 
@@ -37,6 +74,7 @@ class Settings(NamedTuple):
     com_arm_mis_req: int
     sys_has_gps: int
     nav_dll_act: int
+    com_rc_in_mode: int
 
 
 class Findings:
@@ -66,17 +104,37 @@ class Findings:
         self.unhealthy = 0
         """Bits of MAV_SYS_STATUS_SENSOR that are not well."""
         self.texts: dict[str, Severity] = {}
+        self.failures: list[Failure] = []
+        self.health_present = 0
+        self.health_error = self.health_warning = 0
+        self.arming_error = self.arming_warning = 0
+        """Bits of Component."""
 
-    def forbid_arming(self, sensor_bits: int, text: str) -> None:
-        """A failure that forbids arming in every mode; `text` as PX4 tells it."""
-        self.arming_forbidden = True
-        self.unhealthy |= sensor_bits
-        self.texts[text] = Severity.CRITICAL
+    def health_failure(
+        self, modes: int, component: Component, level: Severity, event: str, *arguments: float, text: str = ""
+    ) -> None:
+        """Something is broken; arming is forbidden in `modes`. `text` is what PX4 tells beside the event."""
+        if level <= Severity.ERROR:
+            self.health_error |= component
+        elif level <= Severity.WARNING:
+            self.health_warning |= component
+        self._fail(Failure(event, level, modes, component, arguments), text)
 
-    def warn(self, sensor_bits: int, text: str, severity: Severity = Severity.CRITICAL) -> None:
-        """A failure that is told and shown, and that forbids nothing."""
-        self.unhealthy |= sensor_bits
-        self.texts[text] = severity
+    def arming_check_failure(
+        self, modes: int, component: Component, level: Severity, event: str, *arguments: float, text: str = ""
+    ) -> None:
+        """Something is not as it has to be for a flight; arming is forbidden in `modes`."""
+        if level <= Severity.ERROR:
+            self.arming_error |= component
+        elif level <= Severity.WARNING:
+            self.arming_warning |= component
+        self._fail(Failure(event, level, modes, component, arguments), text)
+
+    def _fail(self, failure: Failure, text: str) -> None:
+        self.failures.append(failure)
+        self.arming_forbidden |= failure.modes == ALL_MODES
+        if text:
+            self.texts[text] = Severity.CRITICAL
 
     def flags(self) -> FailsafeFlags:
         """The record for the topic."""

@@ -3,10 +3,12 @@
 PX4's links notice a missing heartbeat only after a while of their own; COM_DL_LOSS_T counts from then.
 """
 
-from autopilot.commander.arming_checks.findings import Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 LINK_TIMEOUT_US = 2_500_000
+EVENT = "check_rc_dl_no_dllink"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -14,5 +16,10 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     heard_us = topics.gcs_heartbeats.gcs_us
     lost = heard_us == 0 or now_us - heard_us > settings.com_dl_loss_us + LINK_TIMEOUT_US
     findings.gcs_connection_lost = lost
-    if lost and settings.nav_dll_act > 0:
-        findings.forbid_arming(0, "Preflight Fail: No connection to the GCS")
+    if not lost:
+        findings.health_present |= Component.COMMUNICATION_LINKS
+    elif settings.nav_dll_act > 0:
+        text = "Preflight Fail: No connection to the GCS"
+        findings.arming_check_failure(ALL_MODES, Component.COMMUNICATION_LINKS, Severity.ERROR, EVENT, text=text)
+    else:
+        findings.arming_check_failure(NO_MODE, Component.COMMUNICATION_LINKS, Severity.INFO, EVENT)

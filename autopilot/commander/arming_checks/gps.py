@@ -3,12 +3,14 @@
 Whether a vehicle may arm without GPS is COM_ARM_WO_GPS: 0 forbids it, 1 tells, 2 says nothing.
 """
 
-from autopilot.commander.arming_checks.findings import GPS, Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, GPS, NO_MODE, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 2_000_000
 FIX_3D = 3
 TOLD = "Preflight: GPS fix too low"
+EVENT = "check_estimator_gps_fix_too_low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -16,6 +18,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     gps = topics.sensor_gps
     if not settings.sys_has_gps:
         return
+    if topics.estimator_status.gps_fused:
+        findings.health_present |= Component.GPS
     lost = gps.timestamp == 0 or now_us - gps.timestamp > TIMEOUT_US
     if not lost and gps.fix_type >= FIX_3D:
         return
@@ -24,6 +28,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if topics.vehicle_status.armed:
         return
     if settings.com_arm_wo_gps == 0:
-        findings.forbid_arming(0, TOLD.replace("Preflight:", "Preflight Fail:"))
-    elif settings.com_arm_wo_gps == 1 and not lost:
-        findings.warn(0, TOLD)
+        text = TOLD.replace("Preflight:", "Preflight Fail:")
+        findings.arming_check_failure(ALL_MODES, Component.GPS, Severity.ERROR, EVENT, text=text)
+    elif settings.com_arm_wo_gps == 1:
+        findings.arming_check_failure(NO_MODE, Component.GPS, Severity.WARNING, EVENT, text="" if lost else TOLD)

@@ -1,21 +1,33 @@
 """Accelerometer and gyro: samples keep coming (PX4's accelerometerCheck and gyroCheck)."""
 
 from autopilot import failure_injection
-from autopilot.commander.arming_checks.findings import ACCEL, GYRO, Findings, Settings
+from autopilot.commander.arming_checks.findings import ACCEL, ALL_MODES, GYRO, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample of both for a second: one of them is silent, or both; the vehicle knows its rates no more."""
-    if now_us - topics.sensor_combined.timestamp <= TIMEOUT_US:
+    """No sample of both for a second: one of them is silent, or both; the vehicle knows its rates no more.
+
+    PX4 calls the gyro present, not the accelerometer.
+    """
+    timestamp = topics.sensor_combined.timestamp
+    if timestamp:
+        findings.health_present |= Component.GYRO
+    if now_us - timestamp <= TIMEOUT_US:
         return
     findings.angular_velocity_invalid = True
     failures = topics.failure_injection
     accel_off = failures.type_of(failure_injection.ACCEL, 1) == failure_injection.OFF
     gyro_off = failures.type_of(failure_injection.GYRO, 1) == failure_injection.OFF
+    lacks = "no_data" if timestamp else "missing"
     if accel_off or not gyro_off:
-        findings.forbid_arming(ACCEL, "Preflight Fail: No valid data from Accel 0")
+        findings.unhealthy |= ACCEL
+        accel = (ALL_MODES, Component.ACCEL, Severity.ERROR, f"check_accel_{lacks}", 0)
+        findings.health_failure(*accel, text="Preflight Fail: No valid data from Accel 0")
     if gyro_off or not accel_off:
-        findings.forbid_arming(GYRO, "Preflight Fail: No valid data from Gyro 0")
+        findings.unhealthy |= GYRO
+        gyro = (ALL_MODES, Component.GYRO, Severity.ERROR, f"check_gyro_{lacks}", 0)
+        findings.health_failure(*gyro, text="Preflight Fail: No valid data from Gyro 0")

@@ -1,6 +1,7 @@
 """Magnetometer: samples keep coming (PX4's magnetometerCheck)."""
 
-from autopilot.commander.arming_checks.findings import MAG, Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, MAG, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
@@ -8,5 +9,11 @@ TIMEOUT_US = 1_000_000
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """No sample for a second forbids arming."""
-    if now_us - topics.sensor_mag.timestamp > TIMEOUT_US:
-        findings.forbid_arming(MAG, "Preflight Fail: No valid data from Compass 0")
+    timestamp = topics.sensor_mag.timestamp
+    if timestamp:
+        findings.health_present |= Component.MAGNETOMETER
+    if now_us - timestamp > TIMEOUT_US:
+        findings.unhealthy |= MAG
+        event = "check_mag_no_data" if timestamp else "check_mag_missing"
+        text = "Preflight Fail: No valid data from Compass 0"
+        findings.health_failure(ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, event, 0, text=text)

@@ -1,6 +1,6 @@
 """Sticks have been seen within COM_RC_LOSS_T (PX4's manualControlCheck)."""
 
-from autopilot.commander.arming_checks.findings import RC_RECEIVER, Findings, Settings
+from autopilot.commander.arming_checks.findings import RC_RECEIVER, Component, Findings, Settings
 from autopilot.topics import Topics
 
 
@@ -11,3 +11,5 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     findings.manual_control_signal_lost = lost
     if lost:
         findings.unhealthy |= RC_RECEIVER
+    else:
+        findings.health_present |= Component.REMOTE_CONTROL

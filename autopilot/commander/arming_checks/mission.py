@@ -1,6 +1,7 @@
-"""There is a mission that can be flown (PX4's missionCheck). COM_ARM_MIS_REQ 1 forbids arming without one."""
+"""The mission did not fail (PX4's missionCheck). Whether there is one at all: mode.py."""
 
-from autopilot.commander.arming_checks.findings import Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 
@@ -9,5 +10,5 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     result = topics.mission_result
     findings.auto_mission_missing = not result.valid
     findings.mission_failure = result.failure
-    if settings.com_arm_mis_req and not result.valid:
-        findings.forbid_arming(0, "Preflight Fail: No valid mission available")
+    if result.valid and result.failure:
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, "check_mission_failure")

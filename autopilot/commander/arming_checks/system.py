@@ -1,10 +1,14 @@
 """A flight that was terminated forbids arming until the next start (part of PX4's systemCheck)."""
 
-from autopilot.commander.arming_checks.findings import Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
+
+EVENT = "check_system_flight_term_active"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """Termination cannot be undone."""
     if topics.vehicle_status.termination:
-        findings.forbid_arming(0, "Preflight Fail: Flight termination active")
+        text = "Preflight Fail: Flight termination active"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.CRITICAL, EVENT, text=text)

@@ -183,6 +183,8 @@ DEFAULT = {
     "commander_mag_yaw_calib_denied_sih": "Compass calibration denied: the sensors are simulated",
     "commander_max_flight_time_warning_minutes": "The flight must end in {1} min",
     "commander_max_flight_time_warning_seconds": "The flight must end in {1} s",
+    "commander_low_bat_shutdown_failed": "The battery is dangerously low, and the system cannot shut down",
+    "commander_mission_comp_lost": "The mission computer is not heard any more",
     "commander_mission_start_denied_no_mission": "Mission denied: there is no valid one",
     "commander_mode_fallback_internal": "The external mode is gone; an internal one takes over",
     "commander_modeswitch_not_avail": "{2} is not possible now",

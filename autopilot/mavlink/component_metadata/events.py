@@ -4,13 +4,11 @@ A ground station needs it to show events at all, and to tell from the groups `he
 can't arm: the summaries' enums name components and modes, `navigation_mode_groups` says which modes a bit stands for.
 """
 
-import json
-from pathlib import Path
 from typing import Any
 
+from autopilot.events import table
 from autopilot.mavlink.component_metadata import event_messages
 
-TABLE = Path(__file__).with_name("events.json")
 VERSION = 2
 COMPONENTS = {"common": 0, "px4": 1}
 """Namespaces and the component ids that stand in the uppermost byte of their events' ids."""
@@ -19,20 +17,20 @@ SUB_ID = 0xFFFFFF
 
 def content() -> dict[str, Any]:
     """All events, PX4's and the common ones."""
-    table = json.loads(TABLE.read_text())
+    loaded = table()
     components: dict[str, dict[str, Any]] = {
         str(number): {"namespace": name, "enums": {}, "event_groups": {}} for name, number in COMPONENTS.items()
     }
-    for full_name, row in table["enums"].items():
+    for full_name, row in loaded["enums"].items():
         namespace, _, name = full_name.partition("::")
         components[str(COMPONENTS[namespace])]["enums"][name] = _enum(row)
-    for name, row in table["events"].items():
+    for name, row in loaded["events"].items():
         groups = components[str(row["id"] >> 24)]["event_groups"]
         group = groups.setdefault(row["group"], {"events": {}})
         group["events"][str(row["id"] & SUB_ID)] = _event(name, row["arguments"])
     px4 = components[str(COMPONENTS["px4"])]
     px4["supported_protocols"] = ["health_and_arming_check"]
-    px4["navigation_mode_groups"] = {"groups": table["groups"]}
+    px4["navigation_mode_groups"] = {"groups": loaded["groups"]}
     return {"version": VERSION, "components": components}
 
 

@@ -1,24 +1,28 @@
 """Events interface: EVENT, CURRENT_EVENT_SEQUENCE, REQUEST_EVENT (https://mavlink.io/en/services/events.html).
 
-As PX4's mavlink_events.cpp: the newest events are kept for who lost some; the sequence number is announced every 3 s
-on every link. Events come from the texts that have one (event_texts.py); arming checks are not reported as events.
+As PX4's mavlink_events.cpp: the last 20 events are kept for who lost some, and everybody gets them anew whoever asked.
+The newest sequence number is announced every 3 s on every link, and with the flag RESET by the first events after the
+start, of which a link sends the newest alone: the others are there for who asks.
 """
 
 from collections import deque
 from typing import Any, NamedTuple
 
-from autopilot.mavlink.context import Context
+from autopilot.events import Events
 from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.event_texts import event_of
 from autopilot.mavlink.services.service import is_for
-from autopilot.texts import Texts
 from sitl_emu.core import dialect as mavlink
 
 ANNOUNCE_US = 3_000_000
-KEPT = 16
+CAPACITY = 20
+FIRST_SEQUENCE = 65526
+"""PX4 begins shortly before the numbers wrap around, so that clients learn to expect it."""
+ARGUMENT_BYTES = 40
+FLAG_RESET = 1
+"""MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET."""
 ERROR_UNAVAILABLE = 0
-LOG_LEVEL = 0x11
-"""Times the severity: the level for the log in the low half, the level for people in the high one."""
+"""MAV_EVENT_ERROR_REASON_UNAVAILABLE."""
+SEQUENCES = 1 << 16
 
 
 class StoredEvent(NamedTuple):
@@ -37,64 +41,86 @@ class Event:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_REQUEST_EVENT})
     HAS_TIMER = True
 
-    def __init__(self, context: Context, links: tuple[Link, ...], texts: Texts, system_id: int) -> None:
-        """Sends on all `links` the events of new `texts`."""
-        self._texts = texts
-        self._said = texts.count
-        self._context = context
+    def __init__(self, links: tuple[Link, ...], events: Events, system_id: int) -> None:
+        """Sends on all `links` what is new in `events`."""
+        self._events = events
+        self._seen = 0
         self._links = links
         self._system_id = system_id
-        self._kept: deque[StoredEvent] = deque(maxlen=KEPT)
+        self._kept: deque[StoredEvent] = deque(maxlen=CAPACITY)
+        self._sequence = (FIRST_SEQUENCE - 1) % SEQUENCES
         self._announce_us = ANNOUNCE_US
 
-    def emit(self, now_us: int, event_id: int, log_levels: int, arguments: bytes = b"") -> None:
-        """Send an event to everybody."""
-        self._context.events_sequence = sequence = (self._context.events_sequence + 1) & 0xFFFF
-        event = StoredEvent(sequence, event_id, now_us // 1000, log_levels, arguments.ljust(40, b"\0"))
-        self._kept.append(event)
-        for link in self._links:
-            self._send(link, event, 0, 0)
-
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """REQUEST_EVENT: send what is still known of the range, and an error for what is not."""
+        """REQUEST_EVENT: send what is still known of the range, and an error for each that is not.
+
+        Of a range that is longer than what is kept, the part before gets one error.
+        """
         if not is_for(message, self._system_id, broadcast=False):
             return
-        partner = (message.get_srcSystem(), message.get_srcComponent())
-        count = ((message.last_sequence - message.first_sequence) & 0xFFFF) + 1
+        first, count = message.first_sequence, (message.last_sequence - message.first_sequence) % SEQUENCES + 1
+        if count > CAPACITY:
+            self._send_error(link, message, first)
+            first, count = (message.last_sequence - CAPACITY + 1) % SEQUENCES, CAPACITY
         known = {event.sequence: event for event in self._kept}
-        for offset in range(min(count, KEPT)):
-            sequence = (message.first_sequence + offset) & 0xFFFF
+        for offset in range(count):
+            sequence = (first + offset) % SEQUENCES
             event = known.get(sequence)
             if event is not None:
-                self._send(link, event, *partner)
-                continue
-            oldest = self._kept[0].sequence if self._kept else self._context.events_sequence
-            fields = (sequence, oldest, *partner, ERROR_UNAVAILABLE)
-            link.send_fields(mavlink.MAVLINK_MSG_ID_RESPONSE_EVENT_ERROR, *fields)
-            return
+                _send(link, event)
+            else:
+                self._send_error(link, message, sequence)
 
     def on_time(self, now_us: int) -> None:
-        """Send the events of new texts, and announce the newest sequence number."""
-        if self._texts.count != self._said:
-            for text in self._texts.recent:
-                event = event_of(text.text) if text.number >= self._said else None
-                if event is not None:
-                    self.emit(now_us, event.id, LOG_LEVEL * text.severity, event.arguments)
-            self._said = self._texts.count
+        """Send new events, and announce the newest sequence number."""
+        if self._events.count != self._seen:
+            self._send_new(now_us)
         if now_us >= self._announce_us:
-            self._announce_us += ANNOUNCE_US
-            for link in self._links:
-                link.send_fields(mavlink.MAVLINK_MSG_ID_CURRENT_EVENT_SEQUENCE, self._context.events_sequence, 0)
+            self._announce(now_us, 0 if self._kept else FLAG_RESET)
 
-    @staticmethod
-    def _send(link: Link, event: StoredEvent, system: int, component: int) -> None:
+    def _send_new(self, now_us: int) -> None:
+        first_ever = not self._kept
+        new = []
+        for event in self._events.recent:
+            if event.number >= self._seen:
+                self._sequence = (self._sequence + 1) % SEQUENCES
+                arguments = event.arguments.ljust(ARGUMENT_BYTES, b"\0")
+                new.append(StoredEvent(self._sequence, event.id, now_us // 1000, event.log_levels, arguments))
+        self._seen = self._events.count
+        self._kept.extend(new)
+        if first_ever:
+            self._announce(now_us, FLAG_RESET)
+            del new[:-1]
+        for link in self._links:
+            for stored in new:
+                _send(link, stored)
+
+    def _announce(self, now_us: int, flags: int) -> None:
+        self._announce_us = now_us + ANNOUNCE_US
+        for link in self._links:
+            link.send_fields(mavlink.MAVLINK_MSG_ID_CURRENT_EVENT_SEQUENCE, self._sequence, flags)
+
+    def _send_error(self, link: Link, message: Any, sequence: int) -> None:
+        later = [event.sequence for event in self._kept if event.sequence != sequence]
+        oldest = min(later, key=lambda kept: (kept - sequence) % SEQUENCES, default=self._sequence)
         link.send_fields(
-            mavlink.MAVLINK_MSG_ID_EVENT,
-            event.id,
-            event.time_boot_ms,
-            event.sequence,
-            component,
-            system,
-            event.log_levels,
-            *event.arguments,
+            mavlink.MAVLINK_MSG_ID_RESPONSE_EVENT_ERROR,
+            sequence,
+            oldest,
+            message.get_srcSystem(),
+            message.get_srcComponent(),
+            ERROR_UNAVAILABLE,
         )
+
+
+def _send(link: Link, event: StoredEvent) -> None:
+    link.send_fields(
+        mavlink.MAVLINK_MSG_ID_EVENT,
+        event.id,
+        event.time_boot_ms,
+        event.sequence,
+        0,
+        0,
+        event.log_levels,
+        *event.arguments,
+    )

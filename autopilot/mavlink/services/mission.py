@@ -15,7 +15,7 @@ from autopilot.constants import Severity
 from autopilot.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import mission_items
-from autopilot.texts import Texts
+from autopilot.texts import Say, Texts
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
@@ -47,7 +47,7 @@ class State(Enum):
 class Uploads:
     """What the managers of all links share: the plans, and who is uploading."""
 
-    def __init__(self, dataman: Dataman, say: Callable[[Severity, str], None], *, rover: bool) -> None:
+    def __init__(self, dataman: Dataman, say: Say, *, rover: bool) -> None:
         self.dataman = dataman
         self.say = say
         self.rover = rover
@@ -94,7 +94,7 @@ class Manager:
         if self.state is State.GETS and now_us - self._sent_us > RETRY_US:
             self._request(now_us)
         elif now_us - self._heard_us > TIMEOUT_US:
-            self._say("Operation timeout\t")
+            self._say("Operation timeout\t", "mavlink_mission_sync_timeout")
             if self.state is State.GETS:
                 self._uploads.in_progress = False
             self.state = State.IDLE
@@ -106,13 +106,13 @@ class Manager:
         partner = _partner(message)
         self._heard_us = now_us
         if self.state is State.SENDS:
-            self._say("WPM: IGN MISSION_COUNT: Busy\t")
+            self._say("WPM: IGN MISSION_COUNT: Busy\t", "mavlink_mission_ignore_mis_count")
             self._ack(partner, ERROR)
         elif self.state is State.GETS:
             if partner != self._partner:
                 self._ack(partner, ERROR)
             elif self._sequence:
-                self._say("WPM: REJ. CMD: Busy\t")
+                self._say("WPM: REJ. CMD: Busy\t", "mavlink_mission_getlist_busy")
                 self._ack(partner, ERROR)
             else:
                 self._request(now_us)
@@ -149,17 +149,17 @@ class Manager:
     def on_item(self, now_us: int, message: Any) -> None:
         """MISSION_ITEM, MISSION_ITEM_INT: the next item of an upload, or one that nobody asked for."""
         if _partner(message) != self._partner:
-            self._say("REJ. MIS ITEM: partner id mismatch\t")
+            self._say("REJ. MIS ITEM: partner id mismatch\t", "mavlink_mission_item_partner_id_mismatch")
         elif message.mission_type != self._kind:
             self._ack(self._partner, ERROR)
         elif self.state is State.SENDS:
-            self._say("IGN MISSION_ITEM: Busy\t")
+            self._say("IGN MISSION_ITEM: Busy\t", "mavlink_mission_mis_item_busy")
             self._ack(self._partner, ERROR)
         elif self.state is State.IDLE:
             if self._sequence == message.seq + 1:
                 self._ack(self._partner, ACCEPTED, self._crc)
             else:
-                self._say("IGN MISSION_ITEM: No transfer\t")
+                self._say("IGN MISSION_ITEM: No transfer\t", "mavlink_mission_no_transfer")
                 self._ack(self._partner, ERROR)
         else:
             self._heard_us = now_us
@@ -170,7 +170,7 @@ class Manager:
         item, error = mission_items.parse(message, self._kind, rover=self._uploads.rover)
         if item is None:
             if error != ERROR:
-                self._say("IGN MISSION_ITEM: Invalid item\t")
+                self._say("IGN MISSION_ITEM: Invalid item\t", "mavlink_mission_mis_item_invalid")
             self._end_upload(error)
             return
         self._items.append(item)
@@ -183,7 +183,7 @@ class Manager:
         elif self._crc == self._plan().opaque_id or self._store(now_us):
             self._end_upload(ACCEPTED, self._crc)
         else:
-            self._say("Unable to write on micro SD\t")
+            self._say("Unable to write on micro SD\t", "mavlink_mission_storage_failure")
             self._end_upload(ERROR)
 
     def _store(self, now_us: int) -> bool:
@@ -210,7 +210,8 @@ class Manager:
             self.state = State.IDLE
         same = self.state is State.SENDS and kind == self._kind and partner == self._partner
         if self.state is not State.IDLE and not same:
-            self._uploads.say(Severity.INFO, "Mission download request ignored, already active\t")
+            text = "Mission download request ignored, already active\t"
+            self._uploads.say(Severity.INFO, text, "mavlink_mission_req_ignored")
             return
         self._heard_us = self._sent_us = now_us
         self.state = State.SENDS
@@ -223,11 +224,11 @@ class Manager:
     def on_request(self, now_us: int, message: Any) -> None:
         """MISSION_REQUEST, MISSION_REQUEST_INT: the next item goes out, or the last one again."""
         if _partner(message) != self._partner:
-            self._say("WPM: REJ. CMD: partner id mismatch\t")
+            self._say("WPM: REJ. CMD: partner id mismatch\t", "mavlink_mission_partner_id_mismatch2")
             return
         if self.state is not State.SENDS:
             if self.state is State.GETS:
-                self._say("WPM: REJ. CMD: Busy\t")
+                self._say("WPM: REJ. CMD: Busy\t", "mavlink_mission_mis_req_ignored_busy")
             return
         if message.mission_type != self._kind:
             return
@@ -238,7 +239,7 @@ class Manager:
         if not expected or sequence >= len(items):
             self.state = State.IDLE
             self._ack(self._partner, ERROR)
-            self._say("WPM: REJ. CMD: Req. WP was unexpected\t")
+            self._say("WPM: REJ. CMD: Req. WP was unexpected\t", "mavlink_mission_wp_unexpected")
             return
         self._sequence = sequence + 1
         self._send_item(items[sequence])
@@ -262,7 +263,7 @@ class Manager:
     def on_ack(self, now_us: int, message: Any) -> None:
         """MISSION_ACK: ends a download, cancels an upload, or asks for the other kind of item messages."""
         if _partner(message) != self._partner:
-            self._say("REJ. WP CMD: partner id mismatch\t")
+            self._say("REJ. WP CMD: partner id mismatch\t", "mavlink_mission_partner_id_mismatch")
         elif self.state is State.SENDS:
             if message.mission_type == self._kind:
                 self.state = State.IDLE
@@ -277,7 +278,7 @@ class Manager:
     def on_clear_all(self, now_us: int, message: Any) -> None:
         """MISSION_CLEAR_ALL, of one kind or all."""
         if self.state is not State.IDLE:
-            self._say("WPM: IGN CLEAR CMD: Busy\t")
+            self._say("WPM: IGN CLEAR CMD: Busy\t", "mavlink_mission_ignore_clear")
             return
         self._kind = message.mission_type
         kinds = tuple(MAX_ITEMS) if self._kind == ALL_TYPES else (self._kind,)
@@ -288,9 +289,9 @@ class Manager:
         """MISSION_SET_CURRENT: fly this item next."""
         sequence = message.seq
         if self.state is not State.IDLE:
-            self._say("WPM: IGN WP CURR CMD: Busy\t")
+            self._say("WPM: IGN WP CURR CMD: Busy\t", "mavlink_mission_state_busy")
         elif sequence >= len(self._dataman.mission.items):
-            self._say("WPM: WP CURR CMD: Not in list\t")
+            self._say("WPM: WP CURR CMD: Not in list\t", "mavlink_mission_seq_out_of_bounds")
         elif self._uploads.set_current is not None:
             self._uploads.set_current(now_us, sequence)
         else:
@@ -306,8 +307,8 @@ class Manager:
     def _ack(self, partner: Partner, result: int, opaque_id: int = 0) -> None:
         self._link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_ACK, *partner, result, self._kind, opaque_id)
 
-    def _say(self, text: str) -> None:
-        self._uploads.say(Severity.CRITICAL, text)
+    def _say(self, text: str, event: str) -> None:
+        self._uploads.say(Severity.CRITICAL, text, event)
 
 
 SPEAKS_INT = {

@@ -1,0 +1,30 @@
+"""Which event tells a failsafe, as PX4's FailsafeBase::notifyUser (failsafe/framework.cpp, v1.18)."""
+
+from autopilot.commander.custom_mode import custom_mode_of
+from autopilot.commander.failsafe import CAUSE_GENERIC, CAUSES, Action, Notice
+
+BATTERY_WARNINGS = {
+    CAUSES["battery_low"]: "commander_failsafe_enter_low_bat",
+    CAUSES["battery_critical"]: "commander_failsafe_enter_crit_bat_warn",
+    CAUSES["battery_emergency"]: "commander_failsafe_enter_crit_low_bat_warn",
+}
+
+
+def failsafe_event(notice: Notice) -> tuple[str, *tuple[int, ...]]:
+    """Name and arguments."""
+    mode, action, cause = custom_mode_of(notice.user_mode), int(notice.action), notice.cause
+    generic = cause == CAUSE_GENERIC
+    if notice.hold_s:
+        delayed = int(notice.delayed_action)
+        if generic:
+            return "commander_failsafe_enter_generic_hold", mode, delayed, notice.hold_s
+        return "commander_failsafe_enter_hold", mode, delayed, notice.hold_s, cause
+    if notice.action is Action.WARN:
+        if generic:
+            return "commander_failsafe_enter_generic_warn", mode
+        if cause in BATTERY_WARNINGS:
+            return (BATTERY_WARNINGS[cause],)
+        return "commander_failsafe_enter_warn", mode, cause
+    if generic:
+        return "commander_failsafe_enter_generic", mode, action
+    return "commander_failsafe_enter", mode, action, cause

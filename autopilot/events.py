@@ -1,0 +1,151 @@
+"""Events: what the autopilot tells ground stations in numbers, which they put into words (uORB event).
+
+`events.json` beside this file holds id and argument types of every event of PX4 v1.18, and the numbers of their enums
+(https://mavlink.io/en/services/events.html). An event has two log levels, one for people and one for the log; both are
+those of the text that goes with it, but for the events in LEVELS.
+"""
+
+import functools
+import json
+import math
+import pathlib
+import struct
+from collections import deque
+from typing import Any, NamedTuple
+
+from autopilot.constants import Severity
+
+TABLE = pathlib.Path(__file__).with_name("events.json")
+KEPT = 64
+"""Events that wait for the links; a round of checks sends a few dozen at most."""
+FORMATS = {
+    "uint8_t": "B",
+    "int8_t": "b",
+    "uint16_t": "H",
+    "int16_t": "h",
+    "uint32_t": "I",
+    "int32_t": "i",
+    "uint64_t": "Q",
+    "int64_t": "q",
+    "float": "f",
+}
+PROTOCOL = 8
+"""The level of events that ground stations read and do not show."""
+LEVELS: dict[str, tuple[int, int]] = {
+    **dict.fromkeys(
+        (
+            "commander_arm_denied_resolve_failures",
+            "commander_arm_denied_throttle_unsafe",
+            "commander_arm_denied_calibrating",
+            "commander_disarm_denied_not_landed",
+            "commander_modeswitch_not_avail",
+            "commander_mission_start_denied_no_mission",
+        ),
+        (Severity.CRITICAL, Severity.INFO),
+    ),
+    **dict.fromkeys(
+        (
+            "commander_failsafe_enter",
+            "commander_failsafe_enter_hold",
+            "commander_failsafe_enter_generic",
+            "commander_failsafe_enter_generic_hold",
+        ),
+        (Severity.CRITICAL, Severity.WARNING),
+    ),
+    "commander_failsafe_enter_generic_warn": (Severity.WARNING, Severity.WARNING),
+    "commander_failsafe_enter_warn": (Severity.WARNING, Severity.WARNING),
+    "commander_failsafe_enter_low_bat": (Severity.WARNING, Severity.INFO),
+    "commander_failsafe_enter_crit_bat_warn": (Severity.CRITICAL, Severity.INFO),
+    "commander_failsafe_enter_crit_low_bat_warn": (Severity.EMERGENCY, Severity.INFO),
+    "commander_gcs_lost": (Severity.WARNING, Severity.INFO),
+    "commander_low_bat_shutdown_failed": (Severity.EMERGENCY, Severity.ERROR),
+    "commander_unsupported_arm_disarm_param": (Severity.ERROR, Severity.ERROR),
+    "mavlink_mission_req_ignored": (Severity.WARNING, Severity.WARNING),
+    **dict.fromkeys(
+        (
+            "mavlink_mission_sync_timeout",
+            "mavlink_mission_state_busy",
+            "mavlink_mission_no_transfer",
+            "mavlink_mission_mis_item_invalid",
+            "mavlink_mission_mis_item_busy",
+            "mavlink_mission_getlist_busy",
+            "mavlink_mission_ignore_mis_count",
+            "mavlink_mission_ignore_clear",
+            "mavlink_mission_mis_req_ignored_busy",
+            "mavlink_mission_partner_id_mismatch2",
+            "mavlink_mission_item_partner_id_mismatch",
+            "mavlink_mission_partner_id_mismatch",
+            "mavlink_mission_wp_unexpected",
+            "mavlink_mission_seq_out_of_bounds",
+            "mavlink_mission_storage_failure",
+        ),
+        (Severity.ERROR, Severity.ERROR),
+    ),
+}
+"""(for people, for the log)."""
+
+
+class Event(NamedTuple):
+    """One event; `number` counts up, so that every link knows what it has sent."""
+
+    number: int
+    id: int
+    log_levels: int
+    """For the log in the high half, for people in the low one."""
+    arguments: bytes
+
+
+class Events:
+    """The last events. Any module may send one; each link sends what is new to it."""
+
+    def __init__(self) -> None:
+        self.recent: deque[Event] = deque(maxlen=KEPT)
+        self.count = 0
+
+    def send(self, name: str, level: int, *arguments: float) -> None:
+        """Send an event by its PX4 name. `level` is that of its text, or of itself where there is none.
+
+        Raises KeyError for a name that PX4 does not know. Numbers that an argument cannot hold wrap around.
+        """
+        external, internal = LEVELS.get(name, (level, level))
+        event_id, formats = layout(name)
+        log_levels = int(internal) << 4 | int(external)
+        self.recent.append(Event(self.count, event_id, log_levels, pack(formats, arguments)))
+        self.count += 1
+
+
+def pack(formats: str, arguments: tuple[float, ...]) -> bytes:
+    """Arguments as the wire wants them: one after the other, little-endian."""
+    packed = b""
+    for code, value in zip(formats, arguments, strict=True):
+        if code == "f":
+            packed += struct.pack("<f", value)
+        else:
+            size = struct.calcsize("<" + code)
+            whole = int(value) if math.isfinite(value) else 0
+            packed += (whole & (1 << 8 * size) - 1).to_bytes(size, "little")
+    return packed
+
+
+@functools.cache
+def layout(name: str) -> tuple[int, str]:
+    """Id of an event and one struct code per argument; KeyError for an unknown name."""
+    return _layouts()[name]
+
+
+@functools.cache
+def _layouts() -> dict[str, tuple[int, str]]:
+    loaded = table()
+    enums = {name.rsplit("::", 1)[-1]: row["type"] for name, row in loaded["enums"].items()}
+    layouts = {}
+    for name, row in loaded["events"].items():
+        types = [kind.rsplit("::", 1)[-1] for _, kind in row["arguments"]]
+        layouts[name] = (row["id"], "".join(FORMATS[enums.get(kind, kind)] for kind in types))
+    return layouts
+
+
+@functools.cache
+def table() -> dict[str, dict[str, Any]]:
+    """PX4 v1.18's table: `events` by name, their `enums`, and which modes belong to which of the `groups`."""
+    loaded: dict[str, dict[str, Any]] = json.loads(TABLE.read_text())
+    return loaded
