@@ -65,14 +65,15 @@ class LogFile:
                 self.trouble = error.strerror or str(error)
             return
 
-    def write(self, data: bytes) -> None:
-        """Append."""
+    def write(self, data: bytes, unix_us: int) -> None:
+        """Append; the file's time is the simulated date, which LOG_ENTRY tells."""
         try:
             with FileIO(self._path, "r+b") as file:
                 file.seek(0, os.SEEK_END)
                 rest = memoryview(data)
                 while rest:
                     rest = rest[file.write(rest) :]
+            os.utime(self._path, (unix_us // 1_000_000,) * 2)
             self.written_bytes += len(data)
         except FileNotFoundError:
             self.gone = True

@@ -210,7 +210,7 @@ class Logger:
         self.file, self._started_us = file, now_us
         self._stop_us = 0
         self._prepare(now_us)
-        file.write(b"".join(self._definitions(now_us)))
+        file.write(b"".join(self._definitions(now_us)), unix_us)
         self._end_if_troubled()
 
     def _has_room(self, root: Path) -> bool:
@@ -401,7 +401,7 @@ class Logger:
             for message in buffer:
                 self.stream.write(message)
         if self.file is not None:
-            self.file.write(b"".join(buffer))
+            self.file.write(b"".join(buffer), self._unix_us_of_boot() + now_us)
             self._end_if_troubled()
         limit_mib = int(self._parameters["SDLOG_MAX_SIZE"])
         if self.file is not None and 0 < limit_mib <= self.file.written_bytes // log_files.MEBIBYTE:

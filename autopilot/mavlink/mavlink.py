@@ -123,7 +123,7 @@ class Mavlink:
             signing.Signing(self.links, topics, texts.say, self.system_id, root),
             statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id, root),
-            log_transfer.LogTransfer(self.system_id),
+            log_transfer.LogTransfer(self.system_id, root),
             self.shell,
             event.Event(self.links, texts.events, self.system_id),
         )

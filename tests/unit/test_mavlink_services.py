@@ -543,8 +543,3 @@ def request_event(first: int, last: int) -> Any:
     return mavlink.MAVLink_request_event_message(
         target_system=1, target_component=1, first_sequence=first, last_sequence=last
     )
-
-
-def test_there_are_no_logs() -> None:
-    reply = Peer().send(mavlink.MAVLink_log_request_list_message(1, 1, 0, 65535))[0]
-    assert (reply.num_logs, reply.id) == (0, 0)

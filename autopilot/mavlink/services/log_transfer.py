@@ -1,29 +1,191 @@
-"""Log download: LOG_REQUEST_LIST and following (https://mavlink.io/en/messages/common.html#LOG_REQUEST_LIST).
+"""Log download: list, data, erase (https://mavlink.io/en/messages/common.html#LOG_REQUEST_LIST).
 
-The emulator keeps no logs on board yet: the list is empty, and requests for data go unanswered.
+PX4: mavlink_log_handler.cpp. A log's id is its place in the list that was last asked for, so nothing is sent before a
+list was. PX4's ways, all of them: no entry at all where there are no logs; a list goes from `start` to the last log
+whatever `end` says; a piece of a log is sent in full packets, so that it may go beyond what was asked for; a request
+that can't be met is not answered; logs come and go while armed, too.
 """
 
-from typing import Any
+import os
+import struct
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from autopilot import storage
+from autopilot.file_system import DiskFile
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
 
+ALL = 0xFFFF
+"""LOG_REQUEST_LIST.end for every log."""
+DATA_BYTES = 90
+DATA = struct.Struct("<IHB90s")
+"""LOG_DATA in wire order: offset, id, count, data."""
+PACKETS_PER_TICK = 24
+"""Four packets of 1.4 kB a millisecond: a client that is slow to read keeps up, and streams go on between."""
+UINT32 = 0xFFFFFFFF
+
+
+class Log(NamedTuple):
+    """One file of the list."""
+
+    path: Path
+    size: int
+    """When it was listed."""
+    time_utc: int
+
+
+class Sending:
+    """What is being sent on a link, and of which list."""
+
+    def __init__(self) -> None:
+        self.logs: list[Log] | None = None
+        """None: no list was asked for yet."""
+        self.last_id = 0
+        self.next_id: int | None = None
+        """The entry of the list to be sent next; None: the list is sent."""
+        self.file: DiskFile | None = None
+        """The log that is being sent."""
+        self.id = self.offset = self.end = self.size = 0
+
+    def stop(self) -> None:
+        """Send nothing more."""
+        self.next_id = self.file = None
+
 
 class LogTransfer:
-    """Says that there are no logs."""
+    """Serves the logs in the instance's folder, on each link by itself."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST})
-    HAS_TIMER = False
+    MESSAGES = frozenset(
+        {
+            mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST,
+            mavlink.MAVLINK_MSG_ID_LOG_REQUEST_DATA,
+            mavlink.MAVLINK_MSG_ID_LOG_REQUEST_END,
+            mavlink.MAVLINK_MSG_ID_LOG_ERASE,
+        }
+    )
+    HAS_TIMER = True
 
-    def __init__(self, system_id: int) -> None:
-        """`system_id` is ours."""
+    def __init__(self, system_id: int, root: Path | None) -> None:
+        """`system_id` is ours; `root` is the folder of this instance."""
         self._system_id = system_id
+        self._folder = None if root is None else root / storage.LOG
+        self._sendings: dict[Link, Sending] = {}
+        self._active: list[tuple[Link, Sending]] = []
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """An entry with num_logs 0 means none."""
-        if is_for(message, self._system_id, broadcast=True) and message.start == 0:
-            link.send_fields(mavlink.MAVLINK_MSG_ID_LOG_ENTRY, 0, 0, 0, 0, 0)
+        """Act on a request, and begin to answer at once."""
+        if not is_for(message, self._system_id, broadcast=True):
+            return
+        sending = self._sendings.setdefault(link, Sending())
+        number = message.get_msgId()
+        if number == mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST:
+            self._request_list(message, sending)
+        else:
+            sending.stop()
+            if number == mavlink.MAVLINK_MSG_ID_LOG_REQUEST_DATA:
+                _request_data(message, sending)
+            elif number == mavlink.MAVLINK_MSG_ID_LOG_ERASE:
+                self._erase()
+        _send(link, sending)
+        self._active = [(each, state) for each, state in self._sendings.items() if _busy(state)]
 
     def on_time(self, now_us: int) -> None:
-        """Nothing to do by itself."""
+        """Go on."""
+        if not self._active:
+            return
+        for link, sending in self._active:
+            _send(link, sending)
+        self._active = [(link, sending) for link, sending in self._active if _busy(sending)]
+
+    def _request_list(self, message: Any, sending: Sending) -> None:
+        logs = _logs_in(self._folder)
+        if logs is None:
+            return
+        sending.stop()
+        sending.logs, sending.next_id = logs, message.start
+        sending.last_id = len(logs) if message.end == ALL else message.end
+
+    def _erase(self) -> None:
+        for log in _logs_in(self._folder) or ():
+            log.path.unlink(missing_ok=True)
+        for folder in _folders_in(self._folder):
+            try:
+                folder.rmdir()
+            except OSError:
+                continue  # something else is in it, and stays
+
+
+def _busy(sending: Sending) -> bool:
+    return sending.next_id is not None or sending.file is not None
+
+
+def _folders_in(folder: Path | None) -> list[Path]:
+    try:
+        return [] if folder is None else sorted(path for path in folder.iterdir() if path.is_dir())
+    except OSError:
+        return []
+
+
+def _logs_in(folder: Path | None) -> list[Log] | None:
+    """All files in the folders of a folder, the oldest first, as their names sort; None if there is no such folder."""
+    if folder is None or not folder.is_dir():
+        return None
+    logs = []
+    for day in _folders_in(folder):
+        for path in sorted(day.iterdir()):
+            if path.is_file() and not path.is_symlink():
+                found = path.stat()
+                logs.append(Log(path, found.st_size, int(found.st_mtime)))
+    return logs[:ALL]
+
+
+def _request_data(message: Any, sending: Sending) -> None:
+    logs = sending.logs
+    if logs is None or message.id >= len(logs):
+        return
+    log = logs[message.id]
+    if message.ofs >= log.size:
+        return
+    try:
+        sending.file = DiskFile(log.path, os.O_RDONLY)
+    except OSError:
+        return
+    sending.id, sending.offset, sending.size = message.id, message.ofs, log.size
+    # PX4 adds in 32 bits: "everything" from beyond the start on is a single packet
+    sending.end = (message.ofs + message.count) & UINT32
+
+
+def _send(link: Link, sending: Sending) -> None:
+    """Send as much as one tick takes."""
+    if sending.next_id is not None:
+        _send_entries(link, sending)
+    elif sending.file is not None:
+        _send_data(link, sending, sending.file)
+
+
+def _send_entries(link: Link, sending: Sending) -> None:
+    logs, first = sending.logs or [], sending.next_id or 0
+    for number in range(first, min(first + PACKETS_PER_TICK, len(logs))):
+        log = logs[number]
+        message_id = mavlink.MAVLINK_MSG_ID_LOG_ENTRY
+        link.send_fields(message_id, log.time_utc, log.size & UINT32, number, len(logs), sending.last_id)
+    sending.next_id = first + PACKETS_PER_TICK if first + PACKETS_PER_TICK < len(logs) else None
+
+
+def _send_data(link: Link, sending: Sending, file: DiskFile) -> None:
+    codec = link.codec(mavlink.MAVLINK_MSG_ID_LOG_DATA)
+    try:
+        data = file.read(sending.offset, min(DATA_BYTES * PACKETS_PER_TICK, sending.size - sending.offset))
+    except OSError:
+        data = b""
+    if not data:  # somebody cut the file
+        sending.file = None
+    for begin in range(0, len(data), DATA_BYTES):
+        piece = data[begin : begin + DATA_BYTES]
+        link.send_payload(codec, DATA.pack(sending.offset, sending.id, len(piece), piece))
+        sending.offset += len(piece)
+        if sending.offset >= sending.end or sending.offset >= sending.size:
+            sending.file = None
+            return
