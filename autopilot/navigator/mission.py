@@ -1,7 +1,7 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
-Items that need no flying are carried out at once on the way to the next place, so of several items done in one cycle
-only the last is announced as reached. A takeoff on the ground climbs straight up first and then flies to its place; a
+Items that need no flying are carried out at once behind the place before them, and of these only the last is announced
+as reached; of places, one is reached in a cycle. A takeoff on the ground climbs straight up first and then flies to its place; a
 landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the
 air: hold, and the commander changes to HOLD.
 
@@ -146,6 +146,8 @@ class Mission:
             if not self._reached.update(state, self._target, self._rover_radius_m):
                 return
             self._item_done()
+            if self._target is not None and self._target.command in PLACED:
+                return
 
     def _start(self) -> None:
         state = self._state

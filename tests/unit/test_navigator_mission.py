@@ -235,8 +235,8 @@ def test_once_more_after_landing() -> None:
     assert vehicle.set_mode(4, 4) == 0
     assert vehicle.arm() == 0
     vehicle.run_until_disarmed()
-    assert vehicle.current == [2, 0, 2]
-    assert vehicle.reached == [2, 1, 2]
+    assert vehicle.current == [2, 0, 1, 2]
+    assert vehicle.reached == [2, 0, 1, 2]
 
 
 def test_uploading_does_not_start_anything() -> None:
