@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.covers(
-    "SETUP_SIGNING",
-    source="https://docs.px4.io/v1.18/en/mavlink/message_signing, https://mavlink.io/en/guide/message_signing.html",
-)
+pytestmark = [
+    pytest.mark.covers("SETUP_SIGNING", source="https://docs.px4.io/v1.18/en/mavlink/message_signing"),
+    pytest.mark.covers("SETUP_SIGNING", source="https://mavlink.io/en/guide/message_signing.html"),
+]
 
 KEY = bytes(range(32))
 SIGNED = 0x01

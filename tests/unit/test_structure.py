@@ -37,6 +37,10 @@ SOCKET_FILES = {
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
 CLIENT_SERVICES = {"command", "event", "log_transfer", "mission", "offboard", "parameter", "shell", "statustext"}
+SERVICES_OF_A_COMMAND = {
+    "actuator_test": "MAV_CMD_ACTUATOR_TEST",
+}
+"""What MAVLink describes as a service of its own, and is a command to the autopilot."""
 NOTHING_TO_CONFORM_TO = {
     "system_time": "heard without effect",
     "command_sender": "PX4 gives commands to others in flown missions alone",
@@ -101,7 +105,7 @@ def test_every_service_has_its_conformance_test() -> None:
                 services.add(path.stem)
     tests = {path.stem.removeprefix("test_") for path in (ROOT / "tests/conformance").glob("test_*.py")}
     assert services - tests == set(NOTHING_TO_CONFORM_TO)
-    assert tests <= services
+    assert tests - services == set(SERVICES_OF_A_COMMAND)
 
 
 def test_every_arming_check_has_a_test() -> None:

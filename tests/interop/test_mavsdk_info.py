@@ -1,0 +1,28 @@
+"""MAVSDK info: what the vehicle is, how long it has flown, and how fast its time runs."""
+
+import math
+
+import pytest
+from mavsdk.plugins.info import Info
+
+from tests.interop.mavsdk_vehicle import SPEED, Vehicle, until
+
+
+def test_it_is_px4_1_18_with_an_id_of_its_own(vehicle: Vehicle) -> None:
+    info = Info(vehicle.system)
+    version = info.get_version()
+    assert (version.flight_sw_major, version.flight_sw_minor, version.flight_sw_patch) == (1, 18, 0)
+    assert version.flight_sw_version_type == version.FlightSoftwareVersionType.RELEASE
+    assert len(info.get_identification().hardware_uid) == 36
+    assert info.get_identification().legacy_uid != 0
+    assert info.get_product().vendor_id == 0
+
+
+def test_the_speed_factor_is_that_of_launch(vehicle: Vehicle) -> None:
+    info = Info(vehicle.system)
+    until(vehicle.telemetry, "odometry", lambda _: math.isfinite(info.get_speed_factor()))
+    assert info.get_speed_factor() == pytest.approx(float(SPEED), rel=0.5)
+
+
+def test_flight_information_comes_by_itself(vehicle: Vehicle) -> None:
+    assert until(Info(vehicle.system), "flight_information").time_boot_ms > 0
