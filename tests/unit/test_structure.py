@@ -37,8 +37,6 @@ SOCKET_FILES = {
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
 CLIENT_SERVICES = {
-    "MAV_CMD_ACTUATOR_TEST",
-    "actuator_test",
     "command",
     "event",
     "ftp",
@@ -49,6 +47,10 @@ CLIENT_SERVICES = {
     "shell",
     "statustext",
 }
+SERVICES_OF_A_COMMAND = {
+    "actuator_test": "MAV_CMD_ACTUATOR_TEST",
+}
+"""What MAVLink describes as a service of its own, and is a command to the autopilot."""
 NOTHING_TO_CONFORM_TO = {
     "system_time": "heard without effect",
     "command_sender": "PX4 gives commands to others in flown missions alone",
