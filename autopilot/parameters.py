@@ -4,6 +4,9 @@
 ("multicopter", "rover") announces it; an airframe (a vehicle's data) overrides defaults. Modules read
 `parameters["MPC_XY_P"]` when they need it, or copy what they need in an `update(parameters)` that the autopilot calls
 whenever `parameters.version` has changed: a hot loop looks nothing up by name.
+
+PX4 takes NaN and infinity for a value, tells it, and flies with it. Here they are kept and told, but no module gets
+them: it goes on with the value before.
 """
 
 import functools
@@ -32,6 +35,7 @@ class Parameters:
         for name, value in (overrides or {}).items():
             self._defaults[name] = self.typed(name, value)
         self._values = dict(self._defaults)
+        self._used = dict(self._values)
         started = self._started_modules()
         self.announced = [
             name for name, row in self._table.items() if airframe_class in row["announced"] or row["group"] in started
@@ -49,7 +53,11 @@ class Parameters:
         """Names that were set since the last save."""
 
     def __getitem__(self, name: str) -> Value:
-        """Value of a parameter; KeyError for a name that PX4 does not know."""
+        """Value of a parameter as modules use it, a finite number; KeyError for a name that PX4 does not know."""
+        return self._used[name]
+
+    def told(self, name: str) -> Value:
+        """Value of a parameter as it was set, NaN and infinity too: what the ground is told and what is saved."""
         return self._values[name]
 
     def __contains__(self, name: object) -> bool:
@@ -114,6 +122,8 @@ class Parameters:
     def _store(self, name: str, typed: Value) -> None:
         if typed != self._values[name]:
             self._values[name] = typed
+            if math.isfinite(typed):
+                self._used[name] = typed
             self.version += 1
 
     def typed(self, name: str, value: Value) -> Value:

@@ -372,7 +372,8 @@ class Estimator:
             self._reset_height(now_us, -height, variance)
 
     def _gated(self, ratio_slot: int | None, observations: tuple[tuple[int, float, float], ...], gate: float) -> bool:
-        """Fuse (state, innovation, variance) of one sensor together unless one lies outside the gate."""
+        """Fuse (state, innovation, variance) of one sensor together unless one lies outside the gate (1 σ at least)."""
+        gate = max(gate, 1.0)
         p, correction = self._covariance, self._correction
         ratio = 0.0
         for index, innovation, variance in observations:

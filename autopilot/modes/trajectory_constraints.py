@@ -28,8 +28,11 @@ class Limits(NamedTuple):
 def max_speed_from_distance(jerk: float, acceleration: float, distance_m: float, final_speed: float) -> float:
     """Speed from which one comes down to `final_speed` within a distance.
 
-    Constant deceleration after 2·acceleration/jerk of reaction: v² = final² + 2·a·(d - v·2·a/j).
+    Constant deceleration after 2·acceleration/jerk of reaction: v² = final² + 2·a·(d - v·2·a/j). A vehicle that is
+    not let brake goes no faster than that speed.
     """
+    if jerk <= 0.0 or acceleration <= 0.0:
+        return final_speed
     b = 4.0 * acceleration * acceleration / jerk
     c = -2.0 * acceleration * distance_m - final_speed * final_speed
     return max(0.5 * (math.sqrt(b * b - 4.0 * c) - b), final_speed)

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from autopilot.commands import CommandResult
 from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
+from autopilot.mavlink.services.service import finite_or_nan, is_for
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -86,7 +86,10 @@ class Command:
 
 
 def vehicle_command(message: Any) -> VehicleCommand:
-    """The command of a COMMAND_LONG or COMMAND_INT, latitude and longitude in degrees in param5 and param6."""
+    """The command of a COMMAND_LONG or COMMAND_INT, latitude and longitude in degrees in param5 and param6.
+
+    Infinite parameters count as not given (NaN), as they do wherever PX4 asks whether a number is finite.
+    """
     confirmation = 0
     if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_INT:
         frame = message.frame
@@ -97,13 +100,13 @@ def vehicle_command(message: Any) -> VehicleCommand:
         confirmation = message.confirmation
     return VehicleCommand(
         message.command,
-        message.param1,
-        message.param2,
-        message.param3,
-        message.param4,
-        param5,
-        param6,
-        param7,
+        finite_or_nan(message.param1),
+        finite_or_nan(message.param2),
+        finite_or_nan(message.param3),
+        finite_or_nan(message.param4),
+        finite_or_nan(param5),
+        finite_or_nan(param6),
+        finite_or_nan(param7),
         frame,
         message.get_srcSystem(),
         message.get_srcComponent(),

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
+from autopilot.mavlink.services.service import finite_or_nan, is_for
 from autopilot.topics import (
     NAN,
     NAN3,
@@ -113,7 +113,9 @@ def vectors(message: Any, place: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     """Position, velocity, acceleration with NaN where the type mask ignores an axis."""
     mask = message.type_mask
     values = (*place, message.vx, message.vy, message.vz, message.afx, message.afy, message.afz)
-    x, y, z, vx, vy, vz, ax, ay, az = (NAN if mask >> bit & 1 else value for bit, value in enumerate(values))
+    x, y, z, vx, vy, vz, ax, ay, az = (
+        NAN if mask >> bit & 1 else finite_or_nan(value) for bit, value in enumerate(values)
+    )
     return (x, y, z), (vx, vy, vz), (ax, ay, az)
 
 
@@ -129,24 +131,34 @@ def trajectory(
 ) -> OffboardSetpoint:
     """The setpoint with the message's yaw."""
     mask = message.type_mask
-    yaw = NAN if mask & YAW_IGNORE else message.yaw
-    yawspeed = NAN if mask & YAW_RATE_IGNORE else message.yaw_rate
+    yaw = NAN if mask & YAW_IGNORE else finite_or_nan(message.yaw)
+    yawspeed = NAN if mask & YAW_RATE_IGNORE else finite_or_nan(message.yaw_rate)
     return OffboardSetpoint(
         now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed), None, None
     )
 
 
 def attitude_setpoint(now_us: int, message: Any) -> OffboardSetpoint | None:
-    """Attitude if it is not ignored, else rates; thrust 0..1 along the body's up."""
+    """Attitude if it is not ignored, else rates; thrust 0..1 along the body's up. What is not finite counts as 0.
+
+    Nothing comes of an attitude without a direction.
+    """
     mask = message.type_mask
-    thrust = 0.0 if mask & THROTTLE_IGNORE else message.thrust
-    thrust_body = (0.0, 0.0, -thrust)
-    rates = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
+    thrust = 0.0 if mask & THROTTLE_IGNORE or not math.isfinite(message.thrust) else message.thrust
+    thrust_body = (0.0, 0.0, -max(-1.0, min(1.0, thrust)))
+    roll_rate, pitch_rate, yaw_rate = (
+        rate if math.isfinite(rate) else 0.0
+        for rate in (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
+    )
     if not mask & ATTITUDE_IGNORE:
-        w, x, y, z = message.q
-        yaw_rate = 0.0 if mask & 0x4 else rates[2]
-        attitude = VehicleAttitudeSetpoint(now_us, (w, x, y, z), yaw_rate, thrust_body)
+        length = math.hypot(*message.q)
+        if not (math.isfinite(length) and length > 0.0):
+            return None
+        w, x, y, z = (part / length for part in message.q)
+        attitude = VehicleAttitudeSetpoint(now_us, (w, x, y, z), 0.0 if mask & 0x4 else yaw_rate, thrust_body)
         return OffboardSetpoint(now_us, None, attitude, None)
     if mask & BODY_RATE_IGNORE == BODY_RATE_IGNORE:
         return None
-    return OffboardSetpoint(now_us, None, None, VehicleRatesSetpoint(now_us, rates, thrust_body))
+    return OffboardSetpoint(
+        now_us, None, None, VehicleRatesSetpoint(now_us, (roll_rate, pitch_rate, yaw_rate), thrust_body)
+    )

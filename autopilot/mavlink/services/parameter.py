@@ -132,7 +132,7 @@ class Parameter:
         self._send(link, name)
 
     def _send(self, link: Link, name: str) -> None:
-        value = self._parameters[name]
+        value = self._parameters.told(name)
         is_float = self._parameters.is_float(name)
         packed = struct.pack("<f", value) if is_float else struct.pack("<i", value)
         index = self._parameters.index.get(name, NO_INDEX)
@@ -168,5 +168,5 @@ def parameter_hash(parameters: Parameters) -> int:
         row = parameters.row(name)
         if not row.get("volatile"):
             layout = "<f" if parameters.is_float(name) else "<i"
-            crc = crc32_part(name.encode() + struct.pack(layout, parameters[name]), crc)
+            crc = crc32_part(name.encode() + struct.pack(layout, parameters.told(name)), crc)
     return crc

@@ -1,5 +1,6 @@
 """What every service looks like to the dispatcher."""
 
+import math
 from typing import Any, Protocol
 
 from autopilot.mavlink.link import Link
@@ -26,3 +27,8 @@ def is_for(message: Any, system_id: int, broadcast: bool) -> bool:
     """Whether a targeted message is for this autopilot; `broadcast` accepts target system 0 as well."""
     system, component = message.target_system, message.target_component
     return (system == system_id or (broadcast and system == 0)) and component in (0, 1)
+
+
+def finite_or_nan(value: float) -> float:
+    """A number as it came, NaN for an infinite one: neither is a number to PX4's code, which asks for finite ones."""
+    return value if math.isfinite(value) else math.nan

@@ -150,9 +150,9 @@ def _set_bits(parameters: Parameters, command: str, words: list[str]) -> Output:
 
 def _change(parameters: Parameters, name: str, value: Value) -> Output:
     before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
-    old = parameters[name]
+    old = parameters.told(name)
     parameters.set(name, value)
-    if parameters[name] != old:
+    if parameters.told(name) != old:
         yield f"{symbol} {name}: curr: {before} -> new: {_value(parameters, name)}\n"
     return SUCCESS
 
@@ -167,7 +167,7 @@ def _compare(parameters: Parameters, command: str, words: list[str]) -> Output:
         if not silent:
             yield error("param", f"Parameter {name} not found")
         return FAILURE
-    value = parameters[name]
+    value = parameters.told(name)
     others = [_parsed(parameters, name, text) for text in values]
     if command == "greater":
         return SUCCESS if any(value > other for other in others) else FAILURE
@@ -224,11 +224,11 @@ def _line(parameters: Parameters, name: str) -> str:
 
 
 def _changed_symbol(parameters: Parameters, name: str) -> str:
-    return " " if parameters[name] == parameters.default(name) else "+"
+    return " " if parameters.told(name) == parameters.default(name) else "+"
 
 
 def _value(parameters: Parameters, name: str) -> str:
-    value = parameters[name]
+    value = parameters.told(name)
     return f"{value:.4f}" if parameters.is_float(name) else str(int(value))
 
 
