@@ -32,6 +32,8 @@ STATE_STANDBY: int = mavlink.MAV_STATE_STANDBY
 STATE_ACTIVE: int = mavlink.MAV_STATE_ACTIVE
 STATE_CRITICAL: int = mavlink.MAV_STATE_CRITICAL
 STATE_FLIGHT_TERMINATION: int = mavlink.MAV_STATE_FLIGHT_TERMINATION
+ONBOARD_CONTROLLER_LOST_US = 5_000_000
+"""Without its heartbeat for so long, a mission computer counts as lost (COM_OBC_LOSS_T until v1.17)."""
 
 
 class Commander:
@@ -111,7 +113,7 @@ class Commander:
 
     def _follow_onboard_controller(self, now_us: int) -> None:
         heard_us = self._topics.gcs_heartbeats.onboard_us
-        lost = heard_us > 0 and now_us - heard_us > self._parameters["COM_OBC_LOSS_T"] * 1e6
+        lost = heard_us > 0 and now_us - heard_us > ONBOARD_CONTROLLER_LOST_US
         if lost is not self._onboard_controller_lost:
             self._onboard_controller_lost = lost
             if lost:
