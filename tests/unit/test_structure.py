@@ -49,6 +49,7 @@ CLIENT_SERVICES = {
 }
 SERVICES_OF_A_COMMAND = {
     "actuator_test": "MAV_CMD_ACTUATOR_TEST",
+    "component_metadata": "MAV_CMD_REQUEST_MESSAGE, and then files over FTP",
 }
 """What MAVLink describes as a service of its own, and is a command to the autopilot."""
 NOTHING_TO_CONFORM_TO = {
