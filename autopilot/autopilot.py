@@ -19,6 +19,7 @@ from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
 from autopilot.land_detector import LandDetector
 from autopilot.logger.logger import Logger
+from autopilot.manual_control import ManualControl
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
@@ -26,6 +27,7 @@ from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value
 from autopilot.payload_deliverer import PayloadDeliverer
+from autopilot.rc_update import RcUpdate
 from autopilot.sensors import Sensors
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import Pxh
@@ -62,6 +64,8 @@ class Autopilot:
         self.sensors = Sensors(*shared)
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
+        self.rc_update = RcUpdate(*shared)
+        self.manual_control = ManualControl(*shared)
         self.commander = Commander(*shared, self.dataman, self.texts.of("commander"), self.texts.events.send)
         self.outgoing = OutgoingCommands()
         self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
@@ -88,6 +92,8 @@ class Autopilot:
         self.estimator.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
             self.land_detector.update(now_us)
+            self.rc_update.update()
+            self.manual_control.update(now_us)
             self.commander.update(now_us)
             self.navigator.update(now_us)
             self.payload_deliverer.update(now_us)

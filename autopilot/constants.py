@@ -36,6 +36,17 @@ class NavState(IntEnum):
     EXTERNAL8 = 30
 
 
+class RequestedAction(IntEnum):
+    """action_request.action: what a switch or a gesture asks of the commander."""
+
+    DISARM = 0
+    ARM = 1
+    TOGGLE_ARMING = 2
+    UNKILL = 3
+    KILL = 4
+    SWITCH_MODE = 5
+
+
 class SetpointType(IntEnum):
     """position_setpoint.type."""
 

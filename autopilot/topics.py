@@ -9,7 +9,7 @@ A missing number is NaN, as in PX4.
 import math
 from typing import NamedTuple
 
-from autopilot.constants import NavState
+from autopilot.constants import NavState, RequestedAction
 
 NAN = math.nan
 Vector3 = tuple[float, float, float]
@@ -437,8 +437,53 @@ class HoverThrustEstimate(NamedTuple):
 # --- inputs (writer: the MAVLink services) -----------------------------------------------------------------
 
 
+SOURCE_UNKNOWN, SOURCE_RC, SOURCE_MAVLINK_0 = 0, 1, 2
+"""manual_control_setpoint.data_source; the other MAVLink links follow."""
+
+
+class InputRc(NamedTuple):
+    """Channels as they came, µs of pulse; a channel that its sender ignores is 0."""
+
+    timestamp: int = 0
+    values: tuple[int, ...] = ()
+
+
+class ManualControlInput(NamedTuple):
+    """Sticks of one source: roll, pitch, yaw, throttle each -1..1."""
+
+    timestamp: int = 0
+    data_source: int = SOURCE_UNKNOWN
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+    throttle: float = 0.0
+    buttons: int = 0
+
+
+class ManualControlSwitches(NamedTuple):
+    """Switches of the RC: 0 not mapped, 1 on, 3 off; mode_slot 1..6, 0 not mapped. Writer: rc_update."""
+
+    timestamp: int = 0
+    mode_slot: int = 0
+    arm: int = 0
+    return_to_launch: int = 0
+    loiter: int = 0
+    offboard: int = 0
+    kill: int = 0
+
+
+class ActionRequest(NamedTuple):
+    """What a gesture (source 0), switch (1), button (2) or mode slot (3) asks; writer: manual_control."""
+
+    number: int
+    timestamp: int
+    action: RequestedAction
+    source: int
+    mode: NavState
+
+
 class ManualControlSetpoint(NamedTuple):
-    """Sticks: roll, pitch, yaw, throttle each -1..1."""
+    """The sticks that are flown: roll, pitch, yaw, throttle each -1..1. Writer: manual_control."""
 
     timestamp: int = 0
     valid: bool = False
@@ -447,6 +492,8 @@ class ManualControlSetpoint(NamedTuple):
     yaw: float = 0.0
     throttle: float = 0.0
     sticks_moving: bool = False
+    data_source: int = SOURCE_UNKNOWN
+    buttons: int = 0
 
 
 class OffboardSetpoint(NamedTuple):
@@ -656,6 +703,11 @@ class Topics:
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
+        self.input_rc = InputRc()
+        self.manual_control_rc = ManualControlInput()
+        self.manual_control_mavlink = ManualControlInput()
+        self.manual_control_switches = ManualControlSwitches()
+        self.action_requests: tuple[ActionRequest, ...] = ()
         self.manual_control_setpoint = ManualControlSetpoint()
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()

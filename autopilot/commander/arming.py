@@ -17,15 +17,20 @@ STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
 STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
+STICK_GESTURE, RC_SWITCH, RC_BUTTON, KILL_SWITCH = "stick gesture", "RC switch", "RC button", "kill-switch"
 INTERNAL_COMMAND = "internal command"
 EXTERNAL_COMMAND = "external command"
 MISSION_START = "mission start"
 REASONS = {
+    STICK_GESTURE: 1,
+    RC_SWITCH: 2,
     INTERNAL_COMMAND: 3,
     EXTERNAL_COMMAND: 4,
     MISSION_START: 5,
     "landing": 6,
     "auto preflight disarming": 7,
+    KILL_SWITCH: 8,
+    RC_BUTTON: 13,
     "failsafe": 14,
 }
 """Why the vehicle was armed or disarmed, as PX4 says it, and vehicle_status' ARM_DISARM_REASON_*."""
@@ -69,7 +74,7 @@ class Arming:
         self.armed = True
         self.armed_us = now_us
         self.arming_reason = REASONS[by]
-        topics.actuator_armed = ActuatorArmed(True, self.terminated, False)
+        topics.actuator_armed = ActuatorArmed(True, self.terminated)
         if self._parameters["COM_HOME_EN"]:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
         self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
@@ -87,18 +92,30 @@ class Arming:
         self.disarm(by)
         return ACCEPTED
 
+    def disarm_by_pilot(self, by: str) -> None:
+        """By gesture or switch: on the ground, and in modes where the throttle stick is the thrust."""
+        if not self.armed:
+            return
+        land_detected = self._topics.vehicle_land_detected
+        stands = land_detected.landed or land_detected.maybe_landed or self._rover or self.terminated
+        if stands or self._topics.vehicle_status.nav_state in STICKS_TO_THRUST:
+            self.disarm(by)
+        elif by != STICK_GESTURE:
+            self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
+
     def disarm(self, by: str) -> None:
         """Disarm and say by what: one of REASONS."""
         self.armed = False
         self.disarming_reason = REASONS[by]
-        self._topics.actuator_armed = ActuatorArmed(False, self.terminated, False)
+        killed = self._topics.actuator_armed.manual_lockdown
+        self._topics.actuator_armed = ActuatorArmed(False, self.terminated, killed)
         self._intention.on_disarm()
         self._say(Severity.INFO, f"Disarmed by {by}\t", "commander_disarmed_by", self.disarming_reason)
 
     def terminate(self) -> None:
         """End the flight, for good."""
         self.terminated = True
-        self._topics.actuator_armed = ActuatorArmed(self.armed, True, False)
+        self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=self.armed, lockdown=True)
 
     def _refusal(self, now_us: int) -> tuple[str, str] | None:
         """What to say, and the event."""

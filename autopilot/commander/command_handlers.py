@@ -130,7 +130,8 @@ class CommandHandlers:
 
     # --- helpers --------------------------------------------------------------------------------------------
 
-    def _change_mode(self, now_us: int, mode: NavState) -> int:
+    def change_mode(self, now_us: int, mode: NavState) -> int:
+        """MAV_RESULT of asking for a mode; a refusal is said."""
         arming = self._arming
         self._checks.update(now_us)
         ended = arming.armed and arming.terminated
@@ -142,13 +143,13 @@ class CommandHandlers:
         return TEMPORARILY_REJECTED
 
     def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:
-        result = self._change_mode(now_us, mode)
+        result = self.change_mode(now_us, mode)
         if result == ACCEPTED:
             self._say(Severity.INFO, text, event)
         return result
 
     def _change_mode_and_pass_on(self, now_us: int, mode: NavState, command: VehicleCommand) -> int:
-        result = self._change_mode(now_us, mode)
+        result = self.change_mode(now_us, mode)
         if result == ACCEPTED:
             self._pass_on(now_us, command)
         return result
@@ -191,19 +192,19 @@ class CommandHandlers:
     def _do_set_mode(self, now_us: int, command: VehicleCommand) -> int:
         flags, main, sub = (_whole(value) for value in (command.param1, command.param2, command.param3))
         mode = nav_state_of(main, sub) if flags & FLAG_CUSTOM_MODE_ENABLED else nav_state_of_base_mode(flags)
-        return TEMPORARILY_REJECTED if mode is None else self._change_mode(now_us, mode)
+        return TEMPORARILY_REJECTED if mode is None else self.change_mode(now_us, mode)
 
     def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
         mode = STANDARD_MODES.get(_whole(command.param1))
         if mode is None or (self._rover and mode in AIRCRAFT_ONLY):
             return FAILED
-        return self._change_mode(now_us, mode)
+        return self.change_mode(now_us, mode)
 
     def _nav_takeoff(self, now_us: int, command: VehicleCommand) -> int:
         return self._change_mode_and_pass_on(now_us, NavState.AUTO_TAKEOFF, command)
 
     def _nav_vtol_takeoff(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
+        return self.change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
 
     def _nav_land(self, now_us: int, command: VehicleCommand) -> int:
         text = "Landing at current position\t"
@@ -235,7 +236,7 @@ class CommandHandlers:
             return DENIED
         if not -1.0 <= command.param1 < len(self._dataman.mission.items):
             return DENIED
-        result = self._change_mode(now_us, NavState.AUTO_MISSION)
+        result = self.change_mode(now_us, NavState.AUTO_MISSION)
         if result == ACCEPTED:
             result = self._arming.arm(now_us, by=MISSION_START)
             if command.param1 >= 0.0:

@@ -2,7 +2,7 @@
 
 PX4's Commander (src/modules/commander/Commander.cpp, v1.18).
 
-Left out: RC switches and stick gestures, VTOL, rebooting (answered; restarting is the process's business), parachute,
+Left out: VTOL, rebooting (answered; restarting is the process's business), parachute,
 safety switch.
 """
 
@@ -13,6 +13,7 @@ from autopilot.commander.auto_disarm import AutoDisarm
 from autopilot.commander.command_handlers import CommandHandlers
 from autopilot.commander.failsafe import Action, Failsafe, Notice
 from autopilot.commander.failsafe_events import failsafe_event
+from autopilot.commander.pilot import Pilot
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
@@ -59,6 +60,7 @@ class Commander:
         self._handlers = CommandHandlers(
             topics, parameters, dataman, self._checks, self._intention, self._arming, say, rover=rover
         )
+        self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
         self.COMMANDS = self._handlers.commands
         self._was_armed = False
         self._was_landed = True
@@ -89,6 +91,7 @@ class Commander:
             self._tell_changes(now_us)
             self._follow_home(now_us)
         self._take_navigator_commands(now_us)
+        self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
         self._leave_finished_modes()
         self._disarm_by_itself(now_us)

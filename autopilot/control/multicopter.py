@@ -331,7 +331,8 @@ class MulticopterControl:
         self._rate_us = now_us
         if not 0.0 < dt < 0.02:
             dt = TICK_S
-        if not topics.actuator_armed.armed or topics.vehicle_status.termination:
+        actuators = topics.actuator_armed
+        if not actuators.armed or actuators.manual_lockdown or topics.vehicle_status.termination:
             if self._tests.due:
                 self._test(now_us)
             else:

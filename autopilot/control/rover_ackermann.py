@@ -97,7 +97,7 @@ class RoverAckermannControl:
         self._updated_us = now_us
         if self._version != self._parameters.version:
             self._refresh()
-        if not topics.actuator_armed.armed:
+        if not topics.actuator_armed.armed or topics.actuator_armed.manual_lockdown:
             self._stop(now_us)
             if self._tests.due:
                 self._test(now_us)
@@ -127,7 +127,8 @@ class RoverAckermannControl:
 
     def update_rate(self, now_us: int) -> None:
         """Nothing to do between the steps of `update_position`, but to stop at once when disarmed."""
-        if not self._topics.actuator_armed.armed and self._throttle:
+        actuators = self._topics.actuator_armed
+        if self._throttle and (not actuators.armed or actuators.manual_lockdown):
             self._stop(now_us)
 
     # --- modes -------------------------------------------------------------------------------------------

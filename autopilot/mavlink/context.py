@@ -20,9 +20,6 @@ class Context:
         self.parameters = parameters
         self.dataman = dataman
         self.boot_unix_us = BOOT_UNIX_US
-        self.rc_channels: tuple[int, ...] = ()
-        """Last RC_CHANNELS_OVERRIDE in µs, and when it came."""
-        self.rc_channels_us = 0
         self._version = -1
         self.refresh()
 

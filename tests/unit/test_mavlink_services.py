@@ -474,13 +474,31 @@ def test_attitude_and_rates() -> None:
     assert peer.topics.offboard_setpoint.rates.rates == pytest.approx((0.1, 0.2, 0.3))
 
 
-def test_sticks_are_lost_when_they_fall_silent() -> None:
+def test_a_joystick_is_an_input() -> None:
     peer = Peer()
-    peer.send(mavlink.MAVLink_manual_control_message(1, 500, -1000, 250, 0, 0))
-    sticks = peer.topics.manual_control_setpoint
-    assert (sticks.valid, sticks.pitch, sticks.roll, sticks.throttle) == (True, 0.5, -1.0, -0.5)
-    peer.run(float(peer.parameters["COM_RC_LOSS_T"]) + 0.1)
-    assert not peer.topics.manual_control_setpoint.valid
+    peer.send(mavlink.MAVLink_manual_control_message(1, 500, -1000, 250, 0, 3), ONBOARD)
+    sticks = peer.topics.manual_control_mavlink
+    assert (sticks.data_source, sticks.pitch, sticks.roll, sticks.throttle, sticks.buttons) == (3, 0.5, -1.0, -0.5, 3)
+    peer.send(mavlink.MAVLink_manual_control_message(2, 0, 0, 0, 0, 0), ONBOARD)
+    assert peer.topics.manual_control_mavlink is sticks
+    peer.send(mavlink.MAVLink_manual_control_message(1, 2000, 0, -500, 0, 0))
+    assert peer.topics.manual_control_mavlink[1:6] == (2, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("channels", "values"),
+    [
+        ((1000, 2000, 65535, 1500, 0, 65535, 65535, 65535), (1000, 2000, 0, 1500, 0)),
+        ((0,) * 8, (0,) * 8),
+        ((1500,) * 8 + (1100, 65534, 0), (1500,) * 8 + (1100, 65534)),
+        ((65535,) * 8, ()),
+    ],
+)
+def test_channels_that_are_ignored(channels: tuple[int, ...], values: tuple[int, ...]) -> None:
+    """UINT16_MAX ignores any channel, 0 only those above the eighth; PX4 takes 65534 for a value."""
+    peer = Peer()
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *channels))
+    assert peer.topics.input_rc.values == values
 
 
 def test_overridden_channels_are_shown() -> None:

@@ -1,6 +1,7 @@
-"""Sticks have been seen within COM_RC_LOSS_T (PX4's manualControlCheck)."""
+"""Sticks have been seen within COM_RC_LOSS_T, and nobody has killed the motors (PX4's manualControlCheck)."""
 
-from autopilot.commander.arming_checks.findings import RC_RECEIVER, Component, Findings, Settings
+from autopilot.commander.arming_checks.findings import ALL_MODES, RC_RECEIVER, Component, Findings, Settings
+from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 
@@ -13,3 +14,6 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.unhealthy |= RC_RECEIVER
     else:
         findings.health_present |= Component.REMOTE_CONTROL
+    if topics.actuator_armed.manual_lockdown:
+        component = Component.REMOTE_CONTROL
+        findings.arming_check_failure(ALL_MODES, component, Severity.ERROR, "check_man_control_kill_engaged")

@@ -1,51 +1,49 @@
-"""MANUAL_CONTROL: joystick of a ground station into topics.manual_control_setpoint.
+"""MANUAL_CONTROL: joystick of a ground station into topics.manual_control_mavlink.
 
-As PX4: x, y, r in -1000..1000, z (throttle) in 0..1000 of the message; the sticks are valid until nothing came for
-COM_RC_LOSS_T. COM_RC_IN_MODE 4 (stick input disabled) turns it off.
+https://mavlink.io/en/services/manual_control.html. As PX4: x, y, r in -1000..1000, z (throttle) in 0..1000; an axis out
+of its range is at its centre. Whether these sticks are flown, autopilot/manual_control.py decides.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from autopilot.mavlink.link import Link
-from autopilot.parameters import Parameters
-from autopilot.topics import ManualControlSetpoint, Topics
+from autopilot.topics import SOURCE_MAVLINK_0, ManualControlInput, Topics
 from sitl_emu.core import dialect as mavlink
 
-STICKS_MOVING = 0.05
-DISABLED = 4
-FULL = 1000.0
+FULL = 1000
 
 
 class ManualControl:
-    """Writer of topics.manual_control_setpoint."""
+    """Writer of topics.manual_control_mavlink."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL})
-    HAS_TIMER = True
+    HAS_TIMER = False
 
-    def __init__(self, topics: Topics, parameters: Parameters, system_id: int) -> None:
-        """Writes into `topics`."""
+    def __init__(self, topics: Topics, links: Sequence[Link], system_id: int) -> None:
+        """Writes into `topics`; the number of the link tells one joystick from another."""
         self._topics = topics
-        self._parameters = parameters
+        self._sources = {link.name: SOURCE_MAVLINK_0 + number for number, link in enumerate(links)}
         self._system_id = system_id
-        self._lost_us = 0
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """The message has a target system alone."""
-        if message.target != self._system_id or int(self._parameters["COM_RC_IN_MODE"]) == DISABLED:
+        if message.target not in (0, self._system_id):
             return
-        pitch, roll, yaw = message.x / FULL, message.y / FULL, message.r / FULL
-        throttle = message.z / FULL * 2.0 - 1.0
-        before = self._topics.manual_control_setpoint
-        moved = max(
-            abs(roll - before.roll), abs(pitch - before.pitch), abs(yaw - before.yaw), abs(throttle - before.throttle)
+        throttle = message.z / FULL * 2.0 - 1.0 if 0 <= message.z <= FULL else 0.0
+        self._topics.manual_control_mavlink = ManualControlInput(
+            now_us,
+            self._sources.get(link.name, SOURCE_MAVLINK_0),
+            _axis(message.y),
+            _axis(message.x),
+            _axis(message.r),
+            throttle,
+            message.buttons,
         )
-        moving = before.valid and moved > STICKS_MOVING
-        self._topics.manual_control_setpoint = ManualControlSetpoint(now_us, True, roll, pitch, yaw, throttle, moving)
-        self._lost_us = now_us + int(float(self._parameters["COM_RC_LOSS_T"]) * 1e6)
 
     def on_time(self, now_us: int) -> None:
-        """Sticks that are not heard of any more are not valid."""
-        if self._lost_us and now_us >= self._lost_us:
-            self._lost_us = 0
-            sticks = self._topics.manual_control_setpoint
-            self._topics.manual_control_setpoint = sticks._replace(timestamp=now_us, valid=False, sticks_moving=False)
+        """Nothing to do by itself: manual_control notices when sticks are lost."""
+
+
+def _axis(value: int) -> float:
+    return value / FULL if -FULL <= value <= FULL else 0.0

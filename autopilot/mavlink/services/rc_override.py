@@ -1,38 +1,40 @@
-"""RC_CHANNELS_OVERRIDE: channels as if from a receiver; shown in RC_CHANNELS.
+"""RC_CHANNELS_OVERRIDE: channels as if from a receiver (topics.input_rc), shown in RC_CHANNELS.
 
-The sticks themselves are not flown by them: PX4 does that with COM_RC_IN_MODE 0 or 2 and a calibrated RC only.
+As PX4 (handle_message_rc_channels_override): up to 18 channels; UINT16_MAX ignores a channel, 0 ignores channels 9 and
+above; the last that is not ignored gives their number. Whether they are flown, rc_update and COM_RC_IN_MODE decide.
 """
 
 from typing import Any
 
-from autopilot.mavlink.context import Context
 from autopilot.mavlink.link import Link
+from autopilot.topics import InputRc, Topics
 from sitl_emu.core import dialect as mavlink
 
 CHANNELS = 18
-UNUSED = 65535
+FIRST_CHANNELS = 8
+"""Of MAVLink 1's message: there 0 is a value."""
+IGNORED = 65535
 
 
 class RcOverride:
-    """Writer of context.rc_channels."""
+    """Writer of topics.input_rc."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE})
     HAS_TIMER = False
 
-    def __init__(self, context: Context, system_id: int) -> None:
-        """Writes into `context`."""
-        self._context = context
+    def __init__(self, topics: Topics, system_id: int) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
         self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Channels up to the last that is set."""
-        if message.target_system not in (0, self._system_id) or message.target_component not in (0, 1):
+        if message.target_system not in (0, self._system_id):
             return
         channels = [getattr(message, f"chan{number}_raw", 0) for number in range(1, CHANNELS + 1)]
-        while channels and channels[-1] in (0, UNUSED):
+        while channels and (channels[-1] == IGNORED or (len(channels) > FIRST_CHANNELS and channels[-1] == 0)):
             channels.pop()
-        self._context.rc_channels = tuple(channels)
-        self._context.rc_channels_us = now_us
+        self._topics.input_rc = InputRc(now_us, tuple(0 if value == IGNORED else value for value in channels))
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

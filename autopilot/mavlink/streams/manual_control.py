@@ -9,9 +9,9 @@ EXTENSION_FIELDS = len(mavlink.MAVLink_manual_control_message.ordered_fieldnames
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """X pitch, y roll, r yaw in thousandths; z throttle 0..1000; no buttons."""
+    """X pitch, y roll, r yaw in thousandths; z throttle 0..1000; the buttons as they came."""
     sticks = context.topics.manual_control_setpoint
     pitch, roll, yaw = (round(value * 1000.0) for value in (sticks.pitch, sticks.roll, sticks.yaw))
     throttle = round((sticks.throttle + 1.0) * 500.0)
     own_system = int(context.parameters["MAV_SYS_ID"])
-    return (pitch, roll, throttle, yaw, 0, own_system, *(0,) * EXTENSION_FIELDS)
+    return (pitch, roll, throttle, yaw, sticks.buttons, own_system, *(0,) * EXTENSION_FIELDS)

@@ -12,13 +12,14 @@ FULL_STRENGTH = 100
 
 def stamp(context: Context) -> int:
     """Once per received override."""
-    return context.rc_channels_us
+    return context.topics.input_rc.timestamp
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
     """Microseconds; nothing until somebody overrides channels: there is no receiver."""
-    channels = context.rc_channels
-    if not channels:
+    received = context.topics.input_rc
+    channels = received.values
+    if not received.timestamp:
         return None
     padding = (UNUSED,) * (CHANNELS - len(channels))
-    return (context.rc_channels_us // 1000, *channels, *padding, len(channels), FULL_STRENGTH)
+    return (received.timestamp // 1000, *channels, *padding, len(channels), FULL_STRENGTH)

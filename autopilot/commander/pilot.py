@@ -1,0 +1,92 @@
+"""What the pilot's sticks and switches ask of the commander: modes, arming, killing, taking over.
+
+PX4's Commander::manualControlCheck and executeActionRequest (v1.18). Sticks that move fast end an automatic mode or
+OFFBOARD of a multicopter in the air; the first sticks that are ever seen choose POSCTL if nobody has chosen a mode.
+"""
+
+from collections.abc import Callable
+
+from autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
+from autopilot.commander.user_mode_intention import UserModeIntention
+from autopilot.constants import NavState, RequestedAction, Severity
+from autopilot.texts import Say
+from autopilot.topics import ActionRequest, Topics
+
+BY_STICKS = (NavState.MANUAL, NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE)
+FLOWN_BY_STICKS = frozenset((*BY_STICKS, NavState.ACRO, NavState.STAB))
+KILL_DISARMS_AFTER_US = 5_000_000
+"""A vehicle that stays killed is disarmed (PX4's COM_KILL_DISARM)."""
+BY = (STICK_GESTURE, RC_SWITCH, RC_BUTTON)
+"""Of action_request SOURCE; a mode slot does not arm."""
+
+
+class Pilot:
+    """Acts on action_requests and on sticks that move."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        intention: UserModeIntention,
+        arming: Arming,
+        change_mode: Callable[[int, NavState], int],
+        say: Say,
+    ) -> None:
+        """`change_mode(now_us, mode)` tries, and says so where it can't be."""
+        self._topics, self._intention, self._arming, self._say = topics, intention, arming, say
+        self._change_mode = change_mode
+        self._requests_seen = 0
+        self._sticks = topics.manual_control_setpoint
+        self._killed_us: int | None = None
+
+    def update(self, now_us: int, *, in_failsafe: bool) -> None:
+        """At 50 Hz."""
+        requests = self._topics.action_requests
+        if requests and requests[-1].number != self._requests_seen:
+            for request in requests:
+                if request.number > self._requests_seen:
+                    self._carry_out(now_us, request)
+            self._requests_seen = requests[-1].number
+        if self._topics.manual_control_setpoint is not self._sticks:
+            self._sticks = self._topics.manual_control_setpoint
+            if self._sticks.valid:
+                self._watch_sticks(in_failsafe=in_failsafe)
+        if self._killed_us is not None and now_us - self._killed_us >= KILL_DISARMS_AFTER_US:
+            self._killed_us = None
+            if self._arming.armed:
+                self._arming.disarm(KILL_SWITCH)
+
+    def _watch_sticks(self, *, in_failsafe: bool) -> None:
+        arming, intention, topics = self._arming, self._intention, self._topics
+        if not arming.armed:
+            if not intention.changes:
+                intention.change(NavState.POSCTL, armed=False, force=True)
+            return
+        flown = topics.vehicle_status.nav_state
+        if not self._sticks.sticks_moving or flown in FLOWN_BY_STICKS or in_failsafe:
+            return
+        multicopter = topics.vehicle_status.vehicle_type == "multicopter"
+        if multicopter and flown is not NavState.TERMINATION and intention.change(NavState.POSCTL, armed=True):
+            self._say(Severity.INFO, "Pilot took over using sticks\t", "commander_rc_override")
+
+    def _carry_out(self, now_us: int, request: ActionRequest) -> None:
+        arming, action = self._arming, request.action
+        if action == RequestedAction.TOGGLE_ARMING:
+            action = RequestedAction.DISARM if arming.armed else RequestedAction.ARM
+        if action == RequestedAction.SWITCH_MODE:
+            self._change_mode(now_us, request.mode)
+        elif action == RequestedAction.ARM:
+            arming.arm(now_us, by=BY[request.source])
+        elif action == RequestedAction.DISARM:
+            arming.disarm_by_pilot(BY[request.source])
+        elif action == RequestedAction.KILL:
+            if not self._topics.actuator_armed.manual_lockdown:
+                self._say(Severity.CRITICAL, "Kill engaged\t", "commander_kill_sw_engaged")
+                self._killed_us = now_us
+                self._kill(on=True)
+        elif action == RequestedAction.UNKILL and self._topics.actuator_armed.manual_lockdown:
+            self._say(Severity.INFO, "Kill disengaged\t", "commander_kill_sw_disengaged")
+            self._killed_us = None
+            self._kill(on=False)
+
+    def _kill(self, *, on: bool) -> None:
+        self._topics.actuator_armed = self._topics.actuator_armed._replace(manual_lockdown=on)

@@ -1,0 +1,242 @@
+"""Which sticks are flown, and what they ask for beside flying. PX4's manual_control (v1.18).
+
+COM_RC_IN_MODE chooses among RC and joysticks (MANUAL_CONTROL of each link): 0 RC, 1 joysticks, 2 both with fallback,
+3 both but the first is kept, 4 none, 5 RC before joysticks. Sticks that are silent for COM_RC_LOSS_T are not valid any
+more. Gestures of the left stick arm and disarm (MAN_ARM_GESTURE), both sticks together kill (MAN_KILL_GEST_T); RC
+switches choose modes (COM_FLTMODEn), arm and kill; sticks that move faster than MAN_OVERRIDE_SPD take over.
+
+Left out: landing gear, VTOL, camera and payload switches, RC_MAP_FLTM_BTN.
+"""
+
+import math
+
+from autopilot.constants import NavState, RequestedAction
+from autopilot.parameters import Parameters
+from autopilot.topics import (
+    SOURCE_RC,
+    SOURCE_UNKNOWN,
+    ActionRequest,
+    ManualControlInput,
+    ManualControlSetpoint,
+    ManualControlSwitches,
+    Topics,
+)
+
+RC_ONLY, MAVLINK_ONLY, FALLBACK, FIRST, DISABLED, RC_FIRST = range(6)
+"""COM_RC_IN_MODE."""
+MOVING_TIME_CONSTANT_S = 0.1
+"""Of the filter on the speed of a stick."""
+HYSTERESIS_US = 1_000_000
+"""How long a gesture is held (PX4's COM_RC_ARM_HYST)."""
+FAR, NEAR_CENTRE = 0.9, 0.1
+THROTTLE_DOWN = -0.8
+NEVER_US = 1 << 62
+STICK_GESTURE, RC_SWITCH, RC_BUTTON, RC_MODE_SLOT = 0, 1, 2, 3
+"""action_request SOURCE."""
+OFF, ON = 3, 1
+MODE_OF_SLOT_VALUE = {
+    0: NavState.MANUAL,
+    1: NavState.ALTCTL,
+    2: NavState.POSCTL,
+    3: NavState.AUTO_MISSION,
+    4: NavState.AUTO_LOITER,
+    5: NavState.AUTO_RTL,
+    6: NavState.ACRO,
+    7: NavState.OFFBOARD,
+    8: NavState.STAB,
+    9: NavState.POSITION_SLOW,
+    10: NavState.AUTO_TAKEOFF,
+    11: NavState.AUTO_LAND,
+    12: NavState.AUTO_FOLLOW_TARGET,
+    13: NavState.AUTO_PRECLAND,
+}
+"""COM_FLTMODEn."""
+
+
+class StickSpeed:
+    """Filtered speed of a stick, in full deflections a second."""
+
+    def __init__(self) -> None:
+        self._last = math.nan
+        self.value = 0.0
+
+    def update(self, value: float, dt_s: float) -> float:
+        """The speed after a new value; 0 until there are two."""
+        if math.isfinite(self._last) and dt_s > 0.0:
+            speed = (value - self._last) / dt_s
+            self.value += (speed - self.value) * dt_s / (MOVING_TIME_CONSTANT_S + dt_s)
+        self._last = value
+        return self.value
+
+
+class Held:
+    """True once something has lasted for a while."""
+
+    def __init__(self, for_us: int) -> None:
+        self.for_us = for_us
+        self._since_us: int | None = None
+        self.state = False
+
+    def rises(self, now_us: int, condition: bool) -> bool:
+        """Whether it becomes true with this look."""
+        if not condition:
+            self._since_us, self.state = None, False
+            return False
+        if self._since_us is None:
+            self._since_us = now_us
+        before = self.state
+        self.state = self.state or now_us - self._since_us >= self.for_us
+        return self.state and not before
+
+
+class ManualControl:
+    """Writes manual_control_setpoint and action_request."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._version = -1
+        self._rc, self._mavlink = topics.manual_control_rc, topics.manual_control_mavlink
+        self._switches = topics.manual_control_switches
+        self._previous: ManualControlSwitches | None = None
+        """Switches as they last were while RC was flown."""
+        self._chosen = ManualControlInput()
+        self._first = SOURCE_UNKNOWN
+        self._valid = False
+        self._lost_us = NEVER_US
+        self._speeds = tuple(StickSpeed() for _ in range(4))
+        self._arm, self._disarm, self._kill = Held(HYSTERESIS_US), Held(HYSTERESIS_US), Held(HYSTERESIS_US)
+        self._button = Held(HYSTERESIS_US)
+        self._requests = 0
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz; a few comparisons while nobody holds a stick."""
+        topics = self._topics
+        rc, mavlink = topics.manual_control_rc, topics.manual_control_mavlink
+        if rc is self._rc and mavlink is self._mavlink and now_us < self._lost_us:
+            if topics.manual_control_switches is not self._switches:
+                self._take_switches(now_us)
+            return
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            self._copy_parameters()
+        if now_us >= self._lost_us:
+            self._lose(now_us)
+        chosen = False
+        if rc is not self._rc:
+            self._rc = rc
+            chosen = self._choose(now_us, rc)
+        if mavlink is not self._mavlink:
+            self._mavlink = mavlink
+            chosen = self._choose(now_us, mavlink) or chosen
+        if chosen:
+            self._publish(now_us)
+        if topics.manual_control_switches is not self._switches:
+            self._take_switches(now_us)
+
+    def _copy_parameters(self) -> None:
+        value = self._parameters
+        self._mode = int(value["COM_RC_IN_MODE"])
+        self._timeout_us = round(float(value["COM_RC_LOSS_T"]) * 1e6)
+        self._override_speed = float(value["MAN_OVERRIDE_SPD"])
+        self._gestures = bool(value["MAN_ARM_GESTURE"]) and not value["RC_MAP_ARM_SW"]
+        kill_s = float(value["MAN_KILL_GEST_T"])
+        self._kill.for_us = round(kill_s * 1e6) if kill_s >= 0.0 else NEVER_US
+        self._slots = tuple(int(value[f"COM_FLTMODE{n}"]) for n in range(1, 7))
+        self._arm_is_button = bool(value["COM_ARM_SWISBTN"])
+
+    # --- which sticks -----------------------------------------------------------------------------------------
+
+    def _choose(self, now_us: int, sticks: ManualControlInput) -> bool:
+        """Take these sticks if COM_RC_IN_MODE wants them, and no others are in use."""
+        is_rc, source = sticks.data_source == SOURCE_RC, sticks.data_source
+        wanted = {
+            RC_ONLY: is_rc,
+            MAVLINK_ONLY: not is_rc,
+            FALLBACK: True,
+            FIRST: self._first in (SOURCE_UNKNOWN, source),
+            RC_FIRST: True,
+        }.get(self._mode, False)
+        same = source == self._chosen.data_source
+        better = self._mode == RC_FIRST and is_rc
+        if not wanted or (self._valid and not same and not better):
+            return False
+        self._chosen, self._valid = sticks, True
+        self._first = source
+        self._lost_us = sticks.timestamp + self._timeout_us
+        return True
+
+    def _lose(self, now_us: int) -> None:
+        self._lost_us, self._valid = NEVER_US, False
+        self._previous = None
+        for speed in self._speeds:
+            speed.update(0.0, 1.0)
+        sticks = self._topics.manual_control_setpoint
+        self._topics.manual_control_setpoint = sticks._replace(timestamp=now_us, valid=False, sticks_moving=False)
+
+    def _publish(self, now_us: int) -> None:
+        chosen, before = self._chosen, self._topics.manual_control_setpoint
+        sticks = (chosen.roll, chosen.pitch, chosen.yaw, chosen.throttle)
+        dt_s = (now_us - before.timestamp) * 1e-6 if before.valid else 0.0
+        fastest = max(abs(speed.update(value, dt_s)) for speed, value in zip(self._speeds, sticks, strict=True))
+        moving = 0.0 <= self._override_speed < fastest
+        self._topics.manual_control_setpoint = ManualControlSetpoint(
+            now_us, True, *sticks, moving, chosen.data_source, chosen.buttons
+        )
+        self._watch_gestures(now_us, *sticks)
+
+    # --- gestures and switches --------------------------------------------------------------------------------
+
+    def _watch_gestures(self, now_us: int, roll: float, pitch: float, yaw: float, throttle: float) -> None:
+        low = throttle < THROTTLE_DOWN
+        centred = abs(roll) < NEAR_CENTRE and abs(pitch) < NEAR_CENTRE
+        if self._gestures:
+            if self._arm.rises(now_us, low and yaw > FAR and centred):
+                self._request(now_us, RequestedAction.ARM, STICK_GESTURE)
+            if self._disarm.rises(now_us, low and yaw < -FAR and centred):
+                self._request(now_us, RequestedAction.DISARM, STICK_GESTURE)
+        if self._kill.for_us != NEVER_US:
+            lower_right = roll > FAR and pitch < -FAR
+            if self._kill.rises(now_us, low and yaw < -FAR and lower_right):
+                self._request(now_us, RequestedAction.KILL, STICK_GESTURE)
+
+    def _take_switches(self, now_us: int) -> None:
+        if not self._valid or self._chosen.data_source != SOURCE_RC:
+            self._previous = None
+            return
+        switches = self._switches = self._topics.manual_control_switches
+        before, self._previous = self._previous, switches
+        if before is None:
+            self._choose_mode(now_us, switches.mode_slot)
+            return
+        if switches.mode_slot != before.mode_slot:
+            self._choose_mode(now_us, switches.mode_slot)
+        if switches.arm != before.arm and switches.arm in (ON, OFF):
+            if not self._arm_is_button:
+                action = RequestedAction.ARM if switches.arm == ON else RequestedAction.DISARM
+                self._request(now_us, action, RC_SWITCH)
+            elif switches.arm == ON:
+                self._request(now_us, RequestedAction.TOGGLE_ARMING, RC_BUTTON)
+        pairs = (
+            (switches.return_to_launch, before.return_to_launch, NavState.AUTO_RTL),
+            (switches.loiter, before.loiter, NavState.AUTO_LOITER),
+            (switches.offboard, before.offboard, NavState.OFFBOARD),
+        )
+        for position, was, mode in pairs:
+            if position != was:
+                if position == ON:
+                    self._request(now_us, RequestedAction.SWITCH_MODE, RC_SWITCH, mode)
+                elif position == OFF:
+                    self._choose_mode(now_us, switches.mode_slot)
+        if switches.kill != before.kill and switches.kill in (ON, OFF):
+            action = RequestedAction.KILL if switches.kill == ON else RequestedAction.UNKILL
+            self._request(now_us, action, RC_SWITCH)
+
+    def _choose_mode(self, now_us: int, slot: int) -> None:
+        mode = MODE_OF_SLOT_VALUE.get(self._slots[slot - 1]) if slot else None
+        if mode is not None:
+            self._request(now_us, RequestedAction.SWITCH_MODE, RC_MODE_SLOT, mode)
+
+    def _request(self, now_us: int, action: RequestedAction, source: int, mode: NavState = NavState.MANUAL) -> None:
+        self._requests += 1
+        kept = self._topics.action_requests[-7:]
+        self._topics.action_requests = (*kept, ActionRequest(self._requests, now_us, action, source, mode))

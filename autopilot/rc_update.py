@@ -1,0 +1,129 @@
+"""RC channels to sticks and switches, by the calibration and the mapping. PX4's rc_update (v1.18).
+
+Channels come as RC_CHANNELS_OVERRIDE (topics.input_rc). A channel is held within RCn_MIN and RCn_MAX, is 0 at RCn_TRIM
+(v1.18 has no dead zone) and is turned by RCn_REV; RC_MAP_* say which one is which stick or switch. Fewer than four
+channels, fewer than three messages a second, or the failsafe channel beyond RC_FAILS_THR are no signal.
+
+Left out: mapping of channels to parameters (RC_MAP_PARAMn), receivers other than MAVLink.
+"""
+
+from typing import NamedTuple
+
+from autopilot.parameters import Parameters
+from autopilot.topics import SOURCE_RC, InputRc, ManualControlInput, ManualControlSwitches, Topics
+
+CHANNELS = 18
+FEWEST_CHANNELS = 4
+LONGEST_GAP_US = 333_333
+"""Messages that come less often are no signal."""
+MODE_SLOTS = 6
+SLOT_MARGIN = 0.05
+OFF, ON = 3, 1
+"""manual_control_switches SWITCH_POS; 0 is a switch that is not mapped."""
+NOT_MAPPED = 0
+
+
+class Channel(NamedTuple):
+    """Calibration of one channel, in µs of pulse."""
+
+    minimum: float
+    trim: float
+    maximum: float
+    reverse: bool
+
+    def scaled(self, value: float) -> float:
+        """-1..1; a trim at an end leaves one side only."""
+        value = max(self.minimum, min(self.maximum, value))
+        span = self.maximum - self.trim if value > self.trim else self.trim - self.minimum
+        scaled = max(-1.0, min(1.0, (value - self.trim) / span)) if span > 0.0 else 0.0
+        return -scaled if self.reverse else scaled
+
+
+class RcUpdate:
+    """Writes manual_control_rc and manual_control_switches."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._version = -1
+        self._input = topics.input_rc
+        self._heard_us = 0
+        self._seen = ManualControlSwitches()
+
+    def update(self) -> None:
+        """When there is something new in input_rc, which is hardly ever; 50 Hz."""
+        received = self._topics.input_rc
+        if received is self._input:
+            return
+        self._input = received
+        regular = received.timestamp - self._heard_us <= LONGEST_GAP_US
+        self._heard_us = received.timestamp
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            self._copy_parameters()
+        if not regular or self._lost(received):
+            return
+        channels = [channel.scaled(value) for channel, value in zip(self._channels, received.values, strict=False)]
+        roll, pitch, yaw, throttle = (self._value(channels, number) for number in self._sticks)
+        self._topics.manual_control_rc = ManualControlInput(received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle)
+        switches = ManualControlSwitches(
+            received.timestamp,
+            self._mode_slot(channels),
+            *(self._switch(channels, number, threshold) for number, threshold in self._switches),
+        )
+        # A switch counts once two messages agree on it
+        if switches[1:] == self._seen[1:] and switches[1:] != self._topics.manual_control_switches[1:]:
+            self._topics.manual_control_switches = switches
+        self._seen = switches
+
+    def _copy_parameters(self) -> None:
+        value = self._parameters
+        self._channels = tuple(
+            Channel(
+                float(value[f"RC{n}_MIN"]),
+                float(value[f"RC{n}_TRIM"]),
+                float(value[f"RC{n}_MAX"]),
+                float(value[f"RC{n}_REV"]) < 0.0,
+            )
+            for n in range(1, CHANNELS + 1)
+        )
+        sticks = ("RC_MAP_ROLL", "RC_MAP_PITCH", "RC_MAP_YAW", "RC_MAP_THROTTLE")
+        self._sticks = tuple(int(value[name]) for name in sticks)
+        switches = (
+            ("RC_MAP_ARM_SW", "RC_ARMSWITCH_TH"),
+            ("RC_MAP_RETURN_SW", "RC_RETURN_TH"),
+            ("RC_MAP_LOITER_SW", "RC_LOITER_TH"),
+            ("RC_MAP_OFFB_SW", "RC_OFFB_TH"),
+            ("RC_MAP_KILL_SW", "RC_KILLSWITCH_TH"),
+        )
+        self._switches = tuple((int(value[name]), float(value[threshold])) for name, threshold in switches)
+        self._mode_channel = int(value["RC_MAP_FLTMODE"])
+        self._failsafe_us = float(value["RC_FAILS_THR"])
+        self._failsafe_channel = int(value["RC_MAP_FAILSAFE"]) or int(value["RC_MAP_THROTTLE"])
+
+    def _lost(self, received: InputRc) -> bool:
+        if len(received.values) < FEWEST_CHANNELS:
+            return True
+        index, limit = self._failsafe_channel - 1, self._failsafe_us
+        if limit <= 0.0 or not 0 <= index < len(received.values):
+            return False
+        channel, value = self._channels[index], received.values[index]
+        return value < limit < channel.minimum or value > limit > channel.maximum
+
+    @staticmethod
+    def _value(channels: list[float], number: int) -> float:
+        return channels[number - 1] if 1 <= number <= len(channels) else 0.0
+
+    def _switch(self, channels: list[float], number: int, threshold: float) -> int:
+        if number == NOT_MAPPED:
+            return NOT_MAPPED
+        value = 0.5 * self._value(channels, number) + 0.5
+        on = value < -threshold if threshold < 0.0 else value > threshold
+        return ON if on else OFF
+
+    def _mode_slot(self, channels: list[float]) -> int:
+        """1..6, or 0 where modes are not mapped."""
+        if self._mode_channel == NOT_MAPPED:
+            return 0
+        lowest, highest = -1.0 - SLOT_MARGIN, 1.0 + SLOT_MARGIN
+        place = (self._value(channels, self._mode_channel) - lowest) * MODE_SLOTS + 1.0 / MODE_SLOTS
+        return min(int(place / (highest - lowest) + 1.0 / MODE_SLOTS) + 1, MODE_SLOTS)

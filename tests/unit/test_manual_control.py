@@ -1,0 +1,231 @@
+"""Sticks, gestures and switches: from channels and joysticks to what the commander does about them."""
+
+from typing import Any
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.manual_control import ManualControl
+from autopilot.rc_update import Channel, RcUpdate
+from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput
+
+from .navigation_fake import FakeVehicle
+
+LOW, MIDDLE, HIGH = 1000, 1500, 2000
+RC = {"RC_MAP_ROLL": 1, "RC_MAP_PITCH": 2, "RC_MAP_THROTTLE": 3, "RC_MAP_YAW": 4, "COM_RC_IN_MODE": 0}
+SWITCHES = {"RC_MAP_FLTMODE": 5, "RC_MAP_KILL_SW": 6, "RC_MAP_ARM_SW": 7, "RC_MAP_RETURN_SW": 8}
+MODES = {"COM_FLTMODE1": 8, "COM_FLTMODE4": 1, "COM_FLTMODE6": 2}
+
+
+class Pilot(FakeVehicle):
+    """A vehicle whose pilot holds a transmitter, a joystick or both."""
+
+    def __init__(self, **parameters: float) -> None:
+        super().__init__(**parameters)
+        self.channels: list[int] | None = None
+        self.joystick: tuple[float, float, float, float] | None = None
+        self.rc_update = RcUpdate(self.topics, self.parameters)
+        self.manual_control = ManualControl(self.topics, self.parameters)
+
+    def step(self) -> None:
+        if self.channels is not None:
+            self.topics.input_rc = InputRc(self.now_us, tuple(self.channels))
+        if self.joystick is not None:
+            self.topics.manual_control_mavlink = ManualControlInput(self.now_us, SOURCE_MAVLINK_0, *self.joystick)
+        self.rc_update.update()
+        self.manual_control.update(self.now_us)
+        super().step()
+
+    @property
+    def sticks(self) -> Any:
+        return self.topics.manual_control_setpoint
+
+
+def test_a_channel_is_scaled_on_both_sides_of_its_trim() -> None:
+    channel = Channel(1100.0, 1500.0, 1900.0, False)
+    assert [channel.scaled(value) for value in (1000, 1100, 1300, 1500, 1700, 1900, 2100)] == pytest.approx(
+        [-1.0, -1.0, -0.5, 0.0, 0.5, 1.0, 1.0]
+    )
+    assert Channel(1100.0, 1500.0, 1900.0, True).scaled(1900) == -1.0
+    throttle = Channel(1000.0, 1000.0, 2000.0, False)
+    assert [throttle.scaled(value) for value in (900, 1000, 1500, 2000)] == [0.0, 0.0, 0.5, 1.0]
+    assert Channel(1500.0, 1500.0, 1500.0, False).scaled(2000) == 0.0
+
+
+def test_channels_are_sticks_by_their_mapping() -> None:
+    pilot = Pilot(**RC, RC2_REV=-1)
+    pilot.channels = [2000, 2000, 1000, 1250]
+    pilot.run(0.5)
+    assert (pilot.sticks.valid, pilot.sticks.data_source) == (True, SOURCE_RC)
+    assert (pilot.sticks.roll, pilot.sticks.pitch, pilot.sticks.throttle) == (1.0, -1.0, -1.0)
+    assert pilot.sticks.yaw == pytest.approx(-0.5, abs=0.02)
+
+
+def test_channels_that_stop_are_lost_sticks() -> None:
+    pilot = Pilot(**RC, COM_RC_LOSS_T=0.5)
+    pilot.channels = [MIDDLE] * 4
+    pilot.run(1.0)
+    assert pilot.sticks.valid
+    pilot.channels = None
+    pilot.run(0.4)
+    assert pilot.sticks.valid
+    pilot.run(0.3)
+    assert not pilot.sticks.valid
+    assert pilot.topics.failsafe_flags.manual_control_signal_lost
+
+
+@pytest.mark.parametrize(
+    ("channels", "parameters"),
+    [([MIDDLE] * 3, {}), ([MIDDLE, MIDDLE, 900, MIDDLE], {"RC_FAILS_THR": 950})],
+)
+def test_a_receiver_without_signal(channels: list[int], parameters: dict[str, float]) -> None:
+    pilot = Pilot(**RC, **parameters)
+    pilot.channels = channels
+    pilot.run(1.0)
+    assert not pilot.sticks.valid
+
+
+@pytest.mark.parametrize(
+    ("mode", "first", "second", "flown"),
+    [
+        (0, "joystick", "rc", SOURCE_RC),
+        (1, "rc", "joystick", SOURCE_MAVLINK_0),
+        (2, "rc", "joystick", SOURCE_RC),
+        (3, "joystick", "rc", SOURCE_MAVLINK_0),
+        (5, "joystick", "rc", SOURCE_RC),
+    ],
+)
+def test_which_sticks_are_flown(mode: int, first: str, second: str, flown: int) -> None:
+    pilot = Pilot(**(RC | {"COM_RC_IN_MODE": mode}))
+    for name in (first, second):
+        if name == "rc":
+            pilot.channels = [MIDDLE] * 4
+        else:
+            pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+        pilot.run(0.5)
+    assert pilot.sticks.data_source == flown
+
+
+def test_the_other_sticks_take_over_only_where_that_is_wanted() -> None:
+    for mode, expected in ((2, True), (3, False)):
+        pilot = Pilot(**(RC | {"COM_RC_IN_MODE": mode, "COM_RC_LOSS_T": 0.5}))
+        pilot.channels = [MIDDLE] * 4
+        pilot.run(0.5)
+        pilot.channels, pilot.joystick = None, (0.0, 0.0, 0.0, 0.0)
+        pilot.run(1.0)
+        assert pilot.sticks.valid is expected
+
+
+def test_no_sticks_where_they_are_disabled() -> None:
+    pilot = Pilot(COM_RC_IN_MODE=4)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(1.0)
+    assert not pilot.sticks.valid
+
+
+def test_the_first_sticks_choose_position_mode_if_nobody_has_chosen() -> None:
+    pilot = Pilot()
+    pilot.run(3.0)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(0.5)
+    assert pilot.mode is NavState.POSCTL
+    other = Pilot()
+    other.run(3.0)
+    other.set_mode(4, 4)
+    other.joystick = (0.0, 0.0, 0.0, 0.0)
+    other.run(0.5)
+    assert other.mode is NavState.AUTO_MISSION
+
+
+def test_gestures_arm_and_disarm() -> None:
+    pilot = Pilot()
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.joystick = (0.0, 0.0, 1.0, -1.0)
+    pilot.run(0.8)
+    assert not pilot.armed
+    pilot.run(0.5)
+    assert pilot.armed
+    assert "Armed by stick gesture" in pilot.take_texts()
+    pilot.joystick = (0.0, 0.0, -1.0, -1.0)
+    pilot.run(1.5)
+    assert not pilot.armed
+    assert "Disarmed by stick gesture" in pilot.take_texts()
+
+
+def test_sticks_that_move_take_over() -> None:
+    pilot = Pilot()
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    assert pilot.mode is NavState.AUTO_LOITER
+    pilot.joystick = (0.05, 0.0, 0.0, 0.0)
+    pilot.run(0.5)
+    assert pilot.mode is NavState.AUTO_LOITER
+    pilot.joystick = (0.8, 0.0, 0.0, 0.0)
+    pilot.run(0.2)
+    assert pilot.mode is NavState.POSCTL
+    assert "Pilot took over using sticks" in pilot.take_texts()
+
+
+def test_sticks_do_not_take_over_where_that_is_off() -> None:
+    pilot = Pilot(MAN_OVERRIDE_SPD=-1.0)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    pilot.joystick = (1.0, 1.0, 0.0, 0.0)
+    pilot.run(0.5)
+    assert pilot.mode is NavState.AUTO_LOITER
+
+
+def test_switches_choose_modes_arm_and_kill() -> None:
+    pilot = Pilot(**RC, **SWITCHES, **MODES)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    assert pilot.mode is NavState.STAB  # the first slot, when RC is first seen
+    pilot.channels[4] = 1600
+    pilot.run(0.5)
+    assert pilot.mode is NavState.ALTCTL
+    pilot.channels[4] = HIGH
+    pilot.run(0.5)
+    assert pilot.mode is NavState.POSCTL
+    pilot.channels[6] = HIGH
+    pilot.run(0.5)
+    assert pilot.armed
+    pilot.channels[7] = HIGH
+    pilot.run(0.5)
+    assert pilot.mode is NavState.AUTO_RTL
+    pilot.channels[7] = LOW
+    pilot.run(0.5)
+    assert pilot.mode is NavState.POSCTL
+    pilot.channels[5] = HIGH
+    pilot.run(0.2)
+    assert pilot.topics.actuator_armed.manual_lockdown
+    pilot.channels[5] = LOW
+    pilot.run(0.2)
+    assert not pilot.topics.actuator_armed.manual_lockdown
+    assert pilot.armed
+    pilot.channels[6] = LOW
+    pilot.run(0.5)
+    assert not pilot.armed
+    texts = pilot.take_texts()
+    assert {"Kill engaged", "Kill disengaged", "Armed by RC switch", "Disarmed by RC switch"} <= set(texts)
+
+
+def test_who_stays_killed_is_disarmed_and_does_not_arm() -> None:
+    pilot = Pilot(**RC, **SWITCHES)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    pilot.channels[6] = HIGH
+    pilot.run(0.5)
+    pilot.channels[5] = HIGH
+    pilot.run(6.0)
+    assert not pilot.armed
+    assert pilot.arm() == 1
+
+
+def test_nonsense_in_channels_breaks_nothing() -> None:
+    pilot = Pilot(**RC, **SWITCHES, RC1_MIN=2000, RC1_MAX=1000, RC_MAP_FAILSAFE=18)
+    pilot.channels = [0, 65534, 1, 9, 65535, 0, 0, 0]
+    pilot.run(1.0)
+    assert all(-1.0 <= value <= 1.0 for value in pilot.sticks[2:6])
