@@ -1,9 +1,9 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
 Items that need no flying are carried out at once behind the place before them, and of these only the last is announced
-as reached; of places, one is reached in a cycle. A takeoff on the ground climbs straight up first and then flies to its place; a
-landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the
-air: hold, and the commander changes to HOLD.
+as reached; of places, one is reached in a cycle. A takeoff on the ground climbs straight up first and then flies to its
+place; a landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION;
+in the air: hold, and the commander changes to HOLD.
 
 Left out: mission landing patterns of fixed wings and VTOL, gripper, winch and actuator items (carried out without
 effect), terrain heights.
