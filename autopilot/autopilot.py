@@ -18,6 +18,7 @@ from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
 from autopilot.land_detector import LandDetector
+from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
 from autopilot.manual_control import ManualControl
 from autopilot.mavlink.mavlink import Mavlink
@@ -82,6 +83,7 @@ class Autopilot:
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.logger = Logger(*shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us)
+        self.load_mon = LoadMon(self.topics, self.mavlink.links)
         self.now_us = 0
         self._ticks = 0
 
@@ -101,6 +103,7 @@ class Autopilot:
                 module.update(now_us)
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
+            self.load_mon.update(now_us)
         if ticks % POSITION_EVERY == 0:
             self.flight_modes.update(now_us)
             self.control.update_position(now_us)

@@ -569,6 +569,14 @@ class VehicleCommandAck(NamedTuple):
     result_param2: int = 0
 
 
+class CpuLoad(NamedTuple):
+    """Writer: load_mon.py. Shares of 1."""
+
+    timestamp: int = 0
+    load: float = 0.0
+    ram_usage: float = 0.0
+
+
 class GcsHeartbeats(NamedTuple):
     """When a ground station, and an onboard controller, was last heard."""
 
@@ -711,6 +719,7 @@ class Topics:
         self.manual_control_setpoint = ManualControlSetpoint()
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
+        self.cpuload = CpuLoad()
         self.orbit_status = OrbitStatus()
         self.actuator_test = ActuatorTest()
         self.failure_injection = FailureInjection()

@@ -49,8 +49,6 @@ FAST = frozenset(
 )
 """What may come in every tick."""
 STATE_CHECK_US = 100_000
-LOAD = (0, 0.0, 0.0)
-"""The processor's load and memory are not simulated."""
 CPULOAD_US = 500_000
 VERSION = "sitl-emu"
 SOFTWARE_RELEASE = 17957119
@@ -430,7 +428,7 @@ class Logger:
                     buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
         if now_us >= self._cpuload_us:
             self._cpuload_us = now_us + CPULOAD_US
-            buffer.append(self._cpuload.message(now_us, LOAD))
+            buffer.append(self._cpuload.message(now_us, self._topics.cpuload))
 
     # --- for people ----------------------------------------------------------------------------------------
 

@@ -212,6 +212,7 @@ class Mavlink:
         for name, hz in table.items():
             stream = self.stream(name)
             assert stream is not None, f"no stream module for {name}"
-            link.schedule(0, stream, rates.interval_us(hz))
+            interval_us = rates.interval_us(hz)
+            link.schedule(-interval_us if name == "HEARTBEAT" else 0, stream, interval_us)
         if limit is not None:
             link.limit_rate(limit)

@@ -9,6 +9,7 @@ import math
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
@@ -179,6 +180,8 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options) -> NoRetur
         print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
     except (OrphanedError, ShutDownError):
         status = 0
+    except Exception:  # a fault of ours: os._exit would hide it
+        traceback.print_exc()
     finally:
         sys.stdout.flush()
         sys.stderr.flush()

@@ -530,16 +530,29 @@ def test_texts_are_cut_into_chunks() -> None:
     peer = Peer()
     peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
     peer.send(HEARTBEAT_OF_GCS)
-    peer.texts.say(Severity.CRITICAL, "x" * 50 + "yz")
     peer.texts.say(Severity.INFO, "short\t")
-    chunks = only(peer.run(0.01), "STATUSTEXT")
-    assert [(chunk.id > 0, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
-        (True, 0, 50, 2),
-        (True, 1, 2, 2),
-        (False, 0, 6, 6),
+    peer.texts.say(Severity.CRITICAL, "x" * 50 + "yz")
+    peer.texts.say(Severity.INFO, "y" * 50)
+    chunks = only(peer.run(0.11), "STATUSTEXT")
+    assert [(chunk.id, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
+        (0, 0, 6, 6),
+        (1, 0, 50, 2),
+        (1, 1, 2, 2),
+        (2, 0, 50, 6),
     ]
     assert only(peer.received(GIMBAL), "STATUSTEXT") == []
     assert only(peer.run(0.1), "STATUSTEXT") == []
+
+
+def test_texts_are_paced_and_a_link_loses_all_but_the_newest_eight() -> None:
+    peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
+    for number in range(12):
+        peer.texts.say(Severity.INFO, f"text {number}")
+    assert [text.text for text in only(peer.run(0.049), "STATUSTEXT")] == ["text 4"]
+    rest = [text.text for text in only(peer.run(1.0), "STATUSTEXT")]
+    assert rest == [f"text {number}" for number in range(5, 12)]
 
 
 def test_texts_are_for_ground_stations_that_are_there() -> None:

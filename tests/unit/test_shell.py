@@ -230,3 +230,35 @@ def test_the_ground_stations_half_runs_a_line() -> None:
     lonely.on_time(0)
     lonely.on_time(5_000_001)
     assert lonely.done and lonely.failed
+
+
+def test_modules_say_whether_they_run() -> None:
+    console, rover = Console(), Console("rover")
+    assert console.output("mc_pos_control status") == "INFO  [mc_pos_control] running\n"
+    assert rover.output("mc_pos_control status").startswith("INFO  [mc_pos_control] not running\nCommand")
+    assert rover.output("land_detector status") == "INFO  [land_detector] running (rover)\n"
+    assert console.output("ekf2 status").startswith("ekf2:0 EKF dt: 0.0080s, attitude: 0, local position: 0,")
+    assert "Geofence: 0 inclusion, 0 exclusion polygons" in console.output("navigator status")
+    assert console.output("ekf2 start") == "ERROR [ekf2] Task already running\nCommand 'ekf2' failed, returned -1.\n"
+
+
+def test_failure_needs_its_parameter_and_lets_a_part_fail() -> None:
+    console = Console()
+    console.output("param set SYS_FAILURE_EN 0")
+    assert console.output("failure gps off").startswith("ERROR [failure] Failure injection disabled by SYS_FAILURE_EN")
+    console.output("param set SYS_FAILURE_EN 1")
+    assert "inject failure unit: gps (4), type: off (1), instance: 0" in console.output("failure gps off")
+    assert console.autopilot.topics.failure_injection.type_of(4, 1) == 1
+    assert "Component 'nose' not found" in console.output("failure nose off")
+    assert "ERROR [failure] Result: 3" in console.output("failure servo off")
+
+
+def test_actuator_test_turns_one_motor_after_the_other() -> None:
+    console = Console()
+    assert console.output("actuator_test set -m 2 -v 0.1 -t 1") == ""
+    test = console.autopilot.topics.actuator_test
+    assert (test.function, test.value, test.timeout_us) == (102, 0.1, 1_000_000)
+    printed = console.output("actuator_test iterate-motors")
+    assert printed.count("INFO  [actuator_test] Motor ") == 12
+    assert console.autopilot.topics.actuator_test.function == 112
+    assert "value invalid" in console.output("actuator_test set -m 2 -v 7 -t 1")

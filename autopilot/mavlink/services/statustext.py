@@ -1,5 +1,8 @@
 """STATUSTEXT: what the autopilot says, cut into chunks of 50 characters (PX4: streams/STATUSTEXT.hpp).
 
+It is a stream of 20 Hz that sends one text at a time: of many at once, a link loses all but the newest 8. Every text
+of a link has an id of its own, from 0 on, with chunks or without.
+
 As PX4 does, it speaks only on links on which a ground station was heard (a HEARTBEAT of type GCS), and to nobody while
 the connection to ground stations is lost; what is said meanwhile is never sent. PX4 falls silent on a link 2.5 s after
 its last heartbeat; here it does once the connection counts as lost (COM_DL_LOSS_T), which leaves their texts to ground
@@ -9,12 +12,36 @@ stations that send a heartbeat once a second beside a simulation that is faster 
 from typing import Any
 
 from autopilot.mavlink.link import Link
-from autopilot.texts import Texts
+from autopilot.texts import Text, Texts
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 CHUNK = 50
 STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
+QUEUE = 8
+"""Texts that wait for a link (uORB mavlink_log)."""
+IDS = 1 << 16
+
+
+class LinkTexts:
+    """What a link has sent of the texts, and when it may send the next."""
+
+    def __init__(self, link: Link, sent: int) -> None:
+        self.link = link
+        self.sent = sent
+        self.due_us = 0
+        self._text_id = 0
+
+    def send(self, now_us: int, text: Text) -> None:
+        """One text, in as many messages as it needs."""
+        data = text.text.encode()
+        for sequence in range((len(data) + CHUNK - 1) // CHUNK):
+            chunk = data[sequence * CHUNK : (sequence + 1) * CHUNK]
+            fields = (text.severity, chunk, self._text_id, sequence)
+            self.link.send_fields(mavlink.MAVLINK_MSG_ID_STATUSTEXT, *fields)
+        self._text_id = (self._text_id + 1) % IDS
+        self.sent = text.number + 1
+        self.due_us = now_us + self.link.statustext_interval_us
 
 
 class StatusText:
@@ -26,30 +53,25 @@ class StatusText:
     def __init__(self, links: tuple[Link, ...], topics: Topics, texts: Texts) -> None:
         """Texts said before are not sent."""
         self._topics = topics
-        self._links = tuple(link for link in links if link.mode in STREAMED_MODES)
         self._texts = texts
-        self._sent = texts.count
-        self._chunk_id = 0
+        self._links = tuple(LinkTexts(link, texts.count) for link in links if link.mode in STREAMED_MODES)
+        self._settled = texts.count
+        """Everybody has sent what was said up to here."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Never called: nothing is listened to."""
 
     def on_time(self, now_us: int) -> None:
-        """Send what is new."""
-        if self._texts.count == self._sent:
+        """Send what is new and due."""
+        count = self._texts.count
+        if count == self._settled:
             return
-        if not self._topics.vehicle_status.gcs_connection_lost:
-            for text in self._texts.recent:
-                if text.number >= self._sent:
-                    self._send(int(text.severity), text.text.encode())
-        self._sent = self._texts.count
-
-    def _send(self, severity: int, text: bytes) -> None:
-        chunk_id = 0
-        if len(text) > CHUNK:
-            self._chunk_id = chunk_id = self._chunk_id % 0xFFFF + 1
-        chunks = [text[start : start + CHUNK] for start in range(0, len(text), CHUNK)] or [b""]
-        for link in self._links:
-            if link.heard_gcs and link.statustext_interval_us > 0:
-                for sequence, chunk in enumerate(chunks):
-                    link.send_fields(mavlink.MAVLINK_MSG_ID_STATUSTEXT, severity, chunk, chunk_id, sequence)
+        lost = self._topics.vehicle_status.gcs_connection_lost
+        for each in self._links:
+            if lost or not each.link.heard_gcs or each.link.statustext_interval_us <= 0:
+                each.sent = count
+            elif each.sent < count and now_us >= each.due_us:
+                wanted = max(each.sent, count - QUEUE)
+                each.send(now_us, next(text for text in self._texts.recent if text.number >= wanted))
+        if all(each.sent == count for each in self._links):
+            self._settled = count

@@ -11,7 +11,7 @@ UNKNOWN_VOLTAGE = 65535
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """Health as the commander reports it; the processor's load is not simulated."""
+    """Health as the commander reports it."""
     health = context.topics.health_report
     battery = context.topics.battery_status
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
@@ -24,7 +24,7 @@ def fields(now_us: int, context: Context) -> Fields:
         health.present,
         health.enabled,
         health.health,
-        0,
+        int(context.topics.cpuload.load * 1000.0),
         voltage_mv,
         current_ca,
         0,

@@ -1,14 +1,58 @@
-"""The shell's commands, one file each, named as PX4's module or system command."""
+"""The shell's commands, one file each, named as PX4's module or system command.
+
+Listed is what does something here; a command of PX4 that is missing is as unknown as one of which PX4 does not know.
+"""
 
 from autopilot.shell.command import Command
-from autopilot.shell.commands import commander, listener, mavlink, param, sleep, uorb, ver
+from autopilot.shell.commands import (
+    actuator_test,
+    commander,
+    dataman,
+    ekf2,
+    failure,
+    land_detector,
+    listener,
+    logger,
+    mavlink,
+    module,
+    navigator,
+    param,
+    sensors,
+    shutdown,
+    sleep,
+    system_time,
+    uorb,
+    ver,
+)
 
+MODULES: dict[str, module.Runs] = {
+    "control_allocator": module.multicopter,
+    "flight_mode_manager": module.multicopter,
+    "load_mon": module.always,
+    "mc_att_control": module.multicopter,
+    "mc_hover_thrust_estimator": module.multicopter,
+    "mc_pos_control": module.multicopter,
+    "mc_rate_control": module.multicopter,
+    "payload_deliverer": module.always,
+    "rover_ackermann": module.rover,
+}
 COMMANDS: dict[str, Command] = {
+    **{name: module.command(name, runs) for name, runs in MODULES.items()},
+    "actuator_test": actuator_test.main,
     "commander": commander.main,
+    "dataman": dataman.main,
+    "ekf2": ekf2.main,
+    "failure": failure.main,
+    "land_detector": land_detector.main,
     "listener": listener.main,
+    "logger": logger.main,
     "mavlink": mavlink.main,
+    "navigator": navigator.main,
     "param": param.main,
+    "sensors": sensors.main,
+    "shutdown": shutdown.main,
     "sleep": sleep.main,
+    "system_time": system_time.main,
     "uorb": uorb.main,
     "ver": ver.main,
 }

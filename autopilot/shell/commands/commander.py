@@ -4,7 +4,6 @@ Its commands go the way of a MAVLink command from inside; what the commander dec
 the texts that it tells everybody.
 """
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from autopilot.commander import custom_mode
 from autopilot.commander.mode_names import MODE_NAMES
 from autopilot.constants import NavState
 from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, number, usage
-from autopilot.topics import VehicleCommand
+from autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
 
 if TYPE_CHECKING:
@@ -67,28 +66,28 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         yield error("commander", "Task already running")
         return -1
     if command == "check":
-        _send(autopilot, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+        send(autopilot, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
         passed = autopilot.topics.vehicle_status.pre_flight_checks_pass
         yield info("commander", f"Preflight check: {'OK' if passed else 'FAILED'}")
         return SUCCESS
     if command in ("arm", "disarm"):
-        _send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(command == "arm"), FORCE * (words[:1] == ["-f"]))
+        send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(command == "arm"), FORCE * (words[:1] == ["-f"]))
         return SUCCESS
     if command == "takeoff":
-        if _send(autopilot, mavlink.MAV_CMD_NAV_TAKEOFF):
-            _send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
+        if send(autopilot, mavlink.MAV_CMD_NAV_TAKEOFF):
+            send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
         return SUCCESS
     if command == "land":
-        _send(autopilot, mavlink.MAV_CMD_NAV_LAND)
+        send(autopilot, mavlink.MAV_CMD_NAV_LAND)
         return SUCCESS
     if command == "transition":
-        _send(autopilot, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(mavlink.MAV_VTOL_STATE_FW), 0.0)
+        send(autopilot, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(mavlink.MAV_VTOL_STATE_FW), 0.0)
         return SUCCESS
     if command == "poweroff":
-        _send(autopilot, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
+        send(autopilot, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
         return SUCCESS
     if command == "lockdown" and words:
-        _send(autopilot, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
+        send(autopilot, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
         return SUCCESS
     if command == "mode" and words:
         return (yield from _mode(autopilot, words[0]))
@@ -117,14 +116,14 @@ def _mode(autopilot: "Autopilot", name: str) -> Output:
         yield error("commander", f"argument {name} unsupported.")
         return SUCCESS
     main_mode, sub_mode = custom_mode.MAIN_AND_SUB[nav_state]
-    _send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(main_mode), float(sub_mode))
+    send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(main_mode), float(sub_mode))
     return SUCCESS
 
 
 def _calibrate(autopilot: "Autopilot", words: list[str]) -> Output:
     what, quick = words[0], words[1:2] == ["quick"]
     if what == "mag" and quick:
-        _send(autopilot, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
+        send(autopilot, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
         return SUCCESS
     parameter = CALIBRATIONS.get(what)
     if parameter is None:
@@ -132,7 +131,7 @@ def _calibrate(autopilot: "Autopilot", words: list[str]) -> Output:
         return FAILURE
     values = [0.0] * 7
     values[parameter - 1] = QUICK if what == "accel" and quick else CALIBRATION_VALUES.get(what, 1.0)
-    _send(autopilot, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
+    send(autopilot, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
     return SUCCESS
 
 
@@ -142,21 +141,5 @@ def _set_ekf_origin(autopilot: "Autopilot", words: list[str]) -> Output:
         return SUCCESS
     latitude_deg, longitude_deg, altitude_m = (number(word) for word in words[:3])
     origin = (0.0, 0.0, 0.0, 0.0, latitude_deg, longitude_deg, altitude_m)
-    _send(autopilot, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, *origin)
+    send(autopilot, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, *origin)
     return SUCCESS
-
-
-def _send(autopilot: "Autopilot", command: int, *values: float) -> bool:
-    """Give a command from inside; whether it was accepted."""
-    system, component = int(autopilot.parameters["MAV_SYS_ID"]), mavlink.MAV_COMP_ID_AUTOPILOT1
-    param1, param2, param3, param4, param5, param6, param7 = (*values, *(math.nan,) * (7 - len(values)))
-    order = VehicleCommand(command, param1, param2, param3, param4, param5, param6, param7)
-    order = order._replace(
-        source_system=system,
-        source_component=component,
-        target_system=system,
-        target_component=component,
-        from_external=False,
-    )
-    result = autopilot.commands.handle(autopilot.now_us, order)
-    return result is not None and result.result == mavlink.MAV_RESULT_ACCEPTED

@@ -1,0 +1,26 @@
+"""ekf2: what the estimator knows (PX4: modules/ekf2)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.shell.command import SUCCESS, Output
+from autopilot.shell.commands.module import default_command
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+EKF_DT_S = 0.008
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`ekf2 status`."""
+    if list(arguments[:1]) != ["status"]:
+        return (yield from default_command("ekf2", True, arguments))
+    topics = autopilot.topics
+    aligned = topics.estimator_status.tilt_aligned and topics.estimator_status.yaw_aligned
+    local, global_position = topics.vehicle_local_position.xy_valid, topics.vehicle_global_position.valid
+    yield (
+        f"ekf2:0 EKF dt: {EKF_DT_S:.4f}s, attitude: {aligned:d}, "
+        f"local position: {local:d}, global position: {global_position:d}\n"
+    )
+    return SUCCESS

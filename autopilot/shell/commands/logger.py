@@ -1,0 +1,27 @@
+"""logger: what is logged, and logging without arming (PX4: modules/logger)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.shell.command import SUCCESS, Output, info
+from autopilot.shell.commands.module import default_command
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+
+def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+    """`logger status`, `logger on`, `logger off`."""
+    logger = autopilot.logger
+    command = arguments[0] if arguments else ""
+    if command == "status":
+        for line in logger.status():
+            yield info("logger", line)
+        return SUCCESS
+    if command == "on":
+        logger.on()
+        return SUCCESS
+    if command == "off":
+        logger.off()
+        return SUCCESS
+    return (yield from default_command("logger", True, arguments))

@@ -1,0 +1,49 @@
+"""PX4's modules that do their work without further ado: `NAME status` says whether they run."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from autopilot.shell.command import FAILURE, SUCCESS, Command, Output, error, info, usage
+
+if TYPE_CHECKING:
+    from autopilot.autopilot import Autopilot
+
+Runs = Callable[["Autopilot"], bool]
+COMMANDS = (("start", ""), ("stop", ""), ("status", "whether it runs"))
+
+
+def always(autopilot: "Autopilot") -> bool:
+    """Every vehicle has it."""
+    return True
+
+
+def multicopter(autopilot: "Autopilot") -> bool:
+    """Multicopters have it."""
+    return autopilot.topics.vehicle_status.vehicle_type == "multicopter"
+
+
+def rover(autopilot: "Autopilot") -> bool:
+    """Rovers have it."""
+    return not multicopter(autopilot)
+
+
+def command(name: str, runs: Runs) -> Command:
+    """The command of a module."""
+
+    def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+        return (yield from default_command(name, runs(autopilot), arguments))
+
+    return main
+
+
+def default_command(name: str, runs: bool, arguments: Sequence[str]) -> Output:
+    """What every module answers (PX4: ModuleBase); modules stay as they were started."""
+    what = arguments[0] if arguments else ""
+    if what == "status":
+        yield info(name, "running" if runs else "not running")
+        return SUCCESS if runs else -1
+    if what == "start" and runs:
+        yield error(name, "Task already running")
+        return -1
+    yield usage(name, COMMANDS)
+    return FAILURE
