@@ -83,6 +83,7 @@ class Autopilot:
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.logger = Logger(*shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us)
+        self.mavlink.log_streaming.logger = self.logger
         self.load_mon = LoadMon(self.topics, self.mavlink.links)
         self.now_us = 0
         self._ticks = 0

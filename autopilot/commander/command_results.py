@@ -1,7 +1,7 @@
 """Results of the commands that PX4 v1.18 answers and that change nothing here, or nothing but the answer.
 
 They come from the commander and from modules that PX4's SITL runs beside it (payload, actuator test, camera feedback,
-gimbal, logger). None: PX4 sends no ack at all, because somebody else on the network is expected to answer. A command
+gimbal). None: PX4 sends no ack at all, because somebody else on the network is expected to answer. A command
 that is in no table is UNSUPPORTED.
 """
 
@@ -50,8 +50,6 @@ FIXED: dict[int, int | None] = {
             1000,
             1001,
             2003,
-            2510,
-            2511,
             3000,
             30001,
             30002,

@@ -22,6 +22,7 @@ from autopilot.mavlink.services import (
     ftp,
     gcs_heartbeat,
     gimbal_manager,
+    log_streaming,
     log_transfer,
     manual_control,
     message_interval,
@@ -102,13 +103,14 @@ class Mavlink:
         requests = message_request.MessageRequest(self.stream)
         intervals = message_interval.MessageInterval(self.stream)
         self._intervals = intervals
+        self.log_streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), self.system_id)
         self.shell = shell.Shell(texts, self.system_id)
         self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, rover=self.context.is_rover)
         self._services: tuple[Service, ...] = (
             command_sender.CommandSender(
                 lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
             ),
-            command.Command((requests, intervals), handle_command, topics, self.system_id),
+            command.Command((requests, intervals, self.log_streaming), handle_command, topics, self.system_id),
             set_mode.SetMode(handle_command, self.system_id),
             parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),
             self.mission,
@@ -124,6 +126,7 @@ class Mavlink:
             statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id, root),
+            self.log_streaming,
             self.shell,
             event.Event(self.links, texts.events, self.system_id),
         )

@@ -40,6 +40,7 @@ CLIENT_SERVICES = {
     "command",
     "event",
     "ftp",
+    "log_streaming",
     "log_transfer",
     "mission",
     "offboard",
