@@ -93,6 +93,8 @@ class Autopilot:
         now_us = self.now_us = self.sensors.update(messages)
         ticks = self._ticks = self._ticks + 1
         self.estimator.update(now_us)
+        if self.commander.calibration.busy:
+            self.commander.calibration.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
             self.land_detector.update(now_us)
             self.rc_update.update()

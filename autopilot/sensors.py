@@ -4,14 +4,16 @@ PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and veh
 barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
 NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
 BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
-stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Nothing else is
-filtered, calibrated or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown away.
+stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Calibrations (CAL_*,
+SENS_BOARD_*_OFF) are applied; nothing else is filtered or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown
+away.
 """
 
 import math
 
 from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
 from autopilot.parameters import Parameters
+from autopilot.sensor_calibration import NONE, corrected_accel, corrected_gyro, corrected_mag, corrections_of
 from autopilot.topics import (
     NAN,
     BatteryStatus,
@@ -56,11 +58,18 @@ class Sensors:
         self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
         """FAILURE_TYPE of each."""
         self._imu_fails = False
+        self._corrections = NONE
+        self._corrects = False
+        self._version = -1
 
     def update(self, messages: list[SimulatorMessage]) -> int:
         """Take one tick's messages; the time of its HIL_SENSOR in µs (the last known one if there is none)."""
         if self._topics.failure_injection is not self._failures:
             self._note_failures()
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            self._corrections = corrections_of(self._parameters)
+            self._corrects = self._corrections != NONE
         for message in messages:
             if type(message) is HilSensor:
                 self._on_hil_sensor(message)
@@ -83,12 +92,18 @@ class Sensors:
         (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
         self._now_us = now_us
         topics = self._topics
+        gyro, accel, field = (gx, gy, gz), (ax, ay, az), (mx, my, mz)
+        if self._corrects:
+            corrections = self._corrections
+            gyro, accel = corrected_gyro(gyro, corrections), corrected_accel(accel, corrections)
+            field = corrected_mag(field, corrections)
+            pressure_hpa -= 0.01 * corrections.baro_offset_pa
         if self._imu_fails:
-            self._publish_failing_imu(now_us, (gx, gy, gz), (ax, ay, az))
+            self._publish_failing_imu(now_us, gyro, accel)
         else:
-            topics.sensor_combined = SensorCombined(now_us, (gx, gy, gz), (ax, ay, az))
+            topics.sensor_combined = SensorCombined(now_us, gyro, accel)
         if updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and self._mag != OFF:
-            field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else (mx, my, mz)
+            field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
         if updated & FIELDS_UPDATED_BARO and pressure_hpa > 0.0 and self._baro != OFF:
             if self._baro == STUCK:

@@ -57,6 +57,10 @@ CHANGING_CALLS = {
     "arm",
     "disarm_by_command",
     "terminate",
+    "preflight_calibration",
+    "fixed_mag_cal_yaw",
+    "reset",
+    "_mission_start",
 }
 """What a command's handler calls if the command has an effect; setting a topic is the other way."""
 RESULTS = {number: entry.name for number, entry in mavlink.enums["MAV_RESULT"].items()}

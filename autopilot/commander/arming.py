@@ -65,6 +65,9 @@ class Arming:
         """MAV_RESULT of arming; `forced` goes without checks. `by` is one of REASONS."""
         if self.armed:
             return ACCEPTED
+        if self._topics.vehicle_status.calibrating:
+            self._say(Severity.CRITICAL, "Arming denied: calibrating\t", "commander_arm_denied_calibrating")
+            return TEMPORARILY_REJECTED
         if not forced:
             refusal = self._refusal(now_us)
             if refusal is not None:

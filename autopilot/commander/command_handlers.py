@@ -2,7 +2,7 @@
 
 PX4's Commander::handle_command (v1.18). A command that changes the mode is answered by whether the mode can be flown;
 on the ground every mode can be chosen. What the navigator, a flight mode or the simulator has to do with an accepted
-command, it finds in topics.vehicle_commands. Calibrations are answered and told, and nothing is measured.
+command, it finds in topics.vehicle_commands.
 """
 
 import math
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from autopilot.commander import home_position
 from autopilot.commander.arming import EXTERNAL_COMMAND, INTERNAL_COMMAND, MISSION_START, Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.commander.command_results import (
     ACCEPTED,
     CANCELLED,
@@ -30,7 +31,7 @@ from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, 
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
-from autopilot.parameters import Parameters
+from autopilot.parameters import Parameters, matches
 from autopilot.texts import Say
 from autopilot.topics import ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -46,6 +47,9 @@ MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
 OWN_FUNCTIONS = 1000
 LONGEST_ACTUATOR_TEST_MS = 3000
 STORAGE_ACTIONS = range(5)
+RESET_ALL_BUT_COUNTERS, RESET_SENSORS, RESET_ALL = 2, 3, 4
+COUNTERS = ("LND_FLIGHT_T_*", "COM_FLIGHT_UUID")
+SENSOR_CALIBRATION = ("CAL_ACC*", "CAL_GYRO*", "CAL_MAG*")
 REBOOT_OR_SHUTDOWN = (1, 2)
 AIDING_SOURCES = range(5)
 """ESTIMATOR_SENSOR_ENABLE, param1."""
@@ -61,8 +65,6 @@ STANDARD_MODES: dict[int, NavState] = {
 }
 AIRCRAFT_ONLY = frozenset((NavState.POSCTL, NavState.ORBIT, NavState.ALTCTL))
 """Standard modes that PX4 does not have for a rover."""
-CALIBRATIONS = {(0, 1): "gyro", (1, 1): "mag", (4, 1): "accel", (4, 2): "level", (4, 4): "accel", (5, 1): "airspeed"}
-"""(index of the parameter, its value) of PREFLIGHT_CALIBRATION, and what PX4 calls it."""
 
 
 class CommandHandlers:
@@ -76,6 +78,7 @@ class CommandHandlers:
         checks: HealthAndArmingChecks,
         intention: UserModeIntention,
         arming: Arming,
+        calibration: CalibrationWorker,
         say: Say,
         *,
         rover: bool,
@@ -86,6 +89,7 @@ class CommandHandlers:
         self._checks = checks
         self._intention = intention
         self._arming = arming
+        self._calibration = calibration
         self._say = say
         self._rover = rover
         self._published = 0
@@ -271,22 +275,23 @@ class CommandHandlers:
         topics.home_position = home
         return ACCEPTED
 
-    def _preflight_calibration(self, now_us: int, command: VehicleCommand) -> int:
-        if self._arming.armed:
-            return TEMPORARILY_REJECTED
-        asked = [_whole(value) for value in command[1:8]]
-        if not any(asked):
-            return ACCEPTED
-        for pair in enumerate(asked):
-            if pair in CALIBRATIONS:
-                self._say(Severity.INFO, f"[cal] calibration started: 2 {CALIBRATIONS[pair]}")
-                return ACCEPTED
-        return UNSUPPORTED
+    def _preflight_calibration(self, now_us: int, command: VehicleCommand) -> int | None:
+        return self._calibration.preflight_calibration(now_us, command, armed=self._arming.armed)
 
     def _preflight_storage(self, now_us: int, command: VehicleCommand) -> int | None:
-        if self._arming.armed:
+        """0 load, 1 save, 2 reset all but counters, 3 reset the calibration of sensors, 4 reset all."""
+        if self._arming.armed or self._calibration.busy:
             return TEMPORARILY_REJECTED
-        return ACCEPTED if _whole(command.param1) in STORAGE_ACTIONS else None
+        action = _whole(command.param1)
+        if action not in STORAGE_ACTIONS:
+            return None
+        if action == RESET_ALL_BUT_COUNTERS:
+            self._parameters.reset(lambda name: not matches(name, COUNTERS))
+        elif action == RESET_SENSORS:
+            self._parameters.reset(lambda name: matches(name, SENSOR_CALIBRATION))
+        elif action == RESET_ALL:
+            self._parameters.reset()
+        return ACCEPTED
 
     def _preflight_reboot_shutdown(self, now_us: int, command: VehicleCommand) -> int:
         action = _whole(command.param1)
@@ -297,11 +302,7 @@ class CommandHandlers:
         return self._pass_on(now_us, command)
 
     def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
-        if self._arming.armed:
-            return TEMPORARILY_REJECTED
-        heading_deg = command.param1 if math.isfinite(command.param1) else 0.0
-        self._say(Severity.INFO, f"Assuming vehicle is facing heading {heading_deg:.1f} degrees")
-        return ACCEPTED
+        return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)
 
     def _estimator_sensor_enable(self, now_us: int, command: VehicleCommand) -> int:
         return ACCEPTED if _whole(command.param1) in AIDING_SOURCES else UNSUPPORTED

@@ -10,6 +10,7 @@ from autopilot.commander import home_position
 from autopilot.commander.arming import Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
+from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.commander.command_handlers import CommandHandlers
 from autopilot.commander.failsafe import Action, Failsafe, Notice
 from autopilot.commander.failsafe_events import failsafe_event
@@ -29,6 +30,7 @@ NAVIGATOR_COMMAND_LATENCY_US = 80_000
 MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3
 STATE_UNINIT: int = mavlink.MAV_STATE_UNINIT
+STATE_CALIBRATING: int = mavlink.MAV_STATE_CALIBRATING
 STATE_STANDBY: int = mavlink.MAV_STATE_STANDBY
 STATE_ACTIVE: int = mavlink.MAV_STATE_ACTIVE
 STATE_CRITICAL: int = mavlink.MAV_STATE_CRITICAL
@@ -57,8 +59,9 @@ class Commander:
         self._arming = Arming(topics, parameters, self._checks, self._intention, say, rover=rover)
         self._failsafe = Failsafe(parameters, self._on_failsafe)
         self._auto_disarm = AutoDisarm()
+        self.calibration = CalibrationWorker(topics, parameters, say)
         self._handlers = CommandHandlers(
-            topics, parameters, dataman, self._checks, self._intention, self._arming, say, rover=rover
+            topics, parameters, dataman, self._checks, self._intention, self._arming, self.calibration, say, rover=rover
         )
         self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
         self.COMMANDS = self._handlers.commands
@@ -216,6 +219,7 @@ class Commander:
             self._intention.mode,
             in_failsafe,
             self._takeoff_us,
+            self.calibration.calibrating,
         )
         if told == self._published:
             return
@@ -236,7 +240,7 @@ class Commander:
             flags.gcs_connection_lost,
             flags.manual_control_signal_lost,
             can_arm,
-            False,
+            self.calibration.calibrating,
             self._vehicle_type,
             self._mav_type,
             arming.arming_reason,
@@ -246,6 +250,8 @@ class Commander:
     def _system_status(self, *, can_arm: bool) -> int:
         if self._arming.terminated:
             return STATE_FLIGHT_TERMINATION
+        if self.calibration.calibrating:
+            return STATE_CALIBRATING
         if self._arming.armed:
             return STATE_CRITICAL if self._failsafe.in_failsafe else STATE_ACTIVE
         return STATE_STANDBY if can_arm else STATE_UNINIT

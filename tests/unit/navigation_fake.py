@@ -10,6 +10,7 @@ from autopilot.dataman import MISSION, Dataman, MissionItem, Plan
 from autopilot.events import Events
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters
+from autopilot.sensor_calibration import DEVICE_IDS
 from autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,
@@ -42,6 +43,7 @@ class FakeVehicle:
         rover = airframe_class == "rover"
         base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}
         base |= {"RTL_RETURN_ALT": 30.0, "RTL_DESCEND_ALT": 10.0, "COM_RC_IN_MODE": 1}
+        base |= {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
         self.rover = rover
         self.parameters = Parameters(airframe_class, base | parameters)
         self.topics = Topics()

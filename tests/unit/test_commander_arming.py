@@ -173,6 +173,14 @@ def test_dead_sensors_deny_arming(vehicle: FakeVehicle) -> None:
     assert "Preflight Fail: No valid data from Accel 0" in vehicle.take_texts()
 
 
+@pytest.mark.parametrize(("sensor", "name"), [("ACC", "Accel"), ("GYRO", "Gyro"), ("MAG", "Compass")])
+def test_sensors_without_a_calibration_of_their_own_deny_arming(vehicle: FakeVehicle, sensor: str, name: str) -> None:
+    vehicle.parameters.set(f"CAL_{sensor}0_ID", 0)
+    vehicle.run(3.0)
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert f"Preflight Fail: {name} 0 uncalibrated" in vehicle.take_texts()
+
+
 def test_home_is_set_at_the_first_position_and_again_at_arming(vehicle: FakeVehicle) -> None:
     home = vehicle.topics.home_position
     assert home.valid
@@ -192,14 +200,6 @@ def test_home_follows_a_vehicle_that_is_carried_away_but_not_a_home_that_was_set
     vehicle.run(0.3)
     assert abs(vehicle.topics.home_position.x - 20.0) < 0.1
     assert vehicle.topics.home_position.manual_home
-
-
-def test_calibrations_are_answered(vehicle: FakeVehicle) -> None:
-    calibrate = mavlink.MAV_CMD_PREFLIGHT_CALIBRATION
-    assert vehicle.result(calibrate, 1) == ACCEPTED
-    assert vehicle.result(calibrate, 0, 0, 0, 0, 2) == ACCEPTED
-    assert vehicle.result(calibrate, 9, 9, 9, 9, 9, 9, 9) == UNSUPPORTED
-    assert vehicle.take_texts() == ["[cal] calibration started: 2 gyro", "[cal] calibration started: 2 level"]
 
 
 @pytest.mark.parametrize(

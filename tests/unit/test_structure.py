@@ -50,6 +50,8 @@ CLIENT_SERVICES = {
 }
 SERVICES_OF_A_COMMAND = {
     "actuator_test": "MAV_CMD_ACTUATOR_TEST",
+    "calibration": "MAV_CMD_PREFLIGHT_CALIBRATION",
+    "failure_injection": "MAV_CMD_INJECT_FAILURE",
     "component_metadata": "MAV_CMD_REQUEST_MESSAGE, and then files over FTP",
 }
 """What MAVLink describes as a service of its own, and is a command to the autopilot."""

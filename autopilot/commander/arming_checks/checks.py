@@ -50,6 +50,7 @@ from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable
 from autopilot.constants import NavState
 from autopilot.events import PROTOCOL
 from autopilot.parameters import Parameters
+from autopilot.sensor_calibration import is_calibrated
 from autopilot.texts import Say, SendEvent
 from autopilot.topics import HealthReport, Topics
 
@@ -173,5 +174,6 @@ def _settings(parameters: Parameters) -> Settings:
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),
         nav_dll_act=int(parameters["NAV_DLL_ACT"]),
+        calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
     )

@@ -74,6 +74,8 @@ class Settings(NamedTuple):
     com_arm_mis_req: int
     sys_has_gps: int
     nav_dll_act: int
+    calibrated: frozenset[str]
+    """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     com_rc_in_mode: int
 
 

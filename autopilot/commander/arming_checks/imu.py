@@ -11,12 +11,18 @@ TIMEOUT_US = 1_000_000
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """No sample of both for a second: one of them is silent, or both; the vehicle knows its rates no more.
 
-    PX4 calls the gyro present, not the accelerometer.
+    Both need a calibration of their own (CAL_ACCn_ID, CAL_GYROn_ID). PX4 calls the gyro present, not the accelerometer.
     """
     timestamp = topics.sensor_combined.timestamp
     if timestamp:
         findings.health_present |= Component.GYRO
     if now_us - timestamp <= TIMEOUT_US:
+        if "ACC" not in settings.calibrated:
+            accel = (ALL_MODES, Component.ACCEL, Severity.ERROR, "check_accel_not_calibrated", 0)
+            findings.arming_check_failure(*accel, text="Preflight Fail: Accel 0 uncalibrated")
+        if "GYRO" not in settings.calibrated:
+            gyro = (ALL_MODES, Component.GYRO, Severity.ERROR, "check_gyro_not_calibrated", 0)
+            findings.arming_check_failure(*gyro, text="Preflight Fail: Gyro 0 uncalibrated")
         return
     findings.angular_velocity_invalid = True
     failures = topics.failure_injection

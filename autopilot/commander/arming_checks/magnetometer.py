@@ -8,7 +8,7 @@ TIMEOUT_US = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample for a second forbids arming."""
+    """No sample for a second, or no calibration of its own (CAL_MAGn_ID), forbids arming."""
     timestamp = topics.sensor_mag.timestamp
     if timestamp:
         findings.health_present |= Component.MAGNETOMETER
@@ -17,3 +17,6 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         event = "check_mag_no_data" if timestamp else "check_mag_missing"
         text = "Preflight Fail: No valid data from Compass 0"
         findings.health_failure(ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, event, 0, text=text)
+    elif "MAG" not in settings.calibrated:
+        mag = (ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, "check_mag_not_calibrated", 0)
+        findings.arming_check_failure(*mag, text="Preflight Fail: Compass 0 uncalibrated")

@@ -1,0 +1,129 @@
+"""What a running calibration sees and says: the sensors, the time, the ground station, its cancelling.
+
+A calibration is a generator: it runs until it has to wait, yields, and goes on at the next tick. What it returns says
+whether it succeeded. Texts are those that QGroundControl's and MAVSDK's calibration follow (PX4's
+calibration_messages.h, version 2).
+"""
+
+from collections.abc import Generator
+
+from autopilot.commands import CommandResult, answer_later
+from autopilot.constants import Severity
+from autopilot.parameters import Parameters
+from autopilot.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY, corrections_of, raw_accel, raw_gyro, raw_mag
+from autopilot.texts import Say
+from autopilot.topics import Topics, Vector3, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+Steps = Generator[None, None, bool]
+Wait = Generator[None, None, None]
+TEXT_US = 20_000
+"""PX4 pauses so long after a text, so that none is lost."""
+END_US = 600_000
+SILENCE_US = 100_000_000
+"""A sensor that says nothing for so long ends the calibration."""
+
+
+class Bench:
+    """Handed to the calibration that runs."""
+
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
+        self.topics = topics
+        self.parameters = parameters
+        self._say = say
+        self.corrections = corrections_of(parameters)
+        """What stands between sensors and topics, as of the calibration's start."""
+        self.now_us = 0
+        self.asked: VehicleCommand | None = None
+        """A PREFLIGHT_CALIBRATION that came while this one ran."""
+
+    def begin(self, now_us: int) -> None:
+        """Another calibration starts."""
+        self.now_us, self.asked = now_us, None
+        self.corrections = corrections_of(self.parameters)
+
+    # --- what is said ------------------------------------------------------------------------------------------
+
+    def info(self, text: str) -> None:
+        """Tell how it goes."""
+        self._say(Severity.INFO, text)
+
+    def critical(self, text: str) -> None:
+        """Tell what is wrong."""
+        self._say(Severity.CRITICAL, text)
+
+    def started(self, sensor: str) -> None:
+        """It begins."""
+        self.info(f"[cal] calibration started: 2 {sensor}")
+
+    def progress(self, percent: float) -> None:
+        """0 to 100."""
+        self.info(f"[cal] progress <{int(percent)}>")
+
+    def done(self, sensor: str) -> Steps:
+        """It ended well."""
+        self.info(f"[cal] calibration done: {sensor}")
+        yield from self.sleep(END_US)
+        return True
+
+    def failed(self, sensor: str) -> Steps:
+        """It ended badly."""
+        self.critical(f"[cal] calibration failed: {sensor}")
+        yield from self.sleep(END_US)
+        return False
+
+    def silent_sensor(self) -> None:
+        """There is nothing to measure."""
+        self.critical("[cal] calibration failed: reading sensor")
+
+    # --- time and cancelling -----------------------------------------------------------------------------------
+
+    def sleep(self, duration_us: int) -> Wait:
+        """Wait."""
+        until_us = self.now_us + duration_us
+        while self.now_us < until_us:
+            yield
+
+    def cancelled(self) -> bool:
+        """Whether somebody asked for the end, which is told and answered; other requests are denied."""
+        command, self.asked = self.asked, None
+        if command is None:
+            return False
+        if any(int(value) for value in command[1:7] if value == value):
+            self.critical(f"command denied during calibration: {command.command}\t")
+            answer_later(self.topics, command, CommandResult(mavlink.MAV_RESULT_DENIED))
+            return False
+        self.critical("[cal] calibration cancelled")
+        answer_later(self.topics, command, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+        return True
+
+    # --- sensors -----------------------------------------------------------------------------------------------
+
+    def next_imu(self) -> Generator[None, None, bool]:
+        """Wait for a sample of gyro and accelerometer; False when none comes."""
+        last_us, since_us = self.topics.sensor_combined.timestamp, self.now_us
+        while self.topics.sensor_combined.timestamp == last_us:
+            if self.now_us - since_us > SILENCE_US or self.asked is not None:
+                return self.asked is not None
+            yield
+        return True
+
+    def gyro(self) -> Vector3:
+        """The gyro's newest sample, uncorrected, rad/s."""
+        return raw_gyro(self.topics.sensor_combined.gyro_rad_s, self.corrections)
+
+    def accel(self) -> Vector3:
+        """The accelerometer's newest sample, uncorrected, m/s²."""
+        return raw_accel(self.topics.sensor_combined.accelerometer_m_s2, self.corrections)
+
+    def mag(self) -> Vector3:
+        """The magnetometer's newest sample, uncorrected, gauss."""
+        return raw_mag(self.topics.sensor_mag.magnetometer_ga, self.corrections)
+
+    def save(self, sensor: str, **vectors: Vector3) -> None:
+        """Write CAL_<sensor>0_*: the device, its priority, and X, Y, Z of each vector by its suffix (OFF, SCALE, …)."""
+        self.parameters.set(f"CAL_{sensor}0_ID", DEVICE_IDS[sensor])
+        self.parameters.set(f"CAL_{sensor}0_PRIO", INTERNAL_PRIORITY)
+        for suffix, values in vectors.items():
+            for axis, value in zip("XYZ", values, strict=True):
+                self.parameters.set(f"CAL_{sensor}0_{axis}{suffix}", value)

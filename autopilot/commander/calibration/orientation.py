@@ -1,0 +1,106 @@
+"""Which side of the vehicle is down, and a measurement on each side in turn (PX4's calibration_routines.cpp)."""
+
+import math
+from collections.abc import Callable, Generator
+
+from autopilot.commander.calibration.bench import TEXT_US, Bench
+from autopilot.estimator.imu_filter import LowPass2p
+
+SIDES = ("back", "front", "left", "right", "up", "down")
+"""By the axis along which gravity's counterforce points: +x, -x, +y, -y, +z, -z."""
+ALL_SIDES = (1 << len(SIDES)) - 1
+GRAVITY_M_S2 = 9.80665
+IMU_HZ = 250.0
+AVERAGE_S = 0.5
+STILL_M_S2 = 0.25
+LENIENCE = 3.0
+STILL_US, LENIENT_STILL_US = 1_300_000, 500_000
+TIMEOUT_US = 90_000_000
+MOST_FORCE_ERROR_M_S2 = 5.0
+MOST_FAILURES = 4
+MOTION_PAUSE_US = 200_000
+SIDE_PAUSE_US = 200_000
+CANCELLED, ERROR, OK = "cancelled", "error", "ok"
+Outcome = Generator[None, None, str]
+"""Ends with CANCELLED, ERROR or OK."""
+
+
+def detect(bench: Bench, *, lenient: bool) -> Generator[None, None, int | None]:
+    """Wait until the vehicle is at rest; the index of its side in SIDES, None where that can't be told."""
+    still_us = LENIENT_STILL_US if lenient else STILL_US
+    threshold = (STILL_M_S2 * (LENIENCE if lenient else 1.0)) ** 2
+    low_pass = LowPass2p(IMU_HZ, float(bench.parameters["IMU_ACCEL_CUTOFF"]))
+    average, dispersion = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    weight = 1.0 / IMU_HZ / AVERAGE_S
+    rest_us: int | None = None
+    timeout_us = bench.now_us + TIMEOUT_US
+    while rest_us is None or bench.now_us <= rest_us + still_us:
+        heard = yield from bench.next_imu()
+        if not heard or bench.now_us > timeout_us:
+            bench.silent_sensor()
+            return None
+        if bench.asked is not None:
+            return None
+        for axis, value in enumerate(low_pass.update(*bench.topics.sensor_combined.accelerometer_m_s2)):
+            error = value - average[axis]
+            average[axis] += error * weight
+            dispersion[axis] = max(dispersion[axis] * (1.0 - weight), min(error * error, 8.0 * threshold))
+        if max(dispersion) < threshold:
+            if rest_us is None:
+                bench.info("[cal] detected rest position, hold still...")
+                rest_us = bench.now_us
+                timeout_us = rest_us + TIMEOUT_US
+        elif rest_us is not None and max(dispersion) > 4.0 * threshold:
+            bench.info("[cal] detected motion, hold still...")
+            yield from bench.sleep(MOTION_PAUSE_US)
+            rest_us = None
+    for side in range(len(SIDES)):
+        expected = [0.0, 0.0, 0.0]
+        expected[side // 2] = math.copysign(GRAVITY_M_S2, 0.5 - side % 2)
+        if all(abs(a - e) < MOST_FORCE_ERROR_M_S2 for a, e in zip(average, expected, strict=True)):
+            return side
+    bench.critical("ERROR: invalid orientation")
+    return None
+
+
+def each_side(bench: Bench, sides: int, measure: Callable[[int], Outcome], *, lenient: bool) -> Outcome:
+    """Run `measure` on every side of the mask `sides`, in the order in which the vehicle is turned to them."""
+    pending = [side for side in range(len(SIDES)) if sides >> side & 1]
+    failures = 0
+    while pending:
+        if bench.cancelled():
+            return CANCELLED
+        if failures > MOST_FAILURES:
+            bench.critical("[cal] calibration failed: timeout: no motion")
+            return ERROR
+        bench.info("[cal] pending: " + " ".join(SIDES[side] for side in pending))
+        yield from bench.sleep(TEXT_US)
+        bench.info("[cal] hold vehicle still on a pending side")
+        yield from bench.sleep(TEXT_US)
+        side = yield from detect(bench, lenient=lenient)
+        if side is None:
+            if bench.asked is None:
+                failures += 1
+                bench.info("[cal] detected motion, hold still...")
+                yield from bench.sleep(TEXT_US)
+            continue
+        if side not in pending:
+            failures += 1
+            bench.info(f"[cal] {SIDES[side]} side already completed")
+            yield from bench.sleep(TEXT_US)
+            continue
+        yield from _twice(bench, f"[cal] {SIDES[side]} orientation detected")
+        failures = 0
+        outcome = yield from measure(side)
+        if outcome != OK:
+            return outcome
+        yield from _twice(bench, f"[cal] {SIDES[side]} side done, rotate to a different side")
+        pending.remove(side)
+        yield from bench.sleep(SIDE_PAUSE_US)
+    return OK
+
+
+def _twice(bench: Bench, text: str) -> Generator[None, None, None]:
+    for _ in range(2):
+        bench.info(text)
+        yield from bench.sleep(TEXT_US)

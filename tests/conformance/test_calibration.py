@@ -1,0 +1,99 @@
+"""Preflight calibration: answers, texts that a ground station follows, cancelling."""
+
+import time
+from typing import Any
+
+import pytest
+
+PREFLIGHT_CALIBRATION, PREFLIGHT_STORAGE, FIXED_MAG_CAL_YAW = 241, 245, 42006
+ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED = 0, 1, 3
+STANDBY, CALIBRATING = 3, 2
+GYRO, MAG, ACCEL, AIRSPEED = (1,), (0, 1), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1)
+NOTHING = (0,)
+
+pytestmark = [
+    pytest.mark.covers(
+        "MAV_CMD_PREFLIGHT_CALIBRATION",
+        source="https://mavlink.io/en/messages/common.html#MAV_CMD_PREFLIGHT_CALIBRATION",
+    ),
+    pytest.mark.covers("STATUSTEXT", source="https://docs.px4.io/v1.18/en/config/sensors"),
+]
+
+
+def calibrate(station: Any, *params: float) -> int | None:
+    """The first answer."""
+    result: int | None = station.command(PREFLIGHT_CALIBRATION, *params)
+    return result
+
+
+def texts_until(station: Any, wanted: str, limit_s: float) -> list[str]:
+    """Texts up to the one that begins so."""
+    end_s, texts = time.monotonic() + limit_s, list[str]()
+    while (left_s := end_s - time.monotonic()) > 0.0:
+        message = station.receive("STATUSTEXT", left_s)
+        if message is not None:
+            texts.append(message.text)
+            if message.text.startswith(wanted):
+                break
+    return texts
+
+
+def cancel(station: Any) -> None:
+    """End whatever runs, and wait until the vehicle is in standby again."""
+    end_s = time.monotonic() + 30.0
+    while time.monotonic() < end_s and station.heartbeat().system_status == CALIBRATING:
+        calibrate(station, *NOTHING)
+        station.collect("HEARTBEAT", 1.0)
+    assert station.heartbeat().system_status == STANDBY
+
+
+def test_nothing_to_calibrate_is_accepted(station: Any) -> None:
+    assert calibrate(station, *NOTHING) == ACCEPTED
+
+
+@pytest.mark.covers("COMMAND_ACK", source="measured: a sensor that there is not is unsupported")
+def test_what_there_is_not(station: Any) -> None:
+    assert calibrate(station, *(9,) * 7) == UNSUPPORTED
+
+
+def test_a_gyro_at_rest_is_calibrated(station: Any) -> None:
+    assert calibrate(station, *GYRO) == ACCEPTED
+    texts = texts_until(station, "[cal] calibration done", 15.0)
+    assert texts[0] == "[cal] calibration started: 2 gyro"
+    assert "[cal] progress <52>" in texts
+    assert texts[-1] == "[cal] calibration done: gyro"
+    cancel(station)
+
+
+@pytest.mark.parametrize(
+    ("params", "sensor"),
+    [(ACCEL, "accel"), (MAG, "mag"), (AIRSPEED, "airspeed")],
+)
+def test_a_calibration_says_that_it_begins_and_is_cancelled(
+    station: Any, params: tuple[float, ...], sensor: str
+) -> None:
+    assert calibrate(station, *params) == ACCEPTED
+    started = f"[cal] calibration started: 2 {sensor}"
+    assert texts_until(station, started, 3.0)[-1] == started
+    assert station.heartbeat().system_status == CALIBRATING
+    cancel(station)
+
+
+@pytest.mark.covers("MAV_CMD_PREFLIGHT_STORAGE", source="https://mavlink.io/en/messages/common.html#MAV_RESULT")
+@pytest.mark.covers("MAV_CMD_FIXED_MAG_CAL_YAW", source="https://mavlink.io/en/messages/common.html#MAV_RESULT")
+@pytest.mark.parametrize("command", [PREFLIGHT_STORAGE, FIXED_MAG_CAL_YAW])
+def test_others_are_rejected_meanwhile(station: Any, command: int) -> None:
+    assert calibrate(station, *ACCEL) == ACCEPTED
+    try:
+        assert station.command(command, 1) == TEMPORARILY_REJECTED
+    finally:
+        cancel(station)
+
+
+def test_an_accelerometer_waits_for_six_sides(station: Any) -> None:
+    assert calibrate(station, *ACCEL) == ACCEPTED
+    texts = texts_until(station, "[cal] hold vehicle still", 3.0)
+    assert "[cal] pending: back front left right up down" in texts
+    texts = texts_until(station, "[cal] down orientation detected", 15.0)
+    assert texts[-1] == "[cal] down orientation detected"
+    cancel(station)

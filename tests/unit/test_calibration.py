@@ -1,0 +1,374 @@
+"""Preflight calibrations on simulated time: what is told, how long they take, what they write, how they end."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from autopilot.commander.calibration.magnetometer import ellipsoid
+from autopilot.commander.calibration.worker import CalibrationWorker
+from autopilot.constants import Severity
+from autopilot.parameters import Parameters
+from autopilot.sensor_calibration import (
+    NONE,
+    corrected_accel,
+    corrected_gyro,
+    corrected_mag,
+    corrections_of,
+    is_calibrated,
+    raw_accel,
+    raw_gyro,
+    raw_mag,
+)
+from autopilot.topics import (
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+    Topics,
+    Vector3,
+    VehicleAttitude,
+    VehicleCommand,
+)
+from sitl_emu.core.geomagnetism import magnetic_field
+
+TICK_US = 4_000
+G = 9.80665
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = range(4)
+GYRO, MAG, BARO, REMOTE_CONTROL, REST, ACCEL = (1,), (0, 1), (0, 0, 1), (0, 0, 0, 1), (0,), (0, 0, 0, 0, 1)
+LEVEL, QUICK, AIRSPEED, ESC = (0, 0, 0, 0, 2), (0, 0, 0, 0, 4), (0, 0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 0, 1)
+FORCES: dict[str, Vector3] = {
+    "back": (G, 0.0, 0.0),
+    "front": (-G, 0.0, 0.0),
+    "left": (0.0, G, 0.0),
+    "right": (0.0, -G, 0.0),
+    "up": (0.0, 0.0, G),
+    "down": (0.0, 0.0, -G),
+}
+
+
+class Table:
+    """A vehicle on a table that somebody may turn, and its calibration worker."""
+
+    def __init__(self) -> None:
+        self.topics, self.parameters = Topics(), Parameters("multicopter")
+        self.said: list[str] = []
+        self.worker = CalibrationWorker(self.topics, self.parameters, self._say)
+        self.now_us = 0
+        self.gyro: Callable[[float], Vector3] = lambda t: (0.0, 0.0, 0.0)
+        self.accel: Callable[[float], Vector3] = lambda t: FORCES["down"]
+        self.mag: Callable[[float], Vector3] = lambda t: (0.2, 0.0, 0.4)
+        self.euler: Callable[[float], Vector3] = lambda t: (0.0, 0.0, 0.0)
+        self.run(0.1)
+        self.said.clear()
+
+    def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+        self.said.append(text.rstrip("\t"))
+
+    def command(self, *params: float, armed: bool = False) -> int | None:
+        """The result of a PREFLIGHT_CALIBRATION."""
+        padded = (*params, *(0.0,) * (7 - len(params)))
+        return self.worker.preflight_calibration(self.now_us, VehicleCommand(241, *padded), armed=armed)
+
+    def run(self, seconds: float) -> None:
+        """Let time go by."""
+        for _ in range(round(seconds * 1e6 / TICK_US)):
+            self.now_us += TICK_US
+            now_us, t = self.now_us, self.now_us * 1e-6
+            self.topics.sensor_combined = SensorCombined(now_us, self.gyro(t), self.accel(t))
+            if now_us % 64_000 == 0:
+                self.topics.sensor_mag = SensorMag(now_us, self.mag(t))
+            self.topics.vehicle_attitude = VehicleAttitude(now_us, euler=self.euler(t))
+            self.worker.update(now_us)
+
+    def run_until_done(self, limit_s: float) -> float:
+        """How long it took, s."""
+        start_us = self.now_us
+        while self.worker.busy:
+            self.run(0.02)
+            assert self.now_us - start_us < limit_s * 1e6, self.said[-5:]
+        return (self.now_us - start_us) * 1e-6
+
+    def answers(self) -> list[int]:
+        """Later answers."""
+        results = [ack.result for ack in self.topics.vehicle_command_acks]
+        self.topics.vehicle_command_acks = ()
+        return results
+
+
+@pytest.fixture
+def table() -> Table:
+    return Table()
+
+
+# --- which and when -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("asked", [GYRO, MAG, BARO, ACCEL, LEVEL, AIRSPEED, (0, 0, 0, 0, 0, 2)])
+def test_each_says_that_it_begins(table: Table, asked: tuple[float, ...]) -> None:
+    assert table.command(*asked) == ACCEPTED
+    sensors = {GYRO: "gyro", MAG: "mag", BARO: "baro", ACCEL: "accel", LEVEL: "level"}
+    assert table.said[0] == f"[cal] calibration started: 2 {sensors.get(asked, 'airspeed')}"
+
+
+def test_what_there_is_not(table: Table) -> None:
+    assert table.command(9, 9, 9, 9, 9, 9, 9) == UNSUPPORTED
+    assert table.command(*(math.nan,) * 7) == UNSUPPORTED
+    assert table.command(3) is None  # temperature: PX4's module for it does not run in SITL
+    assert table.command(*REST) == ACCEPTED
+    assert table.said == []
+    assert table.command(*ESC) == DENIED
+    assert table.said == ["[cal] calibration failed: Disconnect battery and try again"]
+
+
+def test_nothing_begins_while_armed_or_while_another_runs(table: Table) -> None:
+    assert table.command(*GYRO, armed=True) == TEMPORARILY_REJECTED
+    assert table.command(*ACCEL) == ACCEPTED
+    table.run(0.5)
+    assert table.command(*GYRO) == TEMPORARILY_REJECTED
+    table.run(0.1)
+    assert table.answers() == [DENIED]
+    assert "command denied during calibration: 241" in table.said
+    assert table.worker.busy
+
+
+def test_the_remote_control_is_shut_off_and_given_back(table: Table) -> None:
+    assert table.command(*REMOTE_CONTROL) == ACCEPTED
+    assert table.worker.calibrating and not table.worker.busy
+    assert table.command(*REST) == ACCEPTED
+    assert not table.worker.calibrating
+    assert table.said == ["Calibration: Disabling RC input", "Calibration: Restoring RC input"]
+
+
+# --- gyro ---------------------------------------------------------------------------------------------------
+
+
+def test_a_gyro_at_rest(table: Table) -> None:
+    table.gyro = lambda t: (0.02, -0.01, 0.005)
+    table.command(*GYRO)
+    assert 1.0 <= table.run_until_done(3.0) <= 2.0
+    assert table.said[1] == "[cal] progress <4>"
+    assert table.said[-2:] == ["[cal] progress <96>", "[cal] calibration done: gyro"]
+    offset = [table.parameters[f"CAL_GYRO0_{axis}OFF"] for axis in "XYZ"]
+    assert offset == pytest.approx([0.02, -0.01, 0.005])
+    assert is_calibrated(table.parameters, "GYRO")
+    corrections = corrections_of(table.parameters)
+    assert corrected_gyro((0.02, -0.01, 0.005), corrections) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+
+
+def test_a_gyro_that_is_moved_is_measured_again(table: Table) -> None:
+    moved_until = table.now_us * 1e-6 + 2.0
+    table.gyro = lambda t: (0.5 * math.sin(9.0 * t), 0.0, 0.0) if t < moved_until else (0.0, 0.0, 0.0)
+    table.command(*GYRO)
+    table.run_until_done(6.0)
+    assert "motion, retrying.." in table.said
+    assert table.said[-1] == "[cal] calibration done: gyro"
+
+
+def test_a_gyro_that_never_rests(table: Table) -> None:
+    table.gyro = lambda t: (0.5 * math.sin(9.0 * t), 0.0, 0.0)
+    table.command(*GYRO)
+    table.run_until_done(30.0)
+    assert table.said[-2:] == ["ERROR: Motion during calibration", "[cal] calibration failed: gyro"]
+    assert not is_calibrated(table.parameters, "GYRO")
+
+
+def test_a_gyro_calibration_is_cancelled(table: Table) -> None:
+    table.command(*GYRO)
+    table.run(0.3)
+    assert table.command(*REST) == TEMPORARILY_REJECTED
+    table.run(0.01)
+    assert table.answers() == [ACCEPTED]
+    table.run_until_done(1.0)
+    assert table.said[-2:] == ["[cal] calibration cancelled", "[cal] calibration failed: gyro"]
+
+
+# --- accelerometer -------------------------------------------------------------------------------------------
+
+
+def test_an_accelerometer_on_six_sides(table: Table) -> None:
+    table.command(*ACCEL)
+    for side, (x, y, z) in FORCES.items():
+        table.accel = lambda t, force=(x * 1.02 + 0.1, y * 0.98 - 0.2, z + 0.3): force  # type: ignore[misc]
+        table.run(9.0)
+        assert f"[cal] {side} side done, rotate to a different side" in table.said
+    table.run_until_done(2.0)
+    assert table.said.count("[cal] down orientation detected") == 2
+    assert "[cal] pending: front left right up down" in table.said
+    assert "[cal] progress <102>" in table.said
+    assert table.said[-1] == "[cal] calibration done: accel"
+    corrections = corrections_of(table.parameters)
+    for x, y, z in FORCES.values():
+        measured = (x * 1.02 + 0.1, y * 0.98 - 0.2, z + 0.3)
+        assert corrected_accel(measured, corrections) == pytest.approx((x, y, z), abs=1e-4)
+
+
+def test_an_accelerometer_that_nobody_turns(table: Table) -> None:
+    table.command(*ACCEL)
+    assert table.run_until_done(60.0) > 15.0
+    assert table.said[2:5] == [
+        "[cal] hold vehicle still on a pending side",
+        "[cal] detected rest position, hold still...",
+        "[cal] down orientation detected",
+    ]
+    assert "[cal] Hold still, measuring down side" in table.said
+    assert table.said.count("[cal] down side already completed") == 5
+    assert table.said[-2:] == ["[cal] calibration failed: timeout: no motion", "[cal] calibration failed: accel"]
+    assert not is_calibrated(table.parameters, "ACC")
+
+
+def test_an_accelerometer_that_is_shaken(table: Table) -> None:
+    table.command(*ACCEL)
+    table.run(2.8)
+    assert "[cal] detected rest position, hold still..." in table.said
+    table.accel = lambda t: (3.0 * math.sin(20.0 * t), 0.0, -G)
+    table.run(2.0)
+    assert "[cal] detected motion, hold still..." in table.said
+    assert table.command(*REST) == TEMPORARILY_REJECTED
+    table.run_until_done(1.0)
+    assert table.said[-2:] == ["[cal] calibration cancelled", "[cal] calibration failed: accel"]
+
+
+def test_an_accelerometer_quickly_as_it_stands(table: Table) -> None:
+    table.accel = lambda t: (0.1, -0.2, -G + 0.3)
+    assert table.command(*QUICK) == ACCEPTED
+    table.run_until_done(3.1)
+    assert table.said == []
+    assert corrected_accel((0.1, -0.2, -G + 0.3), corrections_of(table.parameters)) == pytest.approx(
+        (0, 0, -G), abs=1e-6
+    )
+
+
+# --- magnetometer ---------------------------------------------------------------------------------------------
+
+
+def test_a_magnetometer_that_nobody_turns(table: Table) -> None:
+    table.command(*MAG)
+    assert 35.0 < table.run_until_done(60.0) < 42.0
+    assert "[cal] Rotate vehicle around the detected orientation" in table.said
+    assert "[cal] Continue rotation for down 7.0 s" in table.said
+    assert table.said[-2:] == ["Failed: This calibration requires rotation.", "[cal] calibration failed: mag"]
+
+
+def turning(side: str, t: float) -> Vector3:
+    """The field, 0.25 gauss towards x of the table and 0.4 down, in a vehicle that turns about the vertical."""
+    along, across = 0.25 * math.cos(t), -0.25 * math.sin(t)
+    down = 0.4
+    return {
+        "back": (-down, across, along),
+        "front": (down, across, -along),
+        "left": (along, -down, across),
+        "right": (along, down, -across),
+        "up": (along, -across, -down),
+        "down": (along, across, down),
+    }[side]
+
+
+def test_a_magnetometer_that_is_turned_on_all_sides(table: Table) -> None:
+    table.command(*MAG)
+    table.gyro = lambda t: (0.0, 0.0, 1.0)
+    for side, force in FORCES.items():
+        table.accel = lambda t, force=force: force  # type: ignore[misc]
+
+        def field(t: float, side: str = side) -> Vector3:
+            x, y, z = turning(side, t)
+            return 1.1 * x + 0.05, 0.95 * y - 0.02, z + 0.1
+
+        table.mag = field
+        table.run(11.0)
+    table.run_until_done(3.0)
+    assert table.said[-2:] == ["[cal] progress <100>", "[cal] calibration done: mag"]
+    assert any(text.startswith("[cal] down side calibration: progress <") for text in table.said)
+    offset = [table.parameters[f"CAL_MAG0_{axis}OFF"] for axis in "XYZ"]
+    assert offset == pytest.approx([0.05, -0.02, 0.1], abs=0.01)
+    corrections = corrections_of(table.parameters)
+    strengths = [math.hypot(*corrected_mag(field(0.1 * n), corrections)) for n in range(60)]
+    assert max(strengths) - min(strengths) < 0.01
+
+
+def test_a_magnetometer_by_a_known_heading(table: Table) -> None:
+    table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, fix_type=3)
+    result = table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 90.0, 0, 0, 0), armed=False)
+    assert result == ACCEPTED
+    table.run(0.1)
+    assert table.said == ["Assuming vehicle is facing heading 90.0 degrees"]
+    field = magnetic_field(47.4, 8.5)
+    horizontal = field.strength_gauss * math.cos(field.inclination_rad)
+    x, y, _ = corrected_mag((0.2, 0.0, 0.4), corrections_of(table.parameters))
+    assert math.hypot(x, y) == pytest.approx(horizontal, rel=1e-3)
+    assert math.atan2(-y, x) == pytest.approx(math.pi / 2 - field.declination_rad, abs=1e-3)
+
+
+def test_a_known_heading_needs_a_place(table: Table) -> None:
+    table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 0.0, 0, 0, 0), armed=False)
+    assert table.said == ["GPS required for mag quick cal"]
+
+
+def test_points_in_a_plane_are_no_ellipsoid() -> None:
+    assert ellipsoid([(math.cos(n), math.sin(n), 0.0) for n in range(20)]) is None
+    assert ellipsoid([(1.0, 0.0, 0.0)] * 3) is None
+
+
+# --- level, barometer, airspeed ---------------------------------------------------------------------------------
+
+
+def test_the_horizon(table: Table) -> None:
+    table.euler = lambda t: (math.radians(2.0), math.radians(-1.0), 0.3)
+    table.command(*LEVEL)
+    assert 1.0 <= table.run_until_done(3.0) <= 1.3
+    assert table.said[1:] == [f"[cal] progress <{n}>" for n in (0, 20, 40, 60, 80, 100, 100)] + [
+        "[cal] calibration done: level"
+    ]
+    assert table.parameters["SENS_BOARD_X_OFF"] == pytest.approx(2.0, abs=1e-3)
+    assert table.parameters["SENS_BOARD_Y_OFF"] == pytest.approx(-1.0, abs=1e-3)
+    # A board that leans 2 degrees to the right feels its weight's counterforce to the left.
+    leaning = (0.0, -G * math.sin(math.radians(2.0)), -G * math.cos(math.radians(2.0)))
+    table.parameters.set("SENS_BOARD_Y_OFF", 0.0)
+    assert corrected_accel(leaning, corrections_of(table.parameters)) == pytest.approx((0.0, 0.0, -G), abs=1e-3)
+
+
+def test_a_horizon_that_sways_or_leans_too_much(table: Table) -> None:
+    table.euler = lambda t: (0.1 * math.sin(10.0 * t), 0.0, 0.0)
+    table.command(*LEVEL)
+    table.run_until_done(30.0)
+    assert table.said[-2:] == ["motion during calibration", "[cal] calibration failed: level"]
+    table.euler = lambda t: (0.0, 0.9, 0.0)
+    table.command(*LEVEL)
+    table.run_until_done(3.0)
+    assert table.said[-2:] == ["excess pitch angle", "[cal] calibration failed: level"]
+
+
+def test_the_barometer_is_set_by_the_gps(table: Table) -> None:
+    table.topics.sensor_baro = SensorBaro(table.now_us, 95_600.0, 489.0, 20.0)
+    table.command(*BARO)
+    table.run_until_done(4.0)
+    assert table.said[-1] == "[cal] calibration failed: GPS required for baro cal"
+    table.topics.sensor_gps = SensorGps(table.now_us + 3_000_000, 47.4, 8.5, 500.0, epv=1.0, fix_type=3)
+    table.command(*BARO)
+    assert table.run_until_done(4.0) == pytest.approx(3.0, abs=0.1)
+    assert table.said[-1] == "[cal] calibration done: baro"
+    expected = 101_325.0 * (1.0 - 0.0065 * 500.0 / 288.15) ** 5.2561
+    assert table.parameters["CAL_BARO0_OFF"] == pytest.approx(95_600.0 - expected, abs=1.0)
+
+
+def test_there_is_no_airspeed_sensor(table: Table) -> None:
+    table.command(*AIRSPEED)
+    assert 35.0 <= table.run_until_done(40.0) <= 35.5
+    assert table.said[1:] == ["[cal] Ensure sensor is not measuring wind", "[cal] calibration failed: airspeed"]
+
+
+# --- corrections --------------------------------------------------------------------------------------------------
+
+
+def test_corrections_and_back() -> None:
+    parameters = Parameters("multicopter")
+    assert corrections_of(parameters) == NONE
+    values = {"SENS_BOARD_X_OFF": 3.0, "SENS_BOARD_Z_OFF": -5.0, "CAL_ACC0_XSCALE": 1.1, "CAL_ACC0_ZOFF": 0.2}
+    values |= {"CAL_GYRO0_YOFF": 0.1, "CAL_MAG0_XOFF": 0.05, "CAL_MAG0_YSCALE": 0.9, "CAL_MAG0_XODIAG": 0.1}
+    for name, value in values.items():
+        parameters.set(name, value)
+    corrections = corrections_of(parameters)
+    vector = (0.3, -0.2, 0.5)
+    for corrected, raw in ((corrected_gyro, raw_gyro), (corrected_accel, raw_accel), (corrected_mag, raw_mag)):
+        assert raw(corrected(vector, corrections), corrections) == pytest.approx(vector)
+        assert corrected(vector, corrections) != vector
