@@ -80,3 +80,7 @@ class Severity(IntEnum):
     NOTICE = 5
     INFO = 6
     DEBUG = 7
+
+
+MOST_ROTORS = 12
+"""CA_ROTOR_COUNT at most: PX4 has parameters for so many."""

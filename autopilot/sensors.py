@@ -46,6 +46,8 @@ CHARGE_TIME_CONSTANT_S = 1.0
 WRONG_EAST_DEG = 100.0 / 111_195.0
 """How far east of the truth a wrong GPS is: 100 m, in degrees of latitude (PX4's static jump)."""
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
+LOWEST_QNH_HPA = 500.0
+"""SENS_BARO_QNH has this for its lower bound."""
 
 
 class Sensors:
@@ -194,5 +196,5 @@ class Sensors:
 
 def altitude_m(pressure_hpa: float, sea_level_hpa: float) -> float:
     """Pressure altitude above the level where pressure is `sea_level_hpa` (hypsometric equation, ISA up to 11 km)."""
-    ratio: float = (pressure_hpa / sea_level_hpa) ** PRESSURE_EXPONENT
+    ratio: float = (pressure_hpa / max(sea_level_hpa, LOWEST_QNH_HPA)) ** PRESSURE_EXPONENT
     return SEA_LEVEL_TEMPERATURE_K / LAPSE_RATE_K_M * (1.0 - ratio)

@@ -11,7 +11,7 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 
 import math
 
-from autopilot.constants import NavState, TakeoffState
+from autopilot.constants import MOST_ROTORS, NavState, TakeoffState
 from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
@@ -142,7 +142,7 @@ class MulticopterControl:
         self._manual_tilt, self._manual_yaw = math.radians(get("MPC_MAN_TILT_MAX")), math.radians(get("MPC_MAN_Y_MAX"))
         self._manual_thrust_min = get("MPC_MANTHR_MIN")
         self._acro_rates = tuple_radians((get("MC_ACRO_R_MAX"), get("MC_ACRO_P_MAX"), get("MC_ACRO_Y_MAX")))
-        count = int(get("CA_ROTOR_COUNT"))
+        count = max(0, min(MOST_ROTORS, int(get("CA_ROTOR_COUNT"))))
         fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
         rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
         self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"))

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from autopilot.constants import MOST_ROTORS
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
@@ -30,5 +31,5 @@ class Context:
         self._version = self.parameters.version
         self.mav_type = int(self.parameters["MAV_TYPE"])
         self.forward_heartbeats = bool(self.parameters["MAV_HB_FORW_EN"])
-        self.motor_count = int(self.parameters["CA_ROTOR_COUNT"])
+        self.motor_count = max(0, min(MOST_ROTORS, int(self.parameters["CA_ROTOR_COUNT"])))
         self.is_rover = self.mav_type == 10

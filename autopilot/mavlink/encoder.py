@@ -5,6 +5,7 @@ The layout of every message comes from the dialect's class tables (pymavlink's c
 order* (as `ordered_fieldnames`), arrays flattened. Links sign their frames themselves.
 """
 
+import math
 import re
 import struct
 from typing import Any
@@ -37,10 +38,13 @@ class Codec:
         self.crc_extra = bytes((table.crc_extra,))
 
     def pack(self, *fields: Any) -> bytes:
-        """The full-length payload. A whole number that its field can't hold wraps around, as it does in PX4's C++."""
+        """The full-length payload. A whole number that its field can't hold wraps around, as it does in PX4's C++.
+
+        A float that is too large for its field becomes the largest.
+        """
         try:
             return self._layout.pack(*fields)
-        except struct.error:
+        except (struct.error, OverflowError):
             return self._layout.pack(*_wrapped(self._layout.format, fields))
 
     def frame(self, payload: bytes, sequence: int, flags: int = 0) -> bytes:
@@ -65,10 +69,11 @@ class Encoder:
 
 
 BITS = {"b": 8, "B": 8, "h": 16, "H": 16, "i": 32, "I": 32, "q": 64, "Q": 64}
+LARGEST_FLOAT32 = (2.0 - 2.0**-23) * 2.0**127
 
 
 def _wrapped(layout: str, fields: tuple[Any, ...]) -> list[Any]:
-    """The fields with whole numbers wrapped to what the layout's places hold; what is no number stays as it is."""
+    """The fields with numbers made to fit the layout's places; what is no number stays as it is."""
     places = [
         code
         for count, code in re.findall(r"(\d*)([a-zA-Z])", layout)
@@ -81,5 +86,7 @@ def _wrapped(layout: str, fields: tuple[Any, ...]) -> list[Any]:
             value &= (1 << bits) - 1
             if code.islower() and value >> (bits - 1):
                 value -= 1 << bits
+        elif code == "f":
+            value = max(-LARGEST_FLOAT32, min(LARGEST_FLOAT32, value)) if math.isfinite(value) else value
         wrapped.append(value)
     return wrapped

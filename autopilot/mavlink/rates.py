@@ -30,6 +30,7 @@ GCS = {
     "MISSION_CURRENT": 1.0,
     "OPEN_DRONE_ID_LOCATION": 1.0,
     "OPEN_DRONE_ID_SYSTEM": 1.0,
+    "PING": 0.1,
     "POSITION_TARGET_GLOBAL_INT": 1.0,
     "POSITION_TARGET_LOCAL_NED": 50.0,
     "RC_CHANNELS": 5.0,
@@ -38,6 +39,7 @@ GCS = {
     "SYS_STATUS": 1.0,
     "TIME_ESTIMATE_TO_TARGET": 0.5,
     "VFR_HUD": 4.0,
+    "VIBRATION": 0.1,
     "WIND_COV": 0.5,
 }
 """Ground station, PX4's mode `normal`."""

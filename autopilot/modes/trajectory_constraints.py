@@ -43,7 +43,7 @@ def max_speed_in_waypoint(angle_rad: float, acceleration: float, distance_m: flo
 
     π is straight on, 0 is a reversal.
     """
-    return math.sqrt(acceleration * distance_m * math.tan(0.5 * angle_rad))
+    return math.sqrt(max(0.0, acceleration * distance_m * math.tan(0.5 * angle_rad)))
 
 
 def speed_towards(start: Point, target: Point, then: Point, exit_speed: float, limits: Limits) -> float:
