@@ -472,6 +472,16 @@ class ManualControlSwitches(NamedTuple):
     kill: int = 0
 
 
+class FollowTarget(NamedTuple):
+    """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED."""
+
+    timestamp: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    velocity: Vector3 = NAN3
+
+
 class ActionRequest(NamedTuple):
     """What a gesture (source 0), switch (1), button (2) or mode slot (3) asks; writer: manual_control."""
 
@@ -711,6 +721,7 @@ class Topics:
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
+        self.follow_target = FollowTarget()
         self.input_rc = InputRc()
         self.manual_control_rc = ManualControlInput()
         self.manual_control_mavlink = ManualControlInput()

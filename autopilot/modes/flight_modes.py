@@ -1,8 +1,8 @@
 """Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
 
 One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. While the
-vehicle is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL),
-termination and FOLLOW_TARGET publish no setpoint.
+vehicle is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
+and termination publish no setpoint.
 """
 
 import math
@@ -11,6 +11,7 @@ from autopilot.constants import NavState, TakeoffState
 from autopilot.modes.auto import Auto
 from autopilot.modes.descend import Descend
 from autopilot.modes.flight_task import FlightTask
+from autopilot.modes.follow_target import FollowTargetTask
 from autopilot.modes.manual_altitude import ManualAltitude
 from autopilot.modes.manual_position import ManualPosition
 from autopilot.modes.offboard import Offboard
@@ -45,6 +46,7 @@ class FlightModes:
             NavState.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
             NavState.DESCEND: Descend(topics, parameters),
             NavState.ORBIT: Orbit(topics, parameters),
+            NavState.AUTO_FOLLOW_TARGET: FollowTargetTask(topics, parameters),
             NavState.OFFBOARD: Offboard(topics, parameters),
         }
         self._task: FlightTask | None = None

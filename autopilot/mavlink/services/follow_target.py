@@ -1,0 +1,34 @@
+"""FOLLOW_TARGET: where the thing is that AUTO_FOLLOW_TARGET follows (topics.follow_target).
+
+https://mavlink.io/en/messages/common.html#FOLLOW_TARGET. As PX4 takes it: from anybody, position and velocity alone.
+"""
+
+import math
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.topics import FollowTarget as FollowTargetSample
+from autopilot.topics import Topics
+from sitl_emu.core import dialect as mavlink
+
+
+class FollowTarget:
+    """Writer of topics.follow_target."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """A position that is none is not kept."""
+        vx, vy, vz = message.vel
+        if math.isfinite(message.alt + vx + vy + vz):
+            self._topics.follow_target = FollowTargetSample(
+                now_us, message.lat * 1e-7, message.lon * 1e-7, message.alt, (vx, vy, vz)
+            )
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
