@@ -13,16 +13,19 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from autopilot.constants import NavState
+from autopilot.events import Event
 from autopilot.logger import ulog
 from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
     BatteryStatus,
+    CpuLoad,
     DistanceSensorSample,
     EstimatorStatus,
     FailsafeFlags,
     HomePosition,
     HoverThrustEstimate,
+    InputRc,
     ManualControlSetpoint,
     MissionResult,
     OffboardSetpoint,
@@ -76,7 +79,9 @@ DISARMED, ARMED = 1, 2
 STANDARD_PRESSURE_DENSITY = 287.1
 """Gas constant of air, J/(kg·K): density from pressure and temperature."""
 KELVIN = 273.15
-MOTORS, SERVOS, OUTPUTS = 12, 15, 16
+MOTORS, SERVOS, OUTPUTS, RC_CHANNELS = 12, 15, 16, 18
+RC_OVER_MAVLINK = 6
+"""input_rc.input_source."""
 AUTO = frozenset(
     {
         NavState.AUTO_MISSION,
@@ -259,7 +264,7 @@ ESTIMATOR_BIAS: Extra = {
 }
 HOME: Extra = {"valid_alt": "valid", "valid_hpos": "valid", "valid_lpos": "valid"}
 BATTERY: Extra = {"current_average_a": "current_a", "scale": 1.0, "id": 1}
-STICKS_SOURCE: Extra = {"timestamp_sample": "timestamp", "data_source": 2}
+MANUAL_CONTROL: Extra = {"timestamp_sample": "timestamp"}
 DISTANCE: Extra = {"device_id": SIMULATED_DISTANCE_SENSOR, "q": 0.0}
 STATUS: Extra = {
     "nav_state_display": "nav_state",
@@ -377,6 +382,24 @@ def actuator_outputs(record: ActuatorOutputs) -> Sequence[Value]:
     return record.timestamp, len(record.pwm), *padded(record.pwm, OUTPUTS, 0.0)
 
 
+def input_rc(record: InputRc) -> Sequence[Value]:
+    """Channels of an RC that came over MAVLink."""
+    time_us, channels = record
+    signal = (-1, NAN, 0, 0, 0, 0)
+    return (
+        time_us,
+        time_us,
+        *signal,
+        *padded(channels, RC_CHANNELS, 0),
+        len(channels),
+        False,
+        False,
+        RC_OVER_MAVLINK,
+        -1,
+        -1,
+    )
+
+
 def offboard_control_mode(record: OffboardSetpoint) -> Sequence[Value]:
     """What an offboard setpoint sets."""
     trajectory = record.trajectory
@@ -394,11 +417,6 @@ def offboard_control_mode(record: OffboardSetpoint) -> Sequence[Value]:
         False,
         False,
     )
-
-
-def cpuload(record: Sequence[Value]) -> Sequence[Value]:
-    """Time, load and memory."""
-    return record
 
 
 # --- the table -----------------------------------------------------------------------------------------------
@@ -422,6 +440,14 @@ STATE_MS = 500
 
 COMMAND = by_name("vehicle_command", VehicleCommand)
 """Commands come several at a time, so the logger takes them from their list itself."""
+EVENT_ARGUMENTS = 25
+
+
+def event(record: Event) -> Sequence[Value]:
+    """An event as it is sent, but for the time; its sequence number is its place."""
+    return 0, record.id, record.number + 1 & 0xFFFF, *record.arguments.ljust(EVENT_ARGUMENTS, b"\0"), record.log_levels
+
+
 COMMON = (
     LoggedTopic("sensor_combined", 0, "sensor_combined", sensor_combined),
     LoggedTopic("vehicle_acceleration", 50, "sensor_combined", vehicle_acceleration),
@@ -517,8 +543,10 @@ COMMON = (
         "manual_control_setpoint",
         200,
         "manual_control_setpoint",
-        by_name("manual_control_setpoint", ManualControlSetpoint, STICKS_SOURCE),
+        by_name("manual_control_setpoint", ManualControlSetpoint, MANUAL_CONTROL),
     ),
+    LoggedTopic("input_rc", 500, "input_rc", input_rc),
+    LoggedTopic("cpuload", 0, "cpuload", by_name("cpuload", CpuLoad)),
     LoggedTopic("offboard_control_mode", 100, "offboard_setpoint", offboard_control_mode),
 )
 MULTICOPTERS = (

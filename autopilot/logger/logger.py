@@ -49,7 +49,6 @@ FAST = frozenset(
 )
 """What may come in every tick."""
 STATE_CHECK_US = 100_000
-CPULOAD_US = 500_000
 VERSION = "sitl-emu"
 SOFTWARE_RELEASE = 17957119
 """ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
@@ -136,9 +135,9 @@ class Logger:
         self._subscriptions: list[Subscription] = []
         self._groups: tuple[Group, ...] = ()
         self._every_tick: list[Subscription] = []
-        self._look_us = self._flush_us = self._sync_us = self._cpuload_us = 0
+        self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
-        self._texts_seen = self._commands_seen = 0
+        self._texts_seen = self._commands_seen = self._events_seen = 0
         self._version = -1
         self._values: dict[str, float | int] = {}
 
@@ -297,12 +296,13 @@ class Logger:
             else:
                 groups.setdefault((max(topic.interval_ms * 1000, LOOK_US), False), []).append(each)
         self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
-        self._look_us = self._cpuload_us = 0
+        self._look_us = 0
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
         count = len(self._subscriptions)
         self._command = Subscription(count, "vehicle_command", logged_topics.COMMAND, timed=False)
-        self._cpuload = Subscription(count + 1, "cpuload", logged_topics.cpuload, timed=False)
+        self._event = Subscription(count + 1, "event", logged_topics.event, timed=False)
+        self._events_seen = self._texts.events.count
         self._texts_seen = self._texts.count
         self._commands_seen = commands[-1].number if (commands := self._topics.vehicle_commands) else 0
         self._version = parameters.version
@@ -311,7 +311,7 @@ class Logger:
     def _definitions(self, now_us: int) -> list[bytes]:
         """Everything up to the first data."""
         parameters = self._parameters
-        subscriptions = (*self._subscriptions, self._command, self._cpuload)
+        subscriptions = (*self._subscriptions, self._command, self._event)
         offset_min = int(parameters["SDLOG_UTC_OFFSET"])
         messages = [
             ulog.file_header(now_us),
@@ -407,7 +407,7 @@ class Logger:
             self._begin_file(now_us)
 
     def _gather_rare(self, now_us: int) -> None:
-        """Commands, texts, changed parameters and the processor's load."""
+        """Commands, texts, events and changed parameters."""
         buffer, commands = self._buffer, self._topics.vehicle_commands
         if commands and commands[-1].number != self._commands_seen:
             for number, time_us, command in commands:
@@ -426,9 +426,12 @@ class Logger:
                 if value is not old and value != old:
                     self._values[name] = value
                     buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
-        if now_us >= self._cpuload_us:
-            self._cpuload_us = now_us + CPULOAD_US
-            buffer.append(self._cpuload.message(now_us, self._topics.cpuload))
+        events = self._texts.events
+        if events.count != self._events_seen:
+            for event in events.recent:
+                if event.number >= self._events_seen:
+                    buffer.append(self._event.message(now_us, event))
+            self._events_seen = events.count
 
     # --- for people ----------------------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
     CommandRecord,
+    InputRc,
     SensorCombined,
     Topics,
     VehicleAttitude,
@@ -269,7 +270,8 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
     topics.vehicle_commands = (CommandRecord(1, now, command),)
-    rig.texts.say(Severity.WARNING, "Low battery\t")
+    rig.texts.say(Severity.INFO, "[logger] x\t", "logger_open_file_sess", 3, 258)
+    topics.input_rc = InputRc(now, (1500, 1100))
     rig.parameters.set("MPC_XY_P", 0.5)
     rig.run(1.0)
     rig.logger.shut_down()
@@ -293,11 +295,15 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     given = row("vehicle_command")
     assert (given["timestamp"], given["command"], given["param1"], given["param5"]) == (now, 400, 1.0, 47.5)
     assert (given["source_system"], given["target_system"], given["from_external"]) == (255, 1, 1)
+    event, radio = row("event"), row("input_rc")
+    assert (event["id"], [event[f"arguments[{n}]"] for n in range(4)]) == (21312348, [3, 0, 2, 1])
+    assert (event["event_sequence"], event["log_levels"]) == (2, 0x66)
+    assert (radio["values[1]"], radio["values[2]"], radio["channel_count"], radio["input_source"]) == (1100, 0, 2, 6)
     imu = row("sensor_combined")
     assert [imu[f"gyro_rad[{n}]"] for n in range(3)] == pytest.approx([0.1, 0.2, 0.3])
     assert [imu[f"accelerometer_m_s2[{n}]"] for n in range(3)] == pytest.approx([1.0, 2.0, -9.8])
     assert imu["gyro_integral_dt"] == 4000
-    assert "[commander] Low battery" in [text.message for text in log.logged_messages]
+    assert "[commander] [logger] x" in [text.message for text in log.logged_messages]
     assert [(name, value) for _, name, value in log.changed_parameters] == [("MPC_XY_P", 0.5)]
     assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
 
