@@ -54,6 +54,11 @@ class Pxh:
         del self._output[:most]
         return taken
 
+    @property
+    def idle(self) -> bool:
+        """No command is under way, and nothing was typed."""
+        return self._running is None and not self._input
+
     def run(self) -> None:
         """Go on with the command under way and with what was typed, as far as they go now."""
         while True:

@@ -169,8 +169,8 @@ class ShellPeer(Peer):
 
     def __init__(self) -> None:
         super().__init__()
-        autopilot = Autopilot(vehicles.load("iris").airframe, 0)
-        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, autopilot)
+        self.autopilot = Autopilot(vehicles.load("iris").airframe, 0)
+        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self.autopilot)
 
     def type(self, text: str, link: int = GCS, seconds: float = 0.4) -> str:
         for message in gcs_shell.typed(text):
@@ -208,6 +208,14 @@ def test_without_respond_the_shell_closes_and_with_reply_nothing_is_typed() -> N
     peer.send(mavlink.MAVLink_serial_control_message(0, 2, 0, 0, 7, data))
     peer.send(mavlink.MAVLink_serial_control_message(10, 2, 0, 0, 255, data))
     assert peer.type("", seconds=0.1) == ""
+
+
+def test_what_is_typed_with_the_closing_message_is_done_unheard() -> None:
+    peer = ShellPeer()
+    data = list(b"commander mode auto:land\n".ljust(70, b"\0"))
+    peer.send(mavlink.MAVLink_serial_control_message(10, 0, 0, 0, 25, data))
+    assert "SERIAL_CONTROL" not in {message.get_type() for message in peer.run(0.2)}
+    assert peer.autopilot.topics.vehicle_status.nav_state_user_intention.name == "AUTO_LAND"
 
 
 def test_an_open_shell_shows_what_the_autopilot_says() -> None:

@@ -1,8 +1,9 @@
 """MAVLink shell: SERIAL_CONTROL of device SHELL (https://mavlink.io/en/messages/common.html#SERIAL_CONTROL).
 
 As PX4's handle_message_serial_control and handleMavlinkShellOutput: every link has a shell of its own, opened by the
-first message and closed by one without the flag RESPOND. EXCLUSIVE, BLOCKING, time-out and baud rate are ignored. What
-the shell prints goes out 70 bytes a tick, so that telemetry does not starve, addressed to who typed last.
+first message and closed by one without the flag RESPOND, whose data are typed all the same, unheard. EXCLUSIVE,
+BLOCKING, time-out and baud rate are ignored. What the shell prints goes out 70 bytes a tick, so that telemetry does not
+starve, addressed to who typed last.
 """
 
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from autopilot.texts import Text, Texts
 from sitl_emu.core import dialect as mavlink
 
 DATA_BYTES = 70
+EVERYTHING = 1 << 30
 TARGET_OFFSET = 79
 """Where target_system and target_component stand in the payload: extensions that pymavlink's dialect lacks."""
 MAVLINK2_MARKER = 0xFD
@@ -42,6 +44,8 @@ class Shell:
         self.open_shell: Callable[[], Pxh] | None = None
         self._system_id = system_id
         self._sessions: dict[Link, Session] = {}
+        self._closed: dict[Link, Pxh] = {}
+        """Shells that were closed and still have something to do, one a link."""
         self._texts = texts
         self._said = texts.count
 
@@ -54,9 +58,6 @@ class Shell:
             or not self._is_for_us(message)
         ):
             return
-        if not respond:
-            self._sessions.pop(link, None)
-            return
         session = self._sessions.get(link)
         if session is None:
             if self.open_shell is None:
@@ -65,11 +66,19 @@ class Shell:
         if 0 < message.count <= DATA_BYTES:
             session.partner = (message.get_srcSystem(), message.get_srcComponent())
             session.pxh.write(bytes(message.data[: message.count]))
+        if not respond:
+            del self._sessions[link]
+            self._closed[link] = session.pxh
 
     def on_time(self, now_us: int) -> None:
         """Let the shells work, and send at most one message of each."""
         if self._texts.count != self._said:
             self._print_new_texts()
+        for link, pxh in list(self._closed.items()):
+            pxh.run()
+            pxh.read(EVERYTHING)
+            if pxh.idle:
+                del self._closed[link]
         for link, session in self._sessions.items():
             session.pxh.run()
             printed = session.pxh.read(DATA_BYTES)
