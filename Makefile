@@ -22,9 +22,11 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 	@touch $@
 
 # --no-deps: MAVProxy's wheel asks for viewers (vtk, opencv-python) that a test without a display never opens.
+# --target: both MAVSDKs, native and gRPC, are called mavsdk; a test of the older one puts this folder first.
 .venv/.dev-ready: .venv/.run-ready
 	$(PIP) install -e '.[dev]'
 	$(PIP) install --no-deps MAVProxy
+	$(PIP) install --upgrade --target .venv/mavsdk3 'mavsdk<4'
 	@touch $@
 
 demo: setup ## the agriculture mission with a live view; names its report at the end
