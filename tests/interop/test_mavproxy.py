@@ -1,4 +1,4 @@
-"""MAVProxy loads every parameter and lists a mission that was uploaded by it."""
+"""MAVProxy loads every parameter, lists a mission that was uploaded by it, and downloads a log."""
 
 import os
 import pathlib
@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from pyulog import ULog
 
 from tests.launched import launched
 
@@ -25,7 +26,7 @@ class MavProxy:
 
     def __init__(self, folder: pathlib.Path, master: str) -> None:
         command = [sys.executable, "-P", str(pathlib.Path(sys.executable).with_name("mavproxy.py"))]
-        command += [f"--master={master}", "--state-basedir", str(folder), "--default-modules=param,wp"]
+        command += [f"--master={master}", "--state-basedir", str(folder), "--default-modules=param,wp,log"]
         self.log = folder / "mavproxy.txt"
         with self.log.open("w") as output:
             self.process = subprocess.Popen(
@@ -65,7 +66,7 @@ class MavProxy:
 @pytest.fixture
 def mavproxy(tmp_path: pathlib.Path) -> Iterator[MavProxy]:
     """MAVProxy on the ground-station link of a launched quadrotor."""
-    with launched("iris", "--instance", str(INSTANCE)):
+    with launched("iris", "--instance", str(INSTANCE), "--state", str(tmp_path / "state")):
         proxy = MavProxy(tmp_path, f"udpout:127.0.0.1:{18570 + INSTANCE}")
         yield proxy
         proxy.close()
@@ -80,3 +81,17 @@ def test_mavproxy_loads_all_parameters_and_lists_a_mission(mavproxy: MavProxy, t
     mavproxy.expect(r"Sent all|Loaded \d+ waypoints")
     mavproxy.say("wp list")
     mavproxy.expect(r"22 6 47\.39774\d* 8\.5455\d* 10\.0")
+
+
+def test_mavproxy_downloads_a_log(mavproxy: MavProxy, tmp_path: pathlib.Path) -> None:
+    """The log that began at boot: as many of its bytes as it had when it was listed."""
+    mavproxy.expect(r"Received \d+ parameters")
+    mavproxy.say("log list")
+    mavproxy.expect(r"Log 0  numLogs 1 lastLog 1 size \d+")
+    fetched = tmp_path / "fetched.ulg"
+    mavproxy.say(f"log download 0 {fetched}")
+    mavproxy.expect(r"Finished downloading .*fetched\.ulg")
+    (onboard,) = (tmp_path / "state").rglob("*.ulg")
+    data = fetched.read_bytes()
+    assert data == onboard.read_bytes()[: len(data)]
+    assert ULog(str(fetched)).initial_parameters["MAV_SYS_ID"] == INSTANCE + 1

@@ -22,8 +22,12 @@ ALL = 0xFFFF
 DATA_BYTES = 90
 DATA = struct.Struct("<IHB90s")
 """LOG_DATA in wire order: offset, id, count, data."""
-PACKETS_PER_TICK = 24
-"""Four packets of 1.4 kB a millisecond: a client that is slow to read keeps up, and streams go on between."""
+WINDOW = 512
+"""Packets that QGroundControl and MAVSDK ask for at a time; they fit into any reader's buffer."""
+PACKETS_PER_TICK = 48
+"""As long as a request is within the window."""
+PACKETS_PER_TICK_BEYOND = 12
+"""A datagram each tick: a client that asks for a whole log at once must keep up, and streams go on between."""
 UINT32 = 0xFFFFFFFF
 
 
@@ -47,7 +51,7 @@ class Sending:
         """The entry of the list to be sent next; None: the list is sent."""
         self.file: DiskFile | None = None
         """The log that is being sent."""
-        self.id = self.offset = self.end = self.size = 0
+        self.id = self.begin = self.offset = self.end = self.size = 0
 
     def stop(self) -> None:
         """Send nothing more."""
@@ -152,7 +156,7 @@ def _request_data(message: Any, sending: Sending) -> None:
         sending.file = DiskFile(log.path, os.O_RDONLY)
     except OSError:
         return
-    sending.id, sending.offset, sending.size = message.id, message.ofs, log.size
+    sending.id, sending.begin, sending.offset, sending.size = message.id, message.ofs, message.ofs, log.size
     # PX4 adds in 32 bits: "everything" from beyond the start on is a single packet
     sending.end = (message.ofs + message.count) & UINT32
 
@@ -176,8 +180,10 @@ def _send_entries(link: Link, sending: Sending) -> None:
 
 def _send_data(link: Link, sending: Sending, file: DiskFile) -> None:
     codec = link.codec(mavlink.MAVLINK_MSG_ID_LOG_DATA)
+    within = sending.offset - sending.begin < WINDOW * DATA_BYTES
+    packets = PACKETS_PER_TICK if within else PACKETS_PER_TICK_BEYOND
     try:
-        data = file.read(sending.offset, min(DATA_BYTES * PACKETS_PER_TICK, sending.size - sending.offset))
+        data = file.read(sending.offset, min(DATA_BYTES * packets, sending.size - sending.offset))
     except OSError:
         data = b""
     if not data:  # somebody cut the file
