@@ -20,6 +20,8 @@ COUNT_TIMEOUT_US = 500_000
 ITEM_TIMEOUT_US = 250_000
 STALLED_US = 6_000_000
 TRIES = 5
+CLEAR_TRIES = 24
+"""So many, COUNT_TIMEOUT_US apart, that it is still asked when PX4 has forgotten a transfer that nobody ended."""
 
 ACCEPTED = 0
 RESULTS = {
@@ -253,7 +255,7 @@ class MissionClear(_Transfer):
     """Clears the items of a type (or `ALL_TYPES`)."""
 
     def __init__(
-        self, target_system: int, mission_type: int = MISSION, target_component: int = 1, tries: int = 10
+        self, target_system: int, mission_type: int = MISSION, target_component: int = 1, tries: int = CLEAR_TRIES
     ) -> None:
         super().__init__(target_system, mission_type, target_component, tries)
 

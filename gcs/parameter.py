@@ -46,27 +46,17 @@ def parameter_of(msg: mavlink.MAVLink_message) -> Parameter:
     return Parameter(raw.rstrip("\0"), value_of(msg.param_value, msg.param_type), msg.param_type)
 
 
-class ParameterRead:
-    """Reads one parameter by name; `parameter` is None if it ended without an answer."""
+class _Question:
+    """What is said to the autopilot again and again until it is answered or given up."""
 
-    def __init__(self, target_system: int, name: str, target_component: int = 1) -> None:
+    def __init__(self, target_system: int, target_component: int) -> None:
         self.target = (target_system, target_component)
-        self.name = name
-        self.parameter: Parameter | None = None
         self.done = False
         self._sent = 0
         self._due_us = 0
 
-    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
-        """Hears the PARAM_VALUE of that name."""
-        if not self.done and msg.get_type() == "PARAM_VALUE" and msg.get_srcSystem() == self.target[0]:
-            parameter = parameter_of(msg)
-            if parameter.name == self.name:
-                self.parameter, self.done = parameter, True
-        return []
-
     def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
-        """Sends PARAM_REQUEST_READ, again after each time limit."""
+        """Asks, again after each time limit, TRIES times."""
         if self.done or (self._sent and now_us < self._due_us):
             return []
         if self._sent >= TRIES:
@@ -74,58 +64,69 @@ class ParameterRead:
             return []
         self._sent += 1
         self._due_us = now_us + TIMEOUT_US
+        return self._messages()
+
+    def _messages(self) -> list[mavlink.MAVLink_message]:
+        raise NotImplementedError
+
+    def _answer(self, msg: mavlink.MAVLink_message) -> Parameter | None:
+        """The parameter in a message, if it is a PARAM_VALUE of the autopilot that was asked."""
+        ours = not self.done and self._sent and msg.get_type() == "PARAM_VALUE"
+        return parameter_of(msg) if ours and msg.get_srcSystem() == self.target[0] else None
+
+
+class ParameterRead(_Question):
+    """Reads one parameter by name; `parameter` is None if it ended without an answer."""
+
+    def __init__(self, target_system: int, name: str, target_component: int = 1) -> None:
+        super().__init__(target_system, target_component)
+        self.name = name
+        self.parameter: Parameter | None = None
+
+    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
+        """Hears the PARAM_VALUE of that name."""
+        parameter = self._answer(msg)
+        if parameter is not None and parameter.name == self.name:
+            self.parameter, self.done = parameter, True
+        return []
+
+    def _messages(self) -> list[mavlink.MAVLink_message]:
         return [mavlink.MAVLink_param_request_read_message(*self.target, self.name.encode(), -1)]
 
 
-class ParameterSet:
+class ParameterSet(_Question):
     """Sets one parameter; `accepted` is True when the autopilot answered with the value that was set."""
 
     def __init__(self, target_system: int, name: str, value: float | int, target_component: int = 1) -> None:
         """A Python int is sent as int32, a float as float."""
-        self.target = (target_system, target_component)
+        super().__init__(target_system, target_component)
         self.name, self.value = name, value
         self.type = MAV_PARAM_TYPE_INT32 if isinstance(value, int) else MAV_PARAM_TYPE_REAL32
         self.accepted = False
-        self.done = False
-        self._sent = 0
-        self._due_us = 0
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
         """Hears the PARAM_VALUE that PX4 answers with."""
-        if not self.done and self._sent and msg.get_type() == "PARAM_VALUE" and msg.get_srcSystem() == self.target[0]:
-            parameter = parameter_of(msg)
-            if parameter.name == self.name:
-                same_bits = wire_of(parameter.value, parameter.type), wire_of(self.value, self.type)
-                self.accepted = parameter.type == self.type and struct.pack("<f", same_bits[0]) == struct.pack(
-                    "<f", same_bits[1]
-                )
-                self.done = True
+        parameter = self._answer(msg)
+        if parameter is not None and parameter.name == self.name:
+            values = (wire_of(parameter.value, parameter.type), wire_of(self.value, self.type))
+            bits = [struct.pack("<f", value) for value in values]
+            self.accepted = parameter.type == self.type and bits[0] == bits[1]
+            self.done = True
         return []
 
-    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
-        """Sends PARAM_SET, again after each time limit."""
-        if self.done or (self._sent and now_us < self._due_us):
-            return []
-        if self._sent >= TRIES:
-            self.done = True
-            return []
-        self._sent += 1
-        self._due_us = now_us + TIMEOUT_US
+    def _messages(self) -> list[mavlink.MAVLink_message]:
         value = wire_of(self.value, self.type)
         return [mavlink.MAVLink_param_set_message(*self.target, self.name.encode(), value, self.type)]
 
 
-class ParameterList:
+class ParameterList(_Question):
     """Loads all parameters into `parameters`; `complete` tells whether none is missing."""
 
     def __init__(self, target_system: int, target_component: int = 1) -> None:
-        self.target = (target_system, target_component)
+        super().__init__(target_system, target_component)
         self.parameters: dict[str, Parameter] = {}
         self.count: int | None = None
-        self.done = False
         self._missing: set[int] = set()
-        self._sent = 0
-        self._due_us = 0
 
     @property
     def complete(self) -> bool:
@@ -134,14 +135,12 @@ class ParameterList:
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
         """Takes a PARAM_VALUE."""
-        if self.done or not self._sent or msg.get_type() != "PARAM_VALUE" or msg.get_srcSystem() != self.target[0]:
-            return []
-        if msg.param_index == NO_INDEX:
+        parameter = self._answer(msg)
+        if parameter is None or msg.param_index == NO_INDEX:
             return []
         if self.count is None:
             self.count = msg.param_count
             self._missing = set(range(msg.param_count))
-        parameter = parameter_of(msg)
         self.parameters[parameter.name] = parameter
         self._missing.discard(msg.param_index)
         self._due_us = now_us + TIMEOUT_US
@@ -149,15 +148,8 @@ class ParameterList:
         self.done = not self._missing
         return []
 
-    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
-        """Asks for the list, then for its holes once nothing has come for a while."""
-        if self.done or (self._sent and now_us < self._due_us):
-            return []
-        if self._sent >= TRIES:
-            self.done = True
-            return []
-        self._sent += 1
-        self._due_us = now_us + TIMEOUT_US
+    def _messages(self) -> list[mavlink.MAVLink_message]:
+        """The list, and its holes once nothing has come for a while."""
         if self.count is None:
             return [mavlink.MAVLink_param_request_list_message(*self.target)]
         holes = sorted(self._missing)[:HOLES_AT_ONCE]
