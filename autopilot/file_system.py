@@ -135,6 +135,8 @@ class FileSystem:
     def rename(self, path: str, new_path: str) -> None:
         """Rename or move, replacing a file that bears the new name."""
         old, new = self._writable(path), self._writable(new_path)
+        if not old or not new:
+            _fail(errno.EBUSY)
         self._on_disk(old, follow=False).rename(self._on_disk(new, follow=False))
 
     def remove(self, path: str) -> None:
@@ -147,7 +149,10 @@ class FileSystem:
 
     def remove_folder(self, path: str) -> None:
         """Remove an empty folder."""
-        self._on_disk(self._writable(path), follow=False).rmdir()
+        names = self._writable(path)
+        if not names:
+            _fail(errno.EINVAL)
+        self._on_disk(names, follow=False).rmdir()
 
     def _on_disk(self, names: list[str], follow: bool = True) -> Path:
         """The real path; `follow` False for calls that act on a symbolic link itself."""

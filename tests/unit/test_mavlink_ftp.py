@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import random
 import struct
 import zlib
 from pathlib import Path
@@ -384,3 +385,37 @@ def test_a_fifo_holds_nothing_up(station: Station, root: Path) -> None:
     assert station.ask(OPEN_RO, "fifo").said == "ACK"
     assert station.ask(READ, size=10).said == f"NAK {EOF}"
     assert station.ask(LIST, "").data == b"S\0S\0S\0S\0"
+
+
+def test_the_folder_itself_stays(station: Station, root: Path) -> None:
+    assert station.ask(RMDIR, "/").said == "NAK 2 22"
+    assert station.ask(RENAME, "/\0other").said == "NAK 2 16"
+    assert station.ask(RENAME, "other\0.").said == "NAK 2 16"
+    assert station.ask(REMOVE, "").said == f"NAK {ERRNO} {EISDIR}"
+    assert station.ask(MKDIR, ".").said == f"NAK {EXISTS}"
+    assert root.is_dir()
+
+
+def test_requests_at_random_break_nothing_and_leave_the_folder_alone_that_is_not_theirs(tmp_path: Path) -> None:
+    root, outside = tmp_path / "root", tmp_path / "outside"
+    root.mkdir()
+    outside.mkdir()
+    (root / "out").symlink_to(outside)
+    station = Station(root)
+    chance = random.Random(11)
+    paths = ["", "/", ".", "..", "a", "a/b", "out/x", "../outside/x", "etc/extras/one.json.xz", "x" * 300, "\xff\0y"]
+    for _ in range(4000):
+        data = chance.choice(
+            [chance.choice(paths), f"{chance.choice(paths)}\0{chance.choice(paths)}", chance.randbytes(30)]
+        )
+        station.ask_all(
+            chance.choice([*range(17), chance.randrange(256)]),
+            data[:239] if isinstance(data, bytes) else data.encode()[:239],
+            offset=chance.choice([0, 1, 239, 5000, 1 << 31, 0xFFFFFFFF]),
+            size=chance.choice([None, None, 0, 1, 239, 255]),
+            session=chance.choice([0, 0, 0, 1, 255]),
+            sequence=chance.randrange(65536),
+        )
+        station.wait(0.004)
+    assert list(outside.iterdir()) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["outside", "root"]

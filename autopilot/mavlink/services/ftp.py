@@ -31,6 +31,11 @@ OPEN_WO, TRUNCATE, RENAME, CRC32, BURST, LIST_WITH_TIME = range(11, 17)
 FAIL_ERRNO, INVALID_DATA_SIZE, INVALID_SESSION, NO_SESSIONS, EOF = 2, 3, 4, 5, 6
 UNKNOWN_COMMAND, FILE_EXISTS, FILE_PROTECTED, FILE_NOT_FOUND = 7, 8, 9, 10
 """MAV_FTP_ERR."""
+OPEN_FLAGS = {
+    OPEN_RO: os.O_RDONLY,
+    OPEN_WO: os.O_CREAT | os.O_WRONLY,
+    CREATE: os.O_CREAT | os.O_TRUNC | os.O_WRONLY,
+}
 SESSION = 0
 """The only session there is."""
 KEPT_BYTES = 4
@@ -203,7 +208,7 @@ class Ftp:
     def _open(self, request: Request, state: LinkState) -> bytes:
         if state.file is not None:
             raise RefusedError(NO_SESSIONS)
-        state.file = self._files.open(request.path, _FLAGS[request.opcode])
+        state.file = self._files.open(request.path, OPEN_FLAGS[request.opcode])
         return SIZE.pack(state.file.size & 0xFFFFFFFF)
 
     @staticmethod
@@ -346,7 +351,7 @@ class Ftp:
         burst_complete: int | None = None,
     ) -> None:
         sequence = (request.sequence + 1) & 0xFFFF
-        session = SESSION if request.opcode in _FLAGS and opcode == ACK else request.session
+        session = SESSION if request.opcode in OPEN_FLAGS and opcode == ACK else request.session
         complete = request.burst_complete if burst_complete is None else burst_complete
         head = HEADER.pack(
             sequence, session, opcode, len(data), request.opcode, complete, request.padding, request.offset
@@ -360,13 +365,6 @@ class Ftp:
     def _send(link: Link, receiver: tuple[int, int], payload: bytes) -> None:
         codec = link.codec(mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL)
         link.send_payload(codec, bytes((0, *receiver)) + payload)
-
-
-_FLAGS = {
-    OPEN_RO: os.O_RDONLY,
-    OPEN_WO: os.O_CREAT | os.O_WRONLY,
-    CREATE: os.O_CREAT | os.O_TRUNC | os.O_WRONLY,
-}
 
 
 def _session(request: Request, state: LinkState) -> OpenFile:
