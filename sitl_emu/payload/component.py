@@ -13,6 +13,9 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 
 HEARTBEAT_EVERY_US = 1_000_000
+HEARTBEAT_PHASE_US = 960_000
+"""Shortly before the autopilot's, which come at whole seconds: there are clients that take the last heartbeat of any
+component for the vehicle's mode (MAVSDK's follow_me)."""
 AUTOPILOT = 1
 """Component id of the autopilot."""
 COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
@@ -57,7 +60,7 @@ class Component:
     def beat(self, now_us: int) -> int:
         """Send the heartbeat when it is due; when it will be due next."""
         if now_us >= self._heartbeat_us:
-            self._heartbeat_us = now_us + HEARTBEAT_EVERY_US
+            self._heartbeat_us = now_us + HEARTBEAT_EVERY_US - (now_us - HEARTBEAT_PHASE_US) % HEARTBEAT_EVERY_US
             self.send(self._heartbeat)
         return self._heartbeat_us
 

@@ -1,9 +1,10 @@
 """MAVSDK follow_me: its settings are PX4's parameters, and a vehicle stays behind somebody who walks north."""
 
+import contextlib
 import time
 
 import pytest
-from mavsdk.plugins.follow_me import Config, FollowMe, TargetLocation
+from mavsdk.plugins.follow_me import Config, FollowMe, FollowMeError, TargetLocation
 from mavsdk.plugins.telemetry import FlightMode
 
 from tests.interop.mavsdk_vehicle import SPEED, Vehicle, distance_m, place, until
@@ -35,7 +36,9 @@ def test_it_stays_behind_who_walks(vehicle: Vehicle) -> None:
     while north_m < WALK_M:
         north_m = (time.monotonic() - began_s) * float(SPEED) * WALKS_M_S
         lat, lon = place(north_m, 0.0, start.latitude_deg, start.longitude_deg)
-        plugin.set_target_location(TargetLocation(lat, lon, start.absolute_altitude_m, WALKS_M_S, 0.0, 0.0))
+        # MAVSDK takes the heartbeat of the camera for the autopilot's, and thinks for a moment that all is over
+        with contextlib.suppress(FollowMeError):
+            plugin.set_target_location(TargetLocation(lat, lon, start.absolute_altitude_m, WALKS_M_S, 0.0, 0.0))
         time.sleep(EVERY_S)
     here = vehicle.telemetry.position()
     assert distance_m(here, start) == pytest.approx(WALK_M - 12.0, abs=6.0)
