@@ -14,6 +14,7 @@ from autopilot.commands import VehicleCommands
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.dataman import Dataman
+from autopilot.estimator.commands import EstimatorCommands
 from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
@@ -67,7 +68,9 @@ class Autopilot:
         self.land_detector = LandDetector(*shared)
         self.rc_update = RcUpdate(*shared)
         self.manual_control = ManualControl(*shared)
-        self.commander = Commander(*shared, self.dataman, self.texts.of("commander"), self.texts.events.send)
+        self.commander = Commander(
+            *shared, self.dataman, self.texts.of("commander"), self.texts.events.send, self.parameter_storage
+        )
         self.outgoing = OutgoingCommands()
         self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
         self.flight_modes = FlightModes(*shared)
@@ -77,7 +80,15 @@ class Autopilot:
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.payload = self._payload_modules()
         failures = FailureInjectionManager(*shared)
-        owners = (self.commander, self.navigator, self.payload_deliverer, failures, *self.payload)
+        estimator_commands = EstimatorCommands(self.estimator)
+        owners = (
+            self.commander,
+            self.navigator,
+            self.payload_deliverer,
+            failures,
+            estimator_commands,
+            *self.payload,
+        )
         self.commands = VehicleCommands(owners)
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root, self.outgoing)
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)

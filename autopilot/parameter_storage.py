@@ -9,7 +9,7 @@ from pathlib import Path
 
 from autopilot import parameter_file, storage
 from autopilot.constants import Severity
-from autopilot.parameters import Parameters, matches
+from autopilot.parameters import Parameters, Value, matches
 
 SAVE_DELAY_US = 300_000
 """So that what is set together is saved together."""
@@ -76,7 +76,7 @@ class ParameterStorage:
             else:
                 if not whole:
                     self._say(Severity.CRITICAL, f"Parameters not loaded: {path.name} is damaged")
-            parameters.load({name: value for name, value in values.items() if name not in OF_THIS_START})
+            parameters.load({name: value for name, value in values.items() if _counts(name, value)})
             if whole:
                 break
             intact = False
@@ -126,3 +126,8 @@ class ParameterStorage:
     def _schedule(self, now_us: int) -> None:
         self._edits_seen = self._parameters.edits
         self._due_us = max(now_us + SAVE_DELAY_US, self._saved_us + SAVE_INTERVAL_US)
+
+
+def _counts(name: str, value: Value) -> bool:
+    """Whether a saved value is not one that the start-up script gives anew: it also calibrates simulated sensors."""
+    return name not in OF_THIS_START and not (value == 0 and matches(name, ("CAL_*_ID",)))

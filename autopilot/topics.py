@@ -163,6 +163,8 @@ class EstimatorStatus(NamedTuple):
     gyro_bias: Vector3 = (0.0, 0.0, 0.0)
     accel_bias: Vector3 = (0.0, 0.0, 0.0)
     vibration: Vector3 = (0.0, 0.0, 0.0)
+    horizontal_good_us: int = 0
+    """When a horizontal position was last taken from a sensor."""
 
 
 class WindEstimate(NamedTuple):

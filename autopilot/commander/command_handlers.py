@@ -19,7 +19,6 @@ from autopilot.commander.command_results import (
     FAILED,
     FIXED,
     TEMPORARILY_REJECTED,
-    UNSUPPORTED,
 )
 from autopilot.commander.custom_mode import (
     FLAG_CUSTOM_MODE_ENABLED,
@@ -31,7 +30,9 @@ from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, 
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
+from autopilot.parameter_storage import KEPT_BY_AUTOCONFIG, ParameterStorage
 from autopilot.parameters import Parameters, matches
+from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
 from autopilot.texts import Say
 from autopilot.topics import ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -47,12 +48,9 @@ MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
 OWN_FUNCTIONS = 1000
 LONGEST_ACTUATOR_TEST_MS = 3000
 STORAGE_ACTIONS = range(5)
-RESET_ALL_BUT_COUNTERS, RESET_SENSORS, RESET_ALL = 2, 3, 4
-COUNTERS = ("LND_FLIGHT_T_*", "COM_FLIGHT_UUID")
+SAVE, RESET_CONFIGURATION, RESET_SENSORS, RESET_ALL = 1, 2, 3, 4
 SENSOR_CALIBRATION = ("CAL_ACC*", "CAL_GYRO*", "CAL_MAG*")
 REBOOT_OR_SHUTDOWN = (1, 2)
-AIDING_SOURCES = range(5)
-"""ESTIMATOR_SENSOR_ENABLE, param1."""
 
 STANDARD_MODES: dict[int, NavState] = {
     mavlink.MAV_STANDARD_MODE_POSITION_HOLD: NavState.POSCTL,
@@ -82,7 +80,9 @@ class CommandHandlers:
         say: Say,
         *,
         rover: bool,
+        storage: ParameterStorage | None = None,
     ) -> None:
+        """`storage` saves and loads parameters; without it there is none."""
         self._topics = topics
         self._parameters = parameters
         self._dataman = dataman
@@ -90,6 +90,7 @@ class CommandHandlers:
         self._intention = intention
         self._arming = arming
         self._calibration = calibration
+        self._storage = storage
         self._say = say
         self._rover = rover
         self._published = 0
@@ -120,7 +121,6 @@ class CommandHandlers:
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._preflight_storage,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._preflight_reboot_shutdown,
             mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
-            mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE: self._estimator_sensor_enable,
             mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: self._do_autotune_enable,
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
             ACTUATOR_GROUP_TEST: self._actuator_group_test,
@@ -279,18 +279,22 @@ class CommandHandlers:
         return self._calibration.preflight_calibration(now_us, command, armed=self._arming.armed)
 
     def _preflight_storage(self, now_us: int, command: VehicleCommand) -> int | None:
-        """0 load, 1 save, 2 reset all but counters, 3 reset the calibration of sensors, 4 reset all."""
+        """0 load, 1 save, 2 reset the configuration, 3 the sensors' calibration, 4 everything."""
         if self._arming.armed or self._calibration.busy:
             return TEMPORARILY_REJECTED
         action = _whole(command.param1)
         if action not in STORAGE_ACTIONS:
             return None
-        if action == RESET_ALL_BUT_COUNTERS:
-            self._parameters.reset(lambda name: not matches(name, COUNTERS))
+        parameters, storage = self._parameters, self._storage
+        if action == RESET_CONFIGURATION:
+            parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
         elif action == RESET_SENSORS:
-            self._parameters.reset(lambda name: matches(name, SENSOR_CALIBRATION))
+            parameters.reset(lambda name: matches(name, SENSOR_CALIBRATION))
         elif action == RESET_ALL:
-            self._parameters.reset()
+            parameters.reset()
+            parameters.load({f"CAL_{sensor}{n}_ID": 0 for sensor in DEVICE_IDS for n in range(INSTANCES)})
+        elif storage is not None:
+            _ = storage.save() if action == SAVE else storage.load()
         return ACCEPTED
 
     def _preflight_reboot_shutdown(self, now_us: int, command: VehicleCommand) -> int:
@@ -303,9 +307,6 @@ class CommandHandlers:
 
     def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
         return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)
-
-    def _estimator_sensor_enable(self, now_us: int, command: VehicleCommand) -> int:
-        return ACCEPTED if _whole(command.param1) in AIDING_SOURCES else UNSUPPORTED
 
     def _do_autotune_enable(self, now_us: int, command: VehicleCommand) -> int:
         return DENIED

@@ -21,8 +21,6 @@ FIXED: dict[int, int | None] = {
             mavlink.MAV_CMD_DO_GO_AROUND,
             mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN,
             mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE,
-            620,  # external attitude estimate
-            mavlink.MAV_CMD_EXTERNAL_POSITION_ESTIMATE,
         ),
         ACCEPTED,
     ),

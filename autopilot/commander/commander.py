@@ -19,6 +19,7 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
+from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
 from autopilot.topics import Topics, VehicleCommand, VehicleStatus
@@ -43,7 +44,13 @@ class Commander:
     """Writes vehicle_status, health_report, failsafe_flags, home_position, actuator_armed and vehicle_commands."""
 
     def __init__(
-        self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say, send_event: SendEvent
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        dataman: Dataman,
+        say: Say,
+        send_event: SendEvent,
+        storage: ParameterStorage | None = None,
     ) -> None:
         """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is."""
         self._topics = topics
@@ -61,7 +68,16 @@ class Commander:
         self._auto_disarm = AutoDisarm()
         self.calibration = CalibrationWorker(topics, parameters, say)
         self._handlers = CommandHandlers(
-            topics, parameters, dataman, self._checks, self._intention, self._arming, self.calibration, say, rover=rover
+            topics,
+            parameters,
+            dataman,
+            self._checks,
+            self._intention,
+            self._arming,
+            self.calibration,
+            say,
+            rover=rover,
+            storage=storage,
         )
         self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
         self.COMMANDS = self._handlers.commands

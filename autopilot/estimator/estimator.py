@@ -41,6 +41,9 @@ FUSE_EVERY_US = 140_000
 GPS_TIMEOUT_US = 1_000_000
 REJECTED_TIMEOUT_US = 5_000_000
 SENSOR_TIMEOUT_US = 1_000_000
+FUSION_SOURCES = range(9)
+"""MAV_CMD_ESTIMATOR_SENSOR_ENABLE, param1: these four; optical flow, vision, auxiliary position, airspeed, beacon."""
+FUSION_SOURCE_GPS, FUSION_SOURCE_BARO, FUSION_SOURCE_RNG, FUSION_SOURCE_MAG = 0, 4, 5, 6
 HGT_REF_BARO = 0
 MAG_TYPE_NONE = 5
 DECLINATION_BY_PLACE = 1
@@ -85,6 +88,8 @@ class Estimator:
         self._vibration = (0.0, 0.0, 0.0)
         self._last_imu = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._sample_us = -1
+        self.disabled: frozenset[int] = frozenset()
+        """FUSION_SOURCEs that MAV_CMD_ESTIMATOR_SENSOR_ENABLE has switched off."""
         self._correction = np.zeros(cov.STATES)
         self._transition = np.identity(cov.STATES)
         self._covariance = np.identity(cov.STATES)
@@ -264,7 +269,8 @@ class Estimator:
             self._mag_fused = self._mag_fused and now_us - self._mag_us < SENSOR_TIMEOUT_US
             return
         self._mag_us = mag.timestamp
-        if int(self._p["EKF2_MAG_TYPE"]) == MAG_TYPE_NONE:
+        if int(self._p["EKF2_MAG_TYPE"]) == MAG_TYPE_NONE or FUSION_SOURCE_MAG in self.disabled:
+            self._mag_fused = False
             return
         x, y, z = mag.magnetometer_ga
         r00, r01, r02, r10, r11, r12, _, _, _ = self._state.rotation
@@ -292,7 +298,8 @@ class Estimator:
             return
         dt_s = min((now_us - self._baro_us) * 1e-6, 1.0)
         self._baro_us = baro.timestamp
-        if not int(p["EKF2_BARO_CTRL"]) or not math.isfinite(baro.baro_alt_m):
+        if not int(p["EKF2_BARO_CTRL"]) or not math.isfinite(baro.baro_alt_m) or FUSION_SOURCE_BARO in self.disabled:
+            self._baro_fused = False
             return
         height, variance = baro.baro_alt_m - self._baro_ref_m, p["EKF2_BARO_NOISE"] ** 2
         index = cov.POSITION + 2
@@ -310,7 +317,8 @@ class Estimator:
 
     def _on_gps(self, now_us: int, gps: SensorGps) -> None:
         self._gps_checks.update(now_us, gps)
-        usable = gps.fix_type >= LEAST_FIX and self._gps_control & 1 and self._yaw_aligned
+        enabled = self._gps_control & 1 and FUSION_SOURCE_GPS not in self.disabled
+        usable = gps.fix_type >= LEAST_FIX and enabled and self._yaw_aligned
         if not usable or (not self._gps_fused and not self._gps_checks.passed):
             self._gps_fused = False
             return
@@ -399,6 +407,8 @@ class Estimator:
         if sample.timestamp == self._range_us or not int(self._p["EKF2_RNG_CTRL"]):
             return
         self._range_us = sample.timestamp
+        if FUSION_SOURCE_RNG in self.disabled:
+            return
         speed = math.hypot(state.vn, state.ve)
         tilt_cos = state.rotation[8]
         self._terrain.update(now_us, sample.current_distance, tilt_cos, state.pd, speed, self._range_noise)
@@ -416,6 +426,18 @@ class Estimator:
         cov.forget(self._covariance, cov.POSITION, 2, self._gps_position_noise(gps.eph) ** 2)
         self._horizontal_aid_us = self._horizontal_good_us = now_us
         self._xy_reset_counter += 1
+
+    def reset_position(self, now_us: int, latitude_deg: float, longitude_deg: float, accuracy_m: float) -> bool:
+        """Take over a position from outside; False before there is a local frame."""
+        if self._origin is None:
+            return False
+        self._apply()
+        self._state.pn, self._state.pe = self._origin.project(latitude_deg, longitude_deg)
+        self._smooth[3] = self._smooth[4] = 0.0
+        cov.forget(self._covariance, cov.POSITION, 2, accuracy_m**2)
+        self._horizontal_aid_us = now_us
+        self._xy_reset_counter += 1
+        return True
 
     def _reset_height(self, now_us: int, down_m: float, variance: float) -> None:
         state = self._state
@@ -537,6 +559,7 @@ class Estimator:
             self._state.gyro_bias,
             self._state.accel_bias,
             self._measure_vibration(),
+            self._horizontal_good_us,
         )
 
     def _measure_vibration(self) -> tuple[float, float, float]:

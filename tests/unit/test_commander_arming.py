@@ -218,6 +218,37 @@ def test_results_on_the_ground(vehicle: FakeVehicle, number: int, param1: float,
     assert vehicle.result(number, param1) == result
 
 
+@pytest.mark.parametrize(
+    ("action", "kept"),
+    [
+        (0, {"MPC_XY_P", "RC1_MIN", "CAL_GYRO0_XOFF"}),
+        (2, {"RC1_MIN", "CAL_GYRO0_XOFF"}),
+        (3, {"MPC_XY_P", "RC1_MIN"}),
+        (4, set()),
+    ],
+)
+def test_parameters_are_reset(vehicle: FakeVehicle, action: int, kept: set[str]) -> None:
+    values = {"MPC_XY_P": 1.3, "RC1_MIN": 1100.0, "CAL_GYRO0_XOFF": 0.1}
+    for name, value in values.items():
+        vehicle.parameters.set(name, value)
+    assert vehicle.result(mavlink.MAV_CMD_PREFLIGHT_STORAGE, action) == ACCEPTED
+    assert {name for name in values if vehicle.parameters[name] != vehicle.parameters.default(name)} == kept
+    assert vehicle.parameters["CAL_ACC0_ID"] == (0 if action == 4 else 1310988)
+
+
+def test_parameters_are_left_alone_while_armed_or_calibrating(vehicle: FakeVehicle) -> None:
+    storage = mavlink.MAV_CMD_PREFLIGHT_STORAGE
+    assert vehicle.command(storage, 9) is None
+    vehicle.arm()
+    assert vehicle.result(storage, 1) == TEMPORARILY_REJECTED
+    vehicle.result(ARM_DISARM, 0)
+    assert vehicle.result(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 1) == ACCEPTED
+    assert vehicle.result(storage, 1) == TEMPORARILY_REJECTED
+    vehicle.step()
+    assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert "Arming denied: calibrating" in vehicle.take_texts()
+
+
 def test_commands_that_others_answer_get_no_ack(vehicle: FakeVehicle) -> None:
     assert vehicle.command(mavlink.MAV_CMD_DO_DIGICAM_CONTROL) is None
     assert vehicle.command(mavlink.MAV_CMD_ACTUATOR_TEST) is None

@@ -8,6 +8,8 @@ from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
+UNSTABLE_US = 2_000_000
+"""The GPS has told something else for so long; PX4 was seen to say so 2 to 3 s after its position was moved away."""
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -22,6 +24,11 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.arming_check_failure(*failure, text=text)
     else:
         findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
+    rejected_us = now_us - status.horizontal_good_us
+    if status.gps_fused and rejected_us > UNSTABLE_US and not topics.vehicle_status.armed:
+        text = "Preflight Fail: horizontal position unstable"
+        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, "check_estimator_hor_pos_not_stable")
+        findings.arming_check_failure(*failure, text=text)
     local = topics.vehicle_local_position
     fresh = local.timestamp > 0 and now_us - local.timestamp < TIMEOUT_US
     too_far_off = 0.0 < settings.com_pos_fs_eph_m < local.eph

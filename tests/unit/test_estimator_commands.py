@@ -1,0 +1,69 @@
+"""Commands to the estimator: what it is told to leave, and where it is told to be."""
+
+import math
+
+import pytest
+
+from autopilot.commander.arming_checks.estimator import UNSTABLE_US
+from autopilot.estimator.commands import EstimatorCommands
+from autopilot.topics import VehicleCommand
+
+from .estimator_feed import LAT, LON, Feed
+
+EXTERNAL_ATTITUDE, EXTERNAL_POSITION, SENSOR_ENABLE = 620, 43003, 43006
+ACCEPTED, UNSUPPORTED = 0, 3
+GPS, BARO, MAG = 0, 4, 6
+NAN = math.nan
+
+
+def give(feed: Feed, number: int, *params: float) -> int:
+    """The result of a command."""
+    padded = (*params, *(0.0,) * (7 - len(params)))
+    now_us = feed.topics.sensor_combined.timestamp
+    return EstimatorCommands(feed.estimator).handle_command(now_us, VehicleCommand(number, *padded)).result
+
+
+def north_m(feed: Feed) -> float:
+    return feed.topics.vehicle_local_position.x
+
+
+@pytest.mark.parametrize(("source", "flag"), [(GPS, "gps_fused"), (BARO, "baro_fused"), (MAG, "mag_fused")])
+def test_a_sensor_is_left_and_taken_again(source: int, flag: str) -> None:
+    feed = Feed()
+    feed.run(3.0)
+    assert getattr(feed.topics.estimator_status, flag)
+    assert give(feed, SENSOR_ENABLE, source, NAN, 0) == ACCEPTED
+    feed.run(1.0)
+    assert not getattr(feed.topics.estimator_status, flag)
+    assert give(feed, SENSOR_ENABLE, source, NAN, 1) == ACCEPTED
+    feed.run(3.0)
+    assert getattr(feed.topics.estimator_status, flag)
+
+
+@pytest.mark.parametrize("source", [9, 99, -1, NAN])
+def test_a_sensor_that_nobody_knows(source: float) -> None:
+    assert give(Feed(), SENSOR_ENABLE, source, 0, 1) == UNSUPPORTED
+
+
+def test_a_position_from_outside_holds_until_the_gps_has_its_way() -> None:
+    feed = Feed()
+    feed.run(3.0)
+    counter = feed.topics.vehicle_local_position.xy_reset_counter
+    assert give(feed, EXTERNAL_POSITION, 0, 0, 1, 0, LAT + 0.01, LON) == ACCEPTED
+    feed.run(0.1)
+    assert north_m(feed) == pytest.approx(1112.0, abs=5.0)
+    assert feed.topics.vehicle_local_position.xy_reset_counter == counter + 1
+    feed.run(2.5)
+    assert feed.topics.sensor_combined.timestamp - feed.topics.estimator_status.horizontal_good_us > UNSTABLE_US
+    feed.run(4.0)
+    assert north_m(feed) == pytest.approx(0.0, abs=1.0)
+
+
+@pytest.mark.parametrize("latitude", [NAN, 91.0])
+def test_a_position_that_is_none_changes_nothing(latitude: float) -> None:
+    feed = Feed()
+    feed.run(3.0)
+    assert give(feed, EXTERNAL_POSITION, 0, 0, 1, 0, latitude, LON) == ACCEPTED
+    assert give(feed, EXTERNAL_ATTITUDE, 1, 2, 3) == ACCEPTED
+    feed.run(0.1)
+    assert north_m(feed) == pytest.approx(0.0, abs=1.0)
