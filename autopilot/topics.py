@@ -581,6 +581,13 @@ class VehicleCommandAck(NamedTuple):
     result_param2: int = 0
 
 
+class LoggerStatus(NamedTuple):
+    """Writer: logger.py, while a log is being written."""
+
+    timestamp: int = 0
+    is_logging: bool = False
+
+
 class CpuLoad(NamedTuple):
     """Writer: load_mon.py. Shares of 1."""
 
@@ -733,6 +740,7 @@ class Topics:
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
         self.cpuload = CpuLoad()
+        self.logger_status = LoggerStatus()
         self.orbit_status = OrbitStatus()
         self.actuator_test = ActuatorTest()
         self.failure_injection = FailureInjection()

@@ -21,7 +21,7 @@ from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
-from autopilot.topics import Topics
+from autopilot.topics import LoggerStatus, Topics
 
 FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
 """SDLOG_MODE."""
@@ -149,6 +149,8 @@ class Logger:
             self._check_us = now_us + CHECK_US
             self._now_us = now_us
             self._begin_or_end(now_us)
+            if self.file is not None:
+                self._topics.logger_status = LoggerStatus(now_us, True)
         if self.file is not None or self.stream is not None:
             for each in self._every_tick:
                 each.pending.append(getattr(self._topics, each.source))

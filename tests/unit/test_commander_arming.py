@@ -5,7 +5,7 @@ import math
 import pytest
 
 from autopilot.constants import NavState
-from autopilot.topics import ManualControlSetpoint
+from autopilot.topics import LoggerStatus, ManualControlSetpoint
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
@@ -36,12 +36,15 @@ def test_boots_in_hold_silently_and_becomes_ready() -> None:
 
 
 def test_sys_status_bits_are_those_of_px4_when_ready(vehicle: FakeVehicle) -> None:
+    vehicle.topics.logger_status = LoggerStatus(vehicle.now_us, True)
+    vehicle.run(0.2)
     report = vehicle.topics.health_report
     assert (report.present, report.enabled, report.health) == (50380847, 50446383, 320915519)
 
 
 def test_a_rover_has_no_motor_outputs_to_show() -> None:
     rover = FakeVehicle("rover")
+    rover.topics.logger_status = LoggerStatus(3_000_000, True)
     rover.run(3.0)
     report = rover.topics.health_report
     assert (report.present, report.enabled, report.health) == (50348079, 50413615, 320915519)

@@ -6,13 +6,14 @@ from collections.abc import Callable
 import pytest
 
 from autopilot.commander import arming_checks
-from autopilot.commander.arming_checks.checks import CHECKS, PREARM_CHECK
+from autopilot.commander.arming_checks.checks import CHECKS, LOGGING, PREARM_CHECK
 from autopilot.constants import NavState
 from autopilot.topics import (
     BatteryStatus,
     GcsHeartbeats,
     GeofenceResult,
     HomePosition,
+    LoggerStatus,
     ManualControlSetpoint,
     MissionResult,
     OffboardSetpoint,
@@ -30,7 +31,7 @@ from autopilot.topics import (
 from .navigation_fake import FakeVehicle
 
 Spoil = Callable[[Topics], None]
-NOT_CHECKS = {"__init__", "findings", "checks"}
+NOT_CHECKS = {"__init__", "findings", "checks", "logger"}
 FORBIDS: dict[str, tuple[str, object]] = {
     "imu": ("sensor_combined", SensorCombined()),
     "magnetometer": ("sensor_mag", SensorMag()),
@@ -83,7 +84,8 @@ def check(vehicle: FakeVehicle) -> None:
 
 def test_every_check_stands_in_the_list_and_here() -> None:
     files = {path.stem for path in pathlib.Path(arming_checks.__file__).parent.glob("*.py")} - NOT_CHECKS
-    assert files == {function.__module__.rsplit(".", 1)[1] for function in CHECKS}
+    in_list = {function.__module__.rsplit(".", 1)[1] for function in CHECKS}
+    assert files | {"logger"} == in_list
     assert files == FORBIDS.keys() | FLAGS.keys()
 
 
@@ -146,6 +148,18 @@ def test_parameters_that_ask_for_more_before_arming() -> None:
     half_empty.battery = half_empty.battery._replace(remaining=0.5)
     half_empty.run(0.2)
     assert half_empty.arm() == 1
+
+
+def test_a_log_is_present_while_it_is_written_and_three_seconds_longer() -> None:
+    vehicle = ready()
+    check(vehicle)
+    assert not vehicle.topics.health_report.present & LOGGING
+    vehicle.topics.logger_status = LoggerStatus(vehicle.now_us, True)
+    check(vehicle)
+    assert vehicle.topics.health_report.present & vehicle.topics.health_report.enabled & LOGGING
+    vehicle.topics.logger_status = LoggerStatus(vehicle.now_us - 3_000_000, True)
+    check(vehicle)
+    assert not vehicle.topics.health_report.present & LOGGING
 
 
 def test_texts_come_at_most_every_two_seconds_and_once() -> None:

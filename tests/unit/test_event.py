@@ -193,7 +193,7 @@ def test_a_round_has_the_shape_and_the_bits_recorded_from_a_real_px4() -> None:
     assert health[:2] == (HEALTH, 0x88)
     present = struct.unpack("<BIII", health[2])[1]
     assert struct.unpack("<BIII", health[2])[2:] == (0, 0)
-    assert present & 0x28021C02 == 0x28021C02
+    assert present & 0x28021802 == 0x28021802
 
 
 def test_changes_are_reported_at_most_every_two_seconds_and_nothing_without_a_change() -> None:

@@ -169,10 +169,13 @@ def test_lost_messages_are_counted_modulo_255_as_in_px4() -> None:
     assert peer.mavlink.links[GCS].messages_lost == 248 + 7
 
 
-def test_texts_of_others_do_not_pass() -> None:
+def test_texts_of_ground_stations_pass_and_those_of_companions_do_not() -> None:
     peer = Peer()
-    peer.send(mavlink.MAVLink_statustext_message(6, b"hello", 0, 0), ONBOARD)
+    text = mavlink.MAVLink_statustext_message(6, b"hello", 0, 0)
+    peer.send(text, ONBOARD)
     assert peer.received(GCS) == []
+    peer.send(text)
+    assert [message.text for message in peer.received(ONBOARD)] == ["hello"]
 
 
 def test_a_datagram_is_never_longer_than_an_ethernet_frame() -> None:

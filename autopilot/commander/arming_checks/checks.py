@@ -18,6 +18,7 @@ from autopilot.commander.arming_checks import (
     gps,
     home_position,
     imu,
+    logger,
     magnetometer,
     manual_control,
     mission,
@@ -60,6 +61,7 @@ CHECKS: tuple[Check, ...] = (
     baro.check,
     gps.check,
     estimator.check,
+    logger.check,
     magnetometer.check,
     manual_control.check,
     home_position.check,
@@ -73,12 +75,10 @@ CHECKS: tuple[Check, ...] = (
     gcs_connection.check,
 )
 REPORT_INTERVAL_US = 2_000_000
-PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | LOGGING | BATTERY
+PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; a rover has no MOTOR_OUTPUTS, which are healthy for all that."""
 DIFFERENTIAL_PRESSURE = 0x10
-ALWAYS_PRESENT = Component.LOGGING
-"""Beside what the checks find."""
-ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER
+ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
 
 
 class HealthAndArmingChecks:
@@ -111,6 +111,8 @@ class HealthAndArmingChecks:
         can_arm = 0 if findings.arming_forbidden else can_run & ~PREVENT_ARMING_MODES
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT if topics.vehicle_status.vehicle_type == "rover" else PRESENT | MOTOR_OUTPUTS
+        if findings.health_present & Component.LOGGING:
+            present |= LOGGING
         health = (PRESENT | ALWAYS_HEALTHY) & ~findings.unhealthy
         if can_arm >> nav_state & 1:
             health |= PREARM_CHECK
@@ -136,7 +138,7 @@ class HealthAndArmingChecks:
         for failure in findings.failures:
             can_arm &= ~failure.modes
         multicopter = status.vehicle_type != "rover"
-        present = findings.health_present | ALWAYS_PRESENT | (Component.MOTORS_ESCS if multicopter else 0)
+        present = findings.health_present | (Component.MOTORS_ESCS if multicopter else 0)
         health = (present, findings.health_error, findings.health_warning)
         arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
         state = (health, arming, [(failure.event, failure.modes) for failure in findings.failures])

@@ -1,0 +1,13 @@
+"""A log is being written (PX4's loggerCheck): shown as present, and nothing depends on it."""
+
+from autopilot.commander.arming_checks.findings import Component, Findings, Settings
+from autopilot.topics import Topics
+
+TIMEOUT_US = 3_000_000
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """PX4's logger says so once a second while it writes."""
+    status = topics.logger_status
+    if status.is_logging and now_us - status.timestamp < TIMEOUT_US:
+        findings.health_present |= Component.LOGGING
