@@ -5,18 +5,25 @@
 
 It takes off to 5 m, waits ten seconds and lands; a pilot who chooses another mode takes over at any time. The mission
 is a state machine that is told the time: `Onboard` brings telemetry, services, heartbeats and yielding, a script says
-what comes after what. Whatever runs the machine gives it sockets and a clock; here that is
-`missions.companion.main.Runner`.
+what comes after what. Whatever runs the machine gives it sockets and a clock; here that is `fly`.
 """
 
 import sys
 from collections.abc import Sequence
 
-from gcs.command import arm, set_mode
-from missions.companion.companion import AUTOPILOT_LINK, Event, Outgoing, Status
-from missions.companion.main import Runner, open_port
-from missions.companion.onboard import Onboard, Script, advanced
-from sitl_emu.core import dialect as mavlink
+from sitl_emu.companion import (
+    AUTOPILOT_LINK,
+    Event,
+    Onboard,
+    Outgoing,
+    Script,
+    Status,
+    advanced,
+    arm,
+    fly,
+    mavlink,
+    set_mode,
+)
 
 WAIT_US = 10_000_000
 
@@ -28,9 +35,9 @@ class UpAndDown:
         self.onboard = Onboard()
         self.now_us = 0
         self.phase = "connecting"
-        self.script: Script | None = self.fly()
+        self.script: Script | None = self.mission()
 
-    def fly(self) -> Script:
+    def mission(self) -> Script:
         """What happens, in order."""
         telemetry = self.onboard.telemetry
         while not telemetry.ready:
@@ -97,15 +104,5 @@ class UpAndDown:
         return self.onboard.events()
 
 
-def main(url: str) -> None:
-    """Fly."""
-    companion = UpAndDown()
-    runner = Runner(companion, {AUTOPILOT_LINK: open_port(url)}, None, None, 0)
-    while not companion.status.done:
-        runner.step()
-    runner.close()
-    print(companion.status.phase)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "udpin:0.0.0.0:14540")
+    print(fly(UpAndDown(), sys.argv[1] if len(sys.argv) > 1 else "udpin:0.0.0.0:14540").phase)

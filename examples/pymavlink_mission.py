@@ -22,6 +22,7 @@ READY = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 def main(url: str) -> None:
     """Fly."""
     link = mavutil.mavlink_connection(url, source_system=255, dialect="common")
+    link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)  # udpout speaks first
     if link.wait_heartbeat(timeout=30) is None:
         sys.exit(f"no vehicle on {url}: is `sitl-emu launch iris` running?")
     me = (link.target_system, 1)

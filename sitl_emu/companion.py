@@ -1,0 +1,86 @@
+"""What a companion of one's own is made of: everything that a mission outside this repository imports from us.
+
+A companion is a state machine that is told the time (`Companion` says what it looks like). `Onboard` gives it
+telemetry, heartbeats and a pilot's right of way; a `Script` says what comes after what, and hands services to
+`Onboard.do`: commands (`arm`, `set_mode`, ...), transfers (`MissionUpload`, `ParameterSet`, ...), setpoints
+(`Offboard`). `fly` runs it in real time on a MAVLink link; in a scenario the same program is a `command:`.
+
+The rooms behind these names are free to change; these names stay.
+"""
+
+from gcs.command import Command, CommandOutcome, arm, disarm, reposition, set_mode
+from gcs.mission import MissionClear, MissionDownload, MissionItem, MissionSetCurrent, MissionUpload
+from gcs.offboard import Offboard, position_ned, velocity_ned
+from gcs.parameter import Parameter, ParameterList, ParameterRead, ParameterSet
+from gcs.plan_file import FlightPlan, PlanError, read_plan
+from gcs.telemetry import Attitude, Place, Pose, Telemetry
+from missions.companion.companion import (
+    AUTOPILOT_LINK,
+    GROUND_LINK,
+    PEER_LINK,
+    Companion,
+    Event,
+    Outgoing,
+    Status,
+)
+from missions.companion.main import LinkError, Runner, open_port
+from missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.core import dialect as mavlink
+
+__all__ = [
+    "AUTOPILOT_LINK",
+    "GROUND_LINK",
+    "PEER_LINK",
+    "Attitude",
+    "Command",
+    "CommandOutcome",
+    "Companion",
+    "Event",
+    "FlightPlan",
+    "LinkError",
+    "MissionClear",
+    "MissionDownload",
+    "MissionItem",
+    "MissionSetCurrent",
+    "MissionUpload",
+    "Offboard",
+    "Onboard",
+    "Outgoing",
+    "Parameter",
+    "ParameterList",
+    "ParameterRead",
+    "ParameterSet",
+    "Place",
+    "PlanError",
+    "Pose",
+    "Runner",
+    "Script",
+    "Status",
+    "Telemetry",
+    "advanced",
+    "arm",
+    "disarm",
+    "fly",
+    "mavlink",
+    "open_port",
+    "position_ned",
+    "read_plan",
+    "reposition",
+    "set_mode",
+    "velocity_ned",
+]
+
+
+def fly(companion: Companion, url: str) -> Status:
+    """Run a companion without camera in real time until it is done; how it ended.
+
+    `url` is its autopilot's link: udpin:HOST:PORT, udpout:HOST:PORT or /dev/ttyX[:BAUD]. Raises LinkError if it
+    can't be opened. `Runner` takes a peer link, a camera and a log folder as well.
+    """
+    runner = Runner(companion, {AUTOPILOT_LINK: open_port(url)}, None, None, 0)
+    try:
+        while not companion.status.done:
+            runner.step()
+    finally:
+        runner.close()
+    return companion.status
