@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 from pymavlink import mavutil
+from pyulog import ULog
 
 from sitl_emu.core import ports
 from sitl_emu.run.score import WALL_CLOCK_KEYS
@@ -60,6 +61,8 @@ def test_the_same_seed_at_two_speeds_gives_identical_logs_and_summaries(tmp_path
     logs = sorted(path.name for path in fast.glob("*.tlog"))
     assert {"uas-gcs.tlog", "uas-onboard.tlog", "uas-peer.tlog", "ugv-peer.tlog"} <= set(logs)
     assert all((fast / name).stat().st_size > 1000 for name in logs)
+    assert {dataset.name for dataset in ULog(str(fast / "uas.ulg")).data_list} > {"vehicle_attitude", "actuator_motors"}
+    logs += ["uas.ulg", "ugv.ulg"]
     different = [name for name in [*logs, "events.jsonl"] if not filecmp.cmp(fast / name, slow / name, shallow=False)]
     assert not different
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (fast, slow))
