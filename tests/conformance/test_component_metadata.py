@@ -83,7 +83,9 @@ def test_the_general_file_lists_parameters_events_and_actuators(station: Any) ->
 
 @pytest.mark.covers("PARAM_VALUE", source="measured: type and default of PX4's parameters")
 def test_parameters_are_described(station: Any) -> None:
-    described = {row["name"]: row for row in metadata(station, PARAMETER)["parameters"]}
+    content = metadata(station, PARAMETER)
+    assert content["version"] == 1
+    described = {row["name"]: row for row in content["parameters"]}
     assert len(described) > 1500
     cruise = described["MPC_XY_CRUISE"]
     fields = ("type", "default", "min", "max", "units", "group")

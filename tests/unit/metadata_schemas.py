@@ -54,7 +54,7 @@ GENERAL = record(
 PARAMETER_NAME = matching(r"^[\.\-a-zA-Z0-9_\{\}]{1,16}$")
 PARAMETER = record(
     {
-        "version": {"type": "integer", "minimum": 3},
+        "version": {"const": 1},  # the schema of 2026 wants 3, which QGroundControl refuses
         "parameters": array(
             record(
                 {"name": PARAMETER_NAME},

@@ -8,7 +8,8 @@ from typing import Any
 from autopilot import parameters
 from autopilot.mavlink.component_metadata import parameter_texts
 
-VERSION = 3
+VERSION = 1
+"""QGroundControl takes no other (CompInfoParam.cc), though the newest schema wants 3; nothing else differs."""
 NUMBERS = ("min", "max", "increment", "decimalPlaces", "units", "category", "rebootRequired", "volatile")
 TYPES = {"INT32": "Int32", "REAL32": "Float"}
 
