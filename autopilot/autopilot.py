@@ -68,10 +68,15 @@ class Autopilot:
         self.land_detector = LandDetector(*shared)
         self.rc_update = RcUpdate(*shared)
         self.manual_control = ManualControl(*shared)
-        self.commander = Commander(
-            *shared, self.dataman, self.texts.of("commander"), self.texts.events.send, self.parameter_storage
-        )
         self.outgoing = OutgoingCommands()
+        self.commander = Commander(
+            *shared,
+            self.dataman,
+            self.texts.of("commander"),
+            self.texts.events.send,
+            self.parameter_storage,
+            self.outgoing,
+        )
         self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
         self.flight_modes = FlightModes(*shared)
         self.control = (

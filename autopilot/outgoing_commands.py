@@ -4,6 +4,9 @@ PX4: vehicle_command with from_external false, which the MAVLink module sends as
 (streams/COMMAND_LONG.hpp).
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from autopilot.topics import VehicleCommand
 
 KEPT = 32
@@ -14,6 +17,8 @@ class OutgoingCommands:
 
     def __init__(self) -> None:
         self.waiting: list[VehicleCommand] = []
+        self.on_answer: dict[int, Callable[[int, Any], None]] = {}
+        """Who wants the COMMAND_ACKs of a command: called with the time and the message."""
 
     def give(self, command: VehicleCommand) -> None:
         """Queue a command for the component that its target names; too many are dropped."""

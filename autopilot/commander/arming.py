@@ -5,6 +5,7 @@ are flown by them. A terminated flight stays terminated until the next start.
 """
 
 from autopilot.commander import home_position
+from autopilot.commander.arm_authorization import ArmAuthorization, Leave
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
 from autopilot.commander.user_mode_intention import UserModeIntention
@@ -17,6 +18,7 @@ STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
 STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
+HEALTH_REFUSAL = ("Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures")
 STICK_GESTURE, RC_SWITCH, RC_BUTTON, KILL_SWITCH = "stick gesture", "RC switch", "RC button", "kill-switch"
 INTERNAL_COMMAND = "internal command"
 EXTERNAL_COMMAND = "external command"
@@ -48,7 +50,10 @@ class Arming:
         say: Say,
         *,
         rover: bool,
+        authorization: ArmAuthorization | None = None,
     ) -> None:
+        """`authorization`: whose leave it takes; without it nobody's."""
+        self._authorization = authorization
         self._topics = topics
         self._parameters = parameters
         self._checks = checks
@@ -61,8 +66,8 @@ class Arming:
         self.arming_reason = 0
         self.disarming_reason = 0
 
-    def arm(self, now_us: int, *, forced: bool = False, by: str = EXTERNAL_COMMAND) -> int:
-        """MAV_RESULT of arming; `forced` goes without checks. `by` is one of REASONS."""
+    def arm(self, now_us: int, *, forced: bool = False, by: str = EXTERNAL_COMMAND) -> int | None:
+        """MAV_RESULT of arming; `forced` goes without checks. `by` is one of REASONS. None: leave is awaited."""
         if self.armed:
             return ACCEPTED
         if self._topics.vehicle_status.calibrating:
@@ -73,6 +78,11 @@ class Arming:
             if refusal is not None:
                 self._say(Severity.CRITICAL, *refusal)
                 return TEMPORARILY_REJECTED
+            leave = Leave.GIVEN if self._authorization is None else self._authorization.leave(now_us)
+            if leave is Leave.AWAITED:
+                return None
+            if leave is Leave.REFUSED:
+                return self._refuse()
         topics = self._topics
         self.armed = True
         self.armed_us = now_us
@@ -82,6 +92,21 @@ class Arming:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
         self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
         return ACCEPTED
+
+    @property
+    def awaits_leave(self) -> bool:
+        """Somebody was asked whether it may be armed, and has not answered."""
+        return self._authorization is not None and self._authorization.waits
+
+    def arm_or_refuse(self, now_us: int) -> int:
+        """MAV_RESULT of arming once somebody has answered, or the time for that is over."""
+        given = self._authorization is None or self._authorization.given
+        result = self.arm(now_us) if given else None
+        return self._refuse() if result is None else result
+
+    def _refuse(self) -> int:
+        self._say(Severity.CRITICAL, *HEALTH_REFUSAL)
+        return TEMPORARILY_REJECTED
 
     def disarm_by_command(self, *, forced: bool, by: str = EXTERNAL_COMMAND) -> int:
         """MAV_RESULT of disarming; only `forced` disarms what flies."""
@@ -125,7 +150,7 @@ class Arming:
         self._checks.update(now_us)
         mode = self._intention.mode
         if not self._checks.can_arm(mode):
-            return "Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures"
+            return HEALTH_REFUSAL
         sticks = self._topics.manual_control_setpoint
         if mode in STICKS_TO_CLIMB and sticks.throttle > THROTTLE_CENTRE:
             return "Arming denied: throttle above center\t", "commander_arm_denied_throttle_unsafe"

@@ -28,6 +28,7 @@ from autopilot.commander.custom_mode import (
 )
 from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, NAVIGATION_MODES
 from autopilot.commander.user_mode_intention import UserModeIntention
+from autopilot.commands import CommandResult, answer_later
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.parameter_storage import KEPT_BY_AUTOCONFIG, ParameterStorage
@@ -94,6 +95,8 @@ class CommandHandlers:
         self._say = say
         self._rover = rover
         self._published = 0
+        self._awaits_leave: VehicleCommand | None = None
+        """An arming command that is answered when somebody has said whether it may."""
         self._handlers: dict[int, Handler] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._component_arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
@@ -171,12 +174,23 @@ class CommandHandlers:
         forced = command.param2 == FORCE_MAGIC
         by = EXTERNAL_COMMAND if command.from_external else INTERNAL_COMMAND
         if wanted == 1:
-            return self._arming.arm(now_us, forced=forced, by=by)
+            result = self._arming.arm(now_us, forced=forced, by=by)
+            self._awaits_leave = command if result is None else None
+            return result
         if wanted == 0:
             return self._arming.disarm_by_command(forced=forced, by=by)
         text = f"Unsupported ARM_DISARM param: {command.param1:.3f}\t"
         self._say(Severity.CRITICAL, text, "commander_unsupported_arm_disarm_param", command.param1)
         return None
+
+    def arm_with_leave(self, now_us: int) -> None:
+        """Carry out, or reject, an arming command that waited for somebody's leave."""
+        command = self._awaits_leave
+        if command is None or self._arming.awaits_leave:
+            return
+        self._awaits_leave = None
+        result = self._arming.arm_or_refuse(now_us)
+        answer_later(self._topics, command, CommandResult(result))
 
     def _run_prearm_checks(self, now_us: int, command: VehicleCommand) -> int:
         if not self._arming.armed:
@@ -233,14 +247,14 @@ class CommandHandlers:
     def _do_orbit(self, now_us: int, command: VehicleCommand) -> int:
         return self._change_mode_and_pass_on(now_us, NavState.ORBIT, command)
 
-    def _mission_start(self, now_us: int, command: VehicleCommand) -> int:
+    def _mission_start(self, now_us: int, command: VehicleCommand) -> int | None:
         self._checks.update(now_us)
         if self._topics.failsafe_flags.auto_mission_missing:
             self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t", MISSION_START_DENIED)
             return DENIED
         if not -1.0 <= command.param1 < len(self._dataman.mission.items):
             return DENIED
-        result = self.change_mode(now_us, NavState.AUTO_MISSION)
+        result: int | None = self.change_mode(now_us, NavState.AUTO_MISSION)
         if result == ACCEPTED:
             result = self._arming.arm(now_us, by=MISSION_START)
             if command.param1 >= 0.0:

@@ -7,6 +7,7 @@ safety switch.
 """
 
 from autopilot.commander import home_position
+from autopilot.commander.arm_authorization import ArmAuthorization
 from autopilot.commander.arming import Arming
 from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
@@ -19,6 +20,7 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
@@ -51,8 +53,12 @@ class Commander:
         say: Say,
         send_event: SendEvent,
         storage: ParameterStorage | None = None,
+        outgoing: OutgoingCommands | None = None,
     ) -> None:
-        """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is."""
+        """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is.
+
+        `outgoing` takes the commands that it gives to others.
+        """
         self._topics = topics
         self._parameters = parameters
         self._say = say
@@ -63,7 +69,10 @@ class Commander:
         topics.vehicle_status = VehicleStatus(vehicle_type=self._vehicle_type, mav_type=self._mav_type)
         self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
         self._intention = UserModeIntention(self._checks, NavState.AUTO_LOITER)
-        self._arming = Arming(topics, parameters, self._checks, self._intention, say, rover=rover)
+        self._authorization = ArmAuthorization(parameters, outgoing or OutgoingCommands(), say)
+        self._arming = Arming(
+            topics, parameters, self._checks, self._intention, say, rover=rover, authorization=self._authorization
+        )
         self._failsafe = Failsafe(parameters, self._on_failsafe)
         self._auto_disarm = AutoDisarm()
         self.calibration = CalibrationWorker(topics, parameters, say)
@@ -104,6 +113,8 @@ class Commander:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
+        self._authorization.update(now_us)
+        self._handlers.arm_with_leave(now_us)
         if now_us >= self._checks_due_us:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)

@@ -44,6 +44,9 @@ class CommandSender:
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """An ack of the command's target ends it; who is answered does not matter, as in PX4."""
+        listener = self._outgoing.on_answer.get(message.command)
+        if listener is not None:
+            listener(now_us, message)
         for sent in self._under_way:
             command = sent.command
             if (
