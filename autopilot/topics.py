@@ -68,6 +68,7 @@ class DistanceSensorSample(NamedTuple):
     min_distance: float = NAN
     max_distance: float = NAN
     orientation: int = 25
+    h_fov: float = 0.0
 
 
 class BatteryStatus(NamedTuple):
@@ -474,6 +475,18 @@ class ManualControlSwitches(NamedTuple):
     kill: int = 0
 
 
+class ObstacleDistance(NamedTuple):
+    """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME."""
+
+    timestamp: int = 0
+    frame: int = 0
+    distances: tuple[int, ...] = ()
+    increment: float = 0.0
+    min_distance: int = 0
+    max_distance: int = 0
+    angle_offset: float = 0.0
+
+
 class FollowTarget(NamedTuple):
     """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED."""
 
@@ -730,6 +743,8 @@ class Topics:
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
+        self.obstacle_distance = ObstacleDistance()
+        self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.follow_target = FollowTarget()
         self.input_rc = InputRc()
         self.manual_control_rc = ManualControlInput()

@@ -1,11 +1,12 @@
 """POSCTL: sticks accelerate the vehicle against a drag that limits its speed; centred, it brakes and holds its place.
 
 Behaves as PX4's FlightTaskManualAcceleration (v1.18, MPC_POS_MODE 4) with StickAccelerationXY: MPC_VEL_MANUAL,
-MPC_ACC_HOR, MPC_JERK_MAX. The other two values of MPC_POS_MODE fly the same; no obstacles are avoided.
+MPC_ACC_HOR, MPC_JERK_MAX, with collision prevention (CP_DIST). The other two values of MPC_POS_MODE fly the same.
 """
 
 import math
 
+from autopilot.modes.collision_prevention import CollisionPrevention
 from autopilot.modes.flight_task import Setpoint, start_state
 from autopilot.modes.manual_altitude import GRAVITY, ManualAltitude
 from autopilot.modes.sticks import centred, expo_deadzone, heading_frame
@@ -27,6 +28,8 @@ class ManualPosition(ManualAltitude):
         self._held: tuple[float, float] | None = None
         self._brake_boost = 1.0
         self._xy_reset_counter = 0
+        self._now_us = 0
+        self._collision_prevention = CollisionPrevention(topics, parameters)
         super().__init__(topics, parameters)
 
     def refresh(self) -> None:
@@ -39,6 +42,7 @@ class ManualPosition(ManualAltitude):
         self._drag = self._acceleration / velocity
         self._braking = max(BRAKE_BOOST_MIN, math.sqrt(velocity))
         self._jerk = parameters["MPC_JERK_MAX"]
+        self._collision_prevention.refresh(parameters)
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""
@@ -54,6 +58,7 @@ class ManualPosition(ManualAltitude):
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step."""
         topics = self._topics
+        self._now_us = now_us
         local = topics.vehicle_local_position
         sticks = centred(topics.manual_control_setpoint)
         z, vz, az = self._vertical(sticks.throttle, dt_s)
@@ -74,6 +79,8 @@ class ManualPosition(ManualAltitude):
         ax += max(-step, min(step, north * self._acceleration - ax))
         ay += max(-step, min(step, east * self._acceleration - ay))
         self._stick_acceleration = ax, ay
+        if self._collision_prevention.active:
+            ax, ay = self._collision_prevention.limit(self._now_us, (ax, ay), self._velocity)
         vx, vy = self._velocity
         speed = math.sqrt(vx * vx + vy * vy)
         boost = self._braking if north == 0.0 and east == 0.0 else 1.0

@@ -1,0 +1,71 @@
+"""OBSTACLE_DISTANCE and DISTANCE_SENSOR: what a companion sees around and below, for collision prevention and height.
+
+https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE. As PX4: a sensor that looks down is a height above ground
+(EKF2_RNG_CTRL), one that looks sideways and the distances around are for CP_DIST.
+"""
+
+import math
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.topics import NAN, DistanceSensorSample, Topics
+from autopilot.topics import ObstacleDistance as ObstacleDistanceSample
+from sitl_emu.core import dialect as mavlink
+
+DOWNWARD = 25
+INVALID_SIGNAL_QUALITY = 1
+
+
+class ObstacleDistance:
+    """Writer of obstacle_distance and distance_sensor_sideways, and of distance_sensor beside the simulator."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Keep what it says, stamped with our time."""
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE:
+            self._topics.obstacle_distance = obstacles(now_us, message)
+            return
+        sample = distance(now_us, message)
+        if sample.orientation == DOWNWARD:
+            self._topics.distance_sensor = sample
+        else:
+            self._topics.distance_sensor_sideways = sample
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
+
+
+def obstacles(now_us: int, message: Any) -> ObstacleDistanceSample:
+    """increment_f goes before increment; what is not finite is 0."""
+    increment = message.increment_f if message.increment_f > 0.0 else float(message.increment)
+    offset = message.angle_offset if math.isfinite(message.angle_offset) else 0.0
+    return ObstacleDistanceSample(
+        now_us,
+        message.frame,
+        tuple(message.distances),
+        increment if math.isfinite(increment) else 0.0,
+        message.min_distance,
+        message.max_distance,
+        offset,
+    )
+
+
+def distance(now_us: int, message: Any) -> DistanceSensorSample:
+    """A distance outside the sensor's range is NaN."""
+    nearest, farthest = message.min_distance, message.max_distance
+    good = nearest <= message.current_distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY
+    fov = message.horizontal_fov if math.isfinite(message.horizontal_fov) else 0.0
+    return DistanceSensorSample(
+        now_us,
+        message.current_distance * 1e-2 if good else NAN,
+        nearest * 1e-2,
+        farthest * 1e-2,
+        message.orientation,
+        max(0.0, min(2.0 * math.pi, fov)),
+    )

@@ -1,0 +1,191 @@
+"""Collision prevention: what sticks may ask for near obstacles. PX4's CollisionPrevention (v1.18).
+
+A map of 72 directions around the body is filled by OBSTACLE_DISTANCE and by DISTANCE_SENSORs that look sideways, and
+forgets what is older than half a second. With CP_DIST above 0 the acceleration towards the nearest obstacle shrinks as
+the vehicle comes near CP_DIST, and speed that could not be stopped in time is braked away (CP_DELAY). Where nothing is
+known one goes only with CP_GO_NO_DATA; without any data, not at all. CP_GUIDE_ANG turns the stick's direction to the
+wider gap.
+
+Left out: the change to HOLD after 5 s without data.
+"""
+
+import math
+
+from autopilot.modes.trajectory_constraints import max_speed_from_distance
+from autopilot.parameters import Parameters
+from autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
+
+BINS = 72
+BIN_DEG = 5
+TIMEOUT_US = 500_000
+UNKNOWN = 65535
+"""Nothing was measured there; distances in cm, as in the message."""
+FRAME_GLOBAL, FRAME_LOCAL_NED, FRAME_BODY_FRD = 0, 1, 12
+LEAST_STICK = 0.001
+YAW_OF_ORIENTATION_DEG = 45
+"""MAV_SENSOR_ORIENTATION 0 to 7 turn by this to the right."""
+HORIZONTAL = range(8)
+
+Vector2 = tuple[float, float]
+
+
+class CollisionPrevention:
+    """The map, and the limits that follow from it."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics = topics
+        self._distances = [UNKNOWN] * BINS
+        self._measured_us = [-TIMEOUT_US - 1] * BINS
+        self._ranges = [0] * BINS
+        self._known = [False] * BINS
+        self._nearest_cm = UNKNOWN
+        self._obstacles, self._sensor = topics.obstacle_distance, topics.distance_sensor_sideways
+        self.refresh(parameters)
+
+    def refresh(self, value: Parameters) -> None:
+        """Copy the parameters."""
+        self.active = float(value["CP_DIST"]) > 0.0
+        self._distance_m, self._delay_s = float(value["CP_DIST"]), float(value["CP_DELAY"])
+        self._go_without_data = bool(value["CP_GO_NO_DATA"])
+        self._guide_bins = int(float(value["CP_GUIDE_ANG"]) / BIN_DEG)
+        self._acceleration, self._jerk = float(value["MPC_ACC_HOR"]), float(value["MPC_JERK_MAX"])
+        self._gain = float(value["MPC_XY_VEL_P_ACC"])
+        self._scale_m = float(value["MPC_VEL_MANUAL"]) / float(value["MPC_XY_P"]) if value["MPC_XY_P"] else 1.0
+
+    def limit(self, now_us: int, acceleration: Vector2, velocity: Vector2) -> Vector2:
+        """(north, east) acceleration that is left of what the sticks ask for."""
+        self._take(now_us)
+        size = math.hypot(*acceleration)
+        if not any(distance < UNKNOWN for distance in self._distances):
+            return 0.0, 0.0
+        if size <= LEAST_STICK:
+            return acceleration
+        yaw = self._topics.vehicle_local_position.heading
+        keep_m = max(self._nearest_cm * 0.01, self._distance_m)
+        wanted = math.degrees(math.atan2(acceleration[1], acceleration[0]) - yaw) % 360.0
+        index = min(int(wanted / BIN_DEG), BINS - 1)
+        direction = (acceleration[0] / size, acceleration[1] / size)
+        guided = self._guided(index)
+        if guided != index:
+            index, direction = guided, self._direction(guided, yaw)
+        allowed = (0.0, 0.0)
+        if self._distances[index] < UNKNOWN or (self._go_without_data and not self._known[index]):
+            allowed = self._slowed(direction, size, keep_m, yaw)
+        braking, brakes_along = self._braking(now_us, velocity, keep_m, yaw)
+        return allowed[0] + braking * brakes_along[0], allowed[1] + braking * brakes_along[1]
+
+    # --- map ------------------------------------------------------------------------------------------------
+
+    def _take(self, now_us: int) -> None:
+        topics = self._topics
+        if topics.obstacle_distance is not self._obstacles:
+            self._obstacles = topics.obstacle_distance
+            self._add_obstacles(now_us, self._obstacles)
+        if topics.distance_sensor_sideways is not self._sensor:
+            self._sensor = topics.distance_sensor_sideways
+            self._add_sensor(now_us, self._sensor)
+        for index, measured_us in enumerate(self._measured_us):
+            if now_us - measured_us > TIMEOUT_US:
+                self._distances[index] = UNKNOWN
+
+    def _add_obstacles(self, now_us: int, obstacles: ObstacleDistance) -> None:
+        if obstacles.increment <= 0.0 or obstacles.frame not in (FRAME_GLOBAL, FRAME_LOCAL_NED, FRAME_BODY_FRD):
+            return
+        self._nearest_cm = min(self._nearest_cm, obstacles.min_distance)
+        turned = 0.0
+        if obstacles.frame != FRAME_BODY_FRD:
+            turned = math.degrees(self._topics.vehicle_local_position.heading)
+        for index in range(BINS):
+            angle = (index * BIN_DEG + turned - obstacles.angle_offset) % 360.0
+            place = math.ceil(angle / obstacles.increment)
+            if place < len(obstacles.distances) and obstacles.distances[place] != UNKNOWN:
+                self._enter(now_us, index, obstacles.distances[place], obstacles.max_distance)
+
+    def _add_sensor(self, now_us: int, sensor: DistanceSensorSample) -> None:
+        if sensor.orientation not in HORIZONTAL:
+            return
+        reading = sensor.current_distance
+        if not math.isfinite(reading):
+            reading = sensor.max_distance
+        if not sensor.min_distance < reading:
+            return
+        self._nearest_cm = min(self._nearest_cm, int(sensor.min_distance * 100.0))
+        middle, half = sensor.orientation * YAW_OF_ORIENTATION_DEG, math.degrees(sensor.h_fov) / 2.0
+        furthest_cm = int(sensor.max_distance * 100.0 + 0.5)
+        for index in range(math.ceil((middle - half) / BIN_DEG), math.floor((middle + half) / BIN_DEG) + 1):
+            self._enter(now_us, index % BINS, int(min(reading, sensor.max_distance) * 100.0 + 0.5), furthest_cm)
+
+    def _enter(self, now_us: int, index: int, distance: int, furthest: int) -> None:
+        """The sensor with the shortest range wins where it sees something, the one with the longest where none does."""
+        in_range, had_in_range = distance < furthest, self._distances[index] < self._ranges[index]
+        known_range = self._ranges[index]
+        if in_range:
+            use = not had_in_range or furthest <= known_range
+        else:
+            use = furthest == known_range if had_in_range else furthest >= known_range
+        if use:
+            self._distances[index], self._measured_us[index] = distance, now_us
+            self._ranges[index], self._known[index] = furthest, True
+
+    # --- limits ---------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def _direction(index: int, yaw: float) -> Vector2:
+        angle = yaw + math.radians(index * BIN_DEG)
+        return math.cos(angle), math.sin(angle)
+
+    def _guided(self, wanted: int) -> int:
+        """The direction with the most room within CP_GUIDE_ANG of what the sticks ask for."""
+        best, best_cost = wanted, math.inf
+        distances, assumed = self._distances, self._distance_m * 100.0
+        for way in range(wanted - self._guide_bins, wanted + self._guide_bins + 1):
+            index = way % BINS
+            if distances[index] == UNKNOWN:
+                continue
+            around = (distances[(index + step) % BINS] for step in (-1, 0, 1))
+            mean = sum(assumed if distance == UNKNOWN else distance for distance in around) / 3.0
+            cost = 50.0 * self._distance_m * abs(way - wanted) - mean - distances[index]
+            if cost < best_cost:
+                best, best_cost = index, cost
+        return best
+
+    def _slowed(self, direction: Vector2, size: float, keep_m: float, yaw: float) -> Vector2:
+        """Less acceleration towards the nearest obstacle; along it as much as there is room."""
+        index = min(range(BINS), key=self._distances.__getitem__)
+        nearest = self._direction(index, yaw)
+        towards = direction[0] * nearest[0] + direction[1] * nearest[1]
+        if towards <= 0.0:
+            return direction[0] * size, direction[1] * size
+        normal = (nearest[0] * towards, nearest[1] * towards)
+        along = (direction[0] - normal[0], direction[1] - normal[1])
+        at_normal = self._scale(self._distances[index] * 0.01, keep_m)
+        at_along = 0.0
+        if math.hypot(*along) > 1e-6:
+            angle = math.degrees(math.atan2(along[1], along[0]) - yaw) % 360.0
+            at_along = self._scale(self._distances[min(int(angle / BIN_DEG), BINS - 1)] * 0.01, keep_m)
+        return (
+            (along[0] * at_along + normal[0] * at_normal) * size,
+            (along[1] * at_along + normal[1] * at_normal) * size,
+        )
+
+    def _scale(self, distance_m: float, keep_m: float) -> float:
+        room = distance_m - keep_m
+        return min((room / max(keep_m, self._scale_m)) ** 2 if room > 0.0 else room, 1.0)
+
+    def _braking(self, now_us: int, velocity: Vector2, keep_m: float, yaw: float) -> tuple[float, Vector2]:
+        """Acceleration (negative) along the direction in which the vehicle is too fast to stop in time."""
+        worst, along = 0.0, (0.0, 0.0)
+        for index, distance in enumerate(self._distances):
+            if not self._nearest_cm < distance < UNKNOWN:
+                continue
+            direction = self._direction(index, yaw)
+            speed = max(0.0, velocity[0] * direction[0] + velocity[1] * direction[1])
+            late_s = self._delay_s
+            if distance < self._ranges[index]:
+                late_s += (now_us - self._measured_us[index]) * 1e-6
+            room_m = max(0.0, distance * 0.01 - keep_m - speed * late_s)
+            allowed = max_speed_from_distance(self._jerk, self._acceleration, room_m, 0.0)
+            braking = self._gain * (allowed - speed)
+            if braking < worst:
+                worst, along = braking, direction
+        return worst, along
