@@ -27,8 +27,6 @@ FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
 """SDLOG_MODE."""
 FILES, MAVLINK = 1, 2
 """SDLOG_BACKEND."""
-CHECK_US = 20_000
-"""How often it looks whether a log is to begin or end."""
 STOP_DELAY_US = 1_000_000
 """A log goes on for so long after disarming."""
 SYNC_US = 500_000
@@ -36,7 +34,7 @@ SYNC_US = 500_000
 STREAM_US = 100_000
 """A stream is fed so often."""
 LOOK_US = 20_000
-"""How often it looks for new records of what does not come in every tick."""
+"""How often it looks whether a log is to begin or end, and for new records of what does not come in every tick."""
 FAST = frozenset(
     {
         "sensor_combined",
@@ -59,14 +57,15 @@ OUTPUTS = 16
 class Subscription:
     """A logged topic in a running log."""
 
-    __slots__ = ("due_us", "last", "message_id", "name", "pack", "pending", "row", "size", "source", "timed")
+    __slots__ = ("due_us", "header", "last", "message_id", "name", "pack", "pending", "row", "size", "source", "timed")
 
     def __init__(
         self, message_id: int, name: str, row: logged_topics.Row, source: str = "", timed: bool = True
     ) -> None:
         layout = logged_topics.layout_of(name)
         self.message_id, self.name, self.source, self.row = message_id, name, source, row
-        self.pack, self.size = layout.struct.pack, layout.size
+        self.pack, self.size = layout.pack, layout.size
+        self.header = ulog.data_header(layout.size, message_id)
         self.timed = timed
         """Whether our record says when it was made."""
         self.last: Any = None
@@ -78,8 +77,8 @@ class Subscription:
 
     def messages(self) -> list[bytes]:
         """The data messages of what is pending."""
-        pack, size, message_id, row = self.pack, self.size, self.message_id, self.row
-        packed = [pack(size, ulog.DATA, message_id, *row(record)) for record in self.pending]
+        pack, header, row = self.pack, self.header, self.row
+        packed = [pack(header, *row(record)) for record in self.pending]
         self.pending.clear()
         return packed
 
@@ -87,7 +86,7 @@ class Subscription:
         """The data message of one record; one that does not say when it was made gets the present time."""
         values = self.row(record)
         time_us = values[0] if self.timed else now_us
-        return self.pack(self.size, ulog.DATA, self.message_id, time_us, *values[1:])
+        return self.pack(self.header, time_us, *values[1:])
 
 
 class Group:
@@ -129,12 +128,12 @@ class Logger:
         self._boot = self._mode in (FROM_BOOT, FROM_BOOT_TO_SHUTDOWN)
         self._manual: bool | None = None
         self._stop_us = 0
-        self._check_us = 0
         self._started_us = 0
         self._refused = False
         self._subscriptions: list[Subscription] = []
         self._groups: tuple[Group, ...] = ()
-        self._every_tick: list[Subscription] = []
+        self._every_tick: tuple[tuple[Callable[[Any], None], str], ...] = ()
+        """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
         self._texts_seen = self._commands_seen = self._events_seen = 0
@@ -145,17 +144,18 @@ class Logger:
 
     def update(self, now_us: int) -> None:
         """One tick: begin, go on, end."""
-        if now_us >= self._check_us:
-            self._check_us = now_us + CHECK_US
+        if now_us >= self._look_us:
+            self._look_us = now_us + LOOK_US
             self._now_us = now_us
             self._begin_or_end(now_us)
             if self.file is not None:
                 self._topics.logger_status = LoggerStatus(now_us, True)
-        if self.file is not None or self.stream is not None:
-            for each in self._every_tick:
-                each.pending.append(getattr(self._topics, each.source))
-            if now_us >= self._look_us:
+            if self.file is not None or self.stream is not None:
                 self._look(now_us)
+            else:
+                self._every_tick = ()
+        for append, source in self._every_tick:
+            append(getattr(self._topics, source))
 
     def on(self) -> None:
         """The shell's `logger on`: log now, armed or not."""
@@ -283,7 +283,7 @@ class Logger:
             [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
         )
         groups: dict[tuple[int, bool], list[Subscription]] = {}
-        self._subscriptions, self._every_tick = [], []
+        self._subscriptions, every_tick = [], []
         for topic in topics:
             record = getattr(self._topics, topic.source)
             timed = hasattr(record, "timestamp")
@@ -292,13 +292,13 @@ class Logger:
                 each.last = record  # nobody has written it yet
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
-                self._every_tick.append(each)
+                every_tick.append((each.pending.append, each.source))
             elif topic.state or not timed:
                 groups.setdefault((STATE_CHECK_US, True), []).append(each)
             else:
                 groups.setdefault((max(topic.interval_ms * 1000, LOOK_US), False), []).append(each)
         self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
-        self._look_us = 0
+        self._every_tick = tuple(every_tick)
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
         count = len(self._subscriptions)
@@ -357,7 +357,6 @@ class Logger:
 
     def _look(self, now_us: int) -> None:
         """Take what is due, write what has gathered."""
-        self._look_us = now_us + LOOK_US
         self._gather_rare(now_us)
         for group in self._groups:
             if now_us < group.due_us:

@@ -5,7 +5,7 @@ parameters), then subscriptions, data, texts and sync marks in the order of time
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 Field = tuple[str, str]
@@ -15,9 +15,8 @@ MAGIC = b"ULog\x01\x12\x35"
 FILE_VERSION = 1
 HEADER = struct.Struct("<HB")
 """Of every message: bytes after this header, type."""
-DATA_HEADER = "<HBH"
+DATA_HEADER = struct.Struct("<HBH")
 """Of a data message: the header and the subscription's id."""
-DATA = ord("D")
 DEFAULT_PARAMETERS = 1
 """compat_flags[0]: the log holds defaults of parameters."""
 DEFAULT_OF_SYSTEM, DEFAULT_OF_SETUP = 1, 2
@@ -112,16 +111,23 @@ def parse_fields(text: str) -> tuple[Field, ...]:
 
 
 class DataLayout(NamedTuple):
-    """How a topic's data is packed: `struct` takes the header's values first, and `size` is what the header says."""
+    """How a topic's data messages are packed."""
 
-    struct: struct.Struct
+    pack: Callable[..., bytes]
+    """Takes `data_header`, then the values of the fields, arrays flattened."""
     size: int
+    """Bytes of a message without those of its `HEADER`."""
+
+
+def data_header(size: int, message_id: int) -> bytes:
+    """What every data message of a subscription begins with."""
+    return DATA_HEADER.pack(size, ord("D"), message_id)
 
 
 def data_layout(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> DataLayout:
     """The layout of a topic's data messages; `formats` holds the types that fields may be of."""
-    layout = struct.Struct(DATA_HEADER + _codes(fields, formats))
-    return DataLayout(layout, layout.size - HEADER.size)
+    layout = struct.Struct(f"<{DATA_HEADER.size}s{_codes(fields, formats)}")
+    return DataLayout(layout.pack, layout.size - HEADER.size)
 
 
 def array_length(kind: str) -> tuple[str, int]:

@@ -54,7 +54,7 @@ def test_data_with_nested_types_and_arrays() -> None:
     found = log(
         *(ulog.format_definition(name, fields) for name, fields in FORMATS.items()),
         ulog.subscription(7, "journey", multi_id=1),
-        layout.struct.pack(layout.size, ulog.DATA, 7, *values),
+        layout.pack(ulog.data_header(layout.size, 7), *values),
     )
     (dataset,) = found.data_list
     assert (dataset.name, dataset.multi_id) == ("journey", 1)
@@ -69,7 +69,7 @@ def test_texts_dropouts_and_sync_marks() -> None:
     found = log(
         ulog.format_definition("place", FORMATS["place"]),
         ulog.subscription(0, "place"),
-        place.struct.pack(place.size, ulog.DATA, 0, 9_000, 47.5, 400.0, True),
+        place.pack(ulog.data_header(place.size, 0), 9_000, 47.5, 400.0, True),
         ulog.SYNC,
         ulog.logged_message(2, 10_000, "Not logging"),
         ulog.dropout(1_250),
