@@ -29,10 +29,16 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 	$(PIP) install --upgrade --target .venv/mavsdk3 'mavsdk<4'
 	@touch $@
 
+# node-mavlink, a second MAVLink implementation, for one interop test, which is skipped, and says so, where it is missing.
+NODE := tests/interop/node
+$(NODE)/node_modules/.package-lock.json: $(NODE)/package-lock.json
+	@command -v npm >/dev/null && npm ci --prefix $(NODE) --no-audit --no-fund --loglevel=error \
+		|| echo "no node-mavlink (needs npm): tests/interop/test_node_mavlink.py will be skipped" >&2
+
 demo: setup ## the agriculture mission with a live view; names its report at the end
 	$(BIN)/sitl-emu run agriculture --speed max
 
-test: .venv/.dev-ready ## every check: format, lint, types, room borders, tests
+test: .venv/.dev-ready $(NODE)/node_modules/.package-lock.json ## every check: format, lint, types, room borders, tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy

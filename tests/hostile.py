@@ -299,16 +299,21 @@ class Victim:
         self.autopilot.on_datagram(0, frame)
         return frame
 
+    def take(self, link: int) -> bytes:
+        """What waits to be sent on a link."""
+        outbox = self.autopilot.mavlink.links[link].outbox
+        said = b"".join(outbox)
+        outbox.clear()
+        return said
+
     def drive(self, service: Any, limit_s: float = 20.0) -> list[bytes]:
         """One of our clients talks to it on the first link until it is done; all frames of both sides."""
         frames: list[bytes] = []
-        outbox = self.autopilot.mavlink.links[0].outbox
         for _ in range(round(limit_s * 1e6 / TICK_US)):
             requests = service.on_time(self.autopilot.now_us)
             while requests:
                 frames += [self.say(request) for request in requests]
-                said = framing.split(b"".join(outbox))
-                outbox.clear()
+                said = framing.split(self.take(0))
                 frames += said
                 heard = [self._ear.decode(bytearray(frame)) for frame in said]
                 requests = [reply for message in heard for reply in service.on_message(self.autopilot.now_us, message)]
@@ -331,7 +336,10 @@ class Victim:
 
     def record(self) -> list[bytes]:
         """Take off, and real conversations of our own clients with it: the traffic that is to be spoiled."""
-        items = [MissionItem(22, 6, 47.397742, 8.545594, 10.0), MissionItem(16, 6, 47.3979, 8.5457, 12.0)]
+        items = [
+            MissionItem(6, mavlink.MAV_CMD_NAV_TAKEOFF, x=473977420, y=85455940, z=10.0),
+            MissionItem(6, mavlink.MAV_CMD_NAV_WAYPOINT, x=473979000, y=85457000, z=12.0),
+        ]
         self.run(3.0)
         frames: list[bytes] = []
         for service in (
