@@ -40,6 +40,7 @@ from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
 FORCE_MAGIC = 21196
+LEAST_INT = -(1 << 31)
 KEPT_COMMANDS = 8
 MISSION_START_DENIED = "commander_mission_start_denied_no_mission"
 ACTUATOR_GROUP_TEST = 309
@@ -170,8 +171,7 @@ class CommandHandlers:
     # --- arming ---------------------------------------------------------------------------------------------
 
     def _component_arm_disarm(self, now_us: int, command: VehicleCommand) -> int | None:
-        wanted = math.floor(command.param1 + 0.5) if math.isfinite(command.param1) else -1
-        forced = command.param2 == FORCE_MAGIC
+        wanted, forced = _int8(command.param1), _nearest(command.param2) == FORCE_MAGIC
         by = EXTERNAL_COMMAND if command.from_external else INTERNAL_COMMAND
         if wanted == 1:
             result = self._arming.arm(now_us, forced=forced, by=by)
@@ -257,6 +257,7 @@ class CommandHandlers:
         result: int | None = self.change_mode(now_us, NavState.AUTO_MISSION)
         if result == ACCEPTED:
             result = self._arming.arm(now_us, by=MISSION_START)
+            self._awaits_leave = command if result is None else None
             if command.param1 >= 0.0:
                 self._pass_on(now_us, command)
         return result
@@ -296,7 +297,7 @@ class CommandHandlers:
         """0 load, 1 save, 2 reset the configuration, 3 the sensors' calibration, 4 everything."""
         if self._arming.armed or self._calibration.busy:
             return TEMPORARILY_REJECTED
-        action = _whole(command.param1)
+        action = _int(command.param1)
         if action not in STORAGE_ACTIONS:
             return None
         parameters, storage = self._parameters, self._storage
@@ -312,7 +313,7 @@ class CommandHandlers:
         return ACCEPTED
 
     def _preflight_reboot_shutdown(self, now_us: int, command: VehicleCommand) -> int:
-        action = _whole(command.param1)
+        action = _int(command.param1)
         if action == 0:
             return ACCEPTED
         if self._arming.armed or action not in REBOOT_OR_SHUTDOWN:
@@ -329,7 +330,7 @@ class CommandHandlers:
         """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""
         if self._arming.armed:
             return DENIED
-        function = _output_function(_whole(command.param5 + 0.5))
+        function = _output_function(_int(command.param5 + 0.5))
         if function is None:
             return None
         seconds = command.param2 if math.isfinite(command.param2) else 0.0
@@ -348,6 +349,21 @@ def _output_function(number: int) -> int | None:
     if number in MAVLINK_MOTORS:
         return 100 + number
     return number - MAVLINK_SERVOS.start + 201 if number in MAVLINK_SERVOS else None
+
+
+def _int(value: float) -> int:
+    """As C converts to int: the whole part, and what is none is the least number."""
+    return int(value) if abs(value) <= -LEAST_INT else LEAST_INT
+
+
+def _nearest(value: float) -> int:
+    """As lroundf: the nearest whole number, halves away from zero; 0 for what is none."""
+    return int(math.copysign(math.floor(abs(value) + 0.5), value)) if math.isfinite(value) else 0
+
+
+def _int8(value: float) -> int:
+    """The nearest whole number in the eight bits that PX4 has for an arming action."""
+    return (_nearest(value) + 128) % 256 - 128
 
 
 def _whole(value: float) -> int:

@@ -69,6 +69,25 @@ def test_other_numbers_than_arm_and_disarm_get_no_ack(vehicle: FakeVehicle) -> N
     assert vehicle.result(ARM_DISARM, 0.5) == ACCEPTED  # rounds to arm
 
 
+@pytest.mark.parametrize("param1", [-1, 2, 300])
+def test_an_arming_action_that_is_none_gets_no_ack(vehicle: FakeVehicle, param1: float) -> None:
+    assert vehicle.command(ARM_DISARM, param1) is None
+
+
+def test_an_arming_action_is_eight_bits_wide_as_in_px4(vehicle: FakeVehicle) -> None:
+    assert vehicle.result(ARM_DISARM, 257) == ACCEPTED
+    vehicle.step()
+    assert vehicle.armed
+    assert vehicle.result(ARM_DISARM, math.nan) == ACCEPTED
+    vehicle.step()
+    assert not vehicle.armed
+
+
+@pytest.mark.parametrize("command", [mavlink.MAV_CMD_PREFLIGHT_STORAGE, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN])
+def test_not_a_number_is_no_action(vehicle: FakeVehicle, command: int) -> None:
+    assert vehicle.command(command, math.nan) in (None, (DENIED, 0, 0))
+
+
 def test_disarms_itself_when_nobody_takes_off(vehicle: FakeVehicle) -> None:
     vehicle.arm()
     vehicle.run(10.8)  # COM_DISARM_PRFLT and COM_SPOOLUP_TIME
