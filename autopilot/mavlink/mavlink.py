@@ -112,8 +112,10 @@ class Mavlink:
             command_sender.CommandSender(
                 lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
             ),
-            command.Command((requests, intervals, self.log_streaming), handle_command, topics, self.system_id),
-            set_mode.SetMode(handle_command, self.system_id),
+            command.Command(
+                self.links, (requests, intervals, self.log_streaming), handle_command, topics, self.system_id
+            ),
+            set_mode.SetMode(self.links, handle_command, self.system_id),
             parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),
             self.mission,
             offboard.Offboard(topics, self.system_id),

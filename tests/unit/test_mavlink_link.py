@@ -126,6 +126,13 @@ def test_a_camera_on_the_onboard_link_is_commanded_and_its_answer_comes_back() -
     assert (answer.get_type(), answer.get_srcSystem(), answer.get_srcComponent()) == ("COMMAND_ACK", 1, 100)
 
 
+def test_who_speaks_on_two_links_hears_an_acknowledgement_on_both() -> None:
+    peer = Peer()
+    heard_on(peer, 255, 190, GCS), heard_on(peer, 255, 190, ONBOARD), heard_on(peer, 245, 191, PAYLOAD)
+    assert acks(peer.send(command_long(401), GCS)) == 1
+    assert [acks(peer.received(link)) for link in (ONBOARD, PAYLOAD, GIMBAL)] == [1, 0, 0]
+
+
 @pytest.mark.parametrize("payload_type", [0, 200, 32767, 65535])
 def test_tunnels_pass_by_their_target_whatever_they_carry(payload_type: int) -> None:
     peer = Peer()

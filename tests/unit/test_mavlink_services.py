@@ -105,13 +105,6 @@ def test_commands_reach_their_owner_in_degrees() -> None:
     assert (seen[0].param7, seen[0].source_system) == (20.0, 255)
 
 
-def test_acks_go_back_on_the_link_of_the_command_alone() -> None:
-    peer = Peer()
-    peer.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3), GCS)
-    assert only(peer.send(command_long(401), ONBOARD), "COMMAND_ACK")
-    assert not only(peer.received(GCS), "COMMAND_ACK")
-
-
 def test_set_mode_is_acked_as_a_command() -> None:
     seen: list[VehicleCommand] = []
     peer = Peer(lambda now_us, command: seen.append(command) or CommandResult(0))

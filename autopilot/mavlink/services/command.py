@@ -6,7 +6,7 @@ acts on every repetition and answers each.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from autopilot.commands import CommandResult
@@ -17,7 +17,6 @@ from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 2, 4, 7, 8, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21})
 """MAV_FRAMEs in which COMMAND_INT's x and y are no latitude and longitude."""
-KEPT_ASKERS = 32
 NOT_GIVEN = 0x7FFFFFFF
 """x or y of a COMMAND_INT that is left out."""
 
@@ -40,49 +39,42 @@ class Command:
 
     def __init__(
         self,
+        links: tuple[Link, ...],
         of_link: tuple[LinkCommands, ...],
         handle: Callable[[int, VehicleCommand], CommandResult | None],
         topics: Topics,
         system_id: int,
     ) -> None:
-        """`of_link` decides on link matters, `handle` on the rest; later answers come in `topics`."""
+        """Answers go out on `links`; later ones come in `topics`.
+
+        `of_link` decides on link matters, `handle` on the rest.
+        """
+        self._links = links
         self._of_link = {number: service for service in of_link for number in service.COMMANDS}
         self._handle = handle
         self._topics = topics
         self._system_id = system_id
-        self._asked: dict[tuple[int, int], Link] = {}
-        """The link on which each (system, component) gave its last command."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Decide and answer; nothing is said to a command for somebody else."""
         if not is_for(message, self._system_id, broadcast=True):
             return
         command = vehicle_command(message)
-        self._remember(command, link)
         service = self._of_link.get(command.command)
         if service is not None:
             result = service.handle_command(now_us, command, link)
         else:
             result = self._handle(now_us, command)
         if result is not None:
-            send_ack(link, command, result)
+            send_ack(self._links, link, command, result)
 
     def on_time(self, now_us: int) -> None:
         """Send the answers that came later."""
         if not self._topics.vehicle_command_acks:
             return
         for ack in self._topics.vehicle_command_acks:
-            link = self._asked.get((ack.command.source_system, ack.command.source_component))
-            if link is not None:
-                send_ack(link, ack.command, CommandResult(ack.result, ack.progress, ack.result_param2))
+            send_ack(self._links, None, ack.command, CommandResult(ack.result, ack.progress, ack.result_param2))
         self._topics.vehicle_command_acks = ()
-
-    def _remember(self, command: VehicleCommand, link: Link) -> None:
-        asker = (command.source_system, command.source_component)
-        if self._asked.get(asker) is not link:
-            if len(self._asked) >= KEPT_ASKERS:
-                del self._asked[next(iter(self._asked))]
-            self._asked[asker] = link
 
 
 def vehicle_command(message: Any) -> VehicleCommand:
@@ -123,14 +115,19 @@ def _scaled(value: int, frame: int) -> float:
     return value * 1e-4 if frame in LOCAL_FRAMES else value * 1e-7
 
 
-def send_ack(link: Link, command: VehicleCommand, result: CommandResult) -> None:
-    """Answer whom a command came from, on the link it came on."""
-    link.send_fields(
-        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
-        command.command,
-        result.result,
-        result.progress,
-        result.result_param2,
-        command.source_system,
-        command.source_component,
-    )
+def send_ack(links: Iterable[Link], origin: Link | None, command: VehicleCommand, result: CommandResult) -> None:
+    """Answer whom a command came from: on the link it came on, and on every other where that component was heard.
+
+    As PX4 does (Mavlink::task_main, is_target_known): who speaks on two links hears the answer on both.
+    """
+    asker = (command.source_system, command.source_component)
+    for link in links:
+        if link is origin or link.heard(*asker):
+            link.send_fields(
+                mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+                command.command,
+                result.result,
+                result.progress,
+                result.result_param2,
+                *asker,
+            )

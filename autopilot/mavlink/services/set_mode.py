@@ -16,8 +16,14 @@ class SetMode:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SET_MODE})
     HAS_TIMER = False
 
-    def __init__(self, handle: Callable[[int, VehicleCommand], CommandResult | None], system_id: int) -> None:
-        """`handle` decides on commands."""
+    def __init__(
+        self,
+        links: tuple[Link, ...],
+        handle: Callable[[int, VehicleCommand], CommandResult | None],
+        system_id: int,
+    ) -> None:
+        """`handle` decides on commands; the answers go to whichever of `links` the asker was heard on."""
+        self._links = links
         self._handle = handle
         self._system_id = system_id
 
@@ -37,7 +43,7 @@ class SetMode:
         )
         result = self._handle(now_us, command)
         if result is not None:
-            send_ack(link, command, result)
+            send_ack(self._links, link, command, result)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
