@@ -18,6 +18,7 @@ from autopilot.mavlink.component_metadata import (
     events,
     files,
     parameter,
+    parameter_codes,
     parameter_texts,
 )
 from tests.unit import metadata_schemas
@@ -100,7 +101,7 @@ def test_parameters_are_described_with_bounds_units_and_codes() -> None:
     assert described["COM_RCL_EXCEPT"]["bitmask"][1] == {"index": 1, "description": "Hold"}
 
 
-@pytest.mark.parametrize("table", [parameter_texts.SHORT, parameter_texts.VALUES, parameter_texts.BITS])
+@pytest.mark.parametrize("table", [parameter_texts.SHORT, parameter_codes.VALUES, parameter_codes.BITS])
 def test_every_text_belongs_to_a_parameter(table: dict[str, Any]) -> None:
     for name in table:
         pattern = re.compile(re.escape(name).replace(r"\{n\}", r"\d+"))

@@ -1,12 +1,12 @@
 """Parameter metadata (COMP_METADATA_TYPE_PARAMETER): type, default, bounds, unit and group from PX4's table.
 
-What a parameter and its codes mean is said where parameter_texts.py says it; the others speak through their name.
+What a parameter is and its codes mean, where it is said: parameter_texts.py, parameter_codes.py.
 """
 
 from typing import Any
 
 from autopilot import parameters
-from autopilot.mavlink.component_metadata import parameter_texts
+from autopilot.mavlink.component_metadata import parameter_codes, parameter_texts
 
 VERSION = 1
 """QGroundControl takes no other (CompInfoParam.cc), though the newest schema wants 3; nothing else differs."""
@@ -25,11 +25,11 @@ def _entry(name: str, row: dict[str, Any]) -> dict[str, Any]:
     if text := parameter_texts.short(name):
         entry["shortDesc"] = text
     if codes := row.get("values"):
-        meanings = parameter_texts.values(name)
+        meanings = parameter_codes.values(name)
         if all(code in meanings for code in codes):
             entry["values"] = [{"value": code, "description": meanings[code]} for code in codes]
     if bits := row.get("bits"):
-        meanings = parameter_texts.bits(name)
+        meanings = parameter_codes.bits(name)
         if all(bit in meanings for bit in bits):
             entry["bitmask"] = [{"index": bit, "description": meanings[bit]} for bit in bits]
     return entry

@@ -1,19 +1,56 @@
-"""What parameters and their codes mean, in our words: those that act here, and those of a ground station's setup pages.
+"""What parameters are, in our words: those that act here, and those of a ground station's setup pages.
 
-`{n}` in a name or text is the instance's number. A parameter without a text speaks through its name; codes are only
-given meanings when all of a parameter's have one.
+`{n}` in a name or text is the instance's number. A parameter without a text speaks through its name.
 """
 
-import functools
 import re
 from collections.abc import Mapping
 from typing import TypeVar
 
-from autopilot.mavlink.component_metadata.actuators import FUNCTIONS
-from sitl_emu.core import dialect as mavlink
-
 SHORT = {
     # commander and failsafes
+    "BAT{n}_I_OVERWRITE": "Current to assume when none is measured",
+    "BAT{n}_R_INTERNAL": "Internal resistance; negative: it is estimated",
+    "BAT_AVRG_CURRENT": "Average current expected in flight",
+    "COM_ACT_FAIL_ACT": "What the failure of a motor does",
+    "COM_ARMABLE": "Arming is possible at all",
+    "COM_ARM_AUTH_ID": "System that authorises arming",
+    "COM_ARM_AUTH_MET": "How arming is authorised",
+    "COM_ARM_AUTH_REQ": "Arming needs an authorisation",
+    "COM_ARM_AUTH_TO": "Time to authorise",
+    "COM_ARM_CHK_ESCS": "Arming needs all ESCs",
+    "COM_ARM_IMU_ACC": "Largest difference between accelerometers",
+    "COM_ARM_IMU_GYR": "Largest difference between gyroscopes",
+    "COM_ARM_MAG_ANG": "Largest difference between compasses; -1: not checked",
+    "COM_ARM_MAG_STR": "What a disturbed compass does before arming",
+    "COM_ARM_SWISBTN": "The arming switch is a button",
+    "COM_CPU_MAX": "Processor load above which arming is denied; -1: not checked",
+    "COM_RAM_MAX": "Memory use above which arming is denied; -1: not checked",
+    "COM_FLTMODE_BOOT": "Mode after switch-on",
+    "COM_FLTT_LOW_ACT": "What too little remaining flight time does",
+    "COM_HLDL_LOSS_T": "Silence after which a high-latency link is lost",
+    "COM_HOME_IN_AIR": "Home may be set in flight",
+    "COM_POS_LOW_ACT": "What an inaccurate position does",
+    "COM_POS_LOW_EPH": "Horizontal error above which the position is inaccurate; -1: not checked",
+    "COM_POWER_COUNT": "Power modules needed",
+    "COM_PREARM_MODE": "When servos may move before arming",
+    "COM_QC_ACT": "What a quadchute does",
+    "COM_VEL_FS_EVH": "Horizontal velocity error beyond which the velocity is lost",
+    "COM_WIND_MAX": "Wind that acts; -1: not checked",
+    "COM_WIND_MAX_ACT": "What too much wind does",
+    "COM_WIND_WARN": "Wind that is told; -1: not checked",
+    "FD_ALT_LOSS": "Loss of altitude that is a failure; 0: not checked",
+    "FD_FAIL_P": "Pitch that is a failure; 0: not checked",
+    "FD_FAIL_P_TTRI": "Time for which it must last",
+    "FD_FAIL_R": "Roll that is a failure; 0: not checked",
+    "FD_FAIL_R_TTRI": "Time for which it must last",
+    "FD_ACT_EN": "Look for failed motors",
+    "CBRK_USB_CHK": "Do not check whether USB is connected (197848)",
+    "CBRK_SUPPLY_CHK": "Do not check the power supply (894281)",
+    "CBRK_FLIGHTTERM": "Do not terminate the flight (121212)",
+    "CBRK_IO_SAFETY": "Do not ask for the safety button (22027)",
+    "CBRK_BUZZER": "No buzzer (782097)",
+    "CBRK_VTOLARMING": "Allow arming as a fixed wing (159753)",
     "BAT_LOW_THR": "Charge below which the battery is low",
     "BAT_CRIT_THR": "Charge below which the battery is critically low",
     "BAT_EMERGEN_THR": "Charge below which the vehicle lands at once",
@@ -132,6 +169,16 @@ SHORT = {
     "MAV_HB_FORW_EN": "Forward the heartbeats of others",
     "MAV_HASH_CHK_EN": "Send a hash of all parameters first",
     # navigation
+    "MAN_ARM_GESTURE": "The sticks arm and disarm",
+    "MIS_LND_ABRT_ALT": "Height to climb to after an aborted landing",
+    "NAV_MIN_GND_DIST": "Least height above ground of a mission; -1: none",
+    "NAV_MIN_LTR_ALT": "Least height of loitering; -1: none",
+    "NAV_TRAFF_AVOID": "What traffic nearby does",
+    "FLW_TGT_ALT_M": "Height when following",
+    "FLW_TGT_DST": "Distance when following",
+    "FLW_TGT_FA": "Side from which to follow",
+    "FLW_TGT_HT": "Height above the one who is followed",
+    "FLW_TGT_MAX_VEL": "Largest speed around the one who is followed",
     "MAN_DEADZONE": "Stick deflection that counts as none",
     "MIS_TAKEOFF_ALT": "Height of a takeoff that names none",
     "MIS_TKO_LAND_REQ": "What a mission must contain",
@@ -150,6 +197,11 @@ SHORT = {
     "RTL_RETURN_ALT": "Height above home of a return",
     "RTL_TYPE": "Where and how to return",
     # multicopter
+    "MPC_ALT_MODE": "What Altitude mode holds",
+    "MPC_THR_CURVE": "What the middle of the throttle stick is",
+    "MPC_HOLD_MAX_XY": "Horizontal speed below which the position is held",
+    "MPC_HOLD_MAX_Z": "Vertical speed below which the height is held",
+    "SYS_VEHICLE_RESP": "How lively the vehicle is; negative: as its parameters say",
     "MC_ACRO_P_MAX": "Pitch rate at full stick in Acro",
     "MC_ACRO_R_MAX": "Roll rate at full stick in Acro",
     "MC_ACRO_Y_MAX": "Yaw rate at full stick in Acro",
@@ -259,167 +311,85 @@ SHORT = {
     # logging
     "SDLOG_MODE": "When logs are written",
     "SDLOG_PROFILE": "What logs contain",
+    "SDLOG_BACKEND": "Where logs go",
+    "SDLOG_BOOT_BAT": "Log from boot on a battery only",
+    "SDLOG_DIRS_MAX": "Log folders to keep; 0: until space is needed",
+    "SDLOG_MISSION": "A small log of missions beside the full one",
+    "SDLOG_UTC_OFFSET": "Local time, minutes from UTC, for the names of logs",
+    "SDLOG_UUID": "Write the vehicle's id into logs",
+    # sensors and radio
+    "CAL_ACC{n}_ID": "Accelerometer that calibration {n} is for",
+    "CAL_GYRO{n}_ID": "Gyroscope that calibration {n} is for",
+    "CAL_MAG{n}_ID": "Compass that calibration {n} is for",
+    "CAL_BARO{n}_ID": "Barometer that calibration {n} is for",
+    "CAL_ACC{n}_PRIO": "Priority of accelerometer {n}",
+    "CAL_GYRO{n}_PRIO": "Priority of gyroscope {n}",
+    "CAL_MAG{n}_PRIO": "Priority of compass {n}",
+    "CAL_BARO{n}_PRIO": "Priority of barometer {n}",
+    "CAL_ACC{n}_ROT": "How accelerometer {n} is mounted",
+    "CAL_GYRO{n}_ROT": "How gyroscope {n} is mounted",
+    "CAL_MAG{n}_ROT": "How compass {n} is mounted",
+    "CAL_BARO{n}_OFF": "Offset of barometer {n}",
+    **{
+        f"CAL_{sensor}{{n}}_{axis}{code}": f"{what} of {name} {{n}}, {axis} axis"
+        for sensor, name, codes in (
+            ("ACC", "accelerometer", ("OFF", "SCALE")),
+            ("GYRO", "gyroscope", ("OFF",)),
+            ("MAG", "compass", ("OFF", "SCALE", "ODIAG", "COMP")),
+        )
+        for code, what in (
+            ("OFF", "Offset"),
+            ("SCALE", "Scale"),
+            ("ODIAG", "Off-diagonal scale"),
+            ("COMP", "Compensation for power"),
+        )
+        if code in codes
+        for axis in "XYZ"
+    },
+    "CAL_MAG_COMP_TYP": "What the compass is compensated for",
+    "SENS_BOARD_ROT": "How the autopilot is mounted",
+    "SENS_BOARD_X_OFF": "Fine rotation of the autopilot, roll",
+    "SENS_BOARD_Y_OFF": "Fine rotation of the autopilot, pitch",
+    "SENS_BOARD_Z_OFF": "Fine rotation of the autopilot, yaw",
+    "SENS_MAG_SIDES": "Sides of a compass calibration",
+    "SYS_HAS_BARO": "The vehicle has a barometer",
+    "SYS_HAS_MAG": "Number of compasses needed",
+    "SYS_HITL": "Simulation",
+    "RC{n}_MIN": "Channel {n}, lowest value",
+    "RC{n}_MAX": "Channel {n}, highest value",
+    "RC{n}_TRIM": "Channel {n}, middle",
+    "RC{n}_REV": "Channel {n}, direction",
+    "RC_CHAN_CNT": "Number of channels",
+    "RC_MAP_ROLL": "Channel of roll",
+    "RC_MAP_PITCH": "Channel of pitch",
+    "RC_MAP_YAW": "Channel of yaw",
+    "RC_MAP_THROTTLE": "Channel of throttle",
+    "RC_MAP_FLTMODE": "Channel of the mode switch",
+    "RC_MAP_ARM_SW": "Channel of the arming switch",
+    "RC_MAP_KILL_SW": "Channel of the kill switch",
+    "RC_MAP_RETURN_SW": "Channel of the return switch",
+    "RC_MAP_LOITER_SW": "Channel of the hold switch",
+    "RC_MAP_OFFB_SW": "Channel of the offboard switch",
+    "RC_MAP_GEAR_SW": "Channel of the landing gear switch",
+    "RC_MAP_TERM_SW": "Channel of the termination switch",
+    "RC_MAP_PAY_SW": "Channel of the payload switch",
+    "RC_MAP_TRANS_SW": "Channel of the transition switch",
+    "RC_MAP_AUX{n}": "Channel of AUX {n}",
+    "RC_MAP_PARAM{n}": "Channel that tunes parameter {n}",
+    # PX4's own simulator
+    "SIH_MASS": "Mass",
+    "SIH_IXX": "Moment of inertia about x",
+    "SIH_IYY": "Moment of inertia about y",
+    "SIH_IZZ": "Moment of inertia about z",
+    "SIH_KDV": "Drag per speed",
+    "SIH_KDW": "Drag per rotation",
+    "SIH_LOC_LAT0": "Latitude of the start",
+    "SIH_LOC_LON0": "Longitude of the start",
+    "SIH_LOC_H0": "Altitude of the start",
+    "SIH_VEHICLE_TYPE": "Kind of vehicle",
+    "SIM_GPS_USED": "Satellites",
 }
 """By name."""
-
-OFF_ON = {0: "Disabled", 1: "Enabled"}
-_PRIORITY = {-1: "Uninitialised", 0: "Disabled", 1: "Min", 25: "Low", 50: "Medium", 75: "High", 100: "Max"}
-_CHANNELS = {0: "Unassigned"} | {number: f"Channel {number}" for number in range(1, 19)}
-_FLIGHT_MODES = {
-    -1: "Unassigned",
-    0: "Manual",
-    1: "Altitude",
-    2: "Position",
-    3: "Mission",
-    4: "Hold",
-    5: "Return",
-    6: "Acro",
-    7: "Offboard",
-    8: "Stabilized",
-    9: "Position Slow",
-    10: "Takeoff",
-    11: "Land",
-    12: "Follow Me",
-    13: "Precision Land",
-    16: "Altitude Cruise",
-} | {100 + number: f"External Mode {number + 1}" for number in range(8)}
-_MANUAL_EXCEPTIONS = {0: "Mission", 1: "Hold", 2: "Offboard", 3: "External modes", 4: "Altitude Cruise"}
-
-VALUES: dict[str, dict[int, str]] = {
-    "BAT{n}_N_CELLS": {0: "Unknown"} | {number: f"{number}S" for number in range(1, 17)},
-    "BAT{n}_SOURCE": {-1: "None", 0: "Power module", 1: "External", 2: "ESCs"},
-    "CA_AIRFRAME": {
-        0: "Multirotor",
-        1: "Fixed wing",
-        2: "Standard VTOL",
-        3: "Tiltrotor VTOL",
-        4: "Tailsitter VTOL",
-        5: "Rover (Ackermann)",
-        6: "Rover (Differential)",
-        7: "Motors (6DOF)",
-        8: "Multirotor with tilt",
-        9: "Custom",
-        10: "Helicopter (tail ESC)",
-        11: "Helicopter (tail servo)",
-        12: "Helicopter (coaxial)",
-        13: "Rover (Mecanum)",
-        14: "Spacecraft 2D",
-        15: "Spacecraft 3D",
-    },
-    "CA_FAILURE_MODE": {0: "Ignore", 1: "Leave the first failed motor out"},
-    "CA_METHOD": {0: "Pseudo-inverse, clipped", 1: "Pseudo-inverse, desaturated in turn", 2: "Automatic"},
-    "CA_ROTOR_COUNT": {number: str(number) for number in range(13)},
-    "COM_ARM_WO_GPS": {0: "Denied", 1: "Allowed, with a warning", 2: "Allowed"},
-    "COM_ARM_MIS_REQ": OFF_ON,
-    "COM_FLTMODE{n}": _FLIGHT_MODES,
-    "COM_HOME_EN": OFF_ON,
-    "COM_HOME_IN_AIR": OFF_ON,
-    "COM_LOW_BAT_ACT": {0: "Warning", 2: "Land", 3: "Return when critical, land when empty"},
-    "COM_OBL_RC_ACT": {
-        0: "Position",
-        1: "Altitude",
-        2: "Stabilized",
-        3: "Return",
-        4: "Land",
-        5: "Hold",
-        6: "Terminate",
-        7: "Disarm",
-    },
-    "COM_RC_IN_MODE": {
-        0: "Radio control only",
-        1: "MAVLink only",
-        2: "Either; another when the first is lost",
-        3: "Either; the first until reboot",
-        4: "None",
-        5: "Radio control before MAVLink, lower instances first",
-        6: "MAVLink before radio control, lower instances first",
-        7: "Radio control before MAVLink, higher instances first",
-        8: "MAVLink before radio control, higher instances first",
-    },
-    "GF_ACTION": {0: "Nothing", 1: "Warning", 2: "Hold", 3: "Return", 4: "Terminate", 5: "Land"},
-    "GF_SOURCE": {0: "Estimate", 1: "GNSS"},
-    "NAV_DLL_ACT": {0: "Nothing", 1: "Hold", 2: "Return", 3: "Land", 5: "Terminate", 6: "Disarm"},
-    "NAV_RCL_ACT": {1: "Hold", 2: "Return", 3: "Land", 5: "Terminate", 6: "Disarm", 7: "Nothing"},
-    "EKF2_HGT_REF": {0: "Barometer", 1: "GNSS", 2: "Range finder", 3: "Vision"},
-    "EKF2_MAG_TYPE": {0: "Automatic", 1: "Heading only", 5: "Never", 6: "At first only"},
-    "EKF2_RNG_CTRL": {0: "Never", 1: "When low and slow", 2: "Always"},
-    "EKF2_REQ_FIX": {
-        0: "None",
-        2: "2D",
-        3: "3D",
-        4: "Differential",
-        5: "RTK float",
-        6: "RTK fixed",
-        8: "Extrapolated",
-    },
-    "EKF2_GPS_MODE": {0: "Automatic", 1: "Dead reckoning"},
-    "MAV_PROTO_VER": {1: "MAVLink 1", 2: "MAVLink 2"},
-    "MAV_HASH_CHK_EN": OFF_ON,
-    "MC_AIRMODE": {0: "Disabled", 1: "Roll and pitch", 2: "Roll, pitch and yaw"},
-    "MC_ORBIT_YAW_MOD": {
-        0: "To the centre",
-        1: "As it was",
-        2: "Free",
-        3: "Along the circle",
-        4: "By the stick",
-    },
-    "MIS_TKO_LAND_REQ": {
-        0: "Nothing",
-        1: "A takeoff",
-        2: "A landing",
-        3: "A takeoff and a landing",
-        4: "Both or neither",
-        5: "Both or neither; in the air a landing is enough",
-    },
-    "MPC_ACC_DECOUPLE": OFF_ON,
-    "MPC_POS_MODE": {0: "Sticks are velocity", 4: "Sticks are acceleration"},
-    "MPC_YAW_MODE": {
-        0: "To the waypoint",
-        1: "To home",
-        2: "Away from home",
-        3: "Along the way",
-        4: "To the waypoint, then along the way",
-        5: "By the pilot",
-    },
-    "PD_GRIPPER_TYPE": {-1: "None", 0: "Servo"},
-    "PWM_MAIN_FUNC{n}": FUNCTIONS,
-    "RTL_TYPE": {
-        0: "Home or a rally point, directly",
-        1: "The mission's landing or a rally point, directly",
-        2: "The mission's landing along the mission, or home back along it",
-        3: "Whichever of home, rally points and the mission's landing is nearest",
-        4: "The mission's landing or back along it to home, whichever is nearer",
-        5: "The nearest rally point; home if there is none",
-    },
-    "SDLOG_MODE": {
-        0: "Armed",
-        1: "From switch-on until disarmed",
-        2: "From switch-on until shutdown",
-        3: "By a switch of the transmitter",
-        4: "From the first arming until shutdown",
-    },
-    "SIH_VEHICLE_TYPE": {
-        0: "Quadrotor",
-        1: "Fixed wing",
-        2: "Tailsitter",
-        3: "Standard VTOL",
-        4: "Hexacopter",
-        5: "Rover (Ackermann)",
-    },
-    "SYS_AUTOCONFIG": {0: "Keep parameters", 1: "Reset parameters"},
-    "SYS_HAS_GPS": OFF_ON,
-    "SYS_HAS_BARO": OFF_ON,
-}
-"""Meanings of codes, by name."""
-
-BITS: dict[str, dict[int, str]] = {
-    "COM_DLL_EXCEPT": _MANUAL_EXCEPTIONS,
-    "COM_RCL_EXCEPT": _MANUAL_EXCEPTIONS,
-    "EKF2_GPS_CTRL": {0: "Position", 1: "Altitude", 2: "Velocity", 3: "Heading of two antennas"},
-    "EKF2_DECL_TYPE": {0: "Of the GNSS position", 1: "Save what was learnt"},
-    "PWM_MAIN_REV": {bit: f"Channel {bit + 1}" for bit in range(16)},
-}
-"""Meanings of bits, by name."""
 
 Text = TypeVar("Text", str, dict[int, str])
 _INSTANCE = re.compile(r"\d+")
@@ -427,43 +397,15 @@ _INSTANCE = re.compile(r"\d+")
 
 def short(name: str) -> str:
     """A line on a parameter; empty if its name must do."""
-    return _found(SHORT, name) or ""
+    return found(SHORT, name) or ""
 
 
-def values(name: str) -> dict[int, str]:
-    """What a parameter's codes mean."""
-    if name == "MAV_TYPE":
-        return _enum("MAV_TYPE", "MAV_TYPE_")
-    if name.startswith(("CAL_", "SENS_")) and name.endswith("_ROT"):
-        return {-1: "Internal"} | _enum("MAV_SENSOR_ORIENTATION", "MAV_SENSOR_ROTATION_") | {100: "Custom angles"}
-    if name.startswith("CAL_") and name.endswith("_PRIO"):
-        return _PRIORITY
-    if name.startswith("RC_MAP_"):
-        return _CHANNELS
-    meanings = _found(VALUES, name)
-    if meanings is None and name.endswith("_EN"):
-        return OFF_ON
-    return meanings or {}
-
-
-def bits(name: str) -> dict[int, str]:
-    """What a parameter's bits mean."""
-    return _found(BITS, name) or {}
-
-
-def _found(table: Mapping[str, Text], name: str) -> Text | None:
+def found(table: Mapping[str, Text], name: str) -> Text | None:
     """The entry of a name, or of all its instances; a text's `{n}` is filled in."""
     if name in table:
         return table[name]
     for number in _INSTANCE.finditer(name):
-        found = table.get(f"{name[: number.start()]}{{n}}{name[number.end() :]}")
-        if found is not None:
-            return found.replace("{n}", number[0]) if isinstance(found, str) else found
+        entry = table.get(f"{name[: number.start()]}{{n}}{name[number.end() :]}")
+        if entry is not None:
+            return entry.replace("{n}", number[0]) if isinstance(entry, str) else entry
     return None
-
-
-@functools.cache
-def _enum(name: str, prefix: str) -> dict[int, str]:
-    """A MAVLink enum, its entries as words."""
-    entries = mavlink.enums[name].items()
-    return {code: entry.name.removeprefix(prefix).replace("_", " ").capitalize() for code, entry in entries}
