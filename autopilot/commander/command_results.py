@@ -19,7 +19,6 @@ FIXED: dict[int, int | None] = {
         (
             mavlink.MAV_CMD_DO_SET_ACTUATOR,
             mavlink.MAV_CMD_DO_GO_AROUND,
-            mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN,
             mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE,
         ),
         ACCEPTED,

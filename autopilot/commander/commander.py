@@ -97,6 +97,8 @@ class Commander:
         self._nav_state = NavState.AUTO_LOITER
         self._nav_state_us = 0
         self._battery_warning = 0
+        self._reference_us = 0
+        """When the local frame was last placed anew."""
         self._gcs_ever_lost = False
         self._gcs_lost = False
         self._onboard_controller_lost = False
@@ -156,6 +158,9 @@ class Commander:
 
     def _follow_home(self, now_us: int) -> None:
         topics = self._topics
+        if topics.vehicle_local_position.ref_timestamp != self._reference_us:
+            self._reference_us = topics.vehicle_local_position.ref_timestamp
+            topics.home_position = home_position.in_local_frame(topics)
         home = topics.home_position
         if self._arming.armed or home.manual_home or not self._parameters["COM_HOME_EN"]:
             return

@@ -57,6 +57,13 @@ def at_place(
     )
 
 
+def in_local_frame(topics: Topics) -> HomePosition:
+    """The same home, x, y and z as the local frame has it now."""
+    home = topics.home_position
+    moved = at_place(home.timestamp, topics, home.lat, home.lon, home.alt, home.yaw) if home.valid else None
+    return home if moved is None else home._replace(x=moved.x, y=moved.y, z=moved.z)
+
+
 def moved_away(topics: Topics) -> bool:
     """The vehicle is further from home than both may be wrong."""
     home, position = topics.home_position, topics.vehicle_global_position

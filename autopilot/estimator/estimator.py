@@ -439,6 +439,25 @@ class Estimator:
         self._xy_reset_counter += 1
         return True
 
+    def move_origin(self, now_us: int, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
+        """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude."""
+        if self._origin is None:
+            return
+        self._apply()
+        state = self._state
+        place = self._origin.reproject(state.pn, state.pe)
+        self._origin, self._origin_us = MapProjection(latitude_deg, longitude_deg), now_us
+        state.pn, state.pe = self._origin.project(*place)
+        self._smooth[3] = self._smooth[4] = 0.0
+        self._xy_reset_counter += 1
+        if math.isfinite(altitude_amsl_m):
+            down_m = altitude_amsl_m - self._ref_alt_m
+            self._ref_alt_m = altitude_amsl_m
+            state.pd += down_m
+            self._terrain.shift(down_m)
+            self._baro_bias.reset(self._baro_bias.bias_m + down_m)
+            self._z_reset_counter += 1
+
     def _reset_height(self, now_us: int, down_m: float, variance: float) -> None:
         state = self._state
         self._terrain.shift(down_m - state.pd)

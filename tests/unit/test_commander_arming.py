@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from autopilot.commander.home_position import in_local_frame
 from autopilot.constants import NavState
 from autopilot.topics import LoggerStatus, ManualControlSetpoint
 from sitl_emu.core import dialect as mavlink
@@ -325,6 +326,15 @@ def test_modes_by_base_mode_flags(vehicle: FakeVehicle, flags: int, result: int,
     assert vehicle.result(mavlink.MAV_CMD_DO_SET_MODE, flags) == result
     vehicle.step()
     assert vehicle.mode is mode
+
+
+def test_home_stays_when_the_local_frame_moves(vehicle: FakeVehicle) -> None:
+    home, local = vehicle.topics.home_position, vehicle.topics.vehicle_local_position
+    lat, lon = PLACE.reproject(-100.0, 0.0)
+    vehicle.topics.vehicle_local_position = local._replace(ref_lat=lat, ref_lon=lon, ref_timestamp=vehicle.now_us)
+    moved = in_local_frame(vehicle.topics)
+    assert (moved.lat, moved.lon, moved.update_count) == (home.lat, home.lon, home.update_count)
+    assert abs(moved.x - home.x - 100.0) < 0.1
 
 
 def test_home_is_denied_without_a_place_and_where_the_parameter_forbids_it(vehicle: FakeVehicle) -> None:

@@ -10,8 +10,8 @@ from autopilot.topics import VehicleCommand
 
 from .estimator_feed import LAT, LON, Feed
 
-EXTERNAL_ATTITUDE, EXTERNAL_POSITION, SENSOR_ENABLE = 620, 43003, 43006
-ACCEPTED, UNSUPPORTED = 0, 3
+EXTERNAL_ATTITUDE, EXTERNAL_POSITION, SENSOR_ENABLE, GLOBAL_ORIGIN = 620, 43003, 43006, 611
+ACCEPTED, UNSUPPORTED, FAILED = 0, 3, 4
 GPS, BARO, MAG = 0, 4, 6
 NAN = math.nan
 
@@ -67,3 +67,23 @@ def test_a_position_that_is_none_changes_nothing(latitude: float) -> None:
     assert give(feed, EXTERNAL_ATTITUDE, 1, 2, 3) == ACCEPTED
     feed.run(0.1)
     assert north_m(feed) == pytest.approx(0.0, abs=1.0)
+
+
+@pytest.mark.parametrize("altitude_m", [NAN, 400.0])
+def test_a_new_origin_leaves_the_vehicle_where_it_is(altitude_m: float) -> None:
+    feed = Feed()
+    feed.run(5.0)
+    before, height = feed.topics.vehicle_global_position, feed.topics.vehicle_local_position.z
+    assert give(feed, GLOBAL_ORIGIN, 0, 0, 0, 0, LAT - 0.01, LON, altitude_m) == ACCEPTED
+    feed.run(3.0)
+    local, after = feed.topics.vehicle_local_position, feed.topics.vehicle_global_position
+    assert (local.ref_lat, local.ref_lon) == (LAT - 0.01, LON)
+    assert local.x == pytest.approx(1112.0, abs=5.0)
+    moved_m = 0.0 if math.isnan(altitude_m) else altitude_m - (before.alt + height)
+    assert local.z - height == pytest.approx(moved_m, abs=0.7)
+    assert (after.lat, after.lon) == pytest.approx((before.lat, before.lon), abs=1e-5)
+    assert after.alt == pytest.approx(before.alt, abs=0.7)
+
+
+def test_an_origin_off_the_globe() -> None:
+    assert give(Feed(), GLOBAL_ORIGIN, 0, 0, 0, 0, 91.0, 0.0, 0.0) == FAILED
