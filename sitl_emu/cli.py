@@ -120,7 +120,8 @@ def launch(
     fresh: Annotated[
         bool,
         typer.Option(
-            "--fresh", help="Forget the parameters and missions of earlier launches of these vehicles; logs stay."
+            "--fresh",
+            help="Forget the parameters, missions and signing keys of earlier launches of these vehicles; logs stay.",
         ),
     ] = False,
 ) -> None:
