@@ -22,7 +22,6 @@ from sitl_emu.core import dialect as mavlink
 
 HEADER = struct.Struct("<HBBBBBBI")
 SIZE = struct.Struct("<I")
-PAYLOAD_BYTES = 251
 DATA_BYTES = 239
 PATH_BYTES = 238
 ACK, NAK = 128, 129
