@@ -10,7 +10,7 @@ from pathlib import Path
 
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
-from autopilot.commands import VehicleCommands
+from autopilot.commands import CommandResult, VehicleCommands
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.dataman import Dataman
@@ -34,7 +34,7 @@ from autopilot.sensors import Sensors
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import Pxh
 from autopilot.texts import Texts
-from autopilot.topics import Topics
+from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
 MAV_TYPE_GROUND_ROVER = 10
@@ -95,7 +95,7 @@ class Autopilot:
             *self.payload,
         )
         self.commands = VehicleCommands(owners)
-        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self.commands.handle, instance, root, self.outgoing)
+        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self._on_command, instance, root, self.outgoing)
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
         self.logger = Logger(*shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us)
@@ -143,6 +143,12 @@ class Autopilot:
         if self.parameters["MNT_MODE_IN"] >= 0:
             modules.append(Gimbal(self.topics, self.parameters, self.outgoing))
         return tuple(modules)
+
+    def _on_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        """Let its owner decide on a command that came in, and log both."""
+        result = self.commands.handle(now_us, command)
+        self.logger.on_command(now_us, command, result)
+        return result
 
     def on_datagram(self, link: int, data: bytes) -> None:
         """A datagram came in on a link (index in `mavlink.links`)."""

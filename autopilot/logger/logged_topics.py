@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from autopilot.commands import CommandResult
 from autopilot.constants import NavState
 from autopilot.events import Event
 from autopilot.logger import ulog
@@ -187,17 +188,13 @@ def sensor_mag(record: SensorMag) -> Sequence[Value]:
     return record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, NAN, 0
 
 
-def _gps(topic: str) -> Row:
+def _gps(topic: str, boot_unix_us: int) -> Row:
     def compute(record: SensorGps) -> tuple[Value, ...]:
         north, east = record.vel_n_m_s, record.vel_e_m_s
-        return math.hypot(north, east), math.atan2(east, north), record.fix_type >= 3
+        unix_us = boot_unix_us + record.timestamp
+        return math.hypot(north, east), math.atan2(east, north), record.fix_type >= 3, unix_us
 
-    extra: Extra = {
-        "timestamp_sample": "timestamp",
-        "altitude_ellipsoid_m": "altitude_msl_m",
-        "device_id": SIMULATED_GPS,
-    }
-    return by_name(topic, SensorGps, extra, ("vel_m_s", "cog_rad", "vel_ned_valid"), compute)
+    return by_name(topic, SensorGps, GPS, ("vel_m_s", "cog_rad", "vel_ned_valid", "time_utc_usec"), compute)
 
 
 def vehicle_attitude(record: VehicleAttitude) -> Sequence[Value]:
@@ -235,7 +232,7 @@ GLOBAL_POSITION: Extra = {
     "lat_lon_valid": "valid",
     "alt_valid": "valid",
 }
-ESTIMATOR_STATUS: Extra = {
+ESTIMATOR_STATUS: dict[str, float | str] = {
     "timestamp_sample": "timestamp",
     "output_tracking_error": 0.0,
     "hdg_test_ratio": "mag_test_ratio",
@@ -266,13 +263,32 @@ HOME: Extra = {"valid_alt": "valid", "valid_hpos": "valid", "valid_lpos": "valid
 BATTERY: Extra = {"current_average_a": "current_a", "scale": 1.0, "id": 1}
 MANUAL_CONTROL: Extra = {"timestamp_sample": "timestamp"}
 DISTANCE: Extra = {"device_id": SIMULATED_DISTANCE_SENSOR, "q": 0.0}
-STATUS: Extra = {
+STATUS: dict[str, float | str] = {
     "nav_state_display": "nav_state",
     "failsafe_defer_state": "failsafe_defer",
     "system_type": "mav_type",
     "component_id": 1,
     "power_input_valid": 1,
     "calibration_enabled": "calibrating",
+}
+
+
+GPS: Extra = {
+    "timestamp_sample": "timestamp",
+    "altitude_ellipsoid_m": "altitude_msl_m",
+    "device_id": SIMULATED_GPS,
+    "s_variance_m_s": 0.4,
+    "c_variance_rad": 0.1,
+    "hdop": 0.7,
+    "vdop": 1.1,
+}
+IMU_STATUS: dict[str, float | str] = {
+    "accel_device_id": SIMULATED_IMU,
+    "gyro_device_id": SIMULATED_IMU,
+    "accel_rate_hz": 250.0,
+    "gyro_rate_hz": 250.0,
+    "accel_raw_rate_hz": 250.0,
+    "gyro_raw_rate_hz": 250.0,
 }
 
 
@@ -439,7 +455,16 @@ STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
 
 COMMAND = by_name("vehicle_command", VehicleCommand)
-"""Commands come several at a time, so the logger takes them from their list itself."""
+"""Commands, their answers and events come several at a time, so that no topic holds them."""
+
+
+def command_ack(record: tuple[VehicleCommand, CommandResult]) -> Sequence[Value]:
+    """The answer to a command, but for the time."""
+    command, (result, progress, result_param2) = record
+    target = (command.source_component, result, progress, command.source_system)
+    return 0, command.command, result_param2, *target, False
+
+
 EVENT_ARGUMENTS = 25
 
 
@@ -455,8 +480,6 @@ COMMON = (
     LoggedTopic("sensor_baro", 1000, "sensor_baro", sensor_baro),
     LoggedTopic("vehicle_magnetometer", 200, "sensor_mag", vehicle_magnetometer),
     LoggedTopic("sensor_mag", 1000, "sensor_mag", sensor_mag),
-    LoggedTopic("vehicle_gps_position", 100, "sensor_gps", _gps("vehicle_gps_position")),
-    LoggedTopic("sensor_gps", 1000, "sensor_gps", _gps("sensor_gps")),
     LoggedTopic(
         "distance_sensor",
         1000,
@@ -516,19 +539,24 @@ COMMON = (
             lambda record: record.gyro_bias + record.accel_bias,
         ),
     ),
+    LoggedTopic(
+        "vehicle_imu_status",
+        1000,
+        "estimator_status",
+        by_name(
+            "vehicle_imu_status",
+            EstimatorStatus,
+            IMU_STATUS,
+            ("delta_angle_coning_metric", "gyro_vibration_metric", "accel_vibration_metric"),
+            lambda record: record.vibration,
+        ),
+    ),
     LoggedTopic("wind", 1000, "wind", by_name("wind", WindEstimate)),
     LoggedTopic(
         "vehicle_land_detected",
         STATE_MS,
         "vehicle_land_detected",
         by_name("vehicle_land_detected", VehicleLandDetected),
-        state=True,
-    ),
-    LoggedTopic(
-        "vehicle_status",
-        STATE_MS,
-        "vehicle_status",
-        by_name("vehicle_status", VehicleStatus, STATUS, ("arming_state", "vehicle_type"), _arming_and_type),
         state=True,
     ),
     LoggedTopic("vehicle_control_mode", STATE_MS, "vehicle_status", vehicle_control_mode, state=True),
@@ -613,11 +641,35 @@ PROFILES: Mapping[int, Mapping[str, int]] = {
 identification, high rate, sensor comparison, vision, high-rate sensors."""
 
 
-def logged_topics(profile: int, rover: bool, functions: Sequence[int]) -> list[LoggedTopic]:
-    """What SDLOG_PROFILE asks for, as far as we have it; `functions` are PWM_MAIN_FUNC1 and so on."""
-    motors = LoggedTopic("actuator_motors", 100, "actuator_outputs", actuators(functions, MOTOR_FUNCTION, MOTORS, (0,)))
-    servos = LoggedTopic("actuator_servos", 100, "actuator_outputs", actuators(functions, SERVO_FUNCTION, SERVOS, ()))
-    known = [*COMMON, motors, *((servos,) if rover else MULTICOPTERS)]
+class Vehicle(NamedTuple):
+    """What rows need to know of a vehicle."""
+
+    rover: bool
+    functions: Sequence[int]
+    """PWM_MAIN_FUNC1 and so on: what each output carries."""
+    system_id: int
+    boot_unix_us: int
+
+
+def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
+    """What SDLOG_PROFILE asks for, as far as we have it."""
+    status = by_name(
+        "vehicle_status",
+        VehicleStatus,
+        STATUS | {"system_id": vehicle.system_id},
+        ("arming_state", "vehicle_type"),
+        _arming_and_type,
+    )
+    motors = actuators(vehicle.functions, MOTOR_FUNCTION, MOTORS, (0,))
+    servos = actuators(vehicle.functions, SERVO_FUNCTION, SERVOS, ())
+    known = [
+        *COMMON,
+        LoggedTopic("vehicle_gps_position", 100, "sensor_gps", _gps("vehicle_gps_position", vehicle.boot_unix_us)),
+        LoggedTopic("sensor_gps", 1000, "sensor_gps", _gps("sensor_gps", vehicle.boot_unix_us)),
+        LoggedTopic("vehicle_status", STATE_MS, "vehicle_status", status, state=True),
+        LoggedTopic("actuator_motors", 100, "actuator_outputs", motors),
+        *((LoggedTopic("actuator_servos", 100, "actuator_outputs", servos),) if vehicle.rover else MULTICOPTERS),
+    ]
     default = not profile or profile >> DEFAULT_PROFILE & 1
     intervals = {topic.name: topic.interval_ms for topic in known} if default else {}
     for bit, others in PROFILES.items():

@@ -10,18 +10,20 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 """
 
 import re
+import struct
 from collections.abc import Callable, Iterable
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from autopilot.commands import CommandResult
 from autopilot.constants import Severity
 from autopilot.logger import log_files, logged_topics, ulog
 from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
-from autopilot.topics import LoggerStatus, Topics
+from autopilot.topics import LoggerStatus, Topics, VehicleCommand
 
 FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
 """SDLOG_MODE."""
@@ -54,17 +56,34 @@ DATA_FORMAT = 1
 OUTPUTS = 16
 
 
+PACKING_ERRORS = (struct.error, OverflowError)
+"""A number does not fit into its field."""
+
+
 class Subscription:
     """A logged topic in a running log."""
 
-    __slots__ = ("due_us", "header", "last", "message_id", "name", "pack", "pending", "row", "size", "source", "timed")
+    __slots__ = (
+        "codes",
+        "due_us",
+        "header",
+        "last",
+        "message_id",
+        "name",
+        "pack",
+        "pending",
+        "row",
+        "size",
+        "source",
+        "timed",
+    )
 
     def __init__(
         self, message_id: int, name: str, row: logged_topics.Row, source: str = "", timed: bool = True
     ) -> None:
         layout = logged_topics.layout_of(name)
         self.message_id, self.name, self.source, self.row = message_id, name, source, row
-        self.pack, self.size = layout.pack, layout.size
+        self.pack, self.size, self.codes = layout.pack, layout.size, layout.codes
         self.header = ulog.data_header(layout.size, message_id)
         self.timed = timed
         """Whether our record says when it was made."""
@@ -78,7 +97,10 @@ class Subscription:
     def messages(self) -> list[bytes]:
         """The data messages of what is pending."""
         pack, header, row = self.pack, self.header, self.row
-        packed = [pack(header, *row(record)) for record in self.pending]
+        try:
+            packed = [pack(header, *row(record)) for record in self.pending]
+        except PACKING_ERRORS:
+            packed = [pack(header, *ulog.fitted(self.codes, row(record))) for record in self.pending]
         self.pending.clear()
         return packed
 
@@ -86,7 +108,10 @@ class Subscription:
         """The data message of one record; one that does not say when it was made gets the present time."""
         values = self.row(record)
         time_us = values[0] if self.timed else now_us
-        return self.pack(self.header, time_us, *values[1:])
+        try:
+            return self.pack(self.header, time_us, *values[1:])
+        except PACKING_ERRORS:
+            return self.pack(self.header, *ulog.fitted(self.codes, (time_us, *values[1:])))
 
 
 class Group:
@@ -136,7 +161,7 @@ class Logger:
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
-        self._texts_seen = self._commands_seen = self._events_seen = 0
+        self._texts_seen = self._events_seen = 0
         self._version = -1
         self._values: dict[str, float | int] = {}
 
@@ -156,6 +181,13 @@ class Logger:
                 self._every_tick = ()
         for append, source in self._every_tick:
             append(getattr(self._topics, source))
+
+    def on_command(self, now_us: int, command: VehicleCommand, result: CommandResult | None) -> None:
+        """A command came, and this was its answer."""
+        if self.file is not None or self.stream is not None:
+            self._buffer.append(self._command.message(now_us, command))
+            if result is not None:
+                self._buffer.append(self._command_ack.message(now_us, (command, result)))
 
     def on(self) -> None:
         """The shell's `logger on`: log now, armed or not."""
@@ -277,11 +309,13 @@ class Logger:
     def _prepare(self, now_us: int) -> None:
         """Subscribe anew, and log everything once."""
         parameters = self._parameters
-        topics = logged_topics.logged_topics(
-            int(parameters["SDLOG_PROFILE"]),
+        vehicle = logged_topics.Vehicle(
             self._topics.vehicle_status.vehicle_type == "rover",
             [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
+            int(parameters["MAV_SYS_ID"]),
+            self._unix_us_of_boot(),
         )
+        topics = logged_topics.logged_topics(int(parameters["SDLOG_PROFILE"]), vehicle)
         groups: dict[tuple[int, bool], list[Subscription]] = {}
         self._subscriptions, every_tick = [], []
         for topic in topics:
@@ -303,17 +337,17 @@ class Logger:
         self._buffer = []
         count = len(self._subscriptions)
         self._command = Subscription(count, "vehicle_command", logged_topics.COMMAND, timed=False)
-        self._event = Subscription(count + 1, "event", logged_topics.event, timed=False)
+        self._command_ack = Subscription(count + 1, "vehicle_command_ack", logged_topics.command_ack, timed=False)
+        self._event = Subscription(count + 2, "event", logged_topics.event, timed=False)
         self._events_seen = self._texts.events.count
         self._texts_seen = self._texts.count
-        self._commands_seen = commands[-1].number if (commands := self._topics.vehicle_commands) else 0
         self._version = parameters.version
         self._values = {name: parameters[name] for name in parameters}
 
     def _definitions(self, now_us: int) -> list[bytes]:
         """Everything up to the first data."""
         parameters = self._parameters
-        subscriptions = (*self._subscriptions, self._command, self._event)
+        subscriptions = (*self._subscriptions, self._command, self._command_ack, self._event)
         offset_min = int(parameters["SDLOG_UTC_OFFSET"])
         messages = [
             ulog.file_header(now_us),
@@ -408,13 +442,8 @@ class Logger:
             self._begin_file(now_us)
 
     def _gather_rare(self, now_us: int) -> None:
-        """Commands, texts, events and changed parameters."""
-        buffer, commands = self._buffer, self._topics.vehicle_commands
-        if commands and commands[-1].number != self._commands_seen:
-            for number, time_us, command in commands:
-                if number > self._commands_seen:
-                    buffer.append(self._command.message(time_us, command))
-            self._commands_seen = commands[-1].number
+        """Texts, events and changed parameters."""
+        buffer = self._buffer
         if self._texts.count != self._texts_seen:
             for text in self._texts.recent:
                 if text.number >= self._texts_seen:

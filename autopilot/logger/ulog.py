@@ -4,8 +4,9 @@ Pure functions: each returns one whole message. A log is `file_header`, `FLAG_BI
 parameters), then subscriptions, data, texts and sync marks in the order of time.
 """
 
+import math
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 Field = tuple[str, str]
@@ -35,6 +36,8 @@ STRUCT_CODES = {
     "bool": "?",
     "char": "c",
 }
+LARGEST_FLOAT = 3.4028234663852886e38
+"""Of a float32."""
 LONGEST_INFORMATION = 220
 """Bytes of one information message's text; PX4 splits longer ones likewise."""
 
@@ -117,6 +120,8 @@ class DataLayout(NamedTuple):
     """Takes `data_header`, then the values of the fields, arrays flattened."""
     size: int
     """Bytes of a message without those of its `HEADER`."""
+    codes: str
+    """Of struct, one a value."""
 
 
 def data_header(size: int, message_id: int) -> bytes:
@@ -126,8 +131,24 @@ def data_header(size: int, message_id: int) -> bytes:
 
 def data_layout(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> DataLayout:
     """The layout of a topic's data messages; `formats` holds the types that fields may be of."""
-    layout = struct.Struct(f"<{DATA_HEADER.size}s{_codes(fields, formats)}")
-    return DataLayout(layout.pack, layout.size - HEADER.size)
+    codes = _codes(fields, formats)
+    layout = struct.Struct(f"<{DATA_HEADER.size}s{codes}")
+    return DataLayout(layout.pack, layout.size - HEADER.size, codes)
+
+
+def fitted(codes: str, values: Sequence[float | int | bool]) -> list[float | int | bool]:
+    """Values that their fields can hold: too large a float is infinite, an integer wraps around, as in PX4's C++."""
+    return [_fitted(code, value) for code, value in zip(codes, values, strict=True)]
+
+
+def _fitted(code: str, value: float | int | bool) -> float | int | bool:
+    if code in "fd":
+        return math.copysign(math.inf, value) if code == "f" and abs(value) > LARGEST_FLOAT else value
+    if code == "?" or not math.isfinite(value):
+        return bool(value) if code == "?" else 0
+    bits = 8 * struct.calcsize(code)
+    wrapped = int(value) & (1 << bits) - 1
+    return wrapped - (1 << bits) if code.islower() and wrapped >> bits - 1 else wrapped
 
 
 def array_length(kind: str) -> tuple[str, int]:

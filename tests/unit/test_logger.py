@@ -14,6 +14,7 @@ from pyulog.ulog2csv import convert_ulog2csv
 import vehicles
 from autopilot import storage
 from autopilot.autopilot import Autopilot
+from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
 from autopilot.logger import log_files, logged_topics
 from autopilot.logger.logger import Logger
@@ -23,7 +24,6 @@ from autopilot.texts import Texts
 from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
-    CommandRecord,
     InputRc,
     SensorCombined,
     Topics,
@@ -251,7 +251,8 @@ def test_a_log_that_is_removed_ends_quietly(tmp_path: Path) -> None:
 def test_every_topic_is_packed_whole() -> None:
     """Every row has as many values as PX4's fields, also of records that nobody has written."""
     for rover in (False, True):
-        for topic in logged_topics.logged_topics(0xFFF, rover, [101, 102, 103, 104]):
+        vehicle = logged_topics.Vehicle(rover, [101, 102, 103, 104], 1, BOOT_UNIX_US)
+        for topic in logged_topics.logged_topics(0xFFF, vehicle):
             layout, record = logged_topics.layout_of(topic.name), getattr(Topics(), topic.source)
             values = topic.row(record)
             assert len(layout.pack(b"head.", *values)) == layout.size + 3, topic.name
@@ -268,7 +269,7 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     )
     topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
-    topics.vehicle_commands = (CommandRecord(1, now, command),)
+    rig.logger.on_command(now, command, CommandResult(4, 50, -1))
     rig.texts.say(Severity.INFO, "[logger] x\t", "logger_open_file_sess", 3, 258)
     topics.input_rc = InputRc(now, (1500, 1100))
     rig.parameters.set("MPC_XY_P", 0.5)
@@ -294,6 +295,9 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     given = row("vehicle_command")
     assert (given["timestamp"], given["command"], given["param1"], given["param5"]) == (now, 400, 1.0, 47.5)
     assert (given["source_system"], given["target_system"], given["from_external"]) == (255, 1, 1)
+    answer = row("vehicle_command_ack")
+    assert (answer["command"], answer["result"], answer["result_param1"], answer["result_param2"]) == (400, 4, 50, -1)
+    assert (answer["target_system"], answer["timestamp"]) == (255, now)
     event, radio = row("event"), row("input_rc")
     assert (event["id"], [event[f"arguments[{n}]"] for n in range(4)]) == (21312348, [3, 0, 2, 1])
     assert (event["event_sequence"], event["log_levels"]) == (2, 0x66)
@@ -305,6 +309,23 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     assert "[commander] [logger] x" in [text.message for text in log.logged_messages]
     assert [(name, value) for _, name, value in log.changed_parameters] == [("MPC_XY_P", 0.5)]
     assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
+
+
+def test_numbers_that_do_not_fit_end_nothing(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(0.1)
+    rig.topics.vehicle_local_position = VehicleLocalPosition(
+        rig.now_us, x=1e300, y=-1e300, z=math.inf, vx=math.nan, xy_reset_counter=257
+    )
+    rig.logger.on_command(rig.now_us, VehicleCommand(-1, 1e300, source_system=256), None)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    local, command = (log.get_dataset(name).data for name in ("vehicle_local_position", "vehicle_command"))
+    assert (local["x"][-1], local["y"][-1], local["z"][-1]) == (math.inf, -math.inf, math.inf)
+    assert math.isnan(local["vx"][-1])
+    assert local["xy_reset_counter"][-1] == 1
+    assert (command["command"][-1], command["param1"][-1], command["source_system"][-1]) == (0xFFFFFFFF, math.inf, 0)
 
 
 def test_what_nobody_has_written_is_not_logged(tmp_path: Path) -> None:
