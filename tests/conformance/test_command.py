@@ -1,18 +1,74 @@
-"""Command protocol: targets, unknown commands."""
+"""Command protocol: targets, what each command is answered with, commands that choose a mode."""
 
 from typing import Any
 
 import pytest
+from pymavlink.dialects.v20 import common
 
 PAGE = "https://mavlink.io/en/services/command.html"
 RUN_PREARM_CHECKS = 401
+HOLD = (4, 3)
+ACCEPTED, DENIED, UNSUPPORTED, FAILED, CANCELLED = 0, 2, 3, 4, 6
+"""MAV_RESULT."""
 
-pytestmark = pytest.mark.covers("COMMAND_LONG", "COMMAND_ACK", source=PAGE)
+pytestmark = pytest.mark.covers("COMMAND_ACK", source=PAGE)
+
+ANSWERS = {
+    ACCEPTED: "DO_CHANGE_SPEED DO_GO_AROUND DO_SET_ACTUATOR DO_SET_SAFETY_SWITCH_STATE NAV_ROI DO_SET_ROI_NONE",
+    DENIED: "DO_FLIGHTTERMINATION",
+    CANCELLED: "DO_LAND_START",
+    FAILED: "CONTROL_HIGH_LATENCY",
+    UNSUPPORTED: """
+        AIRFRAME_CONFIGURATION ARM_AUTHORIZATION_REQUEST CAN_FORWARD CONDITION_CHANGE_ALT CONDITION_DELAY
+        CONDITION_DISTANCE CONDITION_GATE CONDITION_LAST CONDITION_YAW DO_CONTROL_VIDEO DO_DIGICAM_CONFIGURE
+        DO_FENCE_ENABLE DO_FOLLOW DO_FOLLOW_REPOSITION DO_GUIDED_LIMITS DO_INVERTED_FLIGHT DO_JUMP DO_JUMP_TAG DO_LAST
+        DO_PARACHUTE DO_PAUSE_CONTINUE DO_RALLY_LAND DO_REPEAT_RELAY DO_REPEAT_SERVO DO_SET_PARAMETER DO_SET_RELAY
+        DO_SET_REVERSE DO_SET_ROI_SYSID DO_SET_SERVO GET_HOME_POSITION JUMP_TAG NAV_CONTINUE_AND_CHANGE_ALT NAV_FOLLOW
+        NAV_GUIDED_ENABLE NAV_LOITER_TO_ALT NAV_LOITER_TURNS NAV_LOITER_UNLIM NAV_PAYLOAD_PLACE NAV_RALLY_POINT
+        NAV_SET_YAW_SPEED NAV_SPLINE_WAYPOINT NAV_TAKEOFF_LOCAL NAV_VTOL_LAND NAV_WAYPOINT OVERRIDE_GOTO
+        PANORAMA_CREATE REQUEST_AUTOPILOT_CAPABILITIES REQUEST_PROTOCOL_VERSION SPATIAL_USER_1 UAVCAN_GET_NODE_INFO
+        USER_1 WAYPOINT_USER_1
+    """,
+}
+"""To all parameters 0, for a vehicle that stands disarmed in Hold."""
+NO_ANSWER = """
+    CONFIGURE_ACTUATOR DO_FIGURE_EIGHT DO_VTOL_TRANSITION DO_WINCH NAV_DELAY PAYLOAD_CONTROL_DEPLOY
+    PAYLOAD_PREPARE_DEPLOY PREFLIGHT_SET_SENSOR_OFFSETS PREFLIGHT_UAVCAN START_RX_PAIR
+"""
+MODES = {
+    "DO_ORBIT": (3, 1),
+    "NAV_LAND": (4, 6),
+    "NAV_LAND_LOCAL": (4, 9),
+    "NAV_RETURN_TO_LAUNCH": (4, 5),
+    "NAV_TAKEOFF": (4, 2),
+    "NAV_VTOL_TAKEOFF": (4, 10),
+}
+"""Custom main and sub mode that a command chooses, on the ground as well."""
+
+
+def number_of(name: str) -> int:
+    return int(getattr(common, f"MAV_CMD_{name}"))
+
+
+def about(name: str, *values: Any) -> Any:
+    """A case about a command."""
+    source = "measured: the answer on the ground"
+    return pytest.param(name, *values, marks=pytest.mark.covers(f"MAV_CMD_{name}", source=source), id=name)
+
+
+def command_int(station: Any, number: int) -> int | None:
+    """Send a COMMAND_INT; the result of its ack, or None."""
+    station.mav.command_int_send(station.system, 1, 0, number, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)
+    while (ack := station.receive("COMMAND_ACK")) is not None:
+        if ack.command == number:
+            return int(ack.result)
+    return None
 
 
 @pytest.mark.covers("MAV_CMD_RUN_PREARM_CHECKS", source="measured: answered to component 1 and to all, to no other")
+@pytest.mark.covers("COMMAND_LONG", source=PAGE)
 @pytest.mark.parametrize(
-    ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 100, False), (9, 1, False)]
+    ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 42, False), (9, 1, False)]
 )
 def test_targets(station: Any, offset: int, component: int, answered: bool) -> None:
     station.mav.command_long_send(station.system + offset, component, RUN_PREARM_CHECKS, 0, *(0.0,) * 7)
@@ -22,5 +78,33 @@ def test_targets(station: Any, offset: int, component: int, answered: bool) -> N
         assert (ack.command, ack.result, ack.target_system, ack.target_component) == (401, 0, 255, 190)
 
 
-def test_unknown_command(station: Any) -> None:
-    assert station.command(31000) == 3
+@pytest.mark.covers("COMMAND_LONG", "COMMAND_INT", source=PAGE)
+@pytest.mark.parametrize(
+    ("name", "result"), [about(name, result) for result, names in ANSWERS.items() for name in names.split()]
+)
+def test_a_command_is_answered_alike_in_both_messages(station: Any, name: str, result: int) -> None:
+    number = number_of(name)
+    assert (station.command(number), command_int(station, number)) == (result, result)
+
+
+@pytest.mark.covers("COMMAND_LONG", source="measured: no ack from whoever is asked in vain")
+@pytest.mark.parametrize("name", [about(name) for name in NO_ANSWER.split()])
+def test_a_command_that_nobody_answers(station: Any, name: str) -> None:
+    """The answer to the next command comes first."""
+    for number in (number_of(name), RUN_PREARM_CHECKS):
+        station.mav.command_long_send(station.system, 1, number, 0, *(0.0,) * 7)
+    assert station.receive("COMMAND_ACK").command == RUN_PREARM_CHECKS
+
+
+@pytest.mark.parametrize(("name", "mode"), [about(name, mode) for name, mode in MODES.items()])
+def test_a_command_chooses_its_mode(station: Any, name: str, mode: tuple[int, int]) -> None:
+    main, sub = mode
+    try:
+        assert station.command(number_of(name)) == ACCEPTED
+        assert station.heartbeat().custom_mode == main << 16 | sub << 24
+    finally:
+        station.set_mode(*HOLD)
+
+
+def test_a_command_that_nobody_knows(station: Any) -> None:
+    assert station.command(31000) == UNSUPPORTED
