@@ -93,6 +93,8 @@ def fly(autopilot: Autopilot, sockets: LinkSockets, channel: TcpAutopilotChannel
                 for datagram in sockets.receive(link):
                     autopilot.on_datagram(link, datagram)
             sockets.flush()
+            if sockets.watched_ready or channel.ready:
+                break
         channel.send(autopilot.step(channel.receive()))
         sockets.flush()
         if autopilot.topics.vehicle_commands is not commands:

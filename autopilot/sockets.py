@@ -13,7 +13,10 @@ from typing import Protocol
 from sitl_emu.core.ports import LinkPorts
 
 RECEIVE_BUFFER_BYTES = 4 << 20
-LARGEST_DATAGRAM_BYTES = 65535
+LARGEST_DATAGRAM_BYTES = 8000
+"""PX4's receive buffer on POSIX: the rest of a longer datagram is lost."""
+AT_ONCE = 32
+"""Datagrams of a link that are served before it is another's turn, or time for a tick: a flood must not stop time."""
 UNDER_WAY_LIMIT_S = 5.0
 LOOPBACK = "127.0.0.1"
 
@@ -44,6 +47,8 @@ class LinkSockets:
         self._index_of: dict[int, int] = {}
         self._peers: list[tuple[str, int]] = []
         self._spoken_to = [False] * len(self._links)
+        self.watched_ready = False
+        """Whether what is watched could be read when `wait` returned."""
         self._poll = select.poll()
         try:
             for index, link in enumerate(self._links):
@@ -68,20 +73,25 @@ class LinkSockets:
     def wait(self, timeout_s: float) -> list[int]:
         """Indices of the links where datagrams wait, after at most `timeout_s` (0: look only)."""
         ready = self._poll.poll(max(0.0, timeout_s) * 1000.0)
-        return [self._index_of[number] for number, _ in ready if number in self._index_of] if ready else []
+        links = [self._index_of[number] for number, _ in ready if number in self._index_of] if ready else []
+        self.watched_ready = len(links) < len(ready)
+        return links
 
     def receive(self, index: int, exactly: int | None = None) -> list[bytes]:
-        """Datagrams of one link: all that wait, or `exactly` so many (waiting for those under way).
+        """Datagrams of one link: those that wait, AT_ONCE at most, or `exactly` so many (waiting for those under way).
 
         Raises DatagramLostError when those under way do not come.
         """
         opened, datagrams = self._sockets[index], list[bytes]()
         opened.settimeout(0.0 if exactly is None else UNDER_WAY_LIMIT_S)
-        while exactly is None or len(datagrams) < exactly:
+        while len(datagrams) < (AT_ONCE if exactly is None else exactly):
             try:
                 data, sender = opened.recvfrom(LARGEST_DATAGRAM_BYTES)
             except BlockingIOError:
                 break
+            except ConnectionError:
+                # Some systems report here that the peer's port is closed: it has left, and may come back.
+                continue
             except TimeoutError:
                 name = self._links[index].name
                 raise DatagramLostError(f"{name} link: {len(datagrams)} of {exactly} datagrams came") from None

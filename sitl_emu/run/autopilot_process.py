@@ -113,6 +113,8 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
                 for link in ready:
                     logged.read(link)
                 logged.flush()
+                if sockets.watched_ready:
+                    break
             channel.send(autopilot.step(channel.receive()))
             logged.flush()
             ticks += 1

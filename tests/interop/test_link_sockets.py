@@ -1,0 +1,126 @@
+"""The sockets of the links: who is answered, what a flood may cost, what becomes of long datagrams and lost peers."""
+
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from autopilot.sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, PortInUseError
+from sitl_emu.core.ports import LinkPorts
+
+LIMIT_S = 2.0
+
+
+class Wire:
+    """A link of which only the outbox matters."""
+
+    def __init__(self, local: int, remote: int, name: str = "gcs") -> None:
+        self.name, self.ports = name, LinkPorts(local, remote)
+        self.outbox: list[bytes] = []
+
+
+def peer() -> socket.socket:
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    opened.bind(("127.0.0.1", 0))
+    opened.settimeout(LIMIT_S)
+    return opened
+
+
+def free_port() -> int:
+    with peer() as opened:
+        return int(opened.getsockname()[1])
+
+
+class Bench:
+    """One link on a free port, and a ground station at its standing remote port."""
+
+    def __init__(self) -> None:
+        self.standing = peer()
+        self.wire = Wire(free_port(), int(self.standing.getsockname()[1]))
+        self.sockets = LinkSockets([self.wire])
+        self.address = ("127.0.0.1", self.wire.ports.local)
+
+    def heard(self) -> list[bytes]:
+        assert self.sockets.wait(LIMIT_S) == [0]
+        return self.sockets.receive(0)
+
+    def say(self, data: bytes) -> None:
+        self.wire.outbox.append(data)
+        self.sockets.flush()
+        assert self.wire.outbox == []
+
+    def close(self) -> None:
+        self.sockets.close()
+        self.standing.close()
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    made = Bench()
+    yield made
+    made.close()
+
+
+def test_the_first_who_speaks_is_spoken_to_from_then_on_and_all_are_heard(bench: Bench) -> None:
+    with peer() as first, peer() as second:
+        bench.say(b"to the standing port")
+        assert bench.standing.recv(100) == b"to the standing port"
+        for speaker in (first, second):
+            speaker.sendto(b"here", bench.address)
+            assert bench.heard() == [b"here"]
+            bench.say(b"answer")
+            assert first.recv(100) == b"answer"
+
+
+def test_a_peer_that_left_does_no_harm_and_may_come_back(bench: Bench) -> None:
+    gone = peer()
+    address = gone.getsockname()
+    gone.sendto(b"here", bench.address)
+    assert bench.heard() == [b"here"]
+    gone.close()
+    for _ in range(3):
+        bench.say(b"nobody hears this")
+    assert bench.sockets.receive(0) == []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as back:
+        back.bind(address)
+        back.settimeout(LIMIT_S)
+        bench.say(b"again")
+        assert back.recv(100) == b"again"
+
+
+def test_a_flood_is_served_in_portions(bench: Bench) -> None:
+    with peer() as flood:
+        for number in range(3 * AT_ONCE):
+            flood.sendto(b"%d" % number, bench.address)
+        heard = [bench.heard() for _ in range(3)]
+    assert [len(portion) for portion in heard] == [AT_ONCE] * 3
+    assert [data for portion in heard for data in portion] == [b"%d" % number for number in range(3 * AT_ONCE)]
+
+
+def test_of_a_long_datagram_the_start_is_read(bench: Bench) -> None:
+    with peer() as long:
+        long.sendto(bytes(65_507), bench.address)
+        assert [len(data) for data in bench.heard()] == [LARGEST_DATAGRAM_BYTES]
+        long.sendto(b"", bench.address)
+        assert bench.heard() == [b""]
+
+
+def test_what_else_is_watched_is_told(bench: Bench) -> None:
+    one, other = socket.socketpair()
+    with one, other, peer() as speaker:
+        bench.sockets.watch(one.fileno())
+        other.send(b"tick")
+        assert bench.sockets.wait(LIMIT_S) == []
+        assert bench.sockets.watched_ready
+        speaker.sendto(b"here", bench.address)
+        while not bench.sockets.wait(LIMIT_S):
+            pass
+        assert bench.sockets.watched_ready
+        one.recv(100)
+        assert bench.sockets.wait(LIMIT_S) == [0]
+        assert not bench.sockets.watched_ready
+
+
+def test_a_port_in_use_is_named_with_its_remedy(bench: Bench) -> None:
+    with pytest.raises(PortInUseError, match=rf"UDP port {bench.wire.ports.local} .* choose another --instance"):
+        LinkSockets([Wire(bench.wire.ports.local, 1)])
