@@ -475,6 +475,26 @@ class ManualControlSwitches(NamedTuple):
     kill: int = 0
 
 
+FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD = range(4)
+"""vehicle_odometry POSE_FRAME and VELOCITY_FRAME."""
+
+
+class VehicleOdometry(NamedTuple):
+    """A pose and velocity from outside; NaN where something is not told."""
+
+    timestamp: int = 0
+    pose_frame: int = FRAME_UNKNOWN
+    position: Vector3 = NAN3
+    q: Quaternion = (NAN, NAN, NAN, NAN)
+    velocity_frame: int = FRAME_UNKNOWN
+    velocity: Vector3 = NAN3
+    position_variance: Vector3 = NAN3
+    orientation_variance: Vector3 = NAN3
+    velocity_variance: Vector3 = NAN3
+    reset_counter: int = 0
+    quality: int = 0
+
+
 class ObstacleDistance(NamedTuple):
     """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME."""
 
@@ -743,6 +763,7 @@ class Topics:
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
+        self.vehicle_visual_odometry = VehicleOdometry()
         self.obstacle_distance = ObstacleDistance()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.follow_target = FollowTarget()

@@ -3,11 +3,12 @@
 An error-state Kalman filter with the behaviour and the parameters of PX4's EKF2 (src/modules/ekf2, v1.18): start at
 rest, local origin at the first good GPS fix, GPS position and velocity, height from the source of EKF2_HGT_REF with the
 other one's offset estimated, magnetic heading, zero velocity at rest, innovation gates, dead reckoning for
-EKF2_NOAID_TOUT after the last horizontal aid, reset when aid comes back and disagrees. The state is predicted at every
+EKF2_NOAID_TOUT after the last horizontal aid, reset when aid comes back and disagrees; poses from outside
+(external_vision.py) aid as EKF2_EV_CTRL says, their position only while GPS does not. The state is predicted at every
 IMU sample (strapdown.py), the covariance only with each GPS fix, or after 140 ms without one (covariance.py).
 
 Differs from EKF2: the filter runs on the newest sample instead of a delayed one, so sensor delays (EKF2_*_DELAY) do
-not act; no magnetic field states, wind, optical flow, external vision, several instances, or GPS heading.
+not act; no magnetic field states, wind, optical flow, several instances, or GPS heading.
 """
 
 import math
@@ -15,6 +16,7 @@ import math
 import numpy as np
 
 from autopilot.estimator import covariance as cov
+from autopilot.estimator import external_vision
 from autopilot.estimator.alignment import Alignment
 from autopilot.estimator.gps_checks import LEAST_FIX, GpsChecks
 from autopilot.estimator.height_bias import HeightBias
@@ -44,7 +46,7 @@ SENSOR_TIMEOUT_US = 1_000_000
 FUSION_SOURCES = range(9)
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE, param1: these four; optical flow, vision, auxiliary position, airspeed, beacon."""
 FUSION_SOURCE_GPS, FUSION_SOURCE_BARO, FUSION_SOURCE_RNG, FUSION_SOURCE_MAG = 0, 4, 5, 6
-HGT_REF_BARO = 0
+HGT_REF_BARO, HGT_REF_VISION = 0, 3
 MAG_TYPE_NONE = 5
 DECLINATION_BY_PLACE = 1
 """Bit of EKF2_DECL_TYPE; a declination in EKF2_MAG_DECL (PX4 saves one there) goes before."""
@@ -82,6 +84,12 @@ class Estimator:
         self._xy_reset_counter = self._z_reset_counter = 0
         self._ratios = [0.0, 0.0, 0.0, 0.0]
         self._gps_fused = self._baro_fused = self._mag_fused = False
+        self._vision = topics.vehicle_visual_odometry
+        self._vision_us = 0
+        self._vision_started = self._vision_yaw = self._vision_height = False
+        """Vision has given a position, whether or not there is an origin; the heading; the reference of height."""
+        self._vision_resets = 0
+        self._vision_bias = HeightBias()
         self._eph = self._epv = self._evh = self._evv = NAN
         self._smooth = [0.0] * 6
         self._rates = self._rates_derivative = (0.0, 0.0, 0.0)
@@ -114,6 +122,8 @@ class Estimator:
         self._height_by_baro = int(p["EKF2_HGT_REF"]) == HGT_REF_BARO
         self._noaid_timeout_us = p["EKF2_NOAID_TOUT"]
         self._gps_control = int(p["EKF2_GPS_CTRL"])
+        self._vision_settings = external_vision.settings_of(p)
+        self._height_by_vision = int(p["EKF2_HGT_REF"]) == HGT_REF_VISION
         self._range_noise = (
             p["EKF2_RNG_NOISE"],
             p["EKF2_RNG_SFE"],
@@ -144,7 +154,11 @@ class Estimator:
             return
         state = self._state
         state.predict(gyro, accel, dt)
-        if topics.sensor_gps.timestamp != self._gps_us or now_us - self._fused_us >= FUSE_EVERY_US:
+        if (
+            topics.sensor_gps.timestamp != self._gps_us
+            or now_us - self._fused_us >= FUSE_EVERY_US
+            or topics.vehicle_visual_odometry is not self._vision
+        ):
             self._fuse(now_us)
         self._last_imu = (gyro, accel)
         if not ticks & 1:
@@ -182,9 +196,11 @@ class Estimator:
         self._horizontal_aid_us = now_us - int(self._noaid_timeout_us) - 1
 
     def _set_origin(self, now_us: int, gps: SensorGps) -> None:
-        """The first good fix is where the vehicle stands: zero, at the height the barometer has counted to."""
-        state = self._state
-        self._origin, self._origin_us = MapProjection(gps.latitude_deg, gps.longitude_deg), now_us
+        """The first good fix is where the vehicle stands: zero, or where vision has counted to, at its height."""
+        state, here = self._state, MapProjection(gps.latitude_deg, gps.longitude_deg)
+        if self._vision_started:
+            here = MapProjection(*here.reproject(-state.pn, -state.pe))
+        self._origin, self._origin_us = here, now_us
         self._ref_alt_m = gps.altitude_msl_m + state.pd
         self._gps_bias.reset(0.0)
         self._reset_horizontal(now_us, gps)
@@ -210,6 +226,12 @@ class Estimator:
         self._fused_us = now_us
         self._fuse_mag(now_us)
         self._fuse_baro(now_us)
+        if topics.vehicle_visual_odometry is not self._vision:
+            self._vision = topics.vehicle_visual_odometry
+            if self._vision_settings.control:
+                self._fuse_vision(now_us)
+        elif self._vision_us and now_us - self._vision_us > SENSOR_TIMEOUT_US:
+            self._vision_us, self._vision_yaw, self._vision_height = 0, False, False
         gps = topics.sensor_gps
         if gps.timestamp != self._gps_us:
             self._gps_us = gps.timestamp
@@ -250,7 +272,7 @@ class Estimator:
         turns = (state.turn_x, state.turn_y, state.turn_z)
         for index, (turn, bias) in enumerate(zip(turns, state.gyro_bias, strict=True), cov.GYRO_BIAS):
             fuse(p, correction, index, turn / dt_s - bias, variance)
-        if self._origin is None:
+        if self._origin is None and not self._vision_started:
             fuse(p, correction, cov.POSITION, -state.pn, 0.25)
             fuse(p, correction, cov.POSITION + 1, -state.pe, 0.25)
 
@@ -283,6 +305,8 @@ class Estimator:
         if not self._yaw_aligned:
             self._reset_yaw(innovation)
             return
+        if self._vision_yaw:
+            return
         variance = (self._p["EKF2_MAG_NOISE"] / horizontal) ** 2
         self._mag_fused = self._gated(3, ((2, innovation, variance),), self._p["EKF2_HDG_GATE"])
 
@@ -303,12 +327,12 @@ class Estimator:
             return
         height, variance = baro.baro_alt_m - self._baro_ref_m, p["EKF2_BARO_NOISE"] ** 2
         index = cov.POSITION + 2
-        reference_is_gps = not self._height_by_baro and self._gps_fused
+        reference_is_gps = self._vision_height or (not self._height_by_baro and self._gps_fused)
         if reference_is_gps:
             up_variance = float(self._covariance[index, index])
             self._baro_bias.update(height + self._state.pd, variance + up_variance, dt_s)
         innovation = self._baro_bias.bias_m - height - self._state.pd
-        ratio_slot = 2 if self._height_by_baro or not self._gps_fused else None
+        ratio_slot = None if reference_is_gps else 2
         self._baro_fused = self._gated(ratio_slot, ((index, innovation, variance),), p["EKF2_BARO_GATE"])
         if self._baro_fused:
             self._height_aid_us = now_us
@@ -335,6 +359,81 @@ class Estimator:
         else:
             self._fuse_gps_horizontal(now_us, gps)
         self._fuse_gps_height(now_us, gps)
+
+    def _fuse_vision(self, now_us: int) -> None:
+        seen = external_vision.observe(self._vision, self._state.rotation, self._vision_settings)
+        if seen is None:
+            return
+        self._vision_us = now_us
+        # A correction waiting from rest, mag or baro belongs to the state before a reset.
+        self._apply()
+        jumped = self._vision.reset_counter != self._vision_resets
+        self._vision_resets = self._vision.reset_counter
+        if seen.yaw is not None:
+            rotation = self._state.rotation
+            innovation = wrap_pi(seen.yaw - math.atan2(rotation[3], rotation[0]))
+            if jumped or not self._yaw_aligned or not (self._vision_yaw or seen.north_aligned):
+                self._reset_yaw(innovation)
+            else:
+                self._gated(3, ((2, innovation, seen.yaw_variance),), self._p["EKF2_HDG_GATE"])
+            self._vision_yaw = True
+        if not self._yaw_aligned:
+            return
+        if seen.horizontal is not None and not self._gps_fused:
+            self._fuse_vision_position(now_us, seen.horizontal, seen, jumped=jumped)
+        if seen.velocity is not None:
+            state = self._state
+            measured = zip(seen.velocity, (state.vn, state.ve, state.vd), seen.velocity_variance, strict=True)
+            observations = tuple(
+                (cov.VELOCITY + axis, told - known, variance) for axis, (told, known, variance) in enumerate(measured)
+            )
+            if self._gated(0, observations, self._vision_settings.velocity_gate) and self._xy_started:
+                self._horizontal_aid_us = now_us
+        if seen.down is not None:
+            self._fuse_vision_height(now_us, seen.down, seen.position_variance[2], jumped=jumped)
+
+    def _fuse_vision_position(
+        self, now_us: int, place: tuple[float, float], seen: external_vision.Observation, *, jumped: bool
+    ) -> None:
+        state = self._state
+        variance_n, variance_e, _ = seen.position_variance
+        if not jumped and self._xy_valid(now_us):
+            position = (
+                (cov.POSITION, place[0] - state.pn, variance_n),
+                (cov.POSITION + 1, place[1] - state.pe, variance_e),
+            )
+            if self._gated(1, position, self._vision_settings.position_gate):
+                self._horizontal_aid_us = self._horizontal_good_us = now_us
+                return
+            if now_us - self._horizontal_good_us <= REJECTED_TIMEOUT_US:
+                return
+        state.pn, state.pe = place
+        self._smooth[3] = self._smooth[4] = 0.0
+        if seen.velocity is not None:
+            state.vn, state.ve = seen.velocity[:2]
+            self._smooth[0] = self._smooth[1] = 0.0
+            cov.forget(self._covariance, cov.VELOCITY, 2, seen.velocity_variance[0])
+        cov.forget(self._covariance, cov.POSITION, 2, max(variance_n, variance_e))
+        self._horizontal_aid_us = self._horizontal_good_us = now_us
+        self._vision_started = True
+        self._xy_reset_counter += 1
+
+    def _fuse_vision_height(self, now_us: int, down_m: float, variance: float, *, jumped: bool) -> None:
+        state, index = self._state, cov.POSITION + 2
+        if self._height_by_vision:
+            if jumped or not self._vision_height or now_us - self._height_good_us > REJECTED_TIMEOUT_US:
+                self._vision_height = True
+                self._reset_height(now_us, down_m, variance)
+            elif self._gated(2, ((index, down_m - state.pd, variance),), self._vision_settings.position_gate):
+                self._height_aid_us = self._height_good_us = now_us
+            return
+        if jumped or not self._vision_bias.bias_m:
+            self._vision_bias.reset(state.pd - down_m)
+        up_variance = float(self._covariance[index, index])
+        self._vision_bias.update(state.pd - down_m, variance + up_variance, 0.1)
+        innovation = down_m + self._vision_bias.bias_m - state.pd
+        if self._gated(None, ((index, innovation, variance),), self._vision_settings.position_gate):
+            self._height_aid_us = now_us
 
     def _gps_position_noise(self, accuracy_m: float) -> float:
         accuracy = accuracy_m if math.isfinite(accuracy_m) else EPH_UNKNOWN_M
@@ -471,7 +570,12 @@ class Estimator:
     # --- publication ---------------------------------------------------------------------------------------
 
     def _xy_valid(self, now_us: int) -> bool:
-        return self._origin is not None and now_us - self._horizontal_aid_us < self._noaid_timeout_us
+        return self._xy_started and now_us - self._horizontal_aid_us < self._noaid_timeout_us
+
+    @property
+    def _xy_started(self) -> bool:
+        """There is a local frame, with or without a place on Earth."""
+        return self._origin is not None or self._vision_started
 
     def _publish_rates(self, now_us: int, gyro: tuple[float, float, float], dt: float) -> None:
         bx, by, bz = self._state.gyro_bias

@@ -1,0 +1,230 @@
+"""External vision: the filter flies by poses from outside, as EKF2_EV_CTRL says, with and without GPS."""
+
+import math
+from typing import Any
+
+import pytest
+
+from autopilot.mavlink.services import odometry
+from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, FRAME_NED, FRAME_UNKNOWN, NAN3, VehicleOdometry
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import euler, quaternion
+
+from .estimator_feed import LAT, Feed
+from .mavlink_peer import Peer
+from .test_estimator import circle
+
+EVERY_TICKS = 8
+"""31 Hz."""
+WITHOUT_GPS = {"EKF2_GPS_CTRL": 0, "EKF2_EV_CTRL": 15}
+
+
+class Seen(Feed):
+    """A feed beside which a vision system looks at the vehicle."""
+
+    def __init__(self, path: Any = circle, **parameters: float) -> None:
+        super().__init__(path, **parameters)
+        self.vision = True
+        self.frame = FRAME_NED
+        self.offset = (0.0, 0.0, 0.0)
+        self.turned = 0.0
+        self.resets = 0
+        self.quality = 100
+
+    def step(self) -> None:
+        super().step()
+        if self.vision and self.ticks % EVERY_TICKS == 0:
+            (x, y, z), (vx, vy, vz), _ = self.path(self.time_s)
+            cosine, sine = math.cos(self.turned), math.sin(self.turned)
+            x, y, vx, vy = (
+                cosine * x - sine * y,
+                sine * x + cosine * y,
+                cosine * vx - sine * vy,
+                sine * vx + cosine * vy,
+            )
+            ox, oy, oz = self.offset
+            self.topics.vehicle_visual_odometry = VehicleOdometry(
+                self.ticks * 4000,
+                self.frame,
+                (x + ox, y + oy, z + oz),
+                quaternion(0.0, 0.0, self.yaw + self.turned),
+                self.frame,
+                (vx, vy, vz),
+                reset_counter=self.resets,
+                quality=self.quality,
+            )
+
+    def error_m(self) -> float:
+        (x, y, _), _, _ = self.path(self.time_s)
+        local = self.topics.vehicle_local_position
+        return math.hypot(local.x - x - self.offset[0], local.y - y - self.offset[1])
+
+
+def test_without_gps_it_knows_where_it_is_but_not_where_on_earth() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(30.0)
+    local = feed.topics.vehicle_local_position
+    assert local.xy_valid and local.v_xy_valid
+    assert math.isnan(local.ref_lat)
+    assert not feed.topics.vehicle_global_position.valid
+    assert feed.error_m() < 0.3
+    assert local.heading == pytest.approx(feed.yaw, abs=0.05)
+
+
+@pytest.mark.parametrize("control", [0, 8])
+def test_what_is_not_wanted_is_not_fused(control: int) -> None:
+    feed = Seen(EKF2_GPS_CTRL=0, EKF2_EV_CTRL=control)
+    feed.run(8.0)
+    assert not feed.topics.vehicle_local_position.xy_valid
+
+
+def test_when_vision_ends_so_does_the_position() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(10.0)
+    feed.vision = False
+    feed.run(2.0)
+    assert feed.topics.vehicle_local_position.xy_valid
+    feed.run(5.0)
+    assert not feed.topics.vehicle_local_position.xy_valid
+
+
+def test_a_vision_system_that_says_it_jumped_takes_the_position_along() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(10.0)
+    counter = feed.topics.vehicle_local_position.xy_reset_counter
+    feed.offset, feed.resets = (50.0, -20.0, 0.0), 1
+    feed.run(0.5)
+    assert feed.topics.vehicle_local_position.xy_reset_counter == counter + 1
+    assert feed.error_m() < 0.3
+
+
+def test_a_jump_that_is_not_told_is_refused_at_first() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(10.0)
+    feed.offset = (50.0, 0.0, 0.0)
+    feed.run(0.5)
+    assert feed.error_m() > 40.0
+    feed.run(8.0)
+    assert feed.error_m() < 1.0
+
+
+def test_gps_that_comes_later_gives_a_place_on_earth_to_the_same_frame() -> None:
+    feed = Seen(EKF2_EV_CTRL=15)
+    feed.gps = False
+    feed.run(12.0)
+    before = feed.topics.vehicle_local_position
+    feed.gps = True
+    feed.run(15.0)
+    local = feed.topics.vehicle_local_position
+    assert math.isfinite(local.ref_lat) and feed.topics.vehicle_global_position.valid
+    assert local.ref_lat == pytest.approx(LAT, abs=3e-5)
+    assert not math.isfinite(before.ref_lat)
+    assert feed.error_m() < 1.5
+
+
+def test_gps_stays_the_position_where_there_is_gps() -> None:
+    feed = Seen(EKF2_EV_CTRL=15)
+    feed.run(3.0)
+    feed.offset = (30.0, 0.0, 0.0)
+    feed.run(10.0)
+    (x, y, _), _, _ = feed.path(feed.time_s)
+    local = feed.topics.vehicle_local_position
+    assert math.hypot(local.x - x, local.y - y) < 1.5
+
+
+def test_a_frame_of_unknown_heading_is_turned_to_the_filters_or_the_filter_to_it() -> None:
+    feed = Seen(EKF2_GPS_CTRL=0, EKF2_EV_CTRL=5)
+    feed.frame, feed.turned = FRAME_FRD, 1.0
+    feed.run(20.0)
+    assert feed.error_m() < 0.6
+    feed = Seen(**WITHOUT_GPS)
+    feed.frame, feed.turned = FRAME_FRD, 1.0
+    feed.run(20.0)
+    assert feed.topics.vehicle_local_position.heading == pytest.approx(feed.yaw + 1.0, abs=0.1)
+
+
+def test_height_by_vision() -> None:
+    feed = Seen(**WITHOUT_GPS, EKF2_HGT_REF=3)
+    feed.offset = (0.0, 0.0, -100.0)
+    feed.run(20.0)
+    (_, _, z), _, _ = feed.path(feed.time_s)
+    assert feed.topics.vehicle_local_position.z == pytest.approx(z - 100.0, abs=0.3)
+
+
+def test_too_low_a_quality_is_refused() -> None:
+    feed = Seen(**WITHOUT_GPS, EKF2_EV_QMIN=50)
+    feed.quality = 10
+    feed.run(8.0)
+    assert not feed.topics.vehicle_local_position.xy_valid
+
+
+def test_nonsense_breaks_nothing() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(5.0)
+    feed.vision = False
+    for value in (math.nan, math.inf, -math.inf, 1e38):
+        for frame in (FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD):
+            three = (value, value, value)
+            feed.topics.vehicle_visual_odometry = VehicleOdometry(
+                1, frame, three, (value,) * 4, frame, three, three, three, three
+            )
+            feed.run(0.1)
+    local = feed.topics.vehicle_local_position
+    assert all(math.isfinite(value) for value in (local.x, local.y, local.z, local.vx, local.vy, local.vz))
+
+
+# --- messages -----------------------------------------------------------------------------------------------
+
+
+def nothing(count: int) -> list[float]:
+    return [math.nan] + [0.0] * (count - 1)
+
+
+def test_messages_become_poses_in_ned() -> None:
+    peer = Peer()
+    peer.send(mavlink.MAVLink_vision_position_estimate_message(7, 1.0, 2.0, -3.0, 0.1, 0.2, 0.3, nothing(21)))
+    sample = peer.topics.vehicle_visual_odometry
+    assert sample.position == (1.0, 2.0, -3.0) and euler(sample.q) == pytest.approx((0.1, 0.2, 0.3), abs=1e-5)
+    peer.send(mavlink.MAVLink_vision_speed_estimate_message(7, 1.0, 2.0, 3.0, [0.25] + [0.0] * 8))
+    sample = peer.topics.vehicle_visual_odometry
+    assert (sample.velocity, sample.velocity_variance[0]) == ((1.0, 2.0, 3.0), 0.25)
+
+
+def odometry_message(frame: int, child: int, estimator: int = 2) -> Any:
+    return mavlink.MAVLink_odometry_message(
+        0, frame, child, 1.0, 2.0, 3.0, (1.0, 0.0, 0.0, 0.0), 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, nothing(21), nothing(21),
+        0, estimator, 80,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("frame", "child", "expected"),
+    [
+        (1, 12, (FRAME_NED, (1.0, 2.0, 3.0), FRAME_BODY_FRD, (4.0, 5.0, 6.0))),
+        (4, 4, (FRAME_NED, (2.0, 1.0, -3.0), FRAME_NED, (5.0, 4.0, -6.0))),
+        (20, 20, (FRAME_FRD, (1.0, 2.0, 3.0), FRAME_FRD, (4.0, 5.0, 6.0))),
+        (21, 21, (FRAME_FRD, (1.0, -2.0, -3.0), FRAME_FRD, (4.0, -5.0, -6.0))),
+        (0, 12, (FRAME_UNKNOWN, NAN3, FRAME_BODY_FRD, (4.0, 5.0, 6.0))),
+    ],
+)
+def test_frames_of_odometry(frame: int, child: int, expected: tuple[Any, ...]) -> None:
+    sample = odometry.of_odometry(1, odometry_message(frame, child))
+    assert sample is not None
+    got = (sample.pose_frame, sample.position, sample.velocity_frame, sample.velocity)
+    assert repr(got) == repr(expected)
+
+
+def test_level_in_enu_is_level_in_ned_facing_north() -> None:
+    """Facing east with the axes of ENU is a turn of 90 degrees in NED."""
+    sample = odometry.of_odometry(1, odometry_message(4, 4))
+    assert sample is not None
+    assert euler(sample.q) == pytest.approx((0.0, 0.0, math.pi / 2.0), abs=1e-6)
+
+
+def test_what_the_filter_does_not_look_at() -> None:
+    peer = Peer()
+    before = peer.topics.vehicle_visual_odometry
+    peer.send(mavlink.MAVLink_att_pos_mocap_message(0, (1.0, 0.0, 0.0, 0.0), 1.0, 2.0, 3.0))
+    peer.send(odometry_message(1, 12, mavlink.MAV_ESTIMATOR_TYPE_MOCAP))
+    peer.send(odometry_message(0, 0))
+    assert peer.topics.vehicle_visual_odometry is before
