@@ -134,6 +134,18 @@ def test_erase_removes_logs_and_their_folders_and_answers_nothing(root: Path) ->
     assert request_data(peer, 0, 0, 90) == []
 
 
+def test_links_out_of_the_folder_are_neither_listed_nor_erased(root: Path, tmp_path_factory: Any) -> None:
+    outside = tmp_path_factory.mktemp("outside")
+    (outside / "precious.ulg").write_text("not a log of this vehicle")
+    (root / "log" / "2026-01-03").symlink_to(outside)
+    (root / "log" / "2026-01-02" / "linked.ulg").symlink_to(outside / "precious.ulg")
+    peer = Peer(root=root)
+    assert len(request_list(peer)) == 3
+    peer.send(erase(1))
+    assert (outside / "precious.ulg").exists()
+    assert request_list(peer) == []
+
+
 def test_messages_to_others_do_nothing(root: Path) -> None:
     peer = Peer(root=root)
     assert not only(peer.send(mavlink.MAVLink_log_request_list_message(2, 1, 0, ALL)), "LOG_ENTRY")

@@ -8,6 +8,7 @@ that can't be met is not answered; logs come and go while armed, too.
 
 import os
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -112,13 +113,14 @@ class LogTransfer:
         sending.last_id = len(logs) if message.end == ALL else message.end
 
     def _erase(self) -> None:
-        for log in _logs_in(self._folder) or ():
-            log.path.unlink(missing_ok=True)
-        for folder in _folders_in(self._folder):
+        for path in [*(log.path for log in _logs_in(self._folder) or ()), *_folders_in(self._folder)]:
             try:
-                folder.rmdir()
+                if path.is_dir():
+                    path.rmdir()
+                else:
+                    path.unlink()
             except OSError:
-                continue  # something else is in it, and stays
+                continue  # it is not ours to remove, or a folder in which something else is
 
 
 def _busy(sending: Sending) -> bool:
@@ -127,7 +129,7 @@ def _busy(sending: Sending) -> bool:
 
 def _folders_in(folder: Path | None) -> list[Path]:
     try:
-        return [] if folder is None else sorted(path for path in folder.iterdir() if path.is_dir())
+        return [] if folder is None else sorted(each for each in folder.iterdir() if _is(each.is_dir, each))
     except OSError:
         return []
 
@@ -138,11 +140,18 @@ def _logs_in(folder: Path | None) -> list[Log] | None:
         return None
     logs = []
     for day in _folders_in(folder):
-        for path in sorted(day.iterdir()):
-            if path.is_file() and not path.is_symlink():
+        try:
+            for path in sorted(each for each in day.iterdir() if _is(each.is_file, each)):
                 found = path.stat()
                 logs.append(Log(path, found.st_size, int(found.st_mtime)))
+        except OSError:
+            continue  # it can't be read, or was removed just now
     return logs[:ALL]
+
+
+def _is(kind: Callable[[], bool], path: Path) -> bool:
+    """Whether a path is of a kind by itself: links may lead out of the folder."""
+    return kind() and not path.is_symlink()
 
 
 def _request_data(message: Any, sending: Sending) -> None:
