@@ -111,6 +111,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_DO_REPOSITION: self._do_reposition,
             mavlink.MAV_CMD_DO_ORBIT: self._do_orbit,
             mavlink.MAV_CMD_DO_CHANGE_ALTITUDE: self._do_change_altitude,
+            mavlink.MAV_CMD_GUIDED_CHANGE_HEADING: self._guided_change_heading,
             mavlink.MAV_CMD_DO_LAND_START: self._do_land_start,
             mavlink.MAV_CMD_DO_CHANGE_SPEED: self._pass_on,
             mavlink.MAV_CMD_NAV_ROI: self._pass_on,
@@ -118,6 +119,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._pass_on,
             mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: self._pass_on,
             mavlink.MAV_CMD_DO_SET_ROI_NONE: self._pass_on,
+            mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: self._control_high_latency,
             mavlink.MAV_CMD_DO_SET_HOME: self._do_set_home,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._do_flighttermination,
             mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._run_prearm_checks,
@@ -247,6 +249,10 @@ class CommandHandlers:
     def _do_orbit(self, now_us: int, command: VehicleCommand) -> int:
         return self._change_mode_and_pass_on(now_us, NavState.ORBIT, command)
 
+    def _guided_change_heading(self, now_us: int, command: VehicleCommand) -> int | None:
+        """For a fixed wing in COURSE."""
+        return DENIED if self._arming.armed else None
+
     def _mission_start(self, now_us: int, command: VehicleCommand) -> int | None:
         self._checks.update(now_us)
         if self._topics.failsafe_flags.auto_mission_missing:
@@ -289,6 +295,12 @@ class CommandHandlers:
             return TEMPORARILY_REJECTED
         topics.home_position = home
         return ACCEPTED
+
+    def _control_high_latency(self, now_us: int, command: VehicleCommand) -> int:
+        """There is no such link."""
+        text = "Control high latency failed! Telemetry unavailable\t"
+        self._say(Severity.CRITICAL, text, "commander_ctrl_high_latency_failed")
+        return FAILED
 
     def _preflight_calibration(self, now_us: int, command: VehicleCommand) -> int | None:
         return self._calibration.preflight_calibration(now_us, command, armed=self._arming.armed)

@@ -25,8 +25,9 @@ FIXED: dict[int, int | None] = {
     ),
     **dict.fromkeys(
         (
-            0,
+            0,  # VEHICLE_CMD_CUSTOM_0 to CUSTOM_2
             1,
+            2,
             mavlink.MAV_CMD_NAV_DELAY,
             35,  # figure eight: the navigator of a fixed wing
             203,  # DO_DIGICAM_CONTROL and what follows: for a camera or a gimbal
@@ -51,9 +52,7 @@ FIXED: dict[int, int | None] = {
             30001,
             30002,
             42600,
-            43002,
         ),
         None,
     ),
-    mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: FAILED,
 }

@@ -1,5 +1,6 @@
-"""Command protocol: targets, what each command is answered with, commands that choose a mode."""
+"""Command protocol: targets, repetitions, what each command is answered with, commands that choose a mode."""
 
+import math
 from typing import Any
 
 import pytest
@@ -8,7 +9,7 @@ from pymavlink.dialects.v20 import common
 PAGE = "https://mavlink.io/en/services/command.html"
 RUN_PREARM_CHECKS = 401
 HOLD = (4, 3)
-ACCEPTED, DENIED, UNSUPPORTED, FAILED, CANCELLED = 0, 2, 3, 4, 6
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
 """MAV_RESULT."""
 
 pytestmark = pytest.mark.covers("COMMAND_ACK", source=PAGE)
@@ -44,6 +45,21 @@ MODES = {
     "NAV_VTOL_TAKEOFF": (4, 10),
 }
 """Custom main and sub mode that a command chooses, on the ground as well."""
+
+
+WITH_PARAMETERS = (
+    ("DO_SET_MODE", (0, 4, 3), TEMPORARILY_REJECTED),
+    ("DO_SET_MODE", (1, 99, 0), TEMPORARILY_REJECTED),
+    ("DO_CHANGE_SPEED", (1, 5, -1), ACCEPTED),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", (0, 1), ACCEPTED),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", (4,), DENIED),
+    ("MISSION_START", (0, 5), DENIED),
+    ("COMPONENT_ARM_DISARM", (0,), ACCEPTED),
+    ("DO_SET_HOME", (0, 0, 0, 0, math.nan, math.nan, math.nan), DENIED),
+    ("DO_SET_HOME", (1,), ACCEPTED),
+)
+"""To these parameters, likewise."""
+RELEASE, GRAB = 0, 1
 
 
 def number_of(name: str) -> int:
@@ -108,3 +124,36 @@ def test_a_command_chooses_its_mode(station: Any, name: str, mode: tuple[int, in
 
 def test_a_command_that_nobody_knows(station: Any) -> None:
     assert station.command(31000) == UNSUPPORTED
+
+
+@pytest.mark.parametrize(("name", "params", "result"), [about(*case) for case in WITH_PARAMETERS])
+def test_parameters_decide(station: Any, name: str, params: tuple[float, ...], result: int) -> None:
+    assert station.command(number_of(name), *params) == result
+
+
+def acks_of(station: Any, command: int, seconds: float) -> list[tuple[int, int]]:
+    """(result, progress) of the acks of a command within a time."""
+    return [(ack.result, ack.progress) for ack in station.collect("COMMAND_ACK", seconds) if ack.command == command]
+
+
+@pytest.mark.covers("COMMAND_LONG", source="measured: PX4 answers every repetition, whatever its confirmation")
+@pytest.mark.parametrize("confirmation", [0, 1, 5, 255])
+def test_repetitions_are_answered(station: Any, confirmation: int) -> None:
+    station.mav.command_long_send(station.system, 1, RUN_PREARM_CHECKS, confirmation, *(0.0,) * 7)
+    assert acks_of(station, RUN_PREARM_CHECKS, 0.9) == [(ACCEPTED, 0)]
+
+
+@pytest.mark.covers("MAV_CMD_COMPONENT_ARM_DISARM", source="measured: no ack for what is neither arming nor disarming")
+def test_half_arming_is_none(station: Any) -> None:
+    number = number_of("COMPONENT_ARM_DISARM")
+    station.mav.command_long_send(station.system, 1, number, 0, 2.0, *(0.0,) * 6)
+    assert acks_of(station, number, 0.9) == []
+
+
+@pytest.mark.covers("MAV_CMD_DO_GRIPPER", source="PX4 parameter PD_GRIPPER_TO: how long the gripper takes")
+def test_a_gripper_takes_its_time_and_answers_twice(station: Any) -> None:
+    number = number_of("DO_GRIPPER")
+    for action in (RELEASE, GRAB):
+        station.mav.command_long_send(station.system, 1, number, 0, 1, action, *(0.0,) * 5)
+        assert acks_of(station, number, 2.0) == [(IN_PROGRESS, 255), (ACCEPTED, 0)]
+        assert station.command(number, 1, action) == ACCEPTED
