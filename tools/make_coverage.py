@@ -51,7 +51,7 @@ MESSAGE_PREFIX = "MAVLINK_MSG_ID_"
 SENDERS = {"send_fields", "codec"}
 CHANGING_CALLS = {
     "_pass_on",
-    "_change_mode",
+    "change_mode",
     "_change_mode_and_tell",
     "_change_mode_and_pass_on",
     "arm",
