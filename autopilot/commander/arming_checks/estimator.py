@@ -8,7 +8,7 @@ from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
-UNSTABLE_US = 2_000_000
+UNSTABLE_US = 2_500_000
 """The GPS has told something else for so long; PX4 was seen to say so 2 to 3 s after its position was moved away."""
 
 
