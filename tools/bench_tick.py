@@ -9,11 +9,14 @@ costs, and for all of it together without measuring.
 
 import math
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import vehicles
+from autopilot import storage
 from autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
@@ -22,15 +25,16 @@ from sitl_emu.world.simulator import Home, VehicleSimulator
 
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICK_S = 0.004
-MODULES = ("sensors", "estimator", "land_detector", "commander", "navigator", "flight_modes", "mavlink")
+MODULES = ("sensors", "estimator", "land_detector", "commander", "navigator", "flight_modes", "logger", "mavlink")
 
 
 class Flight:
     """A vehicle that is ticked; answers of its links are thrown away."""
 
-    def __init__(self, model: str) -> None:
+    def __init__(self, model: str, root: Path) -> None:
         vehicle = vehicles.load(model)
-        self.autopilot = Autopilot(vehicle.airframe, 0)
+        storage.prepare(root)
+        self.autopilot = Autopilot(vehicle.airframe, 0, root)
         self.simulator = VehicleSimulator(vehicle, HOME, 0, FlatGround(), name=model)
         self.rover = vehicle.propulsion is None
         self.channel = MemoryChannel()
@@ -87,9 +91,9 @@ def clock_cost() -> float:
     return looks[500]
 
 
-def main(model: str, seconds: float) -> None:
-    """Take off (or, a rover, arm), and measure."""
-    flight = Flight(model)
+def main(model: str, seconds: float, root: Path) -> None:
+    """Take off (or, a rover, arm), and measure; what is logged lies in `root`."""
+    flight = Flight(model, root)
     flight.run(5.0)
     flight.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
     if not flight.rover:
@@ -117,4 +121,5 @@ def main(model: str, seconds: float) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if sys.argv[1:] else "sihsim_hex", float(sys.argv[2]) if sys.argv[2:] else 20.0)
+    with tempfile.TemporaryDirectory() as folder:
+        main(sys.argv[1] if sys.argv[1:] else "sihsim_hex", float(sys.argv[2]) if sys.argv[2:] else 20.0, Path(folder))
