@@ -21,6 +21,8 @@ from vehicles.dynamics import STEP_S, Height, Quaternion
 SUBSTEPS = 2
 ROLLING_M_S = 0.05
 STATIC_M_S = 0.01
+FASTEST_M_S, FASTEST_RAD_S = 50.0, 50.0
+"""Sliding sideways with next to no speed ahead, SIH's equations can overshoot from step to step: they stay within."""
 
 
 class SihAckermann:
@@ -112,11 +114,12 @@ class SihAckermann:
             else:
                 k = rover.kinetic_friction * weight / speed if self.running else mass / dt
             fn, fe = fn - k * vn, fe - k * ve
-        vn2, ve2 = vn + dt * fn / mass, ve + dt * fe / mass
+        vn2 = _within(vn + dt * fn / mass, FASTEST_M_S)
+        ve2 = _within(ve + dt * fe / mass, FASTEST_M_S)
         self.north_m += 0.5 * dt * (vn + vn2)
         self.east_m += 0.5 * dt * (ve + ve2)
         self.vn_m_s, self.ve_m_s = vn2, ve2
-        self.r_rad_s = r + dt * (moment - rover.kdw * r) / self._izz
+        self.r_rad_s = _within(r + dt * (moment - rover.kdw * r) / self._izz, FASTEST_RAD_S)
         self._yaw = math.remainder(self._yaw + dt * r, math.tau)
         return c * fn + s * fe, c * fe - s * fn
 

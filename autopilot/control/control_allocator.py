@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from autopilot.topics import Vector3
 
 SMALL_FACTOR = 1e-3
+FARTHEST_M = 1000.0
+"""A rotor is nowhere farther out, whatever its parameters say."""
 YAW_MARGIN = 0.15
 """Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
 RESOLUTION = 1e-6
@@ -39,10 +41,12 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
     effectiveness = np.zeros((6, len(rotors)))
     for index, (px, py, pz, ax, ay, az, ct, km) in enumerate(rotors):
         axis = np.array((ax, ay, az))
-        axis = axis / np.linalg.norm(axis)
-        position = np.array((px, py, pz))
+        axis = axis / (float(np.linalg.norm(axis)) or 1.0)
+        position = np.clip((px, py, pz), -FARTHEST_M, FARTHEST_M)
         effectiveness[:3, index] = ct * np.cross(position, axis) - ct * km * axis
         effectiveness[3:, index] = ct * axis
+    if not len(rotors) or not np.isfinite(effectiveness).all():
+        return [[0.0] * len(rotors)] * 4
     mix = np.linalg.pinv(effectiveness)
     roll, pitch, yaw, thrust = mix[:, 0], mix[:, 1], mix[:, 2], mix[:, 5]
     scale = max(_root_mean_square(roll), _root_mean_square(pitch))
@@ -50,7 +54,7 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
         roll / scale,
         pitch / scale,
         yaw / (float(np.max(yaw)) or 1.0),
-        thrust / float(np.mean(np.abs(thrust))),
+        thrust / (float(np.mean(np.abs(thrust))) or 1.0),
     ]
     return [[float(value) if abs(value) >= SMALL_FACTOR else 0.0 for value in column] for column in columns]
 
@@ -68,7 +72,7 @@ class ControlAllocator:
         self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
         self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
         self._factor = max(0.0, min(1.0, thrust_model_factor))
-        self._yaw_most = max(map(abs, self._yaw))
+        self._yaw_most = max(map(abs, self._yaw), default=0.0)
         self.unallocated: Vector3 = NOTHING
 
     def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:

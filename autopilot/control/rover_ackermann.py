@@ -36,6 +36,8 @@ from sitl_emu.core.geodesy import MapProjection, wrap_pi
 NAN = math.nan
 LONGEST_STEP_S = 0.1
 STEERING_FUNCTION, MOTOR_FUNCTION = 201, 101
+STEEPEST = 0.99
+"""Dead zone and super-exponential curve of a stick at most (PX4: math::superexpo, math::deadzone)."""
 OUTPUTS = 16
 PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
 LATENCY_US = 80_000
@@ -326,7 +328,7 @@ class RoverAckermannControl:
         self._steering_rate = math.radians(get("RA_STR_RATE_LIM")) / self._max_angle
         self._acceptance_m = get("NAV_ACC_RAD")
         self._speed_limit = max(get("RO_SPEED_LIM"), 0.0)
-        self._speed_threshold = get("RO_SPEED_TH")
+        self._speed_threshold = max(get("RO_SPEED_TH"), 0.0)
         self._full_throttle_speed = get("RO_MAX_THR_SPEED")
         self._deceleration, self._jerk = get("RO_DECEL_LIM"), get("RO_JERK_LIM")
         self._reduction = get("RO_SPEED_RED")
@@ -345,8 +347,9 @@ class RoverAckermannControl:
         self._yaw_deceleration = math.radians(get("RO_YAW_DECEL_LIM"))
         self._yaw_rate_correction = get("RO_YAW_RATE_CORR")
         self._yaw_rate_pid.gain_p, self._yaw_rate_pid.gain_i = get("RO_YAW_RATE_P"), get("RO_YAW_RATE_I")
-        self._stick_dead_zone, self._stick_expo = get("RO_YAW_STICK_DZ"), get("RO_YAW_EXPO")
-        self._stick_super_expo = get("RO_YAW_SUPEXPO")
+        self._stick_dead_zone = max(0.0, min(STEEPEST, get("RO_YAW_STICK_DZ")))
+        self._stick_expo = max(0.0, min(1.0, get("RO_YAW_EXPO")))
+        self._stick_super_expo = max(0.0, min(STEEPEST, get("RO_YAW_SUPEXPO")))
         self._ahead_gain = get("PP_LOOKAHD_GAIN")
         self._ahead_min_m, self._ahead_max_m = get("PP_LOOKAHD_MIN"), get("PP_LOOKAHD_MAX")
         self._reversible = bool(int(get("CA_R_REV")) & 1)

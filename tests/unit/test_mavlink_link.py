@@ -143,6 +143,13 @@ def test_tunnels_pass_by_their_target_whatever_they_carry(payload_type: int) -> 
     assert peer.mavlink.links[PAYLOAD].outbox == []
 
 
+def test_no_orders_are_taken_from_who_bears_our_own_address() -> None:
+    handled: list[int] = []
+    peer = Peer(lambda now_us, command: handled.append(command.command), system=1, component=1)
+    assert peer.send(command_long(400, 1.0)) == [] and handled == []
+    assert acks(peer.send(command_long(511, 30.0, 100_000.0))) == 1
+
+
 def test_messages_that_claim_to_come_from_this_autopilot_do_not_go_round() -> None:
     peer = Peer(system=1, component=1)
     heard_on(peer, 245, 191, ONBOARD)
@@ -191,3 +198,19 @@ def test_a_datagram_is_never_longer_than_an_ethernet_frame() -> None:
     for _ in range(200):
         peer.mavlink.on_datagram(0, GCS, frame(peer, command_long(512, 435, 0)))
     assert max(len(data) for data in peer.mavlink.links[GCS].outbox) <= 1400
+
+
+def test_link_node_status_tells_counts_and_the_rates_of_the_last_second() -> None:
+    peer = Peer()
+    ping = frame(peer, mavlink.MAVLink_ping_message(1, 1, 1, 1))
+    for _ in range(50):
+        for _ in range(5):
+            peer.send_bytes(frame(peer, mavlink.MAVLink_ping_message(1, 1, 1, 1)))
+            peer.encoder.seq = (peer.encoder.seq + 1) & 255
+        peer.run(0.1)
+    peer.send_bytes(b"\xfd" + ping[1:-1] + b"?")
+    status = only(peer.run(2.0), "LINK_NODE_STATUS")
+    assert (status[0].messages_received, status[0].messages_lost, status[0].rx_parse_err) == (250, 0, 1)
+    assert status[0].rx_rate == pytest.approx(50 * len(ping), rel=0.15)
+    assert status[-1].rx_rate == 0
+    assert status[-1].tx_rate > 1_000 and status[-1].messages_sent > status[0].messages_sent

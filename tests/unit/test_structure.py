@@ -46,6 +46,7 @@ CLIENT_SERVICES = {
     "offboard",
     "parameter",
     "shell",
+    "signing",
     "statustext",
 }
 SERVICES_OF_A_COMMAND = {
@@ -55,6 +56,8 @@ SERVICES_OF_A_COMMAND = {
     "component_metadata": "MAV_CMD_REQUEST_MESSAGE, and then files over FTP",
 }
 """What MAVLink describes as a service of its own, and is a command to the autopilot."""
+OF_ALL_LINKS = {"framing"}
+"""Conformance tests of what lies below all services."""
 NOTHING_TO_CONFORM_TO = {
     "system_time": "heard without effect",
     "command_sender": "PX4 gives commands to others in flown missions alone",

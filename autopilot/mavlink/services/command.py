@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from autopilot.commands import CommandResult
+from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import finite_or_nan, is_for
 from autopilot.topics import Topics, VehicleCommand
@@ -63,6 +64,8 @@ class Command:
         service = self._of_link.get(command.command)
         if service is not None:
             result = service.handle_command(now_us, command, link)
+        elif (command.source_system, command.source_component) == (self._system_id, AUTOPILOT_COMPONENT):
+            return  # PX4 takes no orders from what bears its own address
         else:
             result = self._handle(now_us, command)
         if result is not None:
