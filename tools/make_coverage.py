@@ -26,7 +26,7 @@ from autopilot.commander.mode_names import MODE_NAMES
 from autopilot.constants import NavState
 from autopilot.control import multicopter, rover_ackermann
 from autopilot.mavlink import rates, services, streams
-from autopilot.mavlink.services import message_interval, message_request, mission_items
+from autopilot.mavlink.services import log_streaming, message_interval, message_request, mission_items
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator import mission as navigator_mission
 from autopilot.navigator import mission_block
@@ -159,6 +159,7 @@ def _commands() -> Iterator[str]:
     autopilot = Autopilot(vehicles.load(REFERENCES[0]).airframe, 0)
     effective = _effective_handlers()
     effective |= message_interval.MessageInterval.COMMANDS | message_request.MessageRequest.COMMANDS
+    effective |= log_streaming.LogStreaming.COMMANDS
     effective |= {number for number, owner in autopilot.commands.owners.items() if owner is not autopilot.commander}
     answered = set(autopilot.commander.COMMANDS) | effective
     fixed: dict[str, list[int]] = {}
