@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from autopilot.mavlink import rates
 from autopilot.mavlink.encoder import Codec, Encoder
-from autopilot.mavlink.signature import Signing
+from autopilot.mavlink.signature import LinkSigning
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
@@ -62,13 +62,13 @@ class Link:
     """One of PX4's four MAVLink instances."""
 
     def __init__(
-        self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: Signing | None = None
+        self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: LinkSigning | None = None
     ) -> None:
         """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal. Without `signing` nothing is signed."""
         self.name = name
         self.mode = mode
         self.ports = ports
-        self.signing = Signing(0, {}) if signing is None else signing
+        self.signing = LinkSigning(0, {}) if signing is None else signing
         self.outbox: list[bytes] = []
         """Datagrams ready to be sent; the owner of the socket empties it."""
         self.components: dict[tuple[int, int], RemoteComponent] = {}

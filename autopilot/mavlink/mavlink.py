@@ -43,7 +43,7 @@ from autopilot.mavlink.services import (
     timesync,
 )
 from autopilot.mavlink.services.service import Service
-from autopilot.mavlink.signature import Signing, SigningStreams
+from autopilot.mavlink.signature import LinkSigning, SigningStreams
 from autopilot.mavlink.streams import Stream
 from autopilot.mavlink.wire import Device, Wire
 from autopilot.outgoing_commands import OutgoingCommands
@@ -93,10 +93,10 @@ class Mavlink:
         self._encoder = encoder = Encoder(self.system_id)
         signing_streams: SigningStreams = {}
         self.links: tuple[Link, ...] = (
-            Link("gcs", "normal", ports.gcs(instance), encoder, Signing(0, signing_streams)),
-            Link("onboard", "onboard", ports.onboard(instance), encoder, Signing(1, signing_streams)),
-            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, Signing(2, signing_streams)),
-            Link("gimbal", "gimbal", ports.gimbal(instance), encoder, Signing(3, signing_streams)),
+            Link("gcs", "normal", ports.gcs(instance), encoder, LinkSigning(0, signing_streams)),
+            Link("onboard", "onboard", ports.onboard(instance), encoder, LinkSigning(1, signing_streams)),
+            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, LinkSigning(2, signing_streams)),
+            Link("gimbal", "gimbal", ports.gimbal(instance), encoder, LinkSigning(3, signing_streams)),
         )
         self._wires: list[Wire] = []
         self._all_links: tuple[Link, ...] = self.links

@@ -48,7 +48,7 @@ class SigningKey(NamedTuple):
 NO_KEY = SigningKey()
 
 
-class Signing:
+class LinkSigning:
     """Signing on one link."""
 
     def __init__(self, link_id: int, streams: SigningStreams) -> None:

@@ -54,7 +54,7 @@ class SigningKeyFile:
 
 
 class Signing:
-    """Owner of the key; every link has its own Signing with it."""
+    """Owner of the key; every link has its LinkSigning with it."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
     HAS_TIMER = True
