@@ -9,7 +9,7 @@ import math
 
 from autopilot.commands import CommandResult, answer_later
 from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleCommand
+from autopilot.topics import Gripper, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 RELEASE: int = mavlink.GRIPPER_ACTION_RELEASE
@@ -19,7 +19,7 @@ UNKNOWN_PROGRESS = 255
 
 
 class PayloadDeliverer:
-    """Owner of DO_GRIPPER."""
+    """Owner of DO_GRIPPER; writer of gripper."""
 
     COMMANDS = frozenset({mavlink.MAV_CMD_DO_GRIPPER})
 
@@ -31,6 +31,8 @@ class PayloadDeliverer:
         self._done = False
         self._since_us = 0
         self._asked: VehicleCommand | None = None
+        if int(parameters["PD_GRIPPER_TYPE"]) != NO_GRIPPER:
+            self._move()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
         """DO_GRIPPER: param2 is the GRIPPER_ACTION; the gripper's number (param1) does not matter."""
@@ -44,7 +46,11 @@ class PayloadDeliverer:
         if action not in (RELEASE, GRAB):
             return CommandResult(mavlink.MAV_RESULT_DENIED)
         self.action, self._done, self._since_us, self._asked = action, False, now_us, command
+        self._move()
         return CommandResult(mavlink.MAV_RESULT_IN_PROGRESS, UNKNOWN_PROGRESS)
+
+    def _move(self) -> None:
+        self._topics.gripper = Gripper(1.0 if self.action == GRAB else -1.0)
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: an action ends by its time, as there is no sensor."""

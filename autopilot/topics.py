@@ -592,6 +592,18 @@ class ActuatorTest(NamedTuple):
     timeout_us: int = 0
 
 
+class ActuatorSet(NamedTuple):
+    """Writer: commander. DO_SET_ACTUATOR: -1..1 for the outputs of functions 301 to 306; NaN where nobody set one."""
+
+    values: tuple[float, ...] = (NAN,) * 6
+
+
+class Gripper(NamedTuple):
+    """Writer: payload_deliverer. Closed 1, open -1, as the output of function 430 carries it."""
+
+    position: float = -1.0
+
+
 class FailureInjection(NamedTuple):
     """Writer: failure_injection.py. Failures that are on: (FAILURE_UNIT, FAILURE_TYPE, bit per instance) each."""
 
@@ -779,6 +791,8 @@ class Topics:
         self.logger_status = LoggerStatus()
         self.orbit_status = OrbitStatus()
         self.actuator_test = ActuatorTest()
+        self.actuator_set = ActuatorSet()
+        self.gripper = Gripper()
         self.failure_injection = FailureInjection()
         self.vehicle_commands: tuple[CommandRecord, ...] = ()
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""

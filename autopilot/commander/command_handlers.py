@@ -35,7 +35,7 @@ from autopilot.parameter_storage import KEPT_BY_AUTOCONFIG, ParameterStorage
 from autopilot.parameters import Parameters, matches
 from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
 from autopilot.texts import Say
-from autopilot.topics import ActuatorTest, CommandRecord, Topics, VehicleCommand
+from autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
@@ -129,6 +129,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
             mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: self._do_autotune_enable,
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
+            mavlink.MAV_CMD_DO_SET_ACTUATOR: self._do_set_actuator,
             ACTUATOR_GROUP_TEST: self._actuator_group_test,
         }
         self.commands = frozenset(self._handlers) | frozenset(FIXED)
@@ -348,6 +349,14 @@ class CommandHandlers:
         seconds = command.param2 if math.isfinite(command.param2) else 0.0
         timeout_us = max(0, min(round(seconds * 1e3), LONGEST_ACTUATOR_TEST_MS)) * 1000
         self._topics.actuator_test = ActuatorTest(now_us, function, command.param1, timeout_us)
+        return ACCEPTED
+
+    def _do_set_actuator(self, now_us: int, command: VehicleCommand) -> int:
+        """param1 to param6: -1..1 each, NaN leaves one as it is; only the first set (param7 0) exists."""
+        if _int(command.param7 + 0.5) == 0:
+            asked = (command.param1, command.param2, command.param3, command.param4, command.param5, command.param6)
+            pairs = zip(asked, self._topics.actuator_set.values, strict=True)
+            self._topics.actuator_set = ActuatorSet(tuple(new if math.isfinite(new) else old for new, old in pairs))
         return ACCEPTED
 
     def _actuator_group_test(self, now_us: int, command: VehicleCommand) -> int | None:

@@ -17,7 +17,6 @@ CANCELLED: int = mavlink.MAV_RESULT_CANCELLED
 FIXED: dict[int, int | None] = {
     **dict.fromkeys(
         (
-            mavlink.MAV_CMD_DO_SET_ACTUATOR,
             mavlink.MAV_CMD_DO_GO_AROUND,
             mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE,
         ),

@@ -27,6 +27,7 @@ from autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from autopilot.control.mc_rate_control import RateControl
+from autopilot.control.peripherals import carried, last_used, with_peripherals
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.alignment import from_euler
 from autopilot.estimator.imu_filter import alpha
@@ -150,6 +151,7 @@ class MulticopterControl:
         self._channels = output_channels(functions)
         self._functions = functions[: len(self._channels)]
         self._straight = self._channels == list(range(count))
+        self._peripherals = any(map(carried, self._functions))
         self._note_failures()
         self._stopped = (0.0,) * len(self._channels)
         self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
@@ -362,7 +364,9 @@ class MulticopterControl:
         if self._ticks % PWM_EVERY == 0:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
             topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
-        topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm)
+        topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
+        if self._peripherals:
+            topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
 
     def _control_attitude(self, now_us: int) -> None:
         topics = self._topics
@@ -405,11 +409,9 @@ class MulticopterControl:
 
 
 def output_channels(functions: list[int]) -> list[int]:
-    """Which motor (0-based; -1 none) each output carries, up to the last that carries one: PWM_MAIN_FUNCn."""
+    """Which motor (0-based; -1 none) each output carries, up to the last that carries something: PWM_MAIN_FUNCn."""
     motors = [f - MOTOR_FUNCTION if MOTOR_FUNCTION <= f < MOTOR_FUNCTION + MOTORS else -1 for f in functions]
-    while motors and motors[-1] < 0:
-        motors.pop()
-    return motors
+    return motors[: last_used(functions, [motor >= 0 for motor in motors])]
 
 
 def scaled(k: Vector3, gain: Vector3) -> Vector3:

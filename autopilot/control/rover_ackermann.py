@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from autopilot.constants import NavState, SetpointType
 from autopilot.control.actuator_test import ActuatorTests
+from autopilot.control.peripherals import last_used, with_peripherals
 from autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
 from autopilot.control.rover_control import (
     Pid,
@@ -291,7 +292,8 @@ class RoverAckermannControl:
         values = {STEERING_FUNCTION: self._steering, MOTOR_FUNCTION: motor}
         controls = tuple(values.get(function, 0.0) for function in self._functions)
         pwm = tuple(round(PWM_CENTRE + PWM_RANGE * value) for value in controls)
-        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm)
+        outputs = ActuatorOutputs(now_us, controls, pwm)
+        self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
 
     def _stop(self, now_us: int) -> None:
         """Disarmed: nothing moves, and everything begins anew."""
@@ -354,8 +356,7 @@ class RoverAckermannControl:
         self._ahead_min_m, self._ahead_max_m = get("PP_LOOKAHD_MIN"), get("PP_LOOKAHD_MAX")
         self._reversible = bool(int(get("CA_R_REV")) & 1)
         functions = [int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)]
-        while functions and functions[-1] not in (STEERING_FUNCTION, MOTOR_FUNCTION):
-            functions.pop()
-        self._functions = functions
+        used = [function in (STEERING_FUNCTION, MOTOR_FUNCTION) for function in functions]
+        self._functions = functions = functions[: last_used(functions, used)]
         self._stopped = (0.0,) * len(functions)
         self._stopped_pwm = (PWM_DISARMED,) * len(functions)
