@@ -507,6 +507,15 @@ class ObstacleDistance(NamedTuple):
     angle_offset: float = 0.0
 
 
+class LandingTargetPose(NamedTuple):
+    """Where to land precisely, NED from the local origin; timestamp 0: never told."""
+
+    timestamp: int = 0
+    x_abs: float = NAN
+    y_abs: float = NAN
+    z_abs: float = NAN
+
+
 class FollowTarget(NamedTuple):
     """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED."""
 
@@ -778,6 +787,7 @@ class Topics:
         self.vehicle_visual_odometry = VehicleOdometry()
         self.obstacle_distance = ObstacleDistance()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
+        self.landing_target_pose = LandingTargetPose()
         self.follow_target = FollowTarget()
         self.input_rc = InputRc()
         self.manual_control_rc = ManualControlInput()

@@ -16,6 +16,7 @@ from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MissionItem, Plan
 from autopilot.navigator import mission_feasibility
 from autopilot.navigator.mission_block import (
+    LAND,
     LANDS,
     LOITER_TIME,
     LOITER_TO_ALT,
@@ -29,6 +30,7 @@ from autopilot.navigator.mission_block import (
     target_of,
 )
 from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
+from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import NavigatorState
@@ -65,6 +67,8 @@ class Mission:
         self._state = state
         self._roi = roi
         self._payload = payload
+        self._precland = PrecLand(state)
+        self._lands_precisely = False
         self._plan: Plan | None = None
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
@@ -143,6 +147,8 @@ class Mission:
         for _ in range(len(self.items) + 1):
             if self.ended or self._target is None:
                 return
+            if self._lands_precisely:
+                self._precland.on_active()
             if not self._reached.update(state, self._target, self._rover_radius_m):
                 return
             self._item_done()
@@ -268,6 +274,10 @@ class Mission:
         if item.command in TAKEOFFS and not state.rover:
             target = target._replace(command=WAYPOINT, hold_s=0.0)
         self._begin(target, work)
+        if item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and not state.rover:
+            self._lands_precisely = True
+            self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
+            return
         current = self._setpoint_of(target)
         following = self._following()
         previous = self._previous()
@@ -285,6 +295,7 @@ class Mission:
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target
         self._work = work
+        self._lands_precisely = False
         self._reached.restart(self._state.now_us)
 
     def _setpoint_of(self, target: Target) -> PositionSetpoint:

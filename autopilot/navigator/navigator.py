@@ -15,6 +15,7 @@ from autopilot.navigator.land import Land
 from autopilot.navigator.loiter import Loiter
 from autopilot.navigator.mission import Mission, change_speed
 from autopilot.navigator.payload import Payload
+from autopilot.navigator.precland import PrecLand
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rtl import Rtl
 from autopilot.navigator.state import NavigatorState, settings_of
@@ -27,7 +28,7 @@ from sitl_emu.core import dialect as mavlink
 
 GF_ACTION_HOLD = 2
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-Mode = Takeoff | Loiter | Mission | Rtl | Land
+Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
 
 
 class Navigator:
@@ -64,7 +65,7 @@ class Navigator:
             NavState.AUTO_MISSION: self._mission,
             NavState.AUTO_RTL: Rtl(state),
             NavState.AUTO_LAND: Land(state),
-            NavState.AUTO_PRECLAND: Land(state),
+            NavState.AUTO_PRECLAND: Land(state) if state.rover else PrecLand(state),
         }
         self._nav_state: NavState | None = None
         self._commands_seen = 0

@@ -4,7 +4,7 @@ RTL_TYPE 0 and 1 go to home or the nearest rally point (5: only to a rally point
 follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination, less within the cone
 RTL_CONE_ANG, and within RTL_MIN_DIST the present height. With RTL_LAND_DELAY 0 the vehicle lands as soon as it is
 within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). A rover
-drives straight home.
+drives straight home. RTL_PLD_MD makes the landing a precision landing.
 """
 
 import math
@@ -21,6 +21,7 @@ from autopilot.navigator.mission_block import (
     Reached,
     Target,
 )
+from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.state import NavigatorState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
@@ -57,6 +58,13 @@ class Rtl:
         self._target: Target | None = None
         self._reached = Reached()
         self._started = False
+        self._precland = PrecLand(state)
+
+    @property
+    def _precision(self) -> Precision:
+        """RTL_PLD_MD; a rover stops where it is."""
+        mode = self._state.settings.rtl_pld_md
+        return Precision(mode) if mode in (1, 2) and not self._state.rover else Precision.DISABLED
 
     def on_activation(self) -> None:
         """Enter RTL."""
@@ -70,6 +78,8 @@ class Rtl:
         assert self._target is not None
         if self._phase is Phase.LANDED:
             return
+        if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
+            self._precland.on_active()
         if self._reached.update(state, self._target):
             if self._phase is Phase.LAND:
                 self._phase = Phase.LANDED
@@ -162,5 +172,8 @@ class Rtl:
             state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
         self._target = target
         self._reached.restart(state.now_us)
+        if phase is Phase.LAND and self._precision is not Precision.DISABLED:
+            self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
+            return
         yaw = place.yaw_rad if phase >= Phase.DESCEND else math.nan
         state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())

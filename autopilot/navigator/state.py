@@ -41,6 +41,13 @@ class Settings(NamedTuple):
     rtl_land_delay_s: float
     rtl_min_dist_m: float
     rtl_type: int
+    rtl_pld_md: int
+    pld_btout_s: float
+    pld_hacc_rad_m: float
+    pld_fappr_alt_m: float
+    pld_srch_alt_m: float
+    pld_srch_tout_s: float
+    pld_max_srch: int
     gf_action: int
     gf_max_hor_dist_m: float
     gf_max_ver_dist_m: float
@@ -68,6 +75,13 @@ def settings_of(parameters: Parameters) -> Settings:
         rtl_land_delay_s=float(parameters["RTL_LAND_DELAY"]),
         rtl_min_dist_m=float(parameters["RTL_MIN_DIST"]),
         rtl_type=int(parameters["RTL_TYPE"]),
+        rtl_pld_md=int(parameters["RTL_PLD_MD"]),
+        pld_btout_s=float(parameters["PLD_BTOUT"]),
+        pld_hacc_rad_m=float(parameters["PLD_HACC_RAD"]),
+        pld_fappr_alt_m=float(parameters["PLD_FAPPR_ALT"]),
+        pld_srch_alt_m=float(parameters["PLD_SRCH_ALT"]),
+        pld_srch_tout_s=float(parameters["PLD_SRCH_TOUT"]),
+        pld_max_srch=int(parameters["PLD_MAX_SRCH"]),
         gf_action=int(parameters["GF_ACTION"]),
         gf_max_hor_dist_m=float(parameters["GF_MAX_HOR_DIST"]),
         gf_max_ver_dist_m=float(parameters["GF_MAX_VER_DIST"]),

@@ -1,0 +1,150 @@
+"""Precision landing: onto the target where one is seen, and what happens where none is."""
+
+import math
+from typing import Any
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import quaternion
+
+from .mavlink_peer import Peer
+from .navigation_fake import FakeVehicle, item
+
+TAKEOFF, WAYPOINT, LAND = 22, 16, 21
+
+
+class Rig(FakeVehicle):
+    """A vehicle above a target that it sees from `seen_from_m` away."""
+
+    target: tuple[float, float] | None = (4.0, -3.0)
+    seen_from_m = 15.0
+
+    def hide(self) -> None:
+        self.target = None
+        self.topics.landing_target_pose = LandingTargetPose()
+
+    def step(self) -> None:
+        if self.target is not None:
+            away_m = math.hypot(self.target[0] - self.north, self.target[1] - self.east)
+            if away_m < self.seen_from_m:
+                self.topics.landing_target_pose = LandingTargetPose(self.now_us, *self.target, 0.0)
+        super().step()
+
+
+def flying(**parameters: float) -> Rig:
+    rig = Rig(**parameters)
+    rig.run(3.0)
+    rig.take_off(20.0)
+    return rig
+
+
+def test_it_lands_on_the_target() -> None:
+    rig = flying()
+    assert rig.set_mode(4, 9) == 0
+    rig.run(0.1)
+    assert rig.mode is NavState.AUTO_PRECLAND
+    rig.run_until_disarmed()
+    assert (rig.north, rig.east) == pytest.approx((4.0, -3.0), abs=0.3)
+
+
+def test_it_is_above_the_target_before_it_descends() -> None:
+    rig = flying()
+    rig.set_mode(4, 9)
+    while math.hypot(rig.north - 4.0, rig.east + 3.0) > 0.3:
+        assert rig.up > 18.0
+        rig.step()
+
+
+def test_a_required_target_is_searched_for_and_then_it_lands_all_the_same() -> None:
+    rig = flying(PLD_SRCH_ALT=25.0, PLD_SRCH_TOUT=5.0)
+    rig.hide()
+    rig.set_mode(4, 9)
+    rig.run(6.0)
+    assert rig.up > 20.5
+    rig.run_until_disarmed()
+    assert math.hypot(rig.north, rig.east) < 1.0
+
+
+def test_a_target_that_comes_into_sight_ends_the_search() -> None:
+    rig = flying(PLD_SRCH_TOUT=60.0)
+    rig.hide()
+    rig.set_mode(4, 9)
+    rig.run(8.0)
+    rig.target = (4.0, -3.0)
+    rig.run_until_disarmed()
+    assert (rig.north, rig.east) == pytest.approx((4.0, -3.0), abs=0.3)
+
+
+@pytest.mark.parametrize(("mode", "place"), [(0, (0.0, 0.0)), (1, (4.0, -3.0)), (2, (4.0, -3.0))])
+def test_return_lands_as_rtl_pld_md_says(mode: int, place: tuple[float, float]) -> None:
+    rig = flying(RTL_PLD_MD=mode)
+    rig.reposition(40.0, 0.0, 20.0)
+    rig.run(20.0)
+    rig.set_mode(4, 5)
+    rig.run_until_disarmed()
+    assert (rig.north, rig.east) == pytest.approx(place, abs=0.5)
+
+
+def test_an_opportunistic_landing_without_target_does_not_search() -> None:
+    rig = flying(RTL_PLD_MD=1)
+    rig.hide()
+    rig.set_mode(4, 5)
+    highest = 0.0
+    for _ in range(5000):
+        rig.step()
+        highest = max(highest, rig.up)
+        if not rig.armed:
+            break
+    assert not rig.armed and highest < 31.5
+
+
+@pytest.mark.parametrize(("precision", "place"), [(0, (60.0, 0.0)), (2, (62.0, 1.0))])
+def test_a_missions_landing(precision: int, place: tuple[float, float]) -> None:
+    rig = Rig()
+    rig.target = (62.0, 1.0)
+    rig.run(3.0)
+    rig.upload(item(TAKEOFF, 0, 0, 20), item(WAYPOINT, 60, 0, 20), item(LAND, 60, 0, 0, 0, precision))
+    rig.run(0.1)
+    rig.set_mode(4, 4)
+    rig.arm()
+    rig.run_until_disarmed()
+    assert (rig.north, rig.east) == pytest.approx(place, abs=0.5)
+
+
+# --- messages -----------------------------------------------------------------------------------------------
+
+
+def landing_target(**changes: Any) -> Any:
+    fields = {"angle_x": 0.0, "angle_y": 0.0, "x": 0.0, "y": 0.0, "z": 0.0, "position_valid": 0, "frame": 1} | changes
+    return mavlink.MAVLink_landing_target_message(
+        0, 0, fields["frame"], fields["angle_x"], fields["angle_y"], 0.0, 0.0, 0.0, fields["x"], fields["y"],
+        fields["z"], (1.0, 0.0, 0.0, 0.0), 0, fields["position_valid"],
+    )  # fmt: skip
+
+
+def test_a_position_is_taken_in_local_ned_alone() -> None:
+    peer = Peer()
+    peer.send(landing_target(x=4.0, y=-3.0, z=0.5, position_valid=1))
+    assert peer.topics.landing_target_pose[1:] == (4.0, -3.0, 0.5)
+    before = peer.topics.landing_target_pose
+    peer.send(landing_target(x=9.0, position_valid=1, frame=12))
+    assert peer.topics.landing_target_pose is before
+    assert any("frame 12 unsupported" in text.text for text in peer.texts.recent)
+
+
+def test_angles_meet_the_ground() -> None:
+    peer = Peer()
+    peer.topics.vehicle_local_position = VehicleLocalPosition(
+        1, True, True, x=10.0, y=20.0, z=-8.0, dist_bottom=8.0, dist_bottom_valid=True
+    )
+    peer.topics.vehicle_attitude = VehicleAttitude(1, quaternion(0.0, 0.0, math.pi / 2.0))
+    peer.send(landing_target(angle_x=math.atan(0.5)))
+    # forward is east
+    assert peer.topics.landing_target_pose[1:] == pytest.approx((10.0, 24.0, 0.0), abs=1e-4)
+    before = peer.topics.landing_target_pose
+    for angle in (math.nan, math.inf, 1.5, -1e30):
+        peer.send(landing_target(angle_x=angle, angle_y=angle))
+    assert peer.topics.landing_target_pose is before
