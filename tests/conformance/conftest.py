@@ -28,6 +28,8 @@ STATION_PORT_OFFSET = 10_000
 UNREACHABLE = 2
 """Exit status of a run that found no autopilot to measure."""
 AUTOPILOT = 1
+HEADER_BYTES = 10
+"""Of a MAVLink 2 frame."""
 STANDBY = 3
 DO_SET_MODE = 176
 REQUEST_MESSAGE, AUTOPILOT_VERSION = 512, 148
@@ -178,8 +180,8 @@ class Station:
         if heartbeat is None or value is None or None in counts:
             raise TimeoutError("the autopilot does not tell its mode, parameter hash and mission counts")
         mission, fence, rally = (count.count for count in counts)
-        payload = bytes(value.get_payload())[:4]
-        return State(heartbeat.base_mode, heartbeat.custom_mode, payload, (mission, fence, rally))
+        parameter_hash = bytes(value.get_msgbuf())[HEADER_BYTES : HEADER_BYTES + 4]
+        return State(heartbeat.base_mode, heartbeat.custom_mode, parameter_hash, (mission, fence, rally))
 
 
 @pytest.fixture(scope="session")

@@ -1,24 +1,61 @@
-"""REQUEST_MESSAGE: what a ground station asks at connect."""
+"""REQUEST_MESSAGE: which messages a ground station may ask for, and what it is answered."""
 
 from typing import Any
 
 import pytest
 
-REQUEST_MESSAGE = 512
+REQUEST_MESSAGE, GET_MESSAGE_INTERVAL = 512, 510
+ACCEPTED, DENIED = 0, 2
+MESSAGE_INTERVAL, STORAGE_INFORMATION = 244, 261
+GIVEN = (
+    *(0, 1, 2, 8, 24, 26, 30, 31, 32, 33, 49, 69, 74, 83, 93, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
+    *(292, 300, 331, 375, 395, 397, 435, 436, 441, 514, 12900, 12901, 12904),
+)
+"""Message ids; ESC_EEPROM (292) is accepted, and nothing comes."""
+NOT_GIVEN = (22, 27, 77, 259, 260, 263, 269, 280, 281, 283, 284, 285, 345, 390, 396, 9999, 70000, -1)
+"""No camera, no gimbal, no stream of that name, no such message."""
 
 pytestmark = pytest.mark.covers(
     "MAV_CMD_REQUEST_MESSAGE", source="https://mavlink.io/en/messages/common.html#MAV_CMD_REQUEST_MESSAGE"
 )
 
 
-@pytest.mark.covers(source="measured: which messages PX4 has without camera and gimbal")
-@pytest.mark.parametrize(("number", "result"), [(148, 0), (300, 0), (242, 0), (259, 2), (280, 2)])
-def test_request(station: Any, number: int, result: int) -> None:
-    assert station.command(REQUEST_MESSAGE, number) == result
+def ask(station: Any, *params: float) -> None:
+    station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, *params, *(0.0,) * (7 - len(params)))
 
 
-@pytest.mark.covers("AUTOPILOT_VERSION", source="measured: capabilities and version of v1.18")
-def test_version(station: Any) -> None:
-    station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, 148, *(0.0,) * 6)
-    version = station.receive("AUTOPILOT_VERSION")
-    assert (version.capabilities, version.flight_sw_version) == (59647, 17957119)
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers(source="measured: what PX4 has without camera and gimbal")
+@pytest.mark.parametrize("number", GIVEN)
+def test_given(station: Any, number: int) -> None:
+    assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers(source="measured: MAV_RESULT_DENIED")
+@pytest.mark.parametrize("number", NOT_GIVEN)
+def test_denied(station: Any, number: int) -> None:
+    assert station.command(REQUEST_MESSAGE, number) == DENIED
+
+
+@pytest.mark.covers(source="measured: the message comes first, then the acknowledgement")
+def test_the_message_comes_before_its_acknowledgement(station: Any) -> None:
+    ask(station, 148)
+    names = [station.receive(["AUTOPILOT_VERSION", "COMMAND_ACK"]).get_type() for _ in range(2)]
+    assert names == ["AUTOPILOT_VERSION", "COMMAND_ACK"]
+
+
+@pytest.mark.covers("MESSAGE_INTERVAL", source="https://mavlink.io/en/messages/common.html#MAV_CMD_REQUEST_MESSAGE")
+def test_an_interval_is_a_message_too(station: Any) -> None:
+    ask(station, MESSAGE_INTERVAL, 30)
+    interval = station.receive("MESSAGE_INTERVAL")
+    assert (interval.message_id, interval.interval_us) == (30, 20_000)
+
+
+@pytest.mark.covers("STORAGE_INFORMATION", source="https://mavlink.io/en/messages/common.html#STORAGE_INFORMATION")
+def test_storage(station: Any) -> None:
+    ask(station, STORAGE_INFORMATION)
+    storage = station.receive("STORAGE_INFORMATION")
+    assert (storage.storage_id, storage.storage_count, storage.status) == (1, 1, 2)
+    assert storage.total_capacity == pytest.approx(storage.used_capacity + storage.available_capacity, rel=0.01)
+    assert 0.0 < storage.available_capacity < storage.total_capacity

@@ -51,6 +51,8 @@ CLIENT_SERVICES = {
 }
 SERVICES_OF_A_COMMAND = {
     "actuator_test": "MAV_CMD_ACTUATOR_TEST",
+    "identity": "what a vehicle says of itself, asked by MAV_CMD_REQUEST_MESSAGE",
+    "streams": "what comes without being asked for",
     "calibration": "MAV_CMD_PREFLIGHT_CALIBRATION",
     "failure_injection": "MAV_CMD_INJECT_FAILURE",
     "component_metadata": "MAV_CMD_REQUEST_MESSAGE, and then files over FTP",
