@@ -10,6 +10,7 @@ ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED = 0, 1, 3
 STANDBY, CALIBRATING = 3, 2
 GYRO, MAG, ACCEL, AIRSPEED = (1,), (0, 1), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1)
 NOTHING = (0,)
+CHANGES_PARAMETERS = "what is measured is kept in CAL_*"
 
 pytestmark = [
     pytest.mark.covers(
