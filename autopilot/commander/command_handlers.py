@@ -42,6 +42,8 @@ Handler = Callable[[int, VehicleCommand], int | None]
 FORCE_MAGIC = 21196
 LEAST_INT = -(1 << 31)
 KEPT_COMMANDS = 8
+REFUSALS_APART_US = 1_000_000
+"""A mode refused sooner after another is not said, as on PX4."""
 MISSION_START_DENIED = "commander_mission_start_denied_no_mission"
 ACTUATOR_GROUP_TEST = 309
 """MAV_CMD_ACTUATOR_GROUP_TEST, of MAVLink's development dialect."""
@@ -96,6 +98,7 @@ class CommandHandlers:
         self._say = say
         self._rover = rover
         self._published = 0
+        self._refused_us = -REFUSALS_APART_US
         self._awaits_leave: VehicleCommand | None = None
         """An arming command that is answered when somebody has said whether it may."""
         self._handlers: dict[int, Handler] = {
@@ -142,15 +145,17 @@ class CommandHandlers:
     # --- helpers --------------------------------------------------------------------------------------------
 
     def change_mode(self, now_us: int, mode: NavState) -> int:
-        """MAV_RESULT of asking for a mode; a refusal is said."""
+        """MAV_RESULT of asking for a mode; a refusal is said, at most every second."""
         arming = self._arming
         self._checks.update(now_us)
         ended = arming.armed and arming.terminated
         if not ended and self._intention.change(mode, armed=arming.armed):
             return ACCEPTED
-        text = f"Switching to {MODE_NAMES[mode]} is currently not available\t"
-        numbers = custom_mode_of(mode), NAVIGATION_MODES.get(mode, NAVIGATION_MODE_UNKNOWN)
-        self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
+        if now_us - self._refused_us > REFUSALS_APART_US:
+            self._refused_us = now_us
+            text = f"Switching to {MODE_NAMES[mode]} is currently not available\t"
+            numbers = custom_mode_of(mode), NAVIGATION_MODES.get(mode, NAVIGATION_MODE_UNKNOWN)
+            self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
         return TEMPORARILY_REJECTED
 
     def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:
