@@ -18,6 +18,10 @@ SLIGHT_DEG = 1e-4
 """Board offsets below this are none: PX4's simulated airframes come with 1e-6, so as to look calibrated."""
 DEVICE_IDS = {"ACC": 1310988, "GYRO": 1310988, "MAG": 197388, "BARO": 6620172}
 """device_id of the first sensor of each kind in PX4's SITL."""
+MOST = 1000.0
+"""No offset or scale counts for more, in whatever unit: parameters without sense must not reach the estimator."""
+SLIGHTEST_SCALE = 1e-3
+"""An accelerometer's scale is no smaller."""
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 ONE: Vector3 = (1.0, 1.0, 1.0)
 Matrix = tuple[Vector3, Vector3, Vector3]
@@ -42,18 +46,19 @@ def corrections_of(parameters: Parameters) -> Corrections:
     """What the parameters of the first instances say; equal to NONE where they say nothing."""
 
     def three(name: str) -> Vector3:
-        x, y, z = (float(parameters[name.format(axis)]) for axis in "XYZ")
+        x, y, z = (max(-MOST, min(MOST, float(parameters[name.format(axis)]))) for axis in "XYZ")
         return x, y, z
 
     diagonal, odd = three("CAL_MAG0_{}SCALE"), three("CAL_MAG0_{}ODIAG")
     matrix = None
     if diagonal != ONE or odd != ZERO:
         matrix = ((diagonal[0], odd[0], odd[1]), (odd[0], diagonal[1], odd[2]), (odd[1], odd[2], diagonal[2]))
+    scale_x, scale_y, scale_z = (max(SLIGHTEST_SCALE, scale) for scale in three("CAL_ACC0_{}SCALE"))
     board_deg = three("SENS_BOARD_{}_OFF")
     return Corrections(
         three("CAL_GYRO0_{}OFF"),
         three("CAL_ACC0_{}OFF"),
-        three("CAL_ACC0_{}SCALE"),
+        (scale_x, scale_y, scale_z),
         three("CAL_MAG0_{}OFF"),
         matrix,
         float(parameters["CAL_BARO0_OFF"]),

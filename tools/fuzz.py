@@ -59,19 +59,20 @@ class Fuzz:
                         victim.tick()
                         victim.check_topics()
                 except Exception as error:  # whatever it is, it is what we look for
-                    self._note(error, model, data)
+                    self._note(error, model, data, victim)
                     return number + 1
             if not victim.answers():
-                self._note(AssertionError("it does not answer any more"), model, data)
+                self._note(AssertionError("it does not answer any more"), model, data, victim)
         return datagrams
 
-    def _note(self, error: Exception, model: str, data: bytes) -> None:
+    def _note(self, error: Exception, model: str, data: bytes, victim: hostile.Victim) -> None:
         last = traceback.extract_tb(error.__traceback__)[-1:]
         place = f"{Path(last[0].filename).name}:{last[0].lineno}" if last else ""
         kind = f"{type(error).__name__} {place}"
         self.failures[kind] += 1
         if self.failures[kind] == 1:
-            print(f"\n{model}: {kind}: {error}\nlast datagram: {data[:300].hex()}", flush=True)
+            print(f"\n{model}: {kind}: {error}\nlast datagram: {data[:300].hex()}")
+            print(f"parameters that differ: {victim.autopilot.parameters.changed()}", flush=True)
             traceback.print_exception(error, limit=-5)
 
 

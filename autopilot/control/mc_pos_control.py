@@ -178,6 +178,8 @@ def constrain_xy(n0: float, e0: float, n1: float, e1: float, largest: float) -> 
         return n, e
     first = math.hypot(n0, e0)
     if first >= largest:
+        if first <= 0.0 or largest <= 0.0:
+            return 0.0, 0.0
         return n0 / first * largest, e0 / first * largest
     second = math.hypot(n1, e1)
     if math.hypot(n1 - n0, e1 - e0) < 0.001:
