@@ -20,6 +20,8 @@ DEVICE_IDS = {"ACC": 1310988, "GYRO": 1310988, "MAG": 197388, "BARO": 6620172}
 """device_id of the first sensor of each kind in PX4's SITL."""
 MOST = 1000.0
 """No offset or scale counts for more, in whatever unit: parameters without sense must not reach the estimator."""
+MOST_RAD_S = math.radians(2000.0)
+"""Nor does a gyro's for more than its full scale."""
 SLIGHTEST_SCALE = 1e-3
 """An accelerometer's scale is no smaller."""
 ZERO: Vector3 = (0.0, 0.0, 0.0)
@@ -45,8 +47,8 @@ NONE = Corrections()
 def corrections_of(parameters: Parameters) -> Corrections:
     """What the parameters of the first instances say; equal to NONE where they say nothing."""
 
-    def three(name: str) -> Vector3:
-        x, y, z = (max(-MOST, min(MOST, float(parameters[name.format(axis)]))) for axis in "XYZ")
+    def three(name: str, most: float = MOST) -> Vector3:
+        x, y, z = (max(-most, min(most, float(parameters[name.format(axis)]))) for axis in "XYZ")
         return x, y, z
 
     diagonal, odd = three("CAL_MAG0_{}SCALE"), three("CAL_MAG0_{}ODIAG")
@@ -56,7 +58,7 @@ def corrections_of(parameters: Parameters) -> Corrections:
     scale_x, scale_y, scale_z = (max(SLIGHTEST_SCALE, scale) for scale in three("CAL_ACC0_{}SCALE"))
     board_deg = three("SENS_BOARD_{}_OFF")
     return Corrections(
-        three("CAL_GYRO0_{}OFF"),
+        three("CAL_GYRO0_{}OFF", MOST_RAD_S),
         three("CAL_ACC0_{}OFF"),
         (scale_x, scale_y, scale_z),
         three("CAL_MAG0_{}OFF"),

@@ -171,7 +171,7 @@ def _information_value(name: str, value: str | int) -> tuple[bytes, bytes]:
         return f"char[{len(encoded)}] {name}".encode(), encoded
     if -(1 << 31) <= value < 1 << 31:
         return f"int32_t {name}".encode(), struct.pack("<i", value)
-    return f"uint32_t {name}".encode(), struct.pack("<I", value)
+    return f"uint32_t {name}".encode(), struct.pack("<I", value & 0xFFFFFFFF)
 
 
 def _parameter_value(name: str, value: float | int, is_float: bool) -> tuple[bytes, bytes]:
