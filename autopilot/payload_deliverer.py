@@ -2,7 +2,8 @@
 
 PX4's payload_deliverer (src/modules/payload_deliverer, v1.18): it closes when the autopilot starts. An action is
 answered IN_PROGRESS and, when its time is over, ACCEPTED; asked for again meanwhile it is rejected, and once it is done
-accepted at once. PD_GRIPPER_TYPE -1: there is none. A winch nobody answers for.
+accepted at once. PD_GRIPPER_TYPE -1: there is none. A winch nobody answers for. A mission's items come as
+topics.navigator_commands, and are answered to the navigator (topics.gripper).
 """
 
 import math
@@ -31,8 +32,9 @@ class PayloadDeliverer:
         self._done = False
         self._since_us = 0
         self._asked: VehicleCommand | None = None
+        self._commands_seen = 0
         if int(parameters["PD_GRIPPER_TYPE"]) != NO_GRIPPER:
-            self._move()
+            self._take_position()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
         """DO_GRIPPER: param2 is the GRIPPER_ACTION; the gripper's number (param1) does not matter."""
@@ -42,21 +44,33 @@ class PayloadDeliverer:
         if self._asked is not None and action == self.action:
             return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         if action == self.action and self._done:
+            self._accept(now_us)
             return CommandResult(mavlink.MAV_RESULT_ACCEPTED)
         if action not in (RELEASE, GRAB):
             return CommandResult(mavlink.MAV_RESULT_DENIED)
         self.action, self._done, self._since_us, self._asked = action, False, now_us, command
-        self._move()
+        self._take_position()
         return CommandResult(mavlink.MAV_RESULT_IN_PROGRESS, UNKNOWN_PROGRESS)
 
-    def _move(self) -> None:
-        self._topics.gripper = Gripper(1.0 if self.action == GRAB else -1.0)
-
     def update(self, now_us: int) -> None:
-        """At 50 Hz: an action ends by its time, as there is no sensor."""
+        """At 50 Hz: what the mission commands; an action ends by its time, as there is no sensor."""
+        records = self._topics.navigator_commands
+        if records and records[-1].number != self._commands_seen:
+            for record in records:
+                if record.number > self._commands_seen and record.command.command in self.COMMANDS:
+                    self.handle_command(now_us, record.command)
+            self._commands_seen = records[-1].number
         if self._done or now_us - self._since_us <= float(self._parameters["PD_GRIPPER_TO"]) * 1e6:
             return
         self._done = True
         if self._asked is not None:
-            answer_later(self._topics, self._asked, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+            self._accept(now_us)
+            if self._asked.from_external:
+                answer_later(self._topics, self._asked, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
             self._asked = None
+
+    def _take_position(self) -> None:
+        self._topics.gripper = Gripper(1.0 if self.action == GRAB else -1.0)
+
+    def _accept(self, now_us: int) -> None:
+        self._topics.gripper = self._topics.gripper._replace(accepted_us=now_us)

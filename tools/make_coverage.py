@@ -30,6 +30,7 @@ from autopilot.mavlink.services import log_streaming, message_interval, message_
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator import mission as navigator_mission
 from autopilot.navigator import mission_block
+from autopilot.navigator.payload import PAYLOAD_COMMANDS
 from autopilot.navigator.roi import ROI_COMMANDS
 from autopilot.parameters import Parameters, Value
 from autopilot.topics import Topics
@@ -213,6 +214,7 @@ def _mission_items() -> Iterator[str]:
     carried_out = taken & (
         mission_block.PLACED
         | ROI_COMMANDS
+        | PAYLOAD_COMMANDS
         | {
             mission_block.DELAY,
             mission_block.RETURN_TO_LAUNCH,

@@ -3,7 +3,7 @@
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
 waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the
-height is reached. All other items are done at once.
+height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT. All other items are done at once.
 """
 
 import math
@@ -34,6 +34,7 @@ VTOL_TAKEOFF = mavlink.MAV_CMD_NAV_VTOL_TAKEOFF
 VTOL_LAND = mavlink.MAV_CMD_NAV_VTOL_LAND
 RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
 DELAY = mavlink.MAV_CMD_NAV_DELAY
+DO_GRIPPER = mavlink.MAV_CMD_DO_GRIPPER
 CONDITION_GATE = mavlink.MAV_CMD_CONDITION_GATE
 TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
 LANDS = frozenset((LAND, VTOL_LAND))
@@ -96,6 +97,9 @@ class Reached:
             return False
         if command == DELAY:
             return (state.now_us - self._started_us) * 1e-6 >= target.hold_s
+        if command == DO_GRIPPER:
+            waited_s = (state.now_us - self._started_us) * 1e-6
+            return state.topics.gripper.accepted_us >= self._started_us or waited_s > state.settings.mis_command_tout_s
         if command not in PLACED:
             return True
         if not self._position_reached:

@@ -1,8 +1,9 @@
-"""Mission items about camera, gimbal and other payload: who is told, and how (PX4: MissionBlock::issue_command,
+"""Mission items about camera, gimbal, gripper and other payload: who is told, and how (PX4: MissionBlock,
 Navigator::publish_vehicle_command, v1.18).
 
 What a camera does by itself is sent to it as a command; single images go by the camera trigger, which numbers them.
-Everything else stays within the autopilot (topics.navigator_commands), for the camera trigger and the gimbal manager.
+Everything else stays within the autopilot (topics.navigator_commands), for the camera trigger,
+the gimbal manager, the gripper and the commander.
 """
 
 from autopilot.navigator.state import NavigatorState
@@ -37,6 +38,8 @@ WITHIN = frozenset(
         DO_MOUNT_CONTROL,
         mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
         GIMBAL_CONFIGURE,
+        mavlink.MAV_CMD_DO_SET_ACTUATOR,
+        mavlink.MAV_CMD_DO_GRIPPER,
     }
 )
 PAYLOAD_COMMANDS = OF_CAMERA | WITHIN

@@ -34,6 +34,7 @@ class Settings(NamedTuple):
     mis_takeoff_alt_m: float
     mis_yaw_err_rad: float
     mis_yaw_tmt_s: float
+    mis_command_tout_s: float
     mis_tko_land_req: int
     rtl_return_alt_m: float
     rtl_descend_alt_m: float
@@ -68,6 +69,7 @@ def settings_of(parameters: Parameters) -> Settings:
         mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
         mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
         mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),
+        mis_command_tout_s=float(parameters["MIS_COMMAND_TOUT"]),
         mis_tko_land_req=int(parameters["MIS_TKO_LAND_REQ"]),
         rtl_return_alt_m=float(parameters["RTL_RETURN_ALT"]),
         rtl_descend_alt_m=float(parameters["RTL_DESCEND_ALT"]),

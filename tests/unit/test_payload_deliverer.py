@@ -1,9 +1,14 @@
-"""The gripper, as who commands it sees it: an answer at once, and one when it is done."""
+"""The gripper, as who commands it sees it: an answer at once, and one when it is done. A mission waits for it."""
+
+import pytest
 
 from autopilot.parameters import Parameters
 from autopilot.payload_deliverer import PayloadDeliverer
 from autopilot.topics import Topics, VehicleCommand
 
+from .navigation_fake import STEP_US, FakeVehicle, item
+
+TAKEOFF, WAYPOINT, LAND, DO_SET_ACTUATOR, MAV_FRAME_MISSION = 22, 16, 21, 187, 2
 DO_GRIPPER, RELEASE, GRAB = 211, 0.0, 1.0
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, FAILED, IN_PROGRESS = (0, 0, 0), (1, 0, 0), (2, 0, 0), (4, 0, 0), (5, 255, 0)
 
@@ -56,3 +61,43 @@ def test_what_it_cannot_do() -> None:
     gripper.run(1.1)
     assert gripper.command(2.0) == gripper.command(float("nan")) == DENIED
     assert Gripper(PD_GRIPPER_TYPE=-1).command(RELEASE) == FAILED
+
+
+class Mission(FakeVehicle):
+    """A vehicle with a gripper that takes three seconds, on a mission that opens it."""
+
+    def __init__(self, **parameters: float) -> None:
+        super().__init__(PD_GRIPPER_TYPE=0, PD_GRIPPER_TO=3.0, **parameters)
+        self.deliverer = PayloadDeliverer(self.topics, self.parameters)
+        self.waited_s = 0.0
+        self.run(4.0)
+        self.upload(
+            item(TAKEOFF, 0, 0, 20),
+            item(DO_GRIPPER, 0, 0, 0, 1, RELEASE),
+            item(DO_SET_ACTUATOR, 0, 0, 0, 0.5)._replace(frame=MAV_FRAME_MISSION),
+            item(WAYPOINT, 10, 0, 20),
+            item(LAND, 100, 0, 0),
+        )
+        self.run(0.1)
+        self.set_mode(4, 4)
+        assert self.arm() == 0
+        self.run_until_disarmed()
+
+    def step(self) -> None:
+        super().step()
+        self.deliverer.update(self.now_us)
+        if self.topics.mission_result.seq_current == 1:
+            self.waited_s += STEP_US * 1e-6
+
+
+def test_a_mission_waits_for_the_gripper() -> None:
+    mission = Mission(MIS_COMMAND_TOUT=10.0)
+    assert mission.waited_s == pytest.approx(3.0, abs=0.2)
+    assert mission.topics.gripper.position == -1.0
+    assert mission.topics.actuator_set.values[0] == 0.5
+    assert mission.topics.vehicle_command_acks == ()  # nobody outside has asked
+
+
+def test_a_mission_waits_for_the_gripper_no_longer_than_it_may() -> None:
+    assert Mission(MIS_COMMAND_TOUT=1.0).waited_s == pytest.approx(1.0, abs=0.2)
+    assert Mission().waited_s < 0.2
