@@ -539,8 +539,14 @@ class Estimator:
         return True
 
     def move_origin(self, now_us: int, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
-        """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude."""
+        """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude.
+
+        Where nobody knows a place on the globe yet (vision alone), the vehicle stays where it is in the local frame.
+        """
         if self._origin is None:
+            if self._aligned:
+                self._origin, self._origin_us = MapProjection(latitude_deg, longitude_deg), now_us
+                self._ref_alt_m = altitude_amsl_m if math.isfinite(altitude_amsl_m) else 0.0
             return
         self._apply()
         state = self._state

@@ -228,3 +228,29 @@ def test_what_the_filter_does_not_look_at() -> None:
     peer.send(odometry_message(1, 12, mavlink.MAV_ESTIMATOR_TYPE_MOCAP))
     peer.send(odometry_message(0, 0))
     assert peer.topics.vehicle_visual_odometry is before
+
+
+def test_a_place_on_earth_can_be_given_to_a_vehicle_that_sees_alone() -> None:
+    feed = Seen(**WITHOUT_GPS)
+    feed.run(10.0)
+    feed.estimator.move_origin(feed.ticks * 4000, 47.0, 8.0, 500.0)
+    feed.run(1.0)
+    place = feed.topics.vehicle_global_position
+    (x, _, z), _, _ = feed.path(feed.time_s)
+    assert place.valid
+    assert (place.lat - 47.0) * 111_195.0 == pytest.approx(x, abs=0.5)
+    assert place.alt == pytest.approx(500.0 - z, abs=1.0)
+    assert feed.error_m() < 0.3
+
+
+def test_set_gps_global_origin_is_the_command_and_is_answered() -> None:
+    given: list[Any] = []
+    peer = Peer(lambda now_us, command: given.append(command))
+    peer.now_us = 1_000_000
+    peer.fly()
+    said = peer.send(mavlink.MAVLink_set_gps_global_origin_message(1, 470000000, 80000000, 500_000))
+    assert [(command.command, command.param5, command.param6, command.param7) for command in given] == [
+        (611, pytest.approx(47.0), pytest.approx(8.0), 500.0)
+    ]
+    assert [message.get_type() for message in said] == ["GPS_GLOBAL_ORIGIN"]
+    assert peer.send(mavlink.MAVLink_set_gps_global_origin_message(2, 0, 0, 0)) == []

@@ -25,7 +25,7 @@ EXPECTED_HZ = {
     PAYLOAD: {"GPS_RAW_INT": 8, "HEARTBEAT": 1, "MISSION_CURRENT": 1},
     GIMBAL: {"AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": 20, "HEARTBEAT": 1, "CURRENT_EVENT_SEQUENCE": 1 / 3},
 }
-NOT_YET = {"POSITION_TARGET_GLOBAL_INT", "RC_CHANNELS", "WIND_COV"}
+NOT_YET = {"ORBIT_EXECUTION_STATUS", "POSITION_TARGET_GLOBAL_INT", "RC_CHANNELS", "WIND_COV"}
 """Streams without data on a vehicle that stands disarmed."""
 SELDOM_HZ = 0.2
 OF_PAYLOADS = {
@@ -141,3 +141,19 @@ def test_a_receiver_that_does_not_tell_its_accuracy_is_shown_without() -> None:
     peer.topics.sensor_gps = peer.topics.sensor_gps._replace(eph=float("nan"), epv=float("nan"))
     message = only(peer.send(command_long(512, 24)), "GPS_RAW_INT")[0]
     assert (message.h_acc, message.v_acc) == (0, 0)
+
+
+def test_high_latency_tells_all_in_one() -> None:
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.fly()
+    told = only(peer.send(command_long(512, 235)), "HIGH_LATENCY2")[0]
+    assert (told.latitude, told.longitude, told.altitude) == (473977420, 85455940, 492)
+    assert (told.type, told.autopilot, told.battery, told.wp_num) == (13, 12, 100, 65535)
+    assert told.custom_mode == 4 | 3 << 8
+    assert told.groundspeed == round(0.5 * 5)
+
+
+def test_high_latency_of_a_vehicle_that_knows_nothing() -> None:
+    told = only(Peer().send(command_long(512, 235)), "HIGH_LATENCY2")[0]
+    assert (told.latitude, told.eph, told.battery) == (0, 255, -1)
