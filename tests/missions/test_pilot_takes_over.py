@@ -10,7 +10,7 @@ from pymavlink import mavutil
 from tests.missions.runs import FIRST_INSTANCE, Run, short_scenario
 
 DO_SET_MODE, CUSTOM_MODE_ENABLED, AUTO, LOITER = 176, 1, 4, 3
-AUTOPILOT, COMPANION = 1, 191
+AUTOPILOT, CAMERA, GIMBAL, COMPANION = 1, 100, 154, 191
 UAS, UGV = FIRST_INSTANCE + 1, FIRST_INSTANCE + 2
 
 
@@ -46,7 +46,8 @@ def test_a_pilot_at_the_ground_station_takes_the_scout_over(tmp_path: Path) -> N
                 asked = True
                 mode = (CUSTOM_MODE_ENABLED, AUTO, LOITER)
                 station.mav.command_long_send(UAS, AUTOPILOT, DO_SET_MODE, 0, *mode, 0, 0, 0, 0)
-        assert heard == {(system, component) for system in (UAS, UGV) for component in (AUTOPILOT, COMPANION)}
+        both = {(system, component) for system in (UAS, UGV) for component in (AUTOPILOT, COMPANION, CAMERA)}
+        assert heard == both | {(UAS, GIMBAL)}
     station.close()
     events = [json.loads(line) for line in (tmp_path / "run/events.jsonl").read_text().splitlines()]
     assert [event["vehicle"] for event in events if event["event"] == "yielded"] == ["uas"]
