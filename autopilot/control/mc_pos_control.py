@@ -120,7 +120,7 @@ class PositionControl:
         produced = GRAVITY_M_S2 / self.hover_thrust
         produced_n, produced_e = tn * produced, te * produced
         if an * an + ae * ae > produced_n * produced_n + produced_e * produced_e:
-            back = 2.0 / pxy
+            back = 2.0 / pxy if pxy > 0.0 else 0.0
             en -= back * (an - produced_n)
             ee -= back * (ae - produced_e)
         self._int_n += en * ixy * dt

@@ -275,7 +275,7 @@ class MulticopterControl:
         estimator, control = self._hover, self._position
         if not in_air:
             estimator.pause()
-            control.hover_thrust = self._thrust_hover
+            control.hover_thrust = max(0.1, min(0.9, self._thrust_hover))
             return
         self._hover_due = not self._hover_due
         if not self._hover_due:

@@ -18,7 +18,7 @@ def fields(now_us: int, context: Context) -> list[Fields]:
     count = context.motor_count
     battery = topics.battery_status
     voltage_v = battery.voltage_v if battery.connected else 0.0
-    current_a = battery.current_a / count if battery.connected and battery.current_a > 0.0 else 0.0
+    current_a = battery.current_a / max(count, 1) if battery.connected and battery.current_a > 0.0 else 0.0
     controls = outputs.controls[:count]
     return [part(now_us, first, controls, voltage_v, current_a) for first in range(0, count, 4)]
 
