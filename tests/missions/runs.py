@@ -1,6 +1,7 @@
 """Runs of `sitl-emu run` for tests: started as a user does, looked at from outside."""
 
 import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -55,12 +56,17 @@ class Run:
         return self.process.wait(limit_s)
 
     def wait_until_flying(self, limit_s: float = 60.0) -> None:
-        """Until simulated time goes on."""
+        """Until a second has been simulated: all have spoken by then."""
         until = time.monotonic() + limit_s
-        truth = self.out / "events.jsonl"
-        while not (truth.is_file() and truth.stat().st_size > 0):
+        events = self.out / "events.jsonl"
+        while not (events.is_file() and self._has_reached(1.0, events)):
             assert time.monotonic() < until and self.process.poll() is None, self.text
             time.sleep(0.05)
+
+    @staticmethod
+    def _has_reached(time_s: float, events: Path) -> bool:
+        *whole, _ = events.read_text().split("\n")
+        return any(json.loads(line)["time_s"] >= time_s for line in whole)
 
     def children(self) -> dict[str, int]:
         """Processes of this run that are there now, by what they are ("camera_process uas"): pid."""

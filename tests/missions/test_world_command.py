@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -29,10 +31,20 @@ def connected(limit_s: float = 30.0) -> TcpAutopilotChannel:
             time.sleep(0.1)
 
 
+@contextmanager
+def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
+    """A process that is gone afterwards, whatever came out."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
 def test_an_autopilot_connects_gets_sensors_in_step_and_the_world_ends_with_it() -> None:
     command = [sys.executable, "-P", "-m", "sitl_emu", "world", "corn_field", "--vehicle", "iris", "--speed", "max"]
     command += ["--instance", str(INSTANCE)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+    with started(command) as process:
         channel = connected()
         for tick in range(1, 51):
             sensor = channel.receive()[-1]
@@ -49,7 +61,7 @@ def test_an_autopilot_connects_gets_sensors_in_step_and_the_world_ends_with_it()
 def test_a_signal_ends_it_while_it_waits(number: signal.Signals) -> None:
     command = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "rover:2"]
     command += ["--instance", str(INSTANCE)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+    with started(command) as process:
         assert process.stdout is not None
         for place in range(2):
             assert f"TCP {ports.simulator(INSTANCE + place)}" in process.stdout.readline()
@@ -62,7 +74,7 @@ def test_an_autopilot_that_speaks_late_gets_sensors_all_the_same() -> None:
     """As a real PX4, whose outputs start a while after its simulator."""
     command = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "iris", "--speed", "max"]
     command += ["--instance", str(INSTANCE)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+    with started(command) as process:
         channel = connected()
         last = [channel.receive()[-1] for _ in range(10)][-1]
         assert isinstance(last, HilSensor) and last.time_usec == 40_000
@@ -115,5 +127,5 @@ def test_a_wrong_airframe_is_told(tmp_path: Path, text: str | None, wanted: str)
     if text is not None:
         file.write_text(text)
     with pytest.raises(AirframeError, match=re.escape(wanted)) as told:
-        make_autopilot(file, 0)
+        make_autopilot(file, 0, None)
     assert str(file) in str(told.value)
