@@ -566,7 +566,7 @@ class Estimator:
     def _reset_height(self, now_us: int, down_m: float, variance: float) -> None:
         state = self._state
         self._terrain.shift(down_m - state.pd)
-        self._baro_bias.reset(self._baro_bias.bias_m - (down_m - state.pd))
+        self._baro_bias.reset(self._baro_bias.bias_m + (down_m - state.pd))
         state.pd = down_m
         self._smooth[5] = 0.0
         cov.forget(self._covariance, cov.POSITION + 2, 1, variance)

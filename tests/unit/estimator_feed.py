@@ -32,7 +32,7 @@ class Feed:
         self.estimator = Estimator(self.topics, self.parameters)
         self.path, self.yaw = path, yaw
         self.gps = self.baro = True
-        self.gps_offset_m = self.accel_bias_z = self.gyro_bias_x = 0.0
+        self.gps_offset_m = self.gps_offset_up_m = self.accel_bias_z = self.gyro_bias_x = 0.0
         self.ticks = 0
         self.random = random.Random(1)
         self.projection = MapProjection(LAT, LON)
@@ -60,7 +60,7 @@ class Feed:
         gauss = self.random.gauss
         lat, lon = self.projection.reproject(position[0] + self.gps_offset_m + gauss(0, 0.1), position[1])
         vn, ve, vd = (round((v + gauss(0, 0.05)) * 100) for v in velocity)
-        alt = round((ALT_M - position[2] + gauss(0, 0.1)) * 1000)
+        alt = round((ALT_M - position[2] + self.gps_offset_up_m + gauss(0, 0.1)) * 1000)
         now_us = self.ticks * 4000
         return HilGps(now_us, round(lat * 1e7), round(lon * 1e7), alt, 90, 178, 0, vn, ve, vd, 0, 3, 10, 0, 0)
 

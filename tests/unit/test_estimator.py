@@ -136,6 +136,19 @@ def test_height_goes_on_without_barometer() -> None:
     assert local.z == pytest.approx(circle(feed.time_s)[0][2], abs=0.5)
 
 
+def test_the_barometer_goes_along_when_the_height_jumps_to_what_gps_says() -> None:
+    feed = Feed()
+    feed.run(12.0)
+    resets = feed.topics.vehicle_local_position.z_reset_counter
+    feed.gps_offset_up_m = 30.0
+    while feed.topics.vehicle_local_position.z_reset_counter == resets and feed.time_s < 40.0:
+        feed.step()
+    feed.gps = False
+    feed.run(1.0)
+    assert feed.topics.vehicle_local_position.z == pytest.approx(-30.0, abs=1.0)
+    assert feed.topics.estimator_status.baro_fused
+
+
 def test_barometer_as_height_reference() -> None:
     feed = Feed(circle, EKF2_HGT_REF=0)
     feed.run(15.0)
