@@ -22,8 +22,11 @@ READY = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 def main(url: str) -> None:
     """Fly."""
     link = mavutil.mavlink_connection(url, source_system=255, dialect="common")
-    link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)  # udpout speaks first
-    if link.wait_heartbeat(timeout=30) is None:
+    for _ in range(30):
+        link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)  # udpout speaks first
+        if link.wait_heartbeat(timeout=1) is not None and link.target_system != 0:  # a camera's may come before
+            break
+    else:
         sys.exit(f"no vehicle on {url}: is `sitl-emu launch iris` running?")
     me = (link.target_system, 1)
     while not link.recv_match(type="SYS_STATUS", blocking=True).onboard_control_sensors_health & READY:

@@ -223,7 +223,7 @@ def conformance(
         _refuse(str(error))
     for line in conforming.summary(run):
         _say(line)
-    raise typer.Exit(run.count(conforming.FAILED) > 0)
+    raise typer.Exit(run.status)
 
 
 def _say(text: str, nl: bool = True) -> None:

@@ -62,6 +62,13 @@ class Conformance(NamedTuple):
     vehicle: str
     """What was measured, in words of its own: version, kind, system id."""
     results: tuple[Result, ...]
+    interrupted: bool = False
+    """By Ctrl-C: these are the results until then."""
+
+    @property
+    def status(self) -> int:
+        """Exit status."""
+        return INTERRUPTED if self.interrupted else int(self.count(FAILED) > 0)
 
     def count(self, outcome: str) -> int:
         """How many tests ended so."""
@@ -96,9 +103,9 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     keeper.end_line()
     if keeper.trouble:
         raise Trouble(keeper.trouble)
-    if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+    if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED):
         raise Trouble(f"the tests could not be run (pytest's exit status {int(status)})")
-    return Conformance(url, keeper.vehicle, tuple(keeper.results))
+    return Conformance(url, keeper.vehicle, tuple(keeper.results), status == pytest.ExitCode.INTERRUPTED)
 
 
 def _options() -> list[str]:
@@ -131,11 +138,9 @@ class Keeper:
             self.trouble = f"{report.nodeid}: {report.longreprtext.splitlines()[-1]}"
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-        """Ctrl-C, or the tests' own end: there is no autopilot."""
+        """The tests' own end: there is no autopilot. Ctrl-C comes here as well, and is no trouble."""
         if isinstance(excinfo.value, pytest.exit.Exception):
             self.trouble = str(excinfo.value)
-        else:
-            raise excinfo.value
 
     def pytest_internalerror(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """A mistake of a test's file, not of the autopilot."""
@@ -194,6 +199,8 @@ def summary(run: Conformance) -> Iterator[str]:
     for reason in sorted({result.reason for result in run.results if result.outcome == SKIPPED}):
         skipped = sum(result.outcome == SKIPPED and result.reason == reason for result in run.results)
         yield f"skipped: {skipped}: {reason}"
+    if run.interrupted:
+        yield f"interrupted after {len(run.results)} tests"
     seconds = sum(result.duration_s for result in run.results)
     yield f"{run.vehicle} on {run.url}: {run.count(PASSED)} of {len(run.results)} passed, " + (
         f"{run.count(FAILED)} failed, {run.count(SKIPPED)} skipped, in {seconds:.0f} s"

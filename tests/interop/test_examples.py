@@ -1,10 +1,9 @@
-"""The examples run as the README says, on one vehicle after the other, and import of ours `sitl_emu` alone."""
+"""The examples run as the README says, side by side, and import of ours `sitl_emu` alone."""
 
 import ast
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,37 +12,37 @@ from tests.launched import launched
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOMS = {"vehicles", "autopilot", "gcs", "missions"}
-INSTANCE = 1
-LIMIT_S = 110.0
+FIRST_INSTANCE = 1
+LIMIT_S = 90.0
 URLS = {
-    "mavsdk_takeoff_and_goto": f"udpin://0.0.0.0:{14540 + INSTANCE}",
-    "own_companion": f"udpin:0.0.0.0:{14540 + INSTANCE}",
-    "pymavlink_mission": f"udpout:127.0.0.1:{18570 + INSTANCE}",
+    "mavsdk_takeoff_and_goto": "udpin://0.0.0.0:14541",
+    "own_companion": "udpin:0.0.0.0:14542",
+    "pymavlink_mission": "udpout:127.0.0.1:18573",
 }
-
-
-@pytest.fixture(scope="module")
-def vehicle() -> Iterator[None]:
-    with launched("iris", "--instance", str(INSTANCE), "--speed", "4"):
-        yield
+"""Each has a vehicle of its own."""
 
 
 def test_every_example_is_run_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == set(URLS)
 
 
-@pytest.mark.usefixtures("vehicle")
-@pytest.mark.parametrize("name", sorted(URLS))
-def test_an_example_flies_and_lands(name: str) -> None:
-    run = subprocess.run(
-        [sys.executable, str(EXAMPLES / f"{name}.py"), URLS[name]],
-        env={**os.environ, "PYTHONWARNINGS": "ignore"},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
-    assert run.returncode == 0, run.stderr[-2000:]
-    assert run.stdout.splitlines()[-1] == "landed"
+def test_every_example_flies_and_lands(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
+    with launched(f"iris:{len(URLS)}", "--instance", str(FIRST_INSTANCE), "--speed", "4"):
+        runs = {}
+        for name, url in URLS.items():
+            command = [sys.executable, str(EXAMPLES / f"{name}.py"), url]
+            with (tmp_path / name).open("w") as output:
+                runs[name] = subprocess.Popen(command, env=environment, stdout=output, stderr=subprocess.STDOUT)
+        try:
+            ended = {name: run.wait(LIMIT_S) for name, run in runs.items()}
+        finally:
+            for run in runs.values():
+                run.kill()
+                run.wait()
+    for name, status in ended.items():
+        said = (tmp_path / name).read_text()
+        assert (status, said.splitlines()[-1]) == (0, "landed"), f"{name}:\n{said[-2000:]}"
 
 
 @pytest.mark.parametrize("name", sorted(URLS))

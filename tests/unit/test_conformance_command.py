@@ -81,6 +81,14 @@ def test_the_summary_names_the_failed_test_its_reason_and_its_sources() -> None:
     assert "1 of 3 passed, 1 failed, 1 skipped" in lines
 
 
+def test_the_exit_status_tells_passed_failed_and_interrupted() -> None:
+    passed = run_of(result("set", "passed"), result("up", "skipped"))
+    failed = run_of(result("set", "passed"), result("get", "failed"))
+    interrupted = passed._replace(interrupted=True)
+    assert (passed.status, failed.status, interrupted.status) == (0, 1, 130)
+    assert "interrupted after 2 tests" in "\n".join(conformance.summary(interrupted))
+
+
 def test_what_there_is_to_test_comes_from_the_services_and_the_streams() -> None:
     known = conformance_report.to_test()
     assert known["ping"] == {"PING"}
