@@ -495,6 +495,15 @@ class VehicleOdometry(NamedTuple):
     quality: int = 0
 
 
+class VehicleOpticalFlow(NamedTuple):
+    """Flow about the body's x and y axes, rad/s, free of rotation: moving forward flows +y, moving right -x."""
+
+    timestamp: int = 0
+    x: float = NAN
+    y: float = NAN
+    quality: int = 0
+
+
 class ObstacleDistance(NamedTuple):
     """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME."""
 
@@ -787,6 +796,7 @@ class Topics:
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()
+        self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.landing_target_pose = LandingTargetPose()

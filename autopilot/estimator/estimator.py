@@ -8,7 +8,8 @@ EKF2_NOAID_TOUT after the last horizontal aid, reset when aid comes back and dis
 IMU sample (strapdown.py), the covariance only with each GPS fix, or after 140 ms without one (covariance.py).
 
 Differs from EKF2: the filter runs on the newest sample instead of a delayed one, so sensor delays (EKF2_*_DELAY) do
-not act; no magnetic field states, wind, optical flow, several instances, or GPS heading.
+not act; no magnetic field states, wind, several instances, or GPS heading; optical flow gives a velocity, whose noise
+grows with the height.
 """
 
 import math
@@ -55,6 +56,9 @@ ZERO_VELOCITY_VARIANCE = 1e-6
 STILL_RAD_S = 0.05
 STILL_M_S2 = 0.6
 STILL_GPS_M_S = 0.6
+FLOW_TILT_COSINE = math.cos(math.radians(45.0))
+"""A camera that is tilted more does not see the ground below."""
+UINT8_MAX = 255.0
 EPH_UNKNOWN_M, EPV_UNKNOWN_M = 1.0, 1.5
 SPEED_ACCURACY_M_S = 0.25
 """What PX4's simulator_mavlink says of HIL_GPS's speed accuracy."""
@@ -84,6 +88,7 @@ class Estimator:
         self._xy_reset_counter = self._z_reset_counter = 0
         self._ratios = [0.0, 0.0, 0.0, 0.0]
         self._gps_fused = self._baro_fused = self._mag_fused = False
+        self._flow = topics.vehicle_optical_flow
         self._vision = topics.vehicle_visual_odometry
         self._vision_us = 0
         self._vision_started = self._vision_yaw = self._vision_height = False
@@ -158,6 +163,7 @@ class Estimator:
             topics.sensor_gps.timestamp != self._gps_us
             or now_us - self._fused_us >= FUSE_EVERY_US
             or topics.vehicle_visual_odometry is not self._vision
+            or topics.vehicle_optical_flow is not self._flow
         ):
             self._fuse(now_us)
         self._last_imu = (gyro, accel)
@@ -232,6 +238,10 @@ class Estimator:
                 self._fuse_vision(now_us)
         elif self._vision_us and now_us - self._vision_us > SENSOR_TIMEOUT_US:
             self._vision_us, self._vision_yaw, self._vision_height = 0, False, False
+        if topics.vehicle_optical_flow is not self._flow:
+            self._flow = topics.vehicle_optical_flow
+            if int(self._p["EKF2_OF_CTRL"]):
+                self._fuse_flow(now_us)
         gps = topics.sensor_gps
         if gps.timestamp != self._gps_us:
             self._gps_us = gps.timestamp
@@ -391,6 +401,43 @@ class Estimator:
                 self._horizontal_aid_us = now_us
         if seen.down is not None:
             self._fuse_vision_height(now_us, seen.down, seen.position_variance[2], jumped=jumped)
+
+    def _fuse_flow(self, now_us: int) -> None:
+        """Horizontal velocity from the ground's motion and its distance; noise as the quality says."""
+        flow, state, p = self._flow, self._state, self._p
+        landed = self._topics.vehicle_land_detected.landed
+        least = p["EKF2_OF_QMIN_GND"] if landed else p["EKF2_OF_QMIN"]
+        tilt_cos = state.rotation[8]
+        if (
+            flow.quality < least
+            or not self._yaw_aligned
+            or tilt_cos < FLOW_TILT_COSINE
+            or not self._terrain.valid(now_us)
+        ):
+            return
+        distance_m = max(self._terrain.down_m - state.pd, p["EKF2_MIN_RNG"]) / tilt_cos
+        forward, right = flow.y * distance_m, -flow.x * distance_m
+        if not abs(forward) + abs(right) < external_vision.FASTEST_M_S:
+            return
+        rotation = state.rotation
+        heading = math.hypot(rotation[0], rotation[3]) or 1.0
+        cosine, sine = rotation[0] / heading, rotation[3] / heading
+        north, east = cosine * forward - sine * right, sine * forward + cosine * right
+        share = min(max((flow.quality - least) / max(UINT8_MAX - least, 1.0), 0.0), 1.0)
+        noise = p["EKF2_OF_N_MAX"] + (p["EKF2_OF_N_MIN"] - p["EKF2_OF_N_MAX"]) * share
+        variance = (noise * distance_m) ** 2
+        self._apply()
+        if not self._xy_valid(now_us):
+            state.vn, state.ve = north, east
+            self._smooth[0] = self._smooth[1] = 0.0
+            cov.forget(self._covariance, cov.VELOCITY, 2, variance)
+            self._vision_started = True
+            self._horizontal_aid_us = now_us
+            self._xy_reset_counter += 1
+            return
+        velocity = ((cov.VELOCITY, north - state.vn, variance), (cov.VELOCITY + 1, east - state.ve, variance))
+        if self._gated(0, velocity, p["EKF2_OF_GATE"]):
+            self._horizontal_aid_us = now_us
 
     def _fuse_vision_position(
         self, now_us: int, place: tuple[float, float], seen: external_vision.Observation, *, jumped: bool

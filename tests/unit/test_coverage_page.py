@@ -23,4 +23,4 @@ def test_the_page_knows_what_is_wired_and_what_is_not() -> None:
     wired = page.partition("## Parameters")[2]
     for name in ("MPC_XY_CRUISE", "MC_ROLLRATE_P", "CA_ROTOR*n*_PX", "RO_SPEED_LIM"):
         assert name in wired
-    assert "EKF2_OF_CTRL" not in wired  # served, but no optical flow is there to be fused
+    assert "EKF2_DRAG_CTRL" not in wired  # served, but no wind is estimated from drag

@@ -6,7 +6,16 @@ from typing import Any
 import pytest
 
 from autopilot.mavlink.services import odometry
-from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, FRAME_NED, FRAME_UNKNOWN, NAN3, VehicleOdometry
+from autopilot.topics import (
+    FRAME_BODY_FRD,
+    FRAME_FRD,
+    FRAME_NED,
+    FRAME_UNKNOWN,
+    NAN3,
+    DistanceSensorSample,
+    VehicleOdometry,
+    VehicleOpticalFlow,
+)
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
 
@@ -254,3 +263,61 @@ def test_set_gps_global_origin_is_the_command_and_is_answered() -> None:
     ]
     assert [message.get_type() for message in said] == ["GPS_GLOBAL_ORIGIN"]
     assert peer.send(mavlink.MAVLink_set_gps_global_origin_message(2, 0, 0, 0)) == []
+
+
+# --- optical flow -------------------------------------------------------------------------------------------
+
+
+class Flowing(Feed):
+    """A feed with a camera that sees the ground move, and a range sensor; no GPS."""
+
+    def __init__(self, **parameters: float) -> None:
+        super().__init__(circle, **({"EKF2_GPS_CTRL": 0} | parameters))
+        self.flow = True
+        self.quality = 255
+
+    def step(self) -> None:
+        super().step()
+        (_, _, z), (vx, vy, _), _ = self.path(self.time_s)
+        height_m = max(-z + 0.3, 0.3)
+        if self.ticks % 12 == 0:
+            self.topics.distance_sensor = DistanceSensorSample(self.ticks * 4000, height_m, 0.1, 40.0)
+        if self.flow and self.ticks % 12 == 6:
+            cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+            forward, right = cosine * vx + sine * vy, -sine * vx + cosine * vy
+            self.topics.vehicle_optical_flow = VehicleOpticalFlow(
+                self.ticks * 4000, -right / height_m, forward / height_m, self.quality
+            )
+
+
+def test_flow_gives_a_velocity_and_a_place_that_drifts_slowly() -> None:
+    feed = Flowing()
+    feed.run(25.0)
+    (x, y, _), (vx, vy, _), _ = feed.path(feed.time_s)
+    local = feed.topics.vehicle_local_position
+    assert local.xy_valid and local.v_xy_valid and math.isnan(local.ref_lat)
+    assert math.hypot(local.vx - vx, local.vy - vy) < 0.7
+    assert math.hypot(local.x - x, local.y - y) < 6.0
+
+
+@pytest.mark.parametrize("parameters", [{"EKF2_OF_CTRL": 0}, {"EKF2_OF_QMIN": 256, "EKF2_OF_QMIN_GND": 256}])
+def test_flow_that_is_not_wanted_is_not_fused(parameters: dict[str, float]) -> None:
+    feed = Flowing(**parameters)
+    feed.run(8.0)
+    assert not feed.topics.vehicle_local_position.xy_valid
+
+
+def flow_message(x: float, y: float, turn: float = 0.0, time_us: int = 50_000) -> Any:
+    return mavlink.MAVLink_optical_flow_rad_message(0, 0, time_us, x, y, turn, turn, 0.0, 0, 200, 0, -1.0)
+
+
+def test_the_sensors_own_rotation_is_taken_off() -> None:
+    peer = Peer()
+    peer.send(flow_message(0.02, 0.03, 0.01))
+    flow = peer.topics.vehicle_optical_flow
+    assert (flow.x, flow.y, flow.quality) == (pytest.approx(0.2), pytest.approx(0.4), 200)
+    for nonsense in (flow_message(math.nan, 0.0), flow_message(0.1, math.inf), flow_message(0.1, 0.1, time_us=0)):
+        peer.send(nonsense)
+        assert peer.topics.vehicle_optical_flow is flow
+    peer.send(flow_message(0.02, 0.03, math.nan))
+    assert peer.topics.vehicle_optical_flow.x == pytest.approx(0.4)

@@ -1,0 +1,41 @@
+"""OPTICAL_FLOW_RAD: how the ground moves under a camera that looks down (topics.vehicle_optical_flow; EKF2_OF_CTRL).
+
+https://mavlink.io/en/messages/common.html#OPTICAL_FLOW_RAD: angles integrated over a time, with the rotation that the
+sensor itself made. Height comes from the range sensor, and not from this message, as it does in PX4's filter.
+"""
+
+import math
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.topics import Topics, VehicleOpticalFlow
+from sitl_emu.core import dialect as mavlink
+
+LONGEST_S = 1.0
+
+
+class OpticalFlow:
+    """Writer of vehicle_optical_flow."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OPTICAL_FLOW_RAD})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Rates in rad/s, free of the vehicle's own rotation; a time that is none is not kept."""
+        dt_s = message.integration_time_us * 1e-6
+        flow_x, flow_y = message.integrated_x, message.integrated_y
+        if not (0.0 < dt_s <= LONGEST_S and math.isfinite(flow_x + flow_y)):
+            return
+        turn_x, turn_y = message.integrated_xgyro, message.integrated_ygyro
+        if not math.isfinite(turn_x + turn_y):
+            rates = self._topics.vehicle_angular_velocity.xyz
+            turn_x, turn_y = rates[0] * dt_s, rates[1] * dt_s
+        rate_x, rate_y = (flow_x - turn_x) / dt_s, (flow_y - turn_y) / dt_s
+        self._topics.vehicle_optical_flow = VehicleOpticalFlow(now_us, rate_x, rate_y, message.quality)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
