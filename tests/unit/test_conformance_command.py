@@ -33,7 +33,7 @@ def refused(*arguments: str) -> str:
 def test_an_unknown_service_is_told_with_the_known_ones() -> None:
     text = refused("udpout:127.0.0.1:9", "--service", "parameters")
     assert "parameters" in text
-    assert "offboard, parameter, ping" in text
+    assert "parameter, ping" in text
 
 
 @pytest.mark.parametrize(("file", "word"), [("page.pdf", ".html or .md"), ("nowhere/page.md", "no folder nowhere")])
