@@ -68,13 +68,15 @@ def newest(station: Any) -> int:
 
 
 def asked(station: Any, first: int, last: int) -> tuple[list[int], list[tuple[int, ...]]]:
-    """Sequence numbers of the events that come for a request, and the errors."""
+    """Sequence numbers of the events that come for a request (others are news), and the errors."""
     station.mav.send(RequestEvent(station.system, first, last))
     found: list[int] = []
     errors: list[tuple[int, ...]] = []
     for message in station.collect([EVENT, ERROR], 1.0):
         if message.get_type() == EVENT:
-            found.append(event(message).sequence)
+            sequence = event(message).sequence
+            if (sequence - first) % 65536 <= (last - first) % 65536:
+                found.append(sequence)
         else:
             errors.append(struct.unpack("<HHBBB", payload(message, ERROR_BYTES)))
     return found, errors
