@@ -112,6 +112,7 @@ class Mavlink:
         self.log_streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), self.system_id)
         self.shell = shell.Shell(texts, self.system_id)
         self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, rover=self.context.is_rover)
+        self.signing = signing.Signing(self.links, topics, texts.say, self.system_id, root)
         self._services: tuple[Service, ...] = (
             command_sender.CommandSender(
                 lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
@@ -136,7 +137,7 @@ class Mavlink:
             timesync.Timesync(),
             ping.Ping(self.system_id),
             system_time.SystemTime(),
-            signing.Signing(self.links, topics, texts.say, self.system_id, root),
+            self.signing,
             statustext.StatusText(self.links, topics, texts),
             ftp.Ftp(self.system_id, root),
             log_transfer.LogTransfer(self.system_id, root),

@@ -91,10 +91,14 @@ class Signing:
         self._say(Severity.INFO, "MAVLink signing key accepted" if key.enabled else "MAVLink signing disabled")
 
     def on_time(self, now_us: int) -> None:
-        """Save the time of what was signed and believed now and then, so that old messages stay old."""
+        """Save the time now and then, so that old messages stay old."""
         if now_us < self._save_us:
             return
         self._save_us = now_us + SAVE_EVERY_US
+        self.save()
+
+    def save(self) -> None:
+        """Save how far the time of what was signed and believed has come."""
         if not self._key.enabled:
             return
         timestamp = max(link.signing.timestamp for link in self._links)
