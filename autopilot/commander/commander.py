@@ -102,6 +102,8 @@ class Commander:
         self._gcs_ever_lost = False
         self._gcs_lost = False
         self._onboard_controller_lost = False
+        self._sticks_lost = True
+        self._sticks_seen_us = 0
         self._checks_due_us = 0
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
@@ -132,6 +134,14 @@ class Commander:
 
     def _tell_changes(self, now_us: int) -> None:
         flags = self._topics.failsafe_flags
+        if flags.manual_control_signal_lost is not self._sticks_lost:
+            self._sticks_lost = flags.manual_control_signal_lost
+            if self._sticks_lost:
+                self._send_event("commander_rc_lost", Severity.CRITICAL)
+            elif self._sticks_seen_us:
+                self._send_event("commander_rc_regained", Severity.INFO, (now_us - self._sticks_seen_us) * 1e-6)
+        if not self._sticks_lost:
+            self._sticks_seen_us = now_us
         if flags.gcs_connection_lost is not self._gcs_lost:
             self._gcs_lost = flags.gcs_connection_lost
             heard_before = self._topics.gcs_heartbeats.gcs_us > 0

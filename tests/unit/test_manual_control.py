@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from autopilot.constants import NavState
+from autopilot.events import layout
 from autopilot.manual_control import ManualControl
 from autopilot.rc_update import Channel, RcUpdate
 from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput
@@ -229,3 +230,15 @@ def test_nonsense_in_channels_breaks_nothing() -> None:
     pilot.channels = [0, 65534, 1, 9, 65535, 0, 0, 0]
     pilot.run(1.0)
     assert all(-1.0 <= value <= 1.0 for value in pilot.sticks[2:6])
+
+
+def test_sticks_that_are_lost_and_come_back_are_told_by_events() -> None:
+    pilot = Pilot(COM_RC_LOSS_T=0.5)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(2.0)
+    pilot.joystick = None
+    pilot.run(2.0)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(1.0)
+    lost, regained = layout("commander_rc_lost")[0], layout("commander_rc_regained")[0]
+    assert [event.id for event in pilot.events.recent if event.id in (lost, regained)] == [lost, regained]
