@@ -146,3 +146,14 @@ def test_by_time_and_by_command() -> None:
     rig.run(2.0)
     assert rig.topics.camera_trigger.timestamp == stamp
     assert STEP_US < 500_000
+
+
+def test_only_the_newest_three_commands_are_repeated() -> None:
+    rig = Rig()
+    rig.mavlink._wires.clear()
+    for number in range(10):
+        command = VehicleCommand(IMAGE_STOP, float(number), target_system=1, target_component=CAMERA)
+        rig.navigator._state.outgoing.give(command)
+    rig.run(5.0)
+    sent = [m.param1 for m in only(rig.heard, "COMMAND_LONG")]
+    assert sent == [*range(10), *(7, 8, 9) * 3]

@@ -16,6 +16,8 @@ from sitl_emu.core import dialect as mavlink
 
 RETRY_US = 500_000
 RETRIES = 3
+TRACKED = 3
+"""PX4 repeats the newest three only."""
 NEVER_US = 1 << 62
 
 
@@ -63,7 +65,7 @@ class CommandSender:
             waiting = self._outgoing.waiting[:]
             self._outgoing.waiting.clear()
             for command in waiting:
-                self._under_way.append(Sent(command, 0, now_us + RETRY_US))
+                self._under_way = [*self._under_way[1 - TRACKED :], Sent(command, 0, now_us + RETRY_US)]
                 self._send(command, 0)
             self._again_us = min(self._again_us, now_us + RETRY_US)
         if now_us >= self._again_us:
