@@ -528,10 +528,10 @@ def test_texts_are_cut_into_chunks() -> None:
     peer.texts.say(Severity.INFO, "y" * 50)
     chunks = only(peer.run(0.11), "STATUSTEXT")
     assert [(chunk.id, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
-        (0, 0, 6, 6),
-        (1, 0, 50, 2),
-        (1, 1, 2, 2),
-        (2, 0, 50, 6),
+        (1, 0, 6, 6),
+        (2, 0, 50, 2),
+        (2, 1, 2, 2),
+        (3, 0, 50, 6),
     ]
     assert only(peer.received(GIMBAL), "STATUSTEXT") == []
     assert only(peer.run(0.1), "STATUSTEXT") == []

@@ -1,7 +1,7 @@
 """STATUSTEXT: what the autopilot says, cut into chunks of 50 characters (PX4: streams/STATUSTEXT.hpp).
 
 It is a stream of 20 Hz that sends one text at a time: of many at once, a link loses all but the newest 8. Every text
-of a link has an id of its own, from 0 on, with chunks or without.
+of a link has an id of its own, with chunks or without; never 0, which would say that there are no chunks.
 
 As PX4 does, it speaks only on links on which a ground station was heard (a HEARTBEAT of type GCS), and to nobody while
 the connection to ground stations is lost; what is said meanwhile is never sent. PX4 falls silent on a link 2.5 s after
@@ -20,7 +20,7 @@ CHUNK = 50
 STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
 QUEUE = 8
 """Texts that wait for a link (uORB mavlink_log)."""
-IDS = 1 << 16
+LAST_ID = (1 << 16) - 1
 
 
 class LinkTexts:
@@ -30,7 +30,7 @@ class LinkTexts:
         self.link = link
         self.sent = sent
         self.due_us = 0
-        self._text_id = 0
+        self._text_id = 1
 
     def send(self, now_us: int, text: Text) -> None:
         """One text, in as many messages as it needs."""
@@ -39,7 +39,7 @@ class LinkTexts:
             chunk = data[sequence * CHUNK : (sequence + 1) * CHUNK]
             fields = (text.severity, chunk, self._text_id, sequence)
             self.link.send_fields(mavlink.MAVLINK_MSG_ID_STATUSTEXT, *fields)
-        self._text_id = (self._text_id + 1) % IDS
+        self._text_id = self._text_id % LAST_ID + 1
         self.sent = text.number + 1
         self.due_us = now_us + self.link.statustext_interval_us
 
