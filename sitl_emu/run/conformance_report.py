@@ -22,7 +22,7 @@ body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto
 table { border-collapse: collapse; margin: .6rem 0 1.6rem; width: 100%; }
 td, th { padding: .25rem .8rem; text-align: left; vertical-align: top; overflow-wrap: anywhere; }
 tr { border-bottom: 1px solid #ddd; } th { background: #f3f3f3; } h2 { margin-top: 2.2rem; }
-a { color: inherit; }
+a { color: inherit; } td:nth-child(2), th:nth-child(2) { min-width: 6rem; }
 .passed { color: #1b5e20; } .failed { color: #b71c1c; font-weight: 600; } .skipped, .untested { color: #777; }
 """
 
@@ -92,11 +92,11 @@ def page(run: Conformance) -> Iterator[Part]:
 
 
 def to_test() -> dict[str, frozenset[str]]:
-    """By service: the messages that it receives, or commands that it answers; `stream` is what is streamed."""
+    """By service: the messages that it receives, or commands that it answers; `streams` is what is streamed."""
     from autopilot.mavlink import services, streams
     from sitl_emu.core import dialect
 
-    found = {"stream": frozenset(streams.modules())}
+    found = {"streams": frozenset(streams.modules())}
     for info in pkgutil.iter_modules(services.__path__):
         module = importlib.import_module(f"{services.__name__}.{info.name}")
         numbers: set[int] = set()

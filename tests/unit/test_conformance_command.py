@@ -92,7 +92,7 @@ def test_the_exit_status_tells_passed_failed_and_interrupted() -> None:
 def test_what_there_is_to_test_comes_from_the_services_and_the_streams() -> None:
     known = conformance_report.to_test()
     assert known["ping"] == {"PING"}
-    assert "ATTITUDE" in known["stream"]
+    assert "ATTITUDE" in known["streams"]
     assert {"COMMAND_LONG", "MAV_CMD_DO_SET_MODE", "MAV_CMD_REQUEST_MESSAGE"} <= known["command"]
     assert set().union(*known.values()) <= NAMES
 
