@@ -19,6 +19,8 @@ DATAGRAM_BYTES = 1400
 """A datagram is closed before it would grow longer: it must fit an Ethernet frame."""
 RETRY_US = 8_000
 """A stream that had nothing to say is asked again after this long."""
+RESTS_AFTER_US, RESTING_US = 1_000_000, 40_000
+"""One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle."""
 NEVER_US = 1 << 62
 RESCALE_US = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
@@ -180,9 +182,11 @@ class Link:
                         nominal_us = now_us + interval_us
                     item.nominal_us = item.due_us = nominal_us
                 else:
-                    if now_us - item.nominal_us > item.interval_us:
+                    silent_us = now_us - item.nominal_us
+                    if silent_us > item.interval_us:
                         item.parts = 0
-                    item.due_us = now_us + RETRY_US
+                    rests = silent_us > RESTS_AFTER_US and item.interval_us > RESTING_US
+                    item.due_us = now_us + (RESTING_US if rests else RETRY_US)
             if item.due_us < next_due_us:
                 next_due_us = item.due_us
         self._due_us = next_due_us
