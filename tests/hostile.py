@@ -326,6 +326,7 @@ class Victim:
         """Whether a ground station's command is still acknowledged."""
         outbox = self.autopilot.mavlink.links[0].outbox
         outbox.clear()
+        self.keep_open()
         # The first frame may be swallowed by the start of another that never went on.
         for _ in range(20):
             self.say(

@@ -77,6 +77,8 @@ class ControlAllocator:
 
     def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:
         """Motor signals 0..1 for torques and thrust along body z (negative is up)."""
+        if not self._rows:
+            return ()
         motors = [r * roll + p * pitch + y * yaw + t * thrust_z for r, p, y, t in self._rows]
         # Neither with nor without yaw may a motor leave its range: else there is something to give up.
         reach = abs(yaw) * self._yaw_most

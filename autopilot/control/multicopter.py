@@ -140,7 +140,10 @@ class MulticopterControl:
         rate.gain_d, rate.gain_ff = scaled(k, three("MC_{}RATE_D")), three("MC_{}RATE_FF")
         rate.int_limit = (get("MC_RR_INT_LIM"), get("MC_PR_INT_LIM"), get("MC_YR_INT_LIM"))
         rate.yaw_torque_alpha = alpha(get("MC_YAW_TQ_CUTOFF"), TICK_S)
-        self._manual_tilt, self._manual_yaw = math.radians(get("MPC_MAN_TILT_MAX")), math.radians(get("MPC_MAN_Y_MAX"))
+        self._manual_tilt, self._manual_yaw = (
+            max(0.0, math.radians(get("MPC_MAN_TILT_MAX"))),
+            math.radians(get("MPC_MAN_Y_MAX")),
+        )
         self._manual_thrust_min = get("MPC_MANTHR_MIN")
         self._acro_rates = tuple_radians((get("MC_ACRO_R_MAX"), get("MC_ACRO_P_MAX"), get("MC_ACRO_Y_MAX")))
         count = max(0, min(MOST_ROTORS, int(get("CA_ROTOR_COUNT"))))

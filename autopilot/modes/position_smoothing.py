@@ -19,6 +19,8 @@ from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchroni
 
 L1_MIN_M = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""
+LEAST_ERROR_M = 0.01
+"""MPC_XY_ERR_MAX counts for no less."""
 TURNING_COSINE = 0.98
 TURNING_SPEED = 0.2
 SAME_HEIGHT_M = 0.001
@@ -77,7 +79,7 @@ class PositionSmoothing:
         step_s = dt_s
         if behind_n * x.velocity + behind_e * y.velocity >= 0.0:
             error = math.sqrt(behind_n * behind_n + behind_e * behind_e)
-            step_s = dt_s * (1.0 - min(error / self.max_error_m, 1.0))
+            step_s = dt_s * (1.0 - min(error / max(self.max_error_m, LEAST_ERROR_M), 1.0))
         x.update_trajectory(step_s)
         y.update_trajectory(step_s)
         z.update_trajectory(step_s)

@@ -9,6 +9,8 @@ import math
 
 EPSILON = 1.2e-7
 """Single-precision epsilon, the size below which PX4 takes a number for zero."""
+LEAST_JERK = 1e-3
+"""m/s³; with none at all nothing could be planned."""
 
 
 class VelocitySmoothing:
@@ -104,7 +106,7 @@ class VelocitySmoothing:
         self._time_s = 0.0
         self._x0, v0, a0 = self.position, self.velocity, self.acceleration
         self._v0, self._a0 = v0, a0
-        max_jerk = self.max_jerk
+        max_jerk = self.max_jerk = max(self.max_jerk, LEAST_JERK)
         # Velocity at which the acceleration would have been taken away as fast as it can be.
         coasting = v0 + 0.5 * a0 * abs(a0) / max_jerk
         missing = target - coasting

@@ -21,6 +21,7 @@ from tests.unit.mavlink_peer import GCS, ONBOARD, PAYLOAD, Peer, command_long, o
 
 DATAGRAMS_PER_LINK = {"sihsim_hex": 20_000, "sihsim_rover_ackermann": 5_000}
 PER_TICK = 40
+TICKS_PER_VALUE = 10
 GROWTH_LIMIT = 3_000
 """Objects by which a vehicle may differ after as much traffic again: a plan or a file that somebody sent."""
 
@@ -51,6 +52,22 @@ def test_a_flying_vehicle_bears_nonsense_and_spoiled_traffic(model: str, tmp_pat
     assert hostile.objects() - before < GROWTH_LIMIT
     victim.run(1.0)
     assert victim.answers()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", DATAGRAMS_PER_LINK)
+def test_no_value_of_one_parameter_ends_a_flight(model: str) -> None:
+    victim = hostile.Victim(model)
+    victim.record()
+    parameters = victim.autopilot.parameters
+    for name in parameters.announced:
+        before = parameters[name]
+        for value in (0, -1, 1e9 if parameters.is_float(name) else (1 << 31) - 1):
+            parameters.set(name, value)
+            for _ in range(TICKS_PER_VALUE):
+                victim.tick()
+            victim.check_topics()
+        parameters.set(name, before)
 
 
 # --- what is damaged or meant for somebody else changes nothing, and is not answered ------------------------------
