@@ -1,4 +1,4 @@
-"""One launched quadrotor serves all MAVSDK tests of a session; each finds it on the ground, disarmed, in Hold."""
+"""One launched quadrotor serves the MAVSDK tests of a file; each finds it on the ground, disarmed, in Hold."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from tests.interop.mavsdk_vehicle import Vehicle, connected
 INSTANCE = 4
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def iris() -> Iterator[Vehicle]:
     """The one vehicle."""
     with connected("iris", INSTANCE) as vehicle:

@@ -77,4 +77,6 @@ def test_sticks_fly_the_vehicle(vehicle: Vehicle) -> None:
         sticks.put(right=0.5)
         until(telemetry, "attitude_euler", lambda attitude: attitude.roll_deg > 10.0)
         sticks.put()
-        vehicle.land()
+        # A stick that still moves would take over from landing (COM_RC_OVERRIDE).
+        until(telemetry, "attitude_euler", lambda attitude: abs(attitude.roll_deg) < 2.0)
+    vehicle.land()
