@@ -798,6 +798,7 @@ class Topics:
         self.vehicle_visual_odometry = VehicleOdometry()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
+        self.distance_sensor_outside = DistanceSensorSample()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.landing_target_pose = LandingTargetPose()
         self.follow_target = FollowTarget()

@@ -549,7 +549,8 @@ class Estimator:
         self._smooth = [old - step for old, step in zip(self._smooth, values[3:9], strict=True)]
 
     def _fuse_range(self, now_us: int) -> None:
-        sample, state = self._topics.distance_sensor, self._state
+        own, state = self._topics.distance_sensor, self._state
+        sample = own if own.timestamp else self._topics.distance_sensor_outside
         if sample.timestamp == self._range_us or not int(self._p["EKF2_RNG_CTRL"]):
             return
         self._range_us = sample.timestamp

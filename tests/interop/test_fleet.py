@@ -15,6 +15,7 @@ LIMIT_S = 150.0
 MAV_MODE_FLAG_SAFETY_ARMED = 128
 WAYPOINT, TAKEOFF = 16, 22
 GLOBAL_RELATIVE_ALT_INT = 6
+AUTOPILOT = 1
 
 
 class Pilot:
@@ -35,7 +36,7 @@ class Pilot:
         """Take in what has come: progress, home, and requests for mission items."""
         self.link.mav.heartbeat_send(6, 8, 0, 0, 4)
         while message := self.link.recv_match():
-            if message.get_srcSystem() == self.system:
+            if (message.get_srcSystem(), message.get_srcComponent()) == (self.system, AUTOPILOT):
                 kind = message.get_type()
                 if kind == "MISSION_ITEM_REACHED":
                     self.reached = max(self.reached, message.seq)
@@ -50,7 +51,7 @@ class Pilot:
         while time.monotonic() < end:
             self.link.mav.heartbeat_send(6, 8, 0, 0, 4)
             message = self.link.recv_match(blocking=True, timeout=0.5)
-            if message is None or message.get_srcSystem() != self.system:
+            if message is None or (message.get_srcSystem(), message.get_srcComponent()) != (self.system, AUTOPILOT):
                 continue
             if message.get_type() in ("MISSION_REQUEST_INT", "MISSION_REQUEST"):
                 self.send_item(message.seq)

@@ -17,7 +17,7 @@ INVALID_SIGNAL_QUALITY = 1
 
 
 class ObstacleDistance:
-    """Writer of obstacle_distance and distance_sensor_sideways, and of distance_sensor beside the simulator."""
+    """Writer of obstacle_distance, distance_sensor_outside and distance_sensor_sideways."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR})
     HAS_TIMER = False
@@ -33,7 +33,7 @@ class ObstacleDistance:
             return
         sample = distance(now_us, message)
         if sample.orientation == DOWNWARD:
-            self._topics.distance_sensor = sample
+            self._topics.distance_sensor_outside = sample
         else:
             self._topics.distance_sensor_sideways = sample
 

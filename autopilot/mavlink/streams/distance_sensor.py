@@ -1,7 +1,8 @@
-"""DISTANCE_SENSOR: the downward lidar (PX4: streams/DISTANCE_SENSOR.hpp)."""
+"""DISTANCE_SENSOR: the downward lidar, and what others measure for us (PX4: streams/DISTANCE_SENSOR.hpp)."""
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
+from autopilot.topics import DistanceSensorSample
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
@@ -10,11 +11,22 @@ COVARIANCE_UNKNOWN = 255
 SIGNAL_UNKNOWN = 0
 
 
-def fields(now_us: int, context: Context) -> Fields | None:
+SILENT_US = 1_000_000
+"""A sensor of others that has said nothing for so long is not told any more."""
+
+
+def fields(now_us: int, context: Context) -> list[Fields]:
+    """One message a sensor, numbered as uORB's instances: our own first."""
+    topics = context.topics
+    own = topics.distance_sensor
+    samples = [own] if own.timestamp else []
+    others = (topics.distance_sensor_outside, topics.distance_sensor_sideways)
+    samples += [sample for sample in others if sample.timestamp and now_us - sample.timestamp < SILENT_US]
+    return [_message(number, sample) for number, sample in enumerate(samples)]
+
+
+def _message(number: int, sample: DistanceSensorSample) -> Fields:
     """cm; beyond the range the maximum plus one."""
-    sample = context.topics.distance_sensor
-    if sample.timestamp == 0:
-        return None
     maximum_cm = round(sample.max_distance * 100.0)
     distance_m = sample.current_distance
     current_cm = min(round(distance_m * 100.0), 65535) if distance_m == distance_m else maximum_cm + 1
@@ -24,7 +36,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         maximum_cm,
         current_cm,
         LASER,
-        0,
+        number,
         sample.orientation,
         COVARIANCE_UNKNOWN,
         0.0,
