@@ -16,6 +16,8 @@ from tests.launched import launched
 
 METRES_PER_DEGREE = 111_195.0
 """Of latitude, on PX4's sphere."""
+IRIS_PARAMETERS = 954
+"""947 as PX4's hexacopter, and those of its range finder."""
 STEP_LIMIT_S = 60.0
 SPEED = "4"
 

@@ -16,6 +16,7 @@ from mavsdk.plugins.mission_raw import MissionItem, MissionRaw, MissionRawError,
 from pymavlink import mavftp, mavparm, mavutil
 
 from tests.interop.lossy_link import LossyLink
+from tests.interop.mavsdk_vehicle import IRIS_PARAMETERS
 from tests.launched import launched
 
 INSTANCE = 3
@@ -91,14 +92,14 @@ def test_pymavlink_gets_every_parameter_and_sets_one(clients: Clients) -> None:
     found: dict[int, str] = {}
     link.param_fetch_all()
     end_s = time.monotonic() + TRANSFER_LIMIT_S
-    while len(found) < 947 and time.monotonic() < end_s:
+    while len(found) < IRIS_PARAMETERS and time.monotonic() < end_s:
         value = link.recv_match(type="PARAM_VALUE", blocking=True, timeout=QUIET_S)
-        if value is not None and value.param_index < 947:
+        if value is not None and value.param_index < IRIS_PARAMETERS:
             found[value.param_index] = value.param_id
         elif value is None:
-            for index in list(set(range(947)) - set(found))[:200]:
+            for index in list(set(range(IRIS_PARAMETERS)) - set(found))[:200]:
                 link.mav.param_request_read_send(link.target_system, 1, b"", index)
-    assert len(set(found.values())) == 947
+    assert len(set(found.values())) == IRIS_PARAMETERS
     for cruise_m_s in (6.5, 5.0):
         assert mavparm.MAVParmDict().mavset(link, "MPC_XY_CRUISE", cruise_m_s, retries=20)
 

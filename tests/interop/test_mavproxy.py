@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import pytest
 from pyulog import ULog
 
+from tests.interop.mavsdk_vehicle import IRIS_PARAMETERS
 from tests.launched import launched
 
 INSTANCE = 21
@@ -75,7 +76,7 @@ def mavproxy(tmp_path: pathlib.Path) -> Iterator[MavProxy]:
 def test_mavproxy_loads_all_parameters_and_lists_a_mission(mavproxy: MavProxy, tmp_path: pathlib.Path) -> None:
     """All that PX4 announces, and the items as they were sent."""
     received = mavproxy.expect(r"Received (\d+) parameters")
-    assert int(received[1]) == 947
+    assert int(received[1]) == IRIS_PARAMETERS
     (tmp_path / "mission.txt").write_text(MISSION)
     mavproxy.say(f"wp load {tmp_path / 'mission.txt'}")
     mavproxy.expect(r"Sent all|Loaded \d+ waypoints")

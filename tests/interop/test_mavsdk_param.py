@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from mavsdk.plugins.param import ParamError, ParamResult
 
-from tests.interop.mavsdk_vehicle import Vehicle
+from tests.interop.mavsdk_vehicle import IRIS_PARAMETERS, Vehicle
 
 
 def test_integers_and_floats_are_set_and_read_back(vehicle: Vehicle) -> None:
@@ -22,7 +22,7 @@ def test_integers_and_floats_are_set_and_read_back(vehicle: Vehicle) -> None:
 def test_all_parameters_come_as_integers_and_floats(vehicle: Vehicle) -> None:
     everything = vehicle.param.get_all_params()
     floats = {one.name: one.value for one in everything.float_params}
-    assert len(everything.int_params) + len(floats) == 947
+    assert len(everything.int_params) + len(floats) == IRIS_PARAMETERS
     assert floats["MPC_XY_CRUISE"] == 5.0
     assert everything.custom_params == []
 
