@@ -12,6 +12,8 @@ from autopilot.autopilot import Autopilot
 from autopilot.sockets import LinkSockets
 
 TICK_S = 0.004
+TICKS_A_WAKING = 2
+"""Ticks that are made one right after the other: waking up with cold caches costs a process more than a tick does."""
 MAX_LAG_S = 0.25
 """A process that fell further behind than this (a suspended laptop, say) does not hurry to catch up."""
 
@@ -25,19 +27,25 @@ class Pacer:
     """Holds simulated time back to `speed` times the wall clock; inf lets it run."""
 
     def __init__(self, speed: float) -> None:
-        self._tick_wall_s = TICK_S / speed if math.isfinite(speed) else 0.0
+        self._waking_wall_s = TICKS_A_WAKING * TICK_S / speed if math.isfinite(speed) else 0.0
         self._due_s = time.monotonic()
+        self._ticks_left = TICKS_A_WAKING
 
     def start(self) -> None:
         """Count from now."""
         self._due_s = time.monotonic()
 
-    def next_tick(self) -> None:
-        """One tick was made."""
-        self._due_s += self._tick_wall_s
+    def next_tick(self) -> bool:
+        """One tick was made; whether it is time to wait for the next."""
+        self._ticks_left -= 1
+        if self._ticks_left:
+            return False
+        self._ticks_left = TICKS_A_WAKING
+        self._due_s += self._waking_wall_s
+        return True
 
     def remaining_s(self) -> float:
-        """Wall time until the next tick is due; never positive when running free."""
+        """Wall time until the next ticks are due; never positive when running free."""
         left = self._due_s - time.monotonic()
         if left < -MAX_LAG_S:
             self._due_s -= left
@@ -47,7 +55,8 @@ class Pacer:
 def serve(autopilot: Autopilot, sockets: LinkSockets, pacer: Pacer) -> None:
     """Until the next tick is due, hand what arrives to the autopilot, and send what it has to say."""
     sockets.flush()
-    pacer.next_tick()
+    if not pacer.next_tick():
+        return
     left = pacer.remaining_s()
     while True:
         ready = sockets.wait(left)
