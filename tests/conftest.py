@@ -8,11 +8,10 @@ ONE_AT_A_TIME = ("conformance", "interop", "missions")
 """Folders whose tests use UDP ports of their own, or share an autopilot: each is one worker's (pytest-xdist)."""
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_itemcollected(item: pytest.Item) -> None:
     """Keep the tests of such a folder on one worker; all others go wherever there is room."""
-    for item in items:
-        if (folder := item.path.parent.name) in ONE_AT_A_TIME:
-            item.add_marker(pytest.mark.xdist_group(folder))
+    if (folder := item.path.parent.name) in ONE_AT_A_TIME:
+        item.add_marker(pytest.mark.xdist_group(folder))
 
 
 @pytest.fixture(scope="session", autouse=True)
