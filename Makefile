@@ -38,13 +38,22 @@ $(NODE)/node_modules/.package-lock.json: $(NODE)/package-lock.json
 demo: setup ## the agriculture mission with a live view; names its report at the end
 	$(BIN)/sitl-emu run agriculture --speed max
 
-# Three at a time on two cores: half of the tests wait for vehicles that fly in real time.
 test: .venv/.dev-ready $(NODE)/node_modules/.package-lock.json ## every check: format, lint, types, room borders, tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -n 3 --dist loadgroup
+	$(MAKE) --no-print-directory --jobs 3 --output-sync=line $(SUITES)
+
+# Side by side: half of the tests wait for vehicles that fly in real time. Those of a folder share ports and autopilots.
+SUITES := test-interop test-conformance test-others
+.PHONY: $(SUITES)
+test-interop:
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/interop
+test-conformance:
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/conformance
+test-others:
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/missions tests/flight tests/unit
 
 evaluate: .venv/.dev-ready ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
 	$(BIN)/python tools/evaluate.py

@@ -1,17 +1,8 @@
-"""What holds for all tests: the user's own state folder is never touched, and `make test` runs several at a time."""
+"""No test ever touches the state folder of the user who runs it."""
 
 from collections.abc import Iterator
 
 import pytest
-
-ONE_AT_A_TIME = ("conformance", "interop", "missions")
-"""Folders whose tests use UDP ports of their own, or share an autopilot: each is one worker's (pytest-xdist)."""
-
-
-def pytest_itemcollected(item: pytest.Item) -> None:
-    """Keep the tests of such a folder on one worker; all others go wherever there is room."""
-    if (folder := item.path.parent.name) in ONE_AT_A_TIME:
-        item.add_marker(pytest.mark.xdist_group(folder))
 
 
 @pytest.fixture(scope="session", autouse=True)
