@@ -18,7 +18,7 @@ from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, HilS
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from tests.missions.runs import FIRST_INSTANCE
 
-INSTANCE = FIRST_INSTANCE + 20
+INSTANCE = FIRST_INSTANCE + 40
 
 
 def connected(limit_s: float = 30.0) -> TcpAutopilotChannel:
