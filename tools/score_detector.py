@@ -29,10 +29,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from missions.companion import camera_model, confirmation
 from missions.companion.camera_model import CameraModel, camera_pose
 from missions.companion.detector import ClassicalDetector
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
 from sitl_emu.world.noise import GaussMarkov
-from vehicles.dynamics import from_euler
 
 MATCH_M = 2.5
 SPEED_M_S, RATE_HZ = 5.0, 15.0
@@ -91,12 +91,12 @@ def score(
         true = (roll.step(), pitch.step() - 0.05, yaw)
         believed = tuple(t + o.step() for t, o in zip(true, off, strict=True))
         t0 = time.thread_time()
-        image = camera.render(Pose(north, east, -height_m, from_euler(*true)), time_us)
+        image = camera.render(Pose(north, east, -height_m, quaternion(*true)), time_us)
         t1 = time.thread_time()
         detections = detector.detect(image, height_m / model.focal_px)
         render_s, detect_s = render_s + t1 - t0, detect_s + time.thread_time() - t1
         place = (north + gps_north.step(), east + gps_east.step(), -height_m + baro.step())
-        pose = camera_pose(place, from_euler(believed[0], believed[1], believed[2]), camera_model.NADIR)
+        pose = camera_pose(place, quaternion(believed[0], believed[1], believed[2]), camera_model.NADIR)
         tracker.update(time_us, pose, detections)
     tracker.finish()
     found: dict[int, confirmation.Target] = {}
@@ -142,7 +142,7 @@ def inspect(seed: int, verbose: bool) -> tuple[int, int, int, int]:
         tracker = confirmation.Confirmation(model, ground, settle=False)
         seen = []
         for i in range(6):
-            q = from_euler(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
+            q = quaternion(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
             image = camera.render(Pose(north, east, ground - 0.2, q), i * 66_667)
             pose = camera_pose((north, east, ground - 0.2), q, camera_model.MAST)
             gsd = camera_model.gsd_m(model, pose, ground)

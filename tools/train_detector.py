@@ -26,11 +26,11 @@ from missions.companion import detector as det
 from missions.companion.camera_model import MAST as MODEL_MAST
 from missions.companion.camera_model import NADIR as MODEL_NADIR
 from missions.companion.camera_model import CameraModel, Mount, camera_pose, project
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.world import corn_field
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
 from sitl_emu.world.corn_field import CornField
 from sitl_emu.world.objects import outline
-from vehicles.dynamics import from_euler
 
 Floats = npt.NDArray[np.float32]
 Image = npt.NDArray[np.uint8]
@@ -92,7 +92,7 @@ def sample(
             ahead = rng.uniform(0.3, 3.5)
             north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
             down = -field.terrain.height_m(north, east) - 0.2
-            pose = Pose(north, east, down, from_euler(*tilt(rng, 0.04), yaw + float(rng.normal(scale=0.3))))
+            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.04), yaw + float(rng.normal(scale=0.3))))
             camera, mount = mast, MODEL_MAST
             gsd = 2.0 / math.sin(math.radians(60)) / MODEL.focal_px
         else:
@@ -101,7 +101,7 @@ def sample(
             else:
                 north, east = thing.north_m + rng.uniform(-11, 11), thing.east_m + rng.uniform(-11, 11)
             down = -rng.uniform(11, 21)
-            pose = Pose(north, east, down, from_euler(*tilt(rng, 0.06), yaw))
+            pose = Pose(north, east, down, quaternion(*tilt(rng, 0.06), yaw))
             camera, mount = nadir, MODEL_NADIR
             gsd = -down / MODEL.focal_px
         image = camera.render(pose, int(rng.integers(1 << 40)))

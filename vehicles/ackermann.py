@@ -23,8 +23,9 @@ Sources: R. Rajamani, Vehicle Dynamics and Control, ch. 2 (single-track model); 
 
 import math
 
+from sitl_emu.core.attitude import quaternion
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope_angles
+from vehicles.dynamics import STEP_S, Height, Quaternion, slope_angles
 
 SLIP_SPEED_M_S = 0.5
 BRAKE_M_S = 1.0
@@ -67,7 +68,7 @@ class Ackermann:
         self._climb = self._roll_rate = self._pitch_rate = 0.0
         self.down_m = -self._height_m
         self.vn_m_s = self.ve_m_s = self.vd_m_s = 0.0
-        self.q: Quaternion = from_euler(self._roll, self._pitch, yaw_rad)
+        self.q: Quaternion = quaternion(self._roll, self._pitch, yaw_rad)
         self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
         self.ax_m_s2 = gravity_m_s2 * math.sin(self._pitch)
         self.ay_m_s2 = -gravity_m_s2 * math.cos(self._pitch) * math.sin(self._roll)
@@ -130,7 +131,7 @@ class Ackermann:
         self.q_rad_s = cos_roll * self._pitch_rate + sin_roll * cos_pitch * yaw_rate
         self.r_rad_s = r2
         yaw = self._yaw = math.remainder(yaw + dt * yaw_rate, math.tau)
-        self.q = from_euler(self._roll, self._pitch, yaw)
+        self.q = quaternion(self._roll, self._pitch, yaw)
 
         # over ground: the motion lies in the plane of the ground; height follows it
         c, s = math.cos(yaw), math.sin(yaw)

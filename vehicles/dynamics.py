@@ -42,19 +42,6 @@ class Dynamics(Protocol):
         ...
 
 
-def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
-    """Quaternion of yaw, then pitch, then roll."""
-    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
-    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
-    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
-
-
 def slope(height: Height, north_m: float, east_m: float, reach_m: float) -> tuple[float, float, float]:
     """Ground plane at a place: height (m), and its rise per metre to north and east, over ± `reach_m`."""
     k = 0.5 / reach_m

@@ -19,8 +19,9 @@ PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` i
 
 import math
 
+from sitl_emu.core.attitude import quaternion
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, from_euler, slope, slope_angles
+from vehicles.dynamics import STEP_S, Height, Quaternion, slope, slope_angles
 
 GEAR_RAD_S = 30.0
 GEAR_DAMPING = 1.0
@@ -82,7 +83,7 @@ class Multicopter:
         self._plane = slope(height, north_m, east_m, SLOPE_REACH_M)
         self._plane_at = (north_m, east_m)
         roll, pitch = slope_angles(self._plane[1], self._plane[2], yaw_rad)
-        self.q: Quaternion = from_euler(roll, pitch, yaw_rad)
+        self.q: Quaternion = quaternion(roll, pitch, yaw_rad)
         normal = 1.0 / math.sqrt(1.0 + self._plane[1] ** 2 + self._plane[2] ** 2)
         # where the gear carries the weight, so that the vehicle starts at rest
         give = gravity_m_s2 / GEAR_RAD_S**2 * normal

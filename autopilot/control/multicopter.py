@@ -29,7 +29,6 @@ from autopilot.control.mc_pos_control import (
 from autopilot.control.mc_rate_control import RateControl
 from autopilot.control.peripherals import carried, last_used, with_peripherals
 from autopilot.control.takeoff import TakeoffHandling
-from autopilot.estimator.alignment import from_euler
 from autopilot.estimator.imu_filter import alpha
 from autopilot.failure_injection import MOTOR, OFF
 from autopilot.parameters import Parameters
@@ -49,6 +48,7 @@ from autopilot.topics import (
     VehicleRatesSetpoint,
     VehicleTorqueSetpoint,
 )
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import wrap_pi
 
 TICK_S = 0.004
@@ -315,7 +315,7 @@ class MulticopterControl:
         tilt_x, tilt_y = sticks.roll * self._manual_tilt, -sticks.pitch * self._manual_tilt
         tilt = math.hypot(tilt_x, tilt_y)
         shrink = self._manual_tilt / tilt if tilt > self._manual_tilt else 1.0
-        q_d = from_euler(tilt_x * shrink, tilt_y * shrink, self._yaw_sp)
+        q_d = quaternion(tilt_x * shrink, tilt_y * shrink, self._yaw_sp)
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, thrust)
 
     def _stick_thrust(self, sticks: ManualControlSetpoint) -> float:

@@ -7,6 +7,7 @@ stand still meanwhile: samples that move begin the average anew.
 import math
 
 from autopilot.topics import Quaternion, Vector3
+from sitl_emu.core.attitude import quaternion
 
 STILL_RAD_S = 0.2
 STILL_M_S2 = 1.5
@@ -55,7 +56,7 @@ class Alignment:
         if self._mag_count:
             north, east = level(self._mag, roll, pitch)
             yaw = declination_rad - math.atan2(east, north)
-        return from_euler(roll, pitch, yaw)
+        return quaternion(roll, pitch, yaw)
 
 
 def level(vector: Vector3, roll: float, pitch: float) -> tuple[float, float]:
@@ -63,19 +64,6 @@ def level(vector: Vector3, roll: float, pitch: float) -> tuple[float, float]:
     x, y, z = vector
     forward = x * math.cos(pitch) + (y * math.sin(roll) + z * math.cos(roll)) * math.sin(pitch)
     return forward, y * math.cos(roll) - z * math.sin(roll)
-
-
-def from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Quaternion body to NED of Euler angles (rad, yaw-pitch-roll order)."""
-    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
-    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
 
 
 def _sum(a: Vector3, b: Vector3) -> Vector3:

@@ -4,6 +4,8 @@ import math
 
 Quaternion = tuple[float, float, float, float]
 Euler = tuple[float, float, float]
+STRAIGHT = 1.0 - 1e-7
+"""Sine of a pitch that is as good as 90 degrees."""
 
 
 def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -30,10 +32,6 @@ def euler(q: Quaternion) -> Euler:
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return roll, math.asin(sine), yaw
-
-
-STRAIGHT = 1.0 - 1e-7
-"""Sine of a pitch that is as good as 90 degrees."""
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:

@@ -24,9 +24,9 @@ from autopilot.control.mc_pos_control import (
 from autopilot.control.mc_rate_control import RateControl
 from autopilot.control.multicopter import output_channels
 from autopilot.control.takeoff import TakeoffHandling
-from autopilot.estimator.alignment import from_euler
 from autopilot.parameters import Parameters
 from autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
+from sitl_emu.core.attitude import quaternion
 
 G = 9.80665
 QUAD = [
@@ -124,19 +124,19 @@ def test_small_errors_give_rates_by_their_gain() -> None:
     for axis, gain in enumerate((4.0, 4.0, 2.8)):
         angles = [0.0, 0.0, 0.0]
         angles[axis] = 0.01
-        rates = rates_setpoint(level, from_euler(*angles), 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)
+        rates = rates_setpoint(level, quaternion(*angles), 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)
         assert rates[axis] == pytest.approx(gain * 0.01, rel=1e-3)
 
 
 def test_tilt_comes_before_yaw() -> None:
-    rates = rates_setpoint((1.0, 0.0, 0.0, 0.0), from_euler(0.5, 0.0, 2.0), 0.0, ATTITUDE_GAINS, 0.4, (99.0,) * 3)
-    alone = rates_setpoint((1.0, 0.0, 0.0, 0.0), from_euler(0.5, 0.0, 0.0), 0.0, ATTITUDE_GAINS, 0.4, (99.0,) * 3)
+    rates = rates_setpoint((1.0, 0.0, 0.0, 0.0), quaternion(0.5, 0.0, 2.0), 0.0, ATTITUDE_GAINS, 0.4, (99.0,) * 3)
+    alone = rates_setpoint((1.0, 0.0, 0.0, 0.0), quaternion(0.5, 0.0, 0.0), 0.0, ATTITUDE_GAINS, 0.4, (99.0,) * 3)
     assert math.hypot(rates[0], rates[1]) == pytest.approx(alone[0], rel=0.25)
     assert rates[2] < 2.8 * 2.0
 
 
 def test_both_signs_of_a_quaternion_are_one_attitude() -> None:
-    q, target = from_euler(0.1, -0.2, 1.0), from_euler(-0.3, 0.2, -2.0)
+    q, target = quaternion(0.1, -0.2, 1.0), quaternion(-0.3, 0.2, -2.0)
     flipped: Quaternion = (-target[0], -target[1], -target[2], -target[3])
     one = rates_setpoint(q, target, 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)
     other = rates_setpoint(q, flipped, 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)
@@ -145,7 +145,7 @@ def test_both_signs_of_a_quaternion_are_one_attitude() -> None:
 
 def test_rates_are_limited_and_yaw_rate_is_fed_forward() -> None:
     level = (1.0, 0.0, 0.0, 0.0)
-    assert rates_setpoint(level, from_euler(3.0, 0.0, 0.0), 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)[0] == 3.8
+    assert rates_setpoint(level, quaternion(3.0, 0.0, 0.0), 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)[0] == 3.8
     assert rates_setpoint(level, level, 0.5, ATTITUDE_GAINS, 0.4, RATE_LIMITS) == pytest.approx((0.0, 0.0, 0.5))
     upside_down = (0.0, 1.0, 0.0, 0.0)
     assert max(map(abs, rates_setpoint(level, upside_down, 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS))) == 3.8
@@ -153,7 +153,7 @@ def test_rates_are_limited_and_yaw_rate_is_fed_forward() -> None:
 
 @given(roll=st.floats(-1, 1), pitch=st.floats(-1, 1), yaw=st.floats(-3, 3), other=st.floats(-3, 3))
 def test_attitude_law_converges_from_anywhere(roll: float, pitch: float, yaw: float, other: float) -> None:
-    q, target = from_euler(roll, pitch, yaw), from_euler(-pitch, roll / 2, other)
+    q, target = quaternion(roll, pitch, yaw), quaternion(-pitch, roll / 2, other)
     for _ in range(2000):
         x, y, z = rates_setpoint(q, target, 0.0, ATTITUDE_GAINS, 0.4, RATE_LIMITS)
         w0, x0, y0, z0 = q

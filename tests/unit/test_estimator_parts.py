@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from autopilot.estimator import covariance as cov
-from autopilot.estimator.alignment import Alignment, from_euler
+from autopilot.estimator.alignment import Alignment
 from autopilot.estimator.gps_checks import GpsChecks
 from autopilot.estimator.height_bias import HeightBias
 from autopilot.estimator.imu_filter import LowPass2p, alpha
@@ -17,6 +17,7 @@ from autopilot.estimator.strapdown import Strapdown
 from autopilot.estimator.terrain import Terrain
 from autopilot.parameters import Parameters
 from autopilot.topics import SensorGps, Vector3
+from sitl_emu.core.attitude import quaternion
 
 G = 9.80665
 RANGE_NOISE = (0.1, 0.05, 5.0, 5.0, 0.5)
@@ -65,7 +66,7 @@ def test_biases_are_taken_off() -> None:
 def moving(error: list[float]) -> Strapdown:
     """A state after 0.1 s of turning and accelerating, which began with an error."""
     state = Strapdown()
-    state.q, state.vn, state.ve, state.vd = from_euler(0.2, -0.3, 1.0), 3.0, -2.0, 0.5
+    state.q, state.vn, state.ve, state.vd = quaternion(0.2, -0.3, 1.0), 3.0, -2.0, 0.5
     state.correct(error, math.inf, math.inf)
     state.restart_sums()
     for _ in range(25):
@@ -134,7 +135,7 @@ def test_forget_leaves_no_correlation() -> None:
 @given(roll=st.floats(-0.5, 0.5), pitch=st.floats(-0.5, 0.5), yaw=st.floats(-3.1, 3.1))
 def test_alignment_finds_any_attitude_at_rest(roll: float, pitch: float, yaw: float) -> None:
     truth = Strapdown()
-    truth.q = from_euler(roll, pitch, yaw)
+    truth.q = quaternion(roll, pitch, yaw)
     truth.predict((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1e-9)
     r = truth.rotation
     declination = 0.06

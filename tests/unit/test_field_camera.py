@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from missions.companion import camera_model
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.world.camera import MAST, MOUNTS, NADIR, Camera, Intrinsics, Mount, Pose, body_to_ned, camera_to_body
 from sitl_emu.world.corn_field import CornField, build
 from sitl_emu.world.painter import Layers, orthophoto
 from sitl_emu.world.renderer import Renderer
-from vehicles.dynamics import from_euler
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def mast(field: CornField) -> Camera:
 
 
 def over(field: CornField, north: float, east: float, height: float, *angles: float) -> Pose:
-    return Pose(north, east, -field.terrain.height_m(north, east) - height, from_euler(*angles))
+    return Pose(north, east, -field.terrain.height_m(north, east) - height, quaternion(*angles))
 
 
 class _Marked(Renderer):

@@ -116,18 +116,18 @@ def crc(content: bytes) -> bytes:
 
 
 def test_a_file_is_created_written_and_read_back(station: Station, root: Path) -> None:
-    assert station.ask(MKDIR, "work").said == "ACK"
-    assert station.ask(CREATE, "work/file.txt").data == bytes(4)
+    assert station.ask(MKDIR, "plans").said == "ACK"
+    assert station.ask(CREATE, "plans/file.txt").data == bytes(4)
     assert station.ask(WRITE, b"0123456789").data.hex() == "0a000000"
     assert station.ask(WRITE, b"xyz", offset=20).data.hex() == "03000000"
     assert station.ask(TERMINATE).said == "ACK"
     content = b"0123456789" + bytes(10) + b"xyz"
-    assert (root / "work" / "file.txt").read_bytes() == content
-    assert station.ask(OPEN_RO, "/work/file.txt").data.hex() == "17000000"
+    assert (root / "plans" / "file.txt").read_bytes() == content
+    assert station.ask(OPEN_RO, "/plans/file.txt").data.hex() == "17000000"
     assert station.ask(READ, size=239).data == content
     assert station.ask(READ, offset=8, size=4).data == b"89\0\0"
     assert station.ask(READ, offset=23, size=1).said == f"NAK {EOF}"
-    assert station.ask(CRC32, "work/file.txt").data == crc(content)
+    assert station.ask(CRC32, "plans/file.txt").data == crc(content)
 
 
 def test_the_writing_steps_that_were_measured_on_px4(station: Station) -> None:

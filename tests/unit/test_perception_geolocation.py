@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, gsd_m, in_view, project
 from missions.companion.geolocation import Intersection, on_level_ground, pixel_ray
-from vehicles.dynamics import from_euler
+from sitl_emu.core.attitude import quaternion
 
 CAMERA = CameraModel()
 
@@ -22,7 +22,7 @@ CAMERA = CameraModel()
     yaw=st.floats(-3.2, 3.2),
 )
 def test_pixel_to_ground_and_back(x: float, y: float, roll: float, pitch: float, yaw: float) -> None:
-    pose = camera_pose((12.0, -7.0, -15.0), from_euler(roll, pitch, yaw), NADIR)
+    pose = camera_pose((12.0, -7.0, -15.0), quaternion(roll, pitch, yaw), NADIR)
     point = on_level_ground(pixel_ray(CAMERA, pose, x, y), 1.0)
     assert point is not None
     assert project(CAMERA, pose, point) == pytest.approx((x, y), abs=1e-6)
@@ -34,7 +34,7 @@ def test_heading_pitch_and_roll_each_move_the_place() -> None:
     def seen(roll: float, pitch: float, yaw: float, x: float, y: float) -> tuple[float, float]:
         level = NADIR._replace(down_m=0.0)
         point = on_level_ground(
-            pixel_ray(CAMERA, camera_pose((0.0, 0.0, -10.0), from_euler(roll, pitch, yaw), level), x, y), 0.0
+            pixel_ray(CAMERA, camera_pose((0.0, 0.0, -10.0), quaternion(roll, pitch, yaw), level), x, y), 0.0
         )
         assert point is not None
         return point[:2]
@@ -49,7 +49,7 @@ def test_heading_pitch_and_roll_each_move_the_place() -> None:
 
 
 def test_the_masts_axis_meets_the_ground_ahead() -> None:
-    pose = camera_pose((0.0, 0.0, -0.2), from_euler(0, 0, math.pi / 2), MAST)
+    pose = camera_pose((0.0, 0.0, -0.2), quaternion(0, 0, math.pi / 2), MAST)
     point = on_level_ground(pixel_ray(CAMERA, pose, 319.5, 239.5), 0.0)
     assert point is not None
     assert point[:2] == pytest.approx((0.0, 0.2 + 2.0 / math.tan(math.radians(60))), abs=1e-9)
@@ -57,17 +57,17 @@ def test_the_masts_axis_meets_the_ground_ahead() -> None:
 
 
 def test_rays_that_never_meet_the_ground_have_no_place() -> None:
-    pose = camera_pose((0.0, 0.0, -10.0), from_euler(2.0, 0, 0), NADIR)
+    pose = camera_pose((0.0, 0.0, -10.0), quaternion(2.0, 0, 0), NADIR)
     assert on_level_ground(pixel_ray(CAMERA, pose, 319.5, 239.5), 0.0) is None
     assert gsd_m(CAMERA, pose, 0.0) is None
-    behind = camera_pose((0.0, 0.0, 5.0), from_euler(0, 0, 0), NADIR)
+    behind = camera_pose((0.0, 0.0, 5.0), quaternion(0, 0, 0), NADIR)
     assert on_level_ground(pixel_ray(CAMERA, behind, 319.5, 239.5), 0.0) is None
     assert project(CAMERA, behind, (0.0, 0.0, 0.0)) is None
     assert not in_view(CAMERA, behind, (0.0, 0.0, 0.0))
 
 
 def test_in_view_keeps_a_margin() -> None:
-    pose = camera_pose((0.0, 0.0, -10.0), from_euler(0, 0, 0), NADIR._replace(down_m=0.0))
+    pose = camera_pose((0.0, 0.0, -10.0), quaternion(0, 0, 0), NADIR._replace(down_m=0.0))
     assert in_view(CAMERA, pose, (0.0, 9.9, 0.0)) and not in_view(CAMERA, pose, (0.0, 9.9, 0.0), 24.0)
     assert not in_view(CAMERA, pose, (0.0, 10.1, 0.0))
 
@@ -79,9 +79,9 @@ def fly_over(target: tuple[float, float, float], noise_rad: float, rng: np.rando
         position = (target[0] - 9.0 + i * 0.45, target[1] - 4.0, -15.0)
         true = rng.normal(scale=0.05, size=3)
         believed = true + rng.normal(scale=noise_rad, size=3)
-        pixel = project(CAMERA, camera_pose(position, from_euler(*true.tolist()), NADIR), target)
+        pixel = project(CAMERA, camera_pose(position, quaternion(*true.tolist()), NADIR), target)
         assert pixel is not None
-        pose = camera_pose(position, from_euler(*believed.tolist()), NADIR)
+        pose = camera_pose(position, quaternion(*believed.tolist()), NADIR)
         place.add(pixel_ray(CAMERA, pose, *pixel), place.point()[2] if place.count else 0.0)
     return place
 
@@ -104,7 +104,7 @@ def test_noisy_rays_average_out() -> None:
 
 
 def test_a_single_ray_takes_homes_height() -> None:
-    pose = camera_pose((0.0, 0.0, -15.0), from_euler(0, 0, 0), NADIR)
+    pose = camera_pose((0.0, 0.0, -15.0), quaternion(0, 0, 0), NADIR)
     ray = pixel_ray(CAMERA, pose, 500.0, 100.0)
     place = Intersection(0.0)
     place.add(ray, 0.0)

@@ -4,7 +4,8 @@ import math
 import pytest
 
 import vehicles
-from vehicles.dynamics import STEP_S, from_euler
+from sitl_emu.core.attitude import quaternion
+from vehicles.dynamics import STEP_S
 from vehicles.multicopter import Multicopter, from_body_down
 
 G = 9.80665
@@ -165,7 +166,7 @@ def test_touches_down_softly_and_rests(model, tilt):
     body = Multicopter(vehicle, flat, gravity_m_s2=G)
     rest = body.down_m
     body.down_m, body.vd_m_s, body.vn_m_s = rest - 0.3, 0.7, 0.3
-    body.q = from_euler(tilt, -tilt, 1.0)
+    body.q = quaternion(tilt, -tilt, 1.0)
     hardest = deepest = highest_after = 0.0
     u = hover_control(vehicle) * 0.99
     touched = False

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vehicles
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import MagneticField
 from sitl_emu.world.atmosphere import gravity_m_s2, pressure_altitude_m, pressure_hpa
@@ -17,7 +18,6 @@ from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
 from sitl_emu.world.sensors.lidar import Lidar, beam
 from sitl_emu.world.sensors.magnetometer import Magnetometer
-from vehicles.dynamics import from_euler
 
 IRIS, M600 = vehicles.load("iris").sensors, vehicles.load("m600").sensors
 LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -84,7 +84,7 @@ def test_imu_noise_and_bias():
 def test_magnetometer_points_to_magnetic_north(yaw_deg):
     field = MagneticField(math.radians(-4.8), math.radians(67.5), 0.52)
     magnetometer = Magnetometer(M600.magnetometer, field, 1, "uas")
-    attitude = from_euler(0.0, 0.0, math.radians(yaw_deg))
+    attitude = quaternion(0.0, 0.0, math.radians(yaw_deg))
     readings = [magnetometer.read(attitude) for _ in range(400)]
     x, y, z = (statistics.fmean(reading[axis] for reading in readings) for axis in range(3))
     heading = math.degrees(-math.atan2(y, x)) - 4.8
@@ -98,9 +98,9 @@ def test_magnetometer_keeps_the_field_when_tilted():
     magnetometer = Magnetometer(vehicles.load("sihsim_hex").sensors.magnetometer, field, 1, "uas")
     magnetometer._noise = (0.0, 0.0, 0.0)
     for euler in ((0.3, -0.2, 1.0), (-1.0, 0.5, -2.0)):
-        assert math.hypot(*magnetometer.read(from_euler(*euler))) == pytest.approx(0.5)
+        assert math.hypot(*magnetometer.read(quaternion(*euler))) == pytest.approx(0.5)
     # nose down into the field: the whole of it lies along x
-    assert magnetometer.read(from_euler(0.0, -1.1, 0.1)) == pytest.approx((0.5, 0.0, 0.0), abs=1e-9)
+    assert magnetometer.read(quaternion(0.0, -1.1, 0.1)) == pytest.approx((0.5, 0.0, 0.0), abs=1e-9)
 
 
 def test_standard_atmosphere():
@@ -137,7 +137,7 @@ def test_lidar_beam_meets_an_inclined_plane(height, roll, pitch, yaw, rise_n, ri
 
     north, east = 3.0, -5.0
     down = -(Plane().height_m(north, east) + height)
-    attitude = from_euler(roll, pitch, yaw)
+    attitude = quaternion(roll, pitch, yaw)
     # by hand: the ray's point p + s·d lies on the plane
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
     direction = (cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp)
@@ -152,7 +152,7 @@ def test_lidar_reads_in_range_and_says_so_out_of_it():
     assert statistics.pstdev(shot.current_distance for shot in shots) == pytest.approx(5.0, rel=0.1)
     assert {(shot.min_distance, shot.max_distance, shot.orientation) for shot in shots} == {(20, 1200, 25)}
     assert shots[-1].time_boot_ms == 1999 * 50
-    for down, attitude in ((-15.0, LEVEL), (-2.05, LEVEL), (-10.0, from_euler(2.0, 0.0, 0.0))):
+    for down, attitude in ((-15.0, LEVEL), (-2.05, LEVEL), (-10.0, quaternion(2.0, 0.0, 0.0))):
         blind = lidar.read(0, 0.0, 0.0, down, attitude)
         assert blind.current_distance == blind.max_distance + 1
         assert blind.signal_quality == 1
