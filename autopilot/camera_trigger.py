@@ -10,7 +10,7 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 
 import math
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, CommandResult
+from autopilot.commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
@@ -79,12 +79,7 @@ class CameraTrigger:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: what the mission commands, and whether it is time or far enough for the next image."""
-        records = self._topics.navigator_commands
-        if records and records[-1].number != self._commands_seen:
-            for record in records:
-                if record.number > self._commands_seen and record.command.command in self.COMMANDS:
-                    self.handle_command(now_us, record.command)
-            self._commands_seen = records[-1].number
+        self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
         if not self._enabled or self._paused:
             return
         if self._mode in (TIME_ON_COMMAND, TIME_ALWAYS):

@@ -36,6 +36,17 @@ class CommandOwner(Protocol):
         ...
 
 
+def obey_navigator(owner: CommandOwner, now_us: int, topics: Topics, seen: int) -> int:
+    """Let an owner act on its commands among the navigator's after number `seen`; the number of the newest of all."""
+    records = topics.navigator_commands
+    if not records or records[-1].number == seen:
+        return seen
+    for record in records:
+        if record.number > seen and record.command.command in owner.COMMANDS:
+            owner.handle_command(now_us, record.command)
+    return records[-1].number
+
+
 def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult) -> None:
     """Answer a command once more, after `handle_command` has returned its first answer, or none."""
     topics.vehicle_command_acks = (*topics.vehicle_command_acks, VehicleCommandAck(command, *result))

@@ -11,7 +11,7 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 
 import math
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult, obey_navigator
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import (
@@ -143,7 +143,7 @@ class Gimbal:
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
         topics = self._topics
-        self._take_mission_commands(now_us)
+        self._commands_seen = obey_navigator(self, now_us, topics, self._commands_seen)
         if topics.gimbal_manager_set_attitude is not self._set_attitude:
             self._set_attitude = topics.gimbal_manager_set_attitude
             self._take_set_attitude(self._set_attitude)
@@ -172,14 +172,6 @@ class Gimbal:
             topics.gimbal_manager_status = GimbalManagerStatus(
                 now_us, self._status.device_flags, device, *self._control
             )
-
-    def _take_mission_commands(self, now_us: int) -> None:
-        records = self._topics.navigator_commands
-        if records and records[-1].number != self._commands_seen:
-            for record in records:
-                if record.number > self._commands_seen and record.command.command in self.COMMANDS:
-                    self.handle_command(now_us, record.command)
-            self._commands_seen = records[-1].number
 
     def _take_set_attitude(self, wanted: GimbalManagerSetAttitude) -> None:
         if not self._takes_v2 or (wanted.origin_sysid, wanted.origin_compid) != self._control:

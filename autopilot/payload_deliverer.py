@@ -8,7 +8,7 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 
 import math
 
-from autopilot.commands import CommandResult, answer_later
+from autopilot.commands import CommandResult, answer_later, obey_navigator
 from autopilot.parameters import Parameters
 from autopilot.topics import Gripper, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -54,12 +54,7 @@ class PayloadDeliverer:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: what the mission commands; an action ends by its time, as there is no sensor."""
-        records = self._topics.navigator_commands
-        if records and records[-1].number != self._commands_seen:
-            for record in records:
-                if record.number > self._commands_seen and record.command.command in self.COMMANDS:
-                    self.handle_command(now_us, record.command)
-            self._commands_seen = records[-1].number
+        self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
         if self._done or now_us - self._since_us <= float(self._parameters["PD_GRIPPER_TO"]) * 1e6:
             return
         self._done = True
