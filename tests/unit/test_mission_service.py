@@ -86,6 +86,15 @@ def test_a_download_is_given_up_after_5_s_of_silence() -> None:
     assert names(peer.send(count(1))) == ["MISSION_REQUEST_INT"]
 
 
+def test_refused_uploads_do_not_keep_a_download_alive() -> None:
+    peer = with_three_items()
+    peer.send(request_list())
+    for _ in range(5):
+        assert answers(peer.send(count(1))) == [(ERROR, 0)]
+        peer.run(1.02)
+    assert names(peer.send(count(1))) == ["MISSION_REQUEST_INT"]
+
+
 def test_an_empty_plan_is_to_be_acknowledged_too() -> None:
     peer = Peer()
     assert only(peer.send(request_list()), "MISSION_COUNT")[0].count == 0

@@ -95,8 +95,7 @@ class Manager:
             self._request(now_us)
         elif now_us - self._heard_us > TIMEOUT_US:
             self._say("Operation timeout\t", "mavlink_mission_sync_timeout")
-            if self.state is State.GETS:
-                self._uploads.in_progress = False
+            self._uploads.in_progress = False
             self.state = State.IDLE
 
     # --- upload ------------------------------------------------------------------------------------------
@@ -104,11 +103,13 @@ class Manager:
     def on_count(self, now_us: int, message: Any) -> None:
         """MISSION_COUNT: an upload begins, or a plan is cleared."""
         partner = _partner(message)
-        self._heard_us = now_us
         if self.state is State.SENDS:
+            # Not heard, as to the download: one that waits for the last MISSION_ACK ends though uploads are tried.
             self._say("WPM: IGN MISSION_COUNT: Busy\t", "mavlink_mission_ignore_mis_count")
             self._ack(partner, ERROR)
-        elif self.state is State.GETS:
+            return
+        self._heard_us = now_us
+        if self.state is State.GETS:
             if partner != self._partner:
                 self._ack(partner, ERROR)
             elif self._sequence:
