@@ -334,6 +334,7 @@ class MissionResult(NamedTuple):
     seq_reached_timestamp: int = 0
     seq_total: int = 0
     item_do_jump_changed: bool = False
+    item_changed_index: int = 0
     mission_state: int = 0
     """MISSION_STATE of MISSION_CURRENT."""
 

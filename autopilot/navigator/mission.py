@@ -80,6 +80,8 @@ class Mission:
         self.ended = False
         self.seq_reached = -1
         self.seq_reached_us = 0
+        self.jumped = -1
+        """The DO_JUMP item that was followed last, until it is told; else -1."""
 
     @property
     def seq_current(self) -> int:
@@ -222,6 +224,7 @@ class Mission:
             repeat, done = int(jump.param2), self._jumps.get(seq, 0)
             if repeat < 0 or done < repeat:
                 self._jumps[seq] = done + 1
+                self.jumped = seq
                 seq = int(jump.param1)
             else:
                 self._jumps[seq] = 0

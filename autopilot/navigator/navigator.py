@@ -176,22 +176,22 @@ class Navigator:
             status.nav_state,
             status.armed,
         )
-        if told == self._published:
+        if told == self._published and mission.jumped < 0:
             return
         self._published = told
         self._topics.mission_result = MissionResult(
-            now_us,
-            plans.mission.opaque_id,
-            plans.fence.opaque_id,
-            plans.rally.opaque_id,
-            mission.valid,
-            False,
-            self._state.finished,
-            False,
-            mission.seq_current,
-            mission.seq_reached,
-            mission.seq_reached_us,
-            len(plans.mission.items),
-            False,
-            mission.mission_state(),
+            timestamp=now_us,
+            mission_id=plans.mission.opaque_id,
+            geofence_id=plans.fence.opaque_id,
+            rally_id=plans.rally.opaque_id,
+            valid=mission.valid,
+            finished=self._state.finished,
+            seq_current=mission.seq_current,
+            seq_reached=mission.seq_reached,
+            seq_reached_timestamp=mission.seq_reached_us,
+            seq_total=len(plans.mission.items),
+            item_do_jump_changed=mission.jumped >= 0,
+            item_changed_index=max(mission.jumped, 0),
+            mission_state=mission.mission_state(),
         )
+        mission.jumped = -1

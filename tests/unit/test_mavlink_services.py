@@ -397,7 +397,7 @@ def test_set_current_and_reached() -> None:
     peer = Peer()
     upload(peer, item(0), item(1), item(2))
     peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 2))
-    assert only(peer.run(0.02), "MISSION_CURRENT")[0].seq == 2
+    assert only(peer.run(1.1), "MISSION_CURRENT")[-1].seq == 2
     peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
     assert peer.texts.recent[-1].text == "WPM: WP CURR CMD: Not in list\t"
     peer.topics.mission_result = MissionResult(seq_reached=1, seq_reached_timestamp=5)

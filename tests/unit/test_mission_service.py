@@ -1,10 +1,12 @@
 """The mission protocol where partners, links and transfers get into each other's way, as PX4's manager has it."""
 
+import math
 from typing import Any
 
 import pytest
 
 from autopilot.constants import NavState
+from autopilot.events import layout
 from autopilot.flight_time import FlightTime
 from autopilot.mavlink.services.mission_items import parse
 from autopilot.parameters import Parameters
@@ -235,6 +237,103 @@ def test_a_mission_counts_as_active_in_these_modes(nav_state: NavState, mode: in
 )
 def test_parameters_that_a_command_does_not_use(sent: Any, rover: bool, result: int) -> None:
     assert parse(sent, 0, rover=rover)[1] == result
+
+
+def sent_back(sent: Any, kind: int = 0) -> Any:
+    """What one item comes back as."""
+    peer = Peer()
+    assert upload(peer, sent, kind=kind) == (ACCEPTED, kind)
+    peer.send(request_list(kind))
+    return only(peer.send(request(0, kind)), "MISSION_ITEM_INT")[0]
+
+
+@pytest.mark.parametrize(
+    ("sent", "expected"),
+    [
+        (item(0, 177, MISSION_FRAME, x=0, y=0, z=0.0, param1=1.7, param2=-1.0), {"param1": 1.0, "param2": 65535.0}),
+        (item(0, 177, MISSION_FRAME, x=0, y=0, z=0.0, param1=40000.0), {"param1": -25536.0, "param2": 0.0}),
+        (item(0, 20, MISSION_FRAME, x=NOT_GIVEN, y=NOT_GIVEN, z=0.0), {"x": -0x80000000, "y": -0x80000000}),
+        (item(0, 179, MISSION_FRAME, param4=7.0), {"x": 473977408, "y": 85455936, "param4": 7.0}),
+        (item(0, 21, param2=1.9), {"param2": 1.0}),
+        (item(0, 212, x=NOT_GIVEN, y=NOT_GIVEN, z=math.nan, param1=1.0), {"param1": 0.0}),
+        (item(0, 16, autocontinue=2), {"autocontinue": 0}),
+        (item(0, 16, autocontinue=3), {"autocontinue": 1}),
+    ],
+)
+def test_what_comes_back_has_gone_through_px4s_types(sent: Any, expected: dict[str, float]) -> None:
+    found = sent_back(sent)
+    assert {name: getattr(found, name) for name in expected} == expected
+
+
+@pytest.mark.parametrize(
+    ("command", "param1", "result", "kept"),
+    [
+        (5001, 3.6, ACCEPTED, 4.0),
+        (5002, -5.0, ACCEPTED, 65532.0),
+        (5001, 2.4, ERROR, None),
+        (5001, math.nan, ERROR, None),
+        (5003, -5.5, ACCEPTED, -5.5),
+    ],
+)
+def test_counts_of_vertices_are_whole(command: int, param1: float, result: int, kept: float | None) -> None:
+    found, error = parse(item(0, command, 5, param1=param1, z=0.0, mission_type=1), 1, rover=False)
+    assert error == result
+    assert (found and found.param1) == kept
+
+
+def test_after_a_refused_item_the_one_before_is_taken_for_the_last() -> None:
+    peer = Peer()
+    peer.send(count(2))
+    peer.send(item(0))
+    assert answers(peer.send(item(1, 5100))) == [(ERROR, 0)]
+    assert answers(peer.send(item(0))) == [(ACCEPTED, 0)]
+
+
+def test_a_download_request_ends_an_upload_that_has_as_many_items_as_the_plan() -> None:
+    peer = with_three_items()
+    peer.send(count(5))
+    for seq in range(3):
+        peer.send(item(seq))
+    assert only(peer.send(request_list()), "MISSION_COUNT")[0].count == 3
+    peer.send(ack())
+    assert answers(peer.send(count(1))) == [(ERROR, 0)]
+    peer.send(request_list())
+    peer.run(5.1)
+    assert names(peer.send(count(1))) == ["MISSION_REQUEST_INT"]
+
+
+def test_an_item_that_is_gone_meanwhile_ends_the_download() -> None:
+    peer = with_three_items()
+    peer.send(request_list())
+    peer.send(clear(), ONBOARD)
+    assert answers(peer.send(request(0))) == [(ERROR, 0)]
+    assert said(peer) == "WPM: REJ. CMD: Req. WP was unexpected\t"
+    assert peer.texts.events.recent[-1].id == layout("mavlink_mission_wp_unexpected2")[0]
+
+
+def test_a_jump_that_was_followed_is_sent_to_the_last_partner() -> None:
+    peer = Peer()
+    upload(peer, item(0), item(1, 177, MISSION_FRAME, x=0, y=0, z=0.0, param1=0.0, param2=3.0))
+    peer.topics.mission_result = MissionResult(seq_total=2, item_do_jump_changed=True, item_changed_index=1)
+    told = only(peer.run(1.0), "MISSION_ITEM_INT")
+    assert [(each.seq, each.command, each.param2, each.target_system) for each in told] == [(1, 177, 3.0, 255)]
+
+
+def test_who_chooses_the_current_item_is_not_told_at_once() -> None:
+    peer = with_three_items()
+    peer.run(1.1)
+    peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 2))
+    told = [each.seq for each in only(peer.run(0.5) + peer.run(0.6), "MISSION_CURRENT")]
+    assert told == [2]
+    peer.dataman.current_seq = 1
+    assert only(peer.run(0.05), "MISSION_CURRENT")[-1].seq == 1
+
+
+def test_a_fence_that_cannot_be_cleared_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    peer = Peer()
+    monkeypatch.setattr(peer.dataman, "store", lambda *_: False)
+    assert answers(peer.send(clear(1))) == [(ERROR, 1)]
+    assert said(peer) == "Mission storage: Unable to write to microSD\t"
 
 
 @pytest.mark.parametrize(("yaw", "kept"), [(90.0, 90.0), (-90.0, 270.0), (720.0, 0.0)])

@@ -32,6 +32,7 @@ ERROR: int = mavlink.MAV_MISSION_ERROR
 NO_SPACE: int = mavlink.MAV_MISSION_NO_SPACE
 UNSUPPORTED: int = mavlink.MAV_MISSION_UNSUPPORTED
 CANCELLED: int = mavlink.MAV_MISSION_OPERATION_CANCELLED
+WRITE_FAILURE = {FENCE: "mavlink_mission_storage_write_failure2", RALLY: "mavlink_mission_storage_write_failure3"}
 NOTHING = Plan()
 Partner = tuple[int, int]
 
@@ -56,6 +57,8 @@ class Uploads:
         self.plan_changed: Callable[[int], None] | None = None
         self.last_reached = -1
         """The item that was reached last; -1 once a new upload has begun."""
+        self.told_current = dataman.current_seq
+        """The current item that the ground knows of, because it was told or has chosen it itself."""
 
     def store(self, now_us: int, kind: int, plan: Plan, current_seq: int) -> bool:
         """Replace a plan and tell the navigator; False if it can't be written."""
@@ -67,8 +70,14 @@ class Uploads:
 
     def clear(self, now_us: int, kind: int) -> bool:
         """Make a plan empty; an unknown kind has none, which is no trouble to PX4."""
-        current_seq = 0 if kind == MISSION else self.dataman.current_seq
-        return kind not in MAX_ITEMS or self.store(now_us, kind, Plan(), current_seq)
+        current_seq = self.dataman.current_seq
+        if kind == MISSION:
+            current_seq = self.told_current = 0
+        if kind not in MAX_ITEMS or self.store(now_us, kind, Plan(), current_seq):
+            return True
+        if kind in WRITE_FAILURE:
+            self.say(Severity.CRITICAL, "Mission storage: Unable to write to microSD\t", WRITE_FAILURE[kind])
+        return False
 
 
 class Manager:
@@ -169,13 +178,14 @@ class Manager:
 
     def _take_item(self, now_us: int, message: Any) -> None:
         item, error = mission_items.parse(message, self._kind, rover=self._uploads.rover)
+        if error in (ACCEPTED, ERROR):
+            self._crc = crc32_part(mission_items.crc_bytes(message), self._crc)
+        else:
+            self._say("IGN MISSION_ITEM: Invalid item\t", "mavlink_mission_mis_item_invalid")
         if item is None:
-            if error != ERROR:
-                self._say("IGN MISSION_ITEM: Invalid item\t", "mavlink_mission_mis_item_invalid")
             self._end_upload(error)
             return
         self._items.append(item)
-        self._crc = crc32_part(mission_items.crc_bytes(message), self._crc)
         if message.current:
             self._current_seq = message.seq
         self._sequence += 1
@@ -184,13 +194,14 @@ class Manager:
         elif self._crc == self._plan().opaque_id or self._store(now_us):
             self._end_upload(ACCEPTED, self._crc)
         else:
-            self._say("Unable to write on micro SD\t", "mavlink_mission_storage_failure")
             self._end_upload(ERROR)
+            self._say("Unable to write on micro SD\t", "mavlink_mission_storage_failure")
 
     def _store(self, now_us: int) -> bool:
         """Replace the plan. The mission goes on at its item, as far as the new one has it, unless one is marked."""
         current_seq = self._dataman.current_seq
         if self._kind == MISSION:
+            self._uploads.told_current = self._current_seq
             current_seq = self._current_seq if self._current_seq >= 0 else min(current_seq, self._count - 1)
         return self._uploads.store(now_us, self._kind, Plan(tuple(self._items), self._crc), current_seq)
 
@@ -203,11 +214,13 @@ class Manager:
     # --- download ----------------------------------------------------------------------------------------
 
     def on_request_list(self, now_us: int, message: Any) -> None:
-        """MISSION_REQUEST_LIST: a download begins, also where the last one was never acknowledged."""
+        """MISSION_REQUEST_LIST: a download begins, also where the last one was never acknowledged.
+
+        PX4 takes an upload that has got as many items as the plan has for such a download too: it ends, and, as it is
+        not taken off the list, no other may begin until some transfer runs out of time.
+        """
         partner, kind = _partner(message), message.mission_type
         if self._sequence == len(self._plan().items):
-            if self.state is State.GETS:
-                self._uploads.in_progress = False
             self.state = State.IDLE
         same = self.state is State.SENDS and kind == self._kind and partner == self._partner
         if self.state is not State.IDLE and not same:
@@ -234,16 +247,21 @@ class Manager:
         if message.mission_type != self._kind:
             return
         self._heard_us = now_us
-        sequence = message.seq
-        expected = sequence == self._sequence < self._count or sequence == self._sequence - 1
-        items = self._plan().items
-        if not expected or sequence >= len(items):
-            self.state = State.IDLE
-            self._ack(self._partner, ERROR)
-            self._say("WPM: REJ. CMD: Req. WP was unexpected\t", "mavlink_mission_wp_unexpected")
+        sequence, items = message.seq, self._plan().items
+        if sequence == self._sequence < self._count:
+            self._sequence += 1
+        elif sequence != self._sequence - 1:
+            self._refuse_request("mavlink_mission_wp_unexpected")
             return
-        self._sequence = sequence + 1
-        self._send_item(items[sequence])
+        if sequence < len(items):
+            self._send_item(items[sequence])
+        else:
+            self._refuse_request("mavlink_mission_wp_unexpected2")
+
+    def _refuse_request(self, event: str) -> None:
+        self.state = State.IDLE
+        self._ack(self._partner, ERROR)
+        self._say("WPM: REJ. CMD: Req. WP was unexpected\t", event)
 
     def _send_item(self, item: MissionItem) -> None:
         seq = item.seq
@@ -293,10 +311,18 @@ class Manager:
             self._say("WPM: IGN WP CURR CMD: Busy\t", "mavlink_mission_state_busy")
         elif sequence >= len(self._dataman.mission.items):
             self._say("WPM: WP CURR CMD: Not in list\t", "mavlink_mission_seq_out_of_bounds")
-        elif self._uploads.set_current is not None:
-            self._uploads.set_current(now_us, sequence)
         else:
-            self._dataman.current_seq = sequence
+            self._uploads.told_current = sequence
+            if self._uploads.set_current is not None:
+                self._uploads.set_current(now_us, sequence)
+            else:
+                self._dataman.current_seq = sequence
+
+    def tell_jump(self, seq: int) -> None:
+        """A DO_JUMP item was followed: it is sent to the last partner, whoever that was, unless there is a transfer."""
+        if self.state is State.IDLE:
+            self._kind = MISSION
+            self._send_item(self._dataman.mission.items[seq])
 
     def choose_messages(self, integer: bool) -> None:
         """The partner speaks MISSION_ITEM_INT (or MISSION_ITEM), and so do we from now on."""
@@ -351,7 +377,6 @@ class Mission:
         self._result = topics.mission_result
         self._reached_repeats = 0
         self._repeat_due_us = 0
-        self._told_seq = 0
 
     def connect(self, set_current: Callable[[int, int], bool], plan_changed: Callable[[int], None]) -> None:
         """The navigator's (now_us, seq) -> done and (now_us): a mission can be started in the moment of its ack."""
@@ -382,9 +407,12 @@ class Mission:
         elif due and self._reached_repeats and self._dataman.mission.items:
             self._reached_repeats -= 1
             self._tell_reached(uploads.last_reached)
+        if result is not self._result and result.item_do_jump_changed:
+            for manager in self._managers.values():
+                manager.tell_jump(result.item_changed_index)
         self._result = result
-        if self._dataman.current_seq != self._told_seq:
-            self._told_seq = self._dataman.current_seq
+        if self._dataman.current_seq != uploads.told_current:
+            uploads.told_current = self._dataman.current_seq
             for link in self._links:
                 link.hurry(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
 

@@ -3,6 +3,9 @@
 A command is taken in global frames or in MAV_FRAME_MISSION, ROI ones in both. Parameters that PX4 does not use must be
 0 or NaN, unused x and y of a MISSION_ITEM_INT INT32_MAX or INT32_MIN (in MAV_FRAME_MISSION also 0); this is looked at
 first. Whether a mission can be flown is the navigator's question.
+
+PX4 keeps x and y of MAV_FRAME_MISSION as float32, so that INT32_MAX comes back as INT32_MIN, and headings, jumps and
+counts of vertices in its own types; so do we.
 """
 
 import math
@@ -116,7 +119,13 @@ FENCE_ZONES = frozenset((5001, 5002, 5003, 5004))
 POLYGONS = frozenset((5001, 5002))
 SMALLEST_POLYGON = 3
 RALLY_POINT = 5100
+LAND, DO_JUMP = 21, 177
+KEPT_IN_FENCE = frozenset((16, 19, 5003, 5004)) | POLYGONS
+"""A fence keeps one parameter, where a circle has its radius; these commands come back with it."""
+NOT_SENT_IN_GLOBAL = frozenset((SET_ROI, 212, 400))
+"""PX4 carries these out with the parameters that it kept, and sends them back without."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
+FLOAT32 = struct.Struct("<f")
 CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
 
 
@@ -133,16 +142,17 @@ def parse(message: Any, kind: int, *, rover: bool) -> tuple[MissionItem | None, 
     if error != ACCEPTED:
         return None, error
     x, y = message.x, message.y
-    if is_float:
-        scale = 1e7 if in_global else 1.0
-        x, y = _whole(x * scale), _whole(y * scale)
     is_fence = kind == FENCE
+    if not in_global:
+        x, y = (0, 0) if is_fence else (_whole(_float32(x)), _whole(_float32(y)))
+    elif is_float:
+        x, y = _whole(x * 1e7), _whole(y * 1e7)
     params = _kept_params(message, in_global, is_fence)
     return MissionItem(
         message.seq,
         FRAME_GLOBAL_INT if is_fence and in_global else KEPT_FRAME[frame],
         SET_ROI if command == NAV_ROI else command,
-        0 if is_fence else message.autocontinue,
+        0 if is_fence else message.autocontinue & 1,
         *params,
         x,
         y,
@@ -158,8 +168,8 @@ def crc_bytes(message: Any) -> bytes:
 
 
 def sent_params(item: MissionItem) -> tuple[float, float, float, float]:
-    """The first four parameters as PX4 sends them back: it forgets the mode of an ROI with a place."""
-    if item.command == SET_ROI and item.frame != FRAME_MISSION:
+    """The first four parameters as PX4 sends them back."""
+    if item.command in NOT_SENT_IN_GLOBAL and item.frame != FRAME_MISSION:
         return 0.0, 0.0, 0.0, 0.0
     return item.param1, item.param2, item.param3, item.param4
 
@@ -207,21 +217,27 @@ def _is_of_other_plan(command: int, kind: int) -> bool:
 
 
 def _is_too_small(message: Any) -> bool:
-    return message.command in POLYGONS and not message.param1 + 0.5 >= SMALLEST_POLYGON
+    return message.command in POLYGONS and _unsigned16(message.param1 + 0.5) < SMALLEST_POLYGON
 
 
 def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, float, float, float]:
     params = (message.param1, message.param2, message.param3, message.param4)
-    if not in_global:
-        return params
     command = message.command
-    kept = P1 if is_fence else KEPT_IN_GLOBAL[command]
+    if is_fence:
+        kept = P1 if command in KEPT_IN_FENCE or not in_global else 0
+    else:
+        kept = KEPT_IN_GLOBAL[command] if in_global else P1234
     first, second, third, fourth = (value if kept >> place & 1 else 0.0 for place, value in enumerate(params))
-    if command == LOITER_TIME:
+    if command in POLYGONS:
+        first = float(_unsigned16(first + 0.5))
+    elif command == DO_JUMP:
+        first, second = (0.0, 0.0) if is_fence else (float(_signed16(first)), float(_unsigned16(second)))
+    elif command == LOITER_TIME:
         second, fourth = float(second > 0.0), float(fourth > 0.0)
     elif command == LOITER_TO_ALT:
         first, fourth = float(first > 0.0), float(fourth > 0.0)
     elif command in YAW_IN_PARAM4:
+        second = float(_unsigned16(second)) if command == LAND else second
         fourth = _wrapped(fourth)
     return first, second, third, fourth
 
@@ -232,4 +248,20 @@ def _wrapped(degrees: float) -> float:
 
 
 def _whole(value: float) -> int:
-    return max(-0x80000000, min(0x7FFFFFFF, round(value))) if math.isfinite(value) else 0
+    """The nearest int32; the least one for what has none, as x86 converts it."""
+    return round(value) if -0x80000000 <= value < 0x7FFFFFFF + 0.5 else -0x80000000
+
+
+def _unsigned16(value: float) -> int:
+    """C++'s conversion on x86: by way of an int32, without its fraction."""
+    return (math.trunc(value) if -0x80000000 <= value < 0x80000000 else 0) & 0xFFFF
+
+
+def _signed16(value: float) -> int:
+    whole = _unsigned16(value)
+    return whole - 0x10000 if whole & 0x8000 else whole
+
+
+def _float32(value: float) -> float:
+    kept: float = FLOAT32.unpack(FLOAT32.pack(value))[0]
+    return kept
