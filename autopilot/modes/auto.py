@@ -35,6 +35,8 @@ WANT_TAKEOFF_SPEED = -0.3
 """Vertical velocity (down) that asks for a takeoff."""
 THRUST_OFF_M_S2 = 100.0
 """Acceleration down that leaves no thrust."""
+ROOM_TO_CORRECT = 1.2
+"""Share of the trajectory's vertical speed which the position controller may ask for, to correct the height."""
 EXCESS = 1.3
 """Speed over its limit by which the vehicle brakes before it goes on."""
 STOPPED_M_S = 0.01
@@ -100,7 +102,7 @@ class Auto:
             math.radians(parameters["MPC_YAWRAUTO_MAX"]), math.radians(parameters["MPC_YAWRAUTO_ACC"])
         )
         smoothing.turn_gain = parameters["MPC_XY_TRAJ_P"]
-        smoothing.max_error_m = parameters["MPC_XY_ERR_MAX"]
+        smoothing.max_xy_error_m, smoothing.max_z_error_m = parameters["MPC_XY_ERR_MAX"], parameters["MPC_Z_ERR_MAX"]
         smoothing.z_acceptance_m = parameters["NAV_MC_ALT_RAD"]
 
     def activate(self, last: TrajectorySetpoint) -> None:
@@ -154,7 +156,9 @@ class Auto:
         heading.update(yaw, dt_s)
         self._yaw = yaw
         constraints = VehicleConstraints(
-            self._limit_up, self._limit_down, smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED
+            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
+            max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
+            smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
         )
         if kind == SetpointType.IDLE:
             acceleration = (0.0, 0.0, THRUST_OFF_M_S2)
@@ -236,7 +240,7 @@ class Auto:
         self._triplet = triplet
         if changed:
             self._current = self._local(current, local)
-            self._previous = self._local(triplet.previous, local) if triplet.previous.valid else self._current
+            self._previous = self._local(triplet.previous, local) if triplet.previous.valid else position
             follows = triplet.next.valid and current.type != SetpointType.LOITER
             self._next = self._local(triplet.next, local) if follows else self._current
             self._acceptance_m = _acceptance(current)

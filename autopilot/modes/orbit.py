@@ -59,7 +59,7 @@ class Orbit:
         smoothing.xy_acceptance_m = APPROACH_ACCEPTANCE_M
         smoothing.z_acceptance_m = parameters["NAV_MC_ALT_RAD"]
         smoothing.turn_gain = parameters["MPC_XY_TRAJ_P"]
-        smoothing.max_error_m = parameters["MPC_XY_ERR_MAX"]
+        smoothing.max_xy_error_m, smoothing.max_z_error_m = parameters["MPC_XY_ERR_MAX"], parameters["MPC_Z_ERR_MAX"]
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Begin, with a circle around where it is until a command asks for another."""

@@ -1,8 +1,8 @@
 """The trajectory to a waypoint: where the vehicle is to be, and how fast, with limited acceleration and jerk.
 
 Behaves as PX4's `PositionSmoothing` (src/lib/motion_planning, v1.18): the velocity that still allows to stop or to turn
-at the waypoints is smoothed by three `VelocitySmoothing` axes; the trajectory waits for a vehicle that lags behind it.
-It avoids no obstacles.
+at the waypoints is smoothed by three `VelocitySmoothing` axes; the trajectory waits for a vehicle that lags behind it,
+the height by itself. It avoids no obstacles.
 """
 
 import math
@@ -19,8 +19,8 @@ from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchroni
 
 L1_MIN_M = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""
-LEAST_ERROR_M = 0.01
-"""MPC_XY_ERR_MAX counts for no less."""
+LEAST_ERROR_M = 1.2e-7
+"""MPC_XY_ERR_MAX and MPC_Z_ERR_MAX of no more let the trajectory run, however far the vehicle lags."""
 TURNING_COSINE = 0.98
 TURNING_SPEED = 0.2
 SAME_HEIGHT_M = 0.001
@@ -38,7 +38,8 @@ class PositionSmoothing:
         self.turn_gain = 0.5
         self.xy_acceptance_m = 2.0
         self.z_acceptance_m = 0.8
-        self.max_error_m = 2.0
+        self.max_xy_error_m = 2.0
+        self.max_z_error_m = 1.0
         self.unsmoothed_velocity: Point = (0.0, 0.0, 0.0)
         self._straight_speed = 0.0
 
@@ -75,14 +76,15 @@ class PositionSmoothing:
         wanted = (0.0, 0.0, 0.0) if stop else self._velocity_setpoint(waypoints, feed_forward)
         self.unsmoothed_velocity = wanted
         # The trajectory's time runs slower while the vehicle lags behind it, and stands when it does by the limit.
-        behind_n, behind_e = x.position - position[0], y.position - position[1]
-        step_s = dt_s
+        behind_n, behind_e, behind_d = x.position - position[0], y.position - position[1], z.position - position[2]
+        xy_step_s = z_step_s = dt_s
         if behind_n * x.velocity + behind_e * y.velocity >= 0.0:
-            error = math.sqrt(behind_n * behind_n + behind_e * behind_e)
-            step_s = dt_s * (1.0 - min(error / max(self.max_error_m, LEAST_ERROR_M), 1.0))
-        x.update_trajectory(step_s)
-        y.update_trajectory(step_s)
-        z.update_trajectory(step_s)
+            xy_step_s *= _pace(math.sqrt(behind_n * behind_n + behind_e * behind_e), self.max_xy_error_m)
+        if behind_d * z.velocity >= 0.0:
+            z_step_s *= _pace(abs(behind_d), self.max_z_error_m)
+        x.update_trajectory(xy_step_s)
+        y.update_trajectory(xy_step_s)
+        z.update_trajectory(z_step_s)
         x.update_durations(wanted[0])
         y.update_durations(wanted[1])
         z.update_durations(wanted[2])
@@ -90,10 +92,14 @@ class PositionSmoothing:
 
     def _velocity_setpoint(self, waypoints: tuple[Point, Point, Point], feed_forward: Point) -> Point:
         target = waypoints[1]
+        z_known = target[2] == target[2]
+        aim_d = target[2]
         vx, vy, vz = 0.0, 0.0, 0.0
         if target[0] == target[0] and target[1] == target[1]:
             turning = self._is_turning(target)
-            aim_n, aim_e = self._l1_point(waypoints) if turning else (target[0], target[1])
+            aim_n, aim_e = target[0], target[1]
+            if turning:
+                aim_n, aim_e, aim_d = self._l1_point(waypoints, z_known)
             speed = self._max_xy_speed(waypoints)
             if turning:
                 speed = min(self._straight_speed, speed)
@@ -103,8 +109,8 @@ class PositionSmoothing:
             way = math.sqrt(way_n * way_n + way_e * way_e)
             if way > 0.0:
                 vx, vy = way_n * speed / way, way_e * speed / way
-        if target[2] == target[2]:
-            way_d = target[2] - self.z.position
+        if z_known:
+            way_d = aim_d - self.z.position
             if way_d:
                 vz = math.copysign(self._max_z_speed(waypoints), way_d)
         return _sum(vx, feed_forward[0]), _sum(vy, feed_forward[1]), _sum(vz, feed_forward[2])
@@ -119,26 +125,30 @@ class PositionSmoothing:
         way = math.sqrt(way_n * way_n + way_e * way_e)
         return way > self.xy_acceptance_m and vx * way_n + vy * way_e < TURNING_COSINE * speed * way
 
-    def _l1_point(self, waypoints: tuple[Point, Point, Point]) -> tuple[float, float]:
-        """Point of the leg at a fixed distance ahead of the trajectory: where it aims while it turns."""
+    def _l1_point(self, waypoints: tuple[Point, Point, Point], z_known: bool) -> Point:
+        """Point of the leg at a fixed distance ahead of the trajectory: where it aims while it turns.
+
+        In three dimensions: the height to which it climbs or descends meanwhile is the leg's, not the target's.
+        """
         previous, target, _ = waypoints
+        x, y, z = self.x.position, self.y.position, self.z.position
         leg_n, leg_e = target[0] - previous[0], target[1] - previous[1]
-        leg = math.sqrt(leg_n * leg_n + leg_e * leg_e)
+        from_d, leg_d = (previous[2], target[2] - previous[2]) if z_known else (z, 0.0)
+        leg = math.sqrt(leg_n * leg_n + leg_e * leg_e + leg_d * leg_d)
         if leg > 0.0:
-            leg_n, leg_e = leg_n / leg, leg_e / leg
-        x, y = self.x.position, self.y.position
-        along = (x - previous[0]) * leg_n + (y - previous[1]) * leg_e
-        closest_n, closest_e = previous[0] + leg_n * along, previous[1] + leg_e * along
-        across = math.hypot(closest_n - x, closest_e - y)
+            leg_n, leg_e, leg_d = leg_n / leg, leg_e / leg, leg_d / leg
+        along = (x - previous[0]) * leg_n + (y - previous[1]) * leg_e + (z - from_d) * leg_d
+        near_n, near_e, near_d = previous[0] + leg_n * along, previous[1] + leg_e * along, from_d + leg_d * along
+        across_n, across_e, across_d = near_n - x, near_e - y, near_d - z
+        across = math.sqrt(across_n * across_n + across_e * across_e + across_d * across_d)
         l1 = max(self.xy_acceptance_m, L1_MIN_M)
         ahead = math.sqrt(l1 * l1 - across * across) if l1 > across else 0.0
-        return closest_n + leg_n * ahead, closest_e + leg_e * ahead
+        return near_n + leg_n * ahead, near_e + leg_e * ahead, near_d + leg_d * ahead
 
     def _max_xy_speed(self, waypoints: tuple[Point, Point, Point]) -> float:
         x = self.x
         limits = Limits(
             self.xy_acceptance_m,
-            self.z_acceptance_m,
             self.cruise_speed,
             x.max_acceleration,
             x.max_jerk,
@@ -168,6 +178,11 @@ class PositionSmoothing:
             arrival = min(max_speed_in_waypoint(angle, z.max_acceleration, self.z_acceptance_m), limit)
         distance = abs(target[2] - z.position)
         return min(limit, max_speed_from_distance(z.max_jerk, z.max_acceleration, distance, arrival))
+
+
+def _pace(behind_m: float, limit_m: float) -> float:
+    """Share of its speed at which a trajectory goes on while the vehicle lags behind it."""
+    return 1.0 - min(behind_m / limit_m, 1.0) if limit_m > LEAST_ERROR_M else 1.0
 
 
 def _sum(velocity: float, feed_forward: float) -> float:

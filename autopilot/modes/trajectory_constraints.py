@@ -17,7 +17,6 @@ class Limits(NamedTuple):
     """Limits of a horizontal path: m, m/s, m/s², m/s³."""
 
     xy_acceptance_m: float
-    z_acceptance_m: float
     max_speed_xy: float
     max_acceleration_xy: float
     max_jerk: float
@@ -47,19 +46,16 @@ def max_speed_in_waypoint(angle_rad: float, acceleration: float, distance_m: flo
 
 
 def speed_towards(start: Point, target: Point, then: Point, exit_speed: float, limits: Limits) -> float:
-    """Speed at `start` of a leg to `target` after which `then` follows, to be left there with `exit_speed`."""
+    """Speed at `start` of a leg to `target` after which `then` follows, to be left there with `exit_speed`.
+
+    Heights do not count: PX4 turns at full speed into a climb, and past a height that it has not reached.
+    """
     out_n, out_e = target[0] - then[0], target[1] - then[1]
     way_n, way_e = target[0] - start[0], target[1] - start[1]
     out = math.sqrt(out_n * out_n + out_e * out_e)
     way = math.sqrt(way_n * way_n + way_e * way_e)
     at_target = 0.0
-    z_acceptance = limits.z_acceptance_m
-    if (
-        out > 0.001
-        and out >= limits.xy_acceptance_m
-        and abs(target[2] - start[2]) < z_acceptance
-        and abs(then[2] - target[2]) < z_acceptance
-    ):
+    if out > 0.001 and out >= limits.xy_acceptance_m:
         cosine = (way_n * out_n + way_e * out_e) / (way * out) if way > 0.0 else 0.0
         angle = min(math.acos(max(-1.0, min(1.0, cosine))), MOST_RAD)
         turning = max_speed_in_waypoint(angle, limits.turn_gain * limits.max_acceleration_xy, limits.xy_acceptance_m)

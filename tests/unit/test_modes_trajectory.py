@@ -88,17 +88,17 @@ def test_the_speed_in_a_corner_is_that_of_the_circle_that_touches_both_legs() ->
 
 
 def test_a_straight_line_through_a_waypoint_is_flown_at_full_speed_and_a_reversal_is_not() -> None:
-    limits = Limits(2.0, 0.8, 5.0, ACCELERATION, JERK, 0.5)
+    limits = Limits(2.0, 5.0, ACCELERATION, JERK, 0.5)
     here, corner = (0.0, 0.0, -10.0), (3.0, 0.0, -10.0)
     assert speed_through(here, corner, (60.0, 0.0, -10.0), limits) == pytest.approx(5.0)
     assert speed_through(here, corner, (-60.0, 0.0, -10.0), limits) < 2.0
     assert speed_through(here, corner, corner, limits) < 2.0
 
 
-def test_a_climb_at_the_waypoint_stops_there() -> None:
-    limits = Limits(2.0, 0.8, 5.0, ACCELERATION, JERK, 0.5)
-    here, corner = (0.0, 0.0, -10.0), (3.0, 0.0, -10.0)
-    assert speed_through(here, corner, (60.0, 0.0, -30.0), limits) < 2.0
+def test_the_speed_at_a_waypoint_knows_no_heights() -> None:
+    limits = Limits(2.0, 5.0, ACCELERATION, JERK, 0.5)
+    here, corner = (0.0, 0.0, -7.0), (3.0, 0.0, -10.0)
+    assert speed_through(here, corner, (60.0, 0.0, -30.0), limits) == pytest.approx(5.0)
 
 
 def test_a_trajectory_arrives_without_overshoot_in_both_directions() -> None:
@@ -119,7 +119,33 @@ def test_the_trajectory_waits_for_a_vehicle_that_lags_behind() -> None:
     target = (30.0, 0.0, 0.0)
     for _ in range(2000):
         smoothing.update((0.0, 0.0, 0.0), ((0.0, 0.0, 0.0), target, target), NAN3, DT)
-    assert 1.0 < smoothing.x.position <= smoothing.max_error_m
+    assert 1.0 < smoothing.x.position <= smoothing.max_xy_error_m
+
+
+def test_the_height_waits_by_itself_and_not_at_all_without_a_limit() -> None:
+    smoothing = PositionSmoothing()
+    smoothing.set_horizontal_limits(12.0, ACCELERATION, JERK)
+    smoothing.set_vertical_limits(3.0, 4.0)
+    target = (30.0, 0.0, -20.0)
+    for _ in range(2000):
+        smoothing.update((smoothing.x.position, 0.0, 0.0), ((0.0, 0.0, 0.0), target, target), NAN3, DT)
+    assert smoothing.x.position == pytest.approx(30.0, abs=0.05)
+    assert 0.5 < -smoothing.z.position <= smoothing.max_z_error_m
+    smoothing.max_z_error_m = 0.0
+    for _ in range(2000):
+        smoothing.update((30.0, 0.0, 0.0), ((0.0, 0.0, 0.0), target, target), NAN3, DT)
+    assert smoothing.z.position == pytest.approx(-20.0, abs=0.05)
+
+
+def test_a_turning_trajectory_climbs_as_its_leg_does() -> None:
+    smoothing = PositionSmoothing()
+    smoothing.set_horizontal_limits(12.0, ACCELERATION, JERK)
+    smoothing.set_vertical_limits(3.0, 4.0)
+    smoothing.reset((0.0, 0.0, -10.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    # The leg goes east and climbs to 30 m; the vehicle is above it here, and goes north.
+    legs = ((0.0, 0.0, 0.0), (0.0, 60.0, -30.0), (0.0, 60.0, -30.0))
+    smoothing.update((0.0, 0.0, -10.0), legs, NAN3, DT)
+    assert smoothing.unsmoothed_velocity[2] > 0.0
 
 
 def test_a_heading_turns_the_short_way_within_its_rate() -> None:
