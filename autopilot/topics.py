@@ -573,7 +573,7 @@ class OffboardSetpoint(NamedTuple):
 
 
 class VehicleCommand(NamedTuple):
-    """COMMAND_LONG or COMMAND_INT as its owner sees it; lat/lon in degrees in param5/param6 for both."""
+    """COMMAND_LONG or COMMAND_INT as its owner sees it; a place's lat/lon in degrees in param5/param6 for both."""
 
     command: int
     param1: float = NAN

@@ -118,7 +118,12 @@ class Mavlink:
                 lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
             ),
             command.Command(
-                self.links, (requests, intervals, self.log_streaming), handle_command, topics, self.system_id
+                self.links,
+                (requests, intervals, self.log_streaming),
+                handle_command,
+                topics,
+                self.system_id,
+                rover=self.context.is_rover,
             ),
             set_mode.SetMode(self.links, handle_command, self.system_id),
             parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),

@@ -1,5 +1,6 @@
 """Transcripts of the services: what is sent, what comes back, as measured on PX4 v1.18."""
 
+import math
 import struct
 from typing import Any
 
@@ -103,6 +104,76 @@ def test_commands_reach_their_owner_in_degrees() -> None:
     assert peer.send(message) == []
     assert (seen[0].command, seen[0].frame, seen[0].param5) == (192, 3, pytest.approx(47.3977418))
     assert (seen[0].param7, seen[0].source_system) == (20.0, 255)
+
+
+def command_int(command: int, *params: float, x: int = 0, y: int = 0, z: float = 0.0, frame: int = GLOBAL) -> Any:
+    """A COMMAND_INT with the rest of its parameters 0."""
+    padded = params + (0.0,) * (4 - len(params))
+    return mavlink.MAVLink_command_int_message(1, 1, frame, command, 0, 0, *padded, x, y, z)
+
+
+@pytest.mark.parametrize(
+    ("sent", "place"),
+    [
+        (command_int(192, x=473977418, y=-85455939), (47.3977418, -8.5455939)),
+        (command_int(192, x=473977418, y=-85455939, frame=6), (47.3977418, -8.5455939)),
+        (command_int(192, x=123456, y=-20000, frame=1), (12.3456, -2.0)),
+        (command_int(192, x=123456, y=-20000, frame=2), (0.0123456, -0.002)),
+        (command_int(187, x=5000000, y=-10000000), (0.5, -1.0)),
+        (command_int(310, x=101, y=-2), (101.0, -2.0)),
+        (command_int(241, x=1), (1.0, 0.0)),
+        (command_int(192, x=0x7FFFFFFF, y=0), (214.7483647, 0.0)),
+        (command_long(310, 0.0, 0.0, 0.0, 0.0, 101.0, 0.25), (101.0, 0.25)),
+    ],
+)
+def test_only_a_place_is_scaled(sent: Any, place: tuple[float, float]) -> None:
+    seen: list[VehicleCommand] = []
+    Peer(lambda now_us, command: seen.append(command)).send(sent)
+    assert (seen[0].param5, seen[0].param6) == pytest.approx(place)
+
+
+def test_a_place_is_left_out_by_both_of_its_numbers() -> None:
+    seen: list[VehicleCommand] = []
+    Peer(lambda now_us, command: seen.append(command)).send(command_int(310, x=0x7FFFFFFF, y=0x7FFFFFFF))
+    assert math.isnan(seen[0].param5)
+    assert math.isnan(seen[0].param6)
+
+
+@pytest.mark.parametrize(
+    ("sent", "rover", "denied"),
+    [
+        (command_long(20, 1.0), False, True),
+        (command_long(20, math.nan, 0.0, -0.0), False, False),
+        (command_long(20, math.inf), False, True),
+        (command_long(21, 10.0, 2.0, 0.0, 90.0, 47.0, 8.0, 500.0), False, False),
+        (command_long(21, 0.0, 0.0, 1.0), False, True),
+        (command_long(22, -1.0, 0.0, 0.0, math.nan, math.nan, math.nan, 500.0), False, False),
+        (command_long(22, -1.0, 0.0, 0.0, math.nan, math.nan, math.nan, 500.0), True, True),
+        (command_long(22, 0.0, 1.0), False, True),
+        (command_long(84, 0.0, 0.0, 1.0), False, False),
+        (command_long(84, 0.0, 1.0), False, True),
+        (command_long(195, 1.0, 0.0, 0.0, 0.0, 47.0, 8.0, 500.0), False, False),
+        (command_long(400, 1.0, 21196.0, 1.0), False, True),
+        (command_long(16, 0.0, 0.0, 5.0), False, True),
+        (command_long(31000, *(1.0,) * 7), False, False),
+        (command_int(611, x=473977418, y=85455939, z=488.0), False, False),
+        (command_int(611, 1.0, x=473977418, y=85455939, z=488.0), False, True),
+        (command_int(20, x=1), False, True),
+        (command_int(20, x=0x7FFFFFFF, y=0x7FFFFFFF), False, False),
+        (command_int(192, x=0x7FF80000, y=0x7FF80000), False, True),
+        (command_long(192, 0.0, 0.0, 0.0, 0.0, 2147483648.0, 2147483648.0), False, True),
+        (command_long(192, 0.0, 0.0, 0.0, 0.0, 2147483648.0, 0.0), False, False),
+    ],
+)
+def test_what_a_command_has_no_use_for_is_denied(sent: Any, rover: bool, denied: bool) -> None:
+    """DENIED is 2; what gets through is answered 0 here."""
+    peer = Peer(kind="rover" if rover else "multicopter")
+    assert [ack.result for ack in only(peer.send(sent), "COMMAND_ACK")] == [2 if denied else 0]
+
+
+def test_a_mistaken_place_is_denied_whoever_it_was_meant_for() -> None:
+    message = mavlink.MAVLink_command_int_message(7, 9, 0, 192, 0, 0, *(0.0,) * 4, 0x7FF80000, 0x7FF80000, 0.0)
+    assert [ack.result for ack in only(Peer().send(message), "COMMAND_ACK")] == [2]
 
 
 def test_set_mode_is_acked_as_a_command() -> None:

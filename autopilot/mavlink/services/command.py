@@ -1,8 +1,8 @@
 """Command protocol: COMMAND_LONG and COMMAND_INT in, COMMAND_ACK out (https://mavlink.io/en/services/command.html).
 
-The only writer of COMMAND_ACK. Commands that concern a link (message requests and intervals) are decided by their
-services here, all others by their owner in the autopilot. PX4 (mavlink_receiver.cpp, handle_message_command_both)
-acts on every repetition and answers each.
+The only writer of COMMAND_ACK. What is malformed is refused here; commands that concern a link (message requests and
+intervals) are decided by their services here, all others by their owner in the autopilot. PX4 v1.18
+(mavlink_receiver.cpp, handle_message_command_both) acts on every repetition and answers each.
 """
 
 import math
@@ -10,16 +10,24 @@ from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from autopilot.commands import CommandResult
+from autopilot.mavlink.command_params import IN_COMMANDS, sets_unused, used_params
 from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import finite_or_nan, is_for
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-LOCAL_FRAMES = frozenset({1, 2, 4, 7, 8, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21})
-"""MAV_FRAMEs in which COMMAND_INT's x and y are no latitude and longitude."""
+LOCAL_FRAMES = frozenset({1, 4, 7, 8, 9, 12, 20, 21})
+"""MAV_FRAMEs in which COMMAND_INT's x and y are in units of 0.1 mm; in all others they are 1e-7 degrees."""
+WITH_PLACE = frozenset({21, 22, 23, 34, 35, 80, 84, 179, 187, 189, 192, 195, 201, 611, 30001, 43003})
+"""Commands whose x and y are scaled: those with a place, and DO_SET_ACTUATOR. All others' are what they are."""
 NOT_GIVEN = 0x7FFFFFFF
-"""x or y of a COMMAND_INT that is left out."""
+"""x and y of a COMMAND_INT that leaves both out."""
+NAN_AS_INTEGER = 0x7FF80000
+"""x and y of a sender that takes the bits of a number that is none for an integer."""
+NOT_GIVEN_AS_FLOATS = (2147483520.0, 2147483904.0)
+"""The floats around NOT_GIVEN: what a COMMAND_LONG has in param5 and param6 that was meant to be a COMMAND_INT."""
+DENIED: int = mavlink.MAV_RESULT_DENIED
 
 
 class LinkCommands(Protocol):
@@ -45,6 +53,8 @@ class Command:
         handle: Callable[[int, VehicleCommand], CommandResult | None],
         topics: Topics,
         system_id: int,
+        *,
+        rover: bool,
     ) -> None:
         """Answers go out on `links`; later ones come in `topics`.
 
@@ -55,12 +65,19 @@ class Command:
         self._handle = handle
         self._topics = topics
         self._system_id = system_id
+        self._rover = rover
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Decide and answer; nothing is said to a command for somebody else."""
+        command = vehicle_command(message)
+        if has_mistaken_place(message):  # PX4 says so whoever it is for
+            send_ack(self._links, link, command, CommandResult(DENIED))
+            return
         if not is_for(message, self._system_id, broadcast=True):
             return
-        command = vehicle_command(message)
+        if sets_unused(used_params(command.command, IN_COMMANDS, rover=self._rover), numbers(message)):
+            send_ack(self._links, link, command, CommandResult(DENIED))
+            return
         service = self._of_link.get(command.command)
         if service is not None:
             result = service.handle_command(now_us, command, link)
@@ -80,42 +97,52 @@ class Command:
         self._topics.vehicle_command_acks = ()
 
 
+def has_mistaken_place(message: Any) -> bool:
+    """Whether the place of a command was meant for the other message, or for a number that is none."""
+    if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_INT:
+        return bool(message.x == message.y == NAN_AS_INTEGER)
+    low, high = NOT_GIVEN_AS_FLOATS
+    return bool(low <= message.param5 <= high and low <= message.param6 <= high)
+
+
+def numbers(message: Any) -> tuple[float, float, float, float, float, float, float]:
+    """The seven parameters of a COMMAND_LONG or COMMAND_INT, a place in degrees or metres."""
+    first = (message.param1, message.param2, message.param3, message.param4)
+    if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
+        return *first, message.param5, message.param6, message.param7
+    x, y, z = message.x, message.y, message.z
+    if x == y == NOT_GIVEN:
+        return *first, math.nan, math.nan, z
+    if message.command not in WITH_PLACE:
+        return *first, float(x), float(y), z
+    scale = 1e-4 if message.frame in LOCAL_FRAMES else 1e-7
+    return *first, x * scale, y * scale, z
+
+
 def vehicle_command(message: Any) -> VehicleCommand:
-    """The command of a COMMAND_LONG or COMMAND_INT, latitude and longitude in degrees in param5 and param6.
+    """The command of a COMMAND_LONG or COMMAND_INT.
 
     Infinite parameters count as not given (NaN), as they do wherever PX4 asks whether a number is finite.
     """
-    confirmation = 0
-    if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_INT:
-        frame = message.frame
-        param5, param6, param7 = _scaled(message.x, frame), _scaled(message.y, frame), message.z
-    else:
-        frame = mavlink.MAV_FRAME_GLOBAL
-        param5, param6, param7 = message.param5, message.param6, message.param7
-        confirmation = message.confirmation
+    is_int = message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_INT
+    first, second, third, fourth, fifth, sixth, seventh = map(finite_or_nan, numbers(message))
     return VehicleCommand(
         message.command,
-        finite_or_nan(message.param1),
-        finite_or_nan(message.param2),
-        finite_or_nan(message.param3),
-        finite_or_nan(message.param4),
-        finite_or_nan(param5),
-        finite_or_nan(param6),
-        finite_or_nan(param7),
-        frame,
+        first,
+        second,
+        third,
+        fourth,
+        fifth,
+        sixth,
+        seventh,
+        message.frame if is_int else mavlink.MAV_FRAME_GLOBAL,
         message.get_srcSystem(),
         message.get_srcComponent(),
         message.target_system,
         message.target_component,
         True,
-        confirmation,
+        0 if is_int else message.confirmation,
     )
-
-
-def _scaled(value: int, frame: int) -> float:
-    if value == NOT_GIVEN:
-        return math.nan
-    return value * 1e-4 if frame in LOCAL_FRAMES else value * 1e-7
 
 
 def send_ack(links: Iterable[Link], origin: Link | None, command: VehicleCommand, result: CommandResult) -> None:

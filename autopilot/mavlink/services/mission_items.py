@@ -1,4 +1,4 @@
-"""Which plan items PX4 v1.18 takes, and what it keeps of them (mavlink_mission.cpp, mavlink_command_params.hpp).
+"""Which plan items PX4 v1.18 takes, and what it keeps of them (mavlink_mission.cpp).
 
 A command is taken in global frames or in MAV_FRAME_MISSION, ROI ones in both. Parameters that PX4 does not use must be
 0 or NaN, unused x and y of a MISSION_ITEM_INT INT32_MAX or INT32_MIN (in MAV_FRAME_MISSION also 0); this is looked at
@@ -13,6 +13,7 @@ import struct
 from typing import Any
 
 from autopilot.dataman import FENCE, MISSION, MissionItem
+from autopilot.mavlink.command_params import IN_PLANS, P1, P3, P4, P5, P6, P12, P1234, used_params
 from sitl_emu.core import dialect as mavlink
 
 ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
@@ -26,60 +27,6 @@ FRAME_GLOBAL, FRAME_MISSION, FRAME_RELATIVE, FRAME_GLOBAL_INT, FRAME_RELATIVE_IN
 KEPT_FRAME = {0: FRAME_GLOBAL_INT, 3: FRAME_RELATIVE_INT, 5: FRAME_GLOBAL_INT, 6: FRAME_RELATIVE_INT, 2: FRAME_MISSION}
 """Frames that are taken, and the one that each is kept in."""
 FLOAT_FRAME = {FRAME_GLOBAL_INT: FRAME_GLOBAL, FRAME_RELATIVE_INT: FRAME_RELATIVE}
-
-P1, P2, P3, P4, LAT, LON, ALT = (1 << number for number in range(7))
-P12, P123, P1234, PLACE = P1 | P2, P1 | P2 | P3, P1 | P2 | P3 | P4, LAT | LON | ALT
-USED_PARAMS = {
-    16: P12 | P4 | PLACE,
-    17: P3 | P4 | PLACE,
-    19: P1234 | PLACE,
-    20: 0,
-    21: P12 | P4 | PLACE,
-    22: P1 | P4 | PLACE,
-    31: P12 | P4 | PLACE,
-    80: P123 | PLACE,
-    84: P4 | PLACE,
-    85: P4 | PLACE,
-    93: P1234,
-    112: P1,
-    114: P1,
-    176: P123,
-    177: P12,
-    178: P123,
-    179: P1234 | PLACE,
-    189: PLACE,
-    195: PLACE,
-    196: P1,
-    197: P1,
-    201: P123,
-    206: P1234,
-    211: P12,
-    212: P12,
-    214: P123,
-    400: P12,
-    420: P123,
-    530: P12,
-    532: P123,
-    534: P123,
-    611: 0,
-    2000: P1234,
-    2001: P1,
-    2003: P1234,
-    2500: P123,
-    2501: P12,
-    3000: P12,
-    4501: 0,
-    5000: PLACE,
-    5001: P1 | LAT | LON,
-    5002: P1 | LAT | LON,
-    5003: P1 | LAT | LON,
-    5004: P1 | LAT | LON,
-    5100: PLACE,
-    42600: P1234,
-}
-"""Parameters that a mission item of a command may set; a command that is not here may set all."""
-TAKEOFF_OF_ROVER = P4 | PLACE
-"""A rover's NAV_TAKEOFF may not set param1, which PX4 lets multicopters set for QGroundControl's sake."""
 
 KEPT_IN_GLOBAL = {
     16: P12 | P4,
@@ -183,16 +130,12 @@ def float_position(item: MissionItem) -> tuple[float, float, float]:
 
 def _unused_is_set(message: Any, is_global_int: bool, rover: bool) -> int:
     """INVALID_PARAM of the first parameter that is set and not used; ACCEPTED (0) if there is none."""
-    used = USED_PARAMS.get(message.command)
-    if rover and message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-        used = TAKEOFF_OF_ROVER
-    if used is None:
-        return ACCEPTED
+    used = used_params(message.command, IN_PLANS, rover=rover)
     values = (message.param1, message.param2, message.param3, message.param4, message.x, message.y, message.z)
     for place, value in enumerate(values):
         if used >> place & 1 or math.isnan(value):
             continue
-        is_int_place = 1 << place in (LAT, LON) and isinstance(value, int)
+        is_int_place = 1 << place in (P5, P6) and isinstance(value, int)
         if is_int_place and value in NOT_GIVEN:
             continue
         if value != 0 or (is_int_place and is_global_int):
