@@ -7,28 +7,17 @@ those of the text that goes with it, but for the events in LEVELS.
 
 import functools
 import json
-import math
 import pathlib
 import struct
 from collections import deque
 from typing import Any, NamedTuple
 
+from autopilot.c_types import STRUCT_CODES, fitted
 from autopilot.constants import Severity
 
 TABLE = pathlib.Path(__file__).with_name("events.json")
 KEPT = 64
 """Events that wait for the links; a round of checks sends a few dozen at most."""
-FORMATS = {
-    "uint8_t": "B",
-    "int8_t": "b",
-    "uint16_t": "H",
-    "int16_t": "h",
-    "uint32_t": "I",
-    "int32_t": "i",
-    "uint64_t": "Q",
-    "int64_t": "q",
-    "float": "f",
-}
 PROTOCOL = 8
 """The level of events that ground stations read and do not show."""
 LEVELS: dict[str, tuple[int, int]] = {
@@ -116,15 +105,7 @@ class Events:
 
 def pack(formats: str, arguments: tuple[float, ...]) -> bytes:
     """Arguments as the wire wants them: one after the other, little-endian."""
-    packed = b""
-    for code, value in zip(formats, arguments, strict=True):
-        if code == "f":
-            packed += struct.pack("<f", value)
-        else:
-            size = struct.calcsize("<" + code)
-            whole = int(value) if math.isfinite(value) else 0
-            packed += (whole & (1 << 8 * size) - 1).to_bytes(size, "little")
-    return packed
+    return struct.pack(f"<{formats}", *fitted(formats, arguments))
 
 
 @functools.cache
@@ -140,7 +121,7 @@ def _layouts() -> dict[str, tuple[int, str]]:
     layouts = {}
     for name, row in loaded["events"].items():
         types = [kind.rsplit("::", 1)[-1] for _, kind in row["arguments"]]
-        layouts[name] = (row["id"], "".join(FORMATS[enums.get(kind, kind)] for kind in types))
+        layouts[name] = (row["id"], "".join(STRUCT_CODES[enums.get(kind, kind)] for kind in types))
     return layouts
 
 

@@ -18,9 +18,10 @@ from typing import Any
 
 from autopilot.commands import CommandResult
 from autopilot.constants import Severity
-from autopilot.logger import log_files, logged_topics, ulog
+from autopilot.logger import log_files, logged_topics, packing, rows, ulog
 from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
+from autopilot.logger.packing import Row
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import LoggerStatus, Topics, VehicleCommand
@@ -54,37 +55,19 @@ SOFTWARE_RELEASE = 17957119
 """ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
 DATA_FORMAT = 1
 OUTPUTS = 16
-
-
-PACKING_ERRORS = (struct.error, OverflowError)
-"""A number does not fit into its field."""
+TIMESTAMP = struct.Struct("<Q")
+"""The first field of every topic."""
 
 
 class Subscription:
     """A logged topic in a running log."""
 
-    __slots__ = (
-        "codes",
-        "due_us",
-        "header",
-        "last",
-        "message_id",
-        "name",
-        "pack",
-        "pending",
-        "row",
-        "size",
-        "source",
-        "timed",
-    )
+    __slots__ = ("due_us", "header", "last", "message_id", "name", "pending", "row", "size", "timed")
 
-    def __init__(
-        self, message_id: int, name: str, row: logged_topics.Row, source: str = "", timed: bool = True
-    ) -> None:
-        layout = logged_topics.layout_of(name)
-        self.message_id, self.name, self.source, self.row = message_id, name, source, row
-        self.pack, self.size, self.codes = layout.pack, layout.size, layout.codes
-        self.header = ulog.data_header(layout.size, message_id)
+    def __init__(self, message_id: int, name: str, row: Row, timed: bool = True) -> None:
+        self.message_id, self.name, self.row = message_id, name, row
+        self.size = packing.size_of(name)
+        self.header = ulog.data_header(self.size, message_id)
         self.timed = timed
         """Whether our record says when it was made."""
         self.last: Any = None
@@ -96,34 +79,39 @@ class Subscription:
 
     def messages(self) -> list[bytes]:
         """The data messages of what is pending."""
-        pack, header, row = self.pack, self.header, self.row
-        try:
-            packed = [pack(header, *row(record)) for record in self.pending]
-        except PACKING_ERRORS:
-            packed = [pack(header, *ulog.fitted(self.codes, row(record))) for record in self.pending]
+        header, row = self.header, self.row
+        packed = [header + row(record) for record in self.pending]
         self.pending.clear()
         return packed
 
     def message(self, now_us: int, record: Any) -> bytes:
         """The data message of one record; one that does not say when it was made gets the present time."""
-        values = self.row(record)
-        time_us = values[0] if self.timed else now_us
-        try:
-            return self.pack(self.header, time_us, *values[1:])
-        except PACKING_ERRORS:
-            return self.pack(self.header, *ulog.fitted(self.codes, (time_us, *values[1:])))
+        data = self.row(record)
+        if not self.timed:
+            data = TIMESTAMP.pack(now_us) + data[TIMESTAMP.size :]
+        return self.header + data
 
 
 class Group:
-    """Subscriptions that are looked at together."""
+    """Subscriptions that are due together."""
 
-    __slots__ = ("due_us", "interval_us", "records", "states", "subscriptions")
+    __slots__ = ("due_us", "interval_us", "places", "states", "subscriptions")
 
-    def __init__(self, interval_us: int, states: bool, subscriptions: list[Subscription]) -> None:
-        self.interval_us, self.states, self.subscriptions = interval_us, states, subscriptions
+    def __init__(self, interval_us: int, states: bool) -> None:
+        self.interval_us, self.states = interval_us, states
         self.due_us = 0
-        # attrgetter of one name returns the value, of several a tuple; the first one twice makes it always a tuple
-        self.records = attrgetter(*[each.source for each in subscriptions], subscriptions[0].source)
+        self.subscriptions: list[Subscription] = []
+        self.places: list[int] = []
+        """Where in a snapshot their records are."""
+
+    def due(self, times_us: list[int]) -> list[int]:
+        """Which of these times are due."""
+        due = []
+        for number, time_us in enumerate(times_us):
+            if time_us >= self.due_us:
+                self.due_us = max(self.due_us + self.interval_us, time_us)
+                due.append(number)
+        return due
 
 
 class Logger:
@@ -156,7 +144,12 @@ class Logger:
         self._started_us = 0
         self._refused = False
         self._subscriptions: list[Subscription] = []
-        self._groups: tuple[Group, ...] = ()
+        self._groups: list[Group] = []
+        self._snapshot: Callable[[Topics], tuple[Any, ...]] = lambda topics: ()
+        """The present records of the topics that are logged, but for those of every tick."""
+        self._snapshots: list[tuple[Any, ...]] = []
+        """Those of each of `_times_us`; what is due in them is sorted out later, for many at a fraction of the cost."""
+        self._times_us: list[int] = []
         self._every_tick: tuple[tuple[Callable[[Any], None], str], ...] = ()
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
@@ -316,29 +309,33 @@ class Logger:
             self._unix_us_of_boot(),
         )
         topics = logged_topics.logged_topics(int(parameters["SDLOG_PROFILE"]), vehicle)
-        groups: dict[tuple[int, bool], list[Subscription]] = {}
+        groups: dict[tuple[int, bool], Group] = {}
+        sources = {"vehicle_status": 0, "sensor_combined": 1}  # two at least, or attrgetter returns no tuple
         self._subscriptions, every_tick = [], []
         for topic in topics:
             record = getattr(self._topics, topic.source)
             timed = hasattr(record, "timestamp")
-            each = Subscription(len(self._subscriptions), topic.name, topic.row, topic.source, timed)
+            each = Subscription(len(self._subscriptions), topic.name, topic.row, timed)
             if timed and record.timestamp == 0:
                 each.last = record  # nobody has written it yet
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
-                every_tick.append((each.pending.append, each.source))
-            elif topic.state or not timed:
-                groups.setdefault((STATE_CHECK_US, True), []).append(each)
-            else:
-                groups.setdefault((max(topic.interval_ms * 1000, LOOK_US), False), []).append(each)
-        self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
+                every_tick.append((each.pending.append, topic.source))
+                continue
+            states = topic.state or not timed
+            interval_us = STATE_CHECK_US if states else max(topic.interval_ms * 1000, LOOK_US)
+            group = groups.setdefault((interval_us, states), Group(interval_us, states))
+            group.subscriptions.append(each)
+            group.places.append(sources.setdefault(topic.source, len(sources)))
+        self._groups = [groups[key] for key in sorted(groups)]
+        self._snapshot, self._snapshots, self._times_us = attrgetter(*sources), [], []
         self._every_tick = tuple(every_tick)
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
         count = len(self._subscriptions)
-        self._command = Subscription(count, "vehicle_command", logged_topics.COMMAND, timed=False)
-        self._command_ack = Subscription(count + 1, "vehicle_command_ack", logged_topics.command_ack, timed=False)
-        self._event = Subscription(count + 2, "event", logged_topics.event, timed=False)
+        self._command = Subscription(count, "vehicle_command", rows.vehicle_command, timed=False)
+        self._command_ack = Subscription(count + 1, "vehicle_command_ack", rows.vehicle_command_ack, timed=False)
+        self._event = Subscription(count + 2, "event", rows.event, timed=False)
         self._events_seen = self._texts.events.count
         self._texts_seen = self._texts.count
         self._version = parameters.version
@@ -363,7 +360,7 @@ class Logger:
         ]
         if parameters["SDLOG_UUID"]:
             messages.append(ulog.information("sys_uuid", f"{int(parameters['MAV_SYS_ID']):036x}"))
-        messages += logged_topics.definitions([each.name for each in subscriptions])
+        messages += packing.definitions([each.name for each in subscriptions])
         for name in parameters:
             value, is_float = parameters[name], parameters.is_float(name)
             messages.append(ulog.parameter(name, value, is_float))
@@ -392,37 +389,46 @@ class Logger:
     def _look(self, now_us: int) -> None:
         """Take what is due, write what has gathered."""
         self._gather_rare(now_us)
-        for group in self._groups:
-            if now_us < group.due_us:
-                continue
-            group.due_us = max(group.due_us + group.interval_us, now_us)
-            pairs = zip(group.subscriptions, group.records(self._topics), strict=False)
-            if group.states:
-                self._look_at_states(now_us, pairs)
-                continue
-            for each, record in pairs:
-                if record is not each.last:
-                    each.last = record
-                    each.pending.append(record)
+        self._times_us.append(now_us)
+        self._snapshots.append(self._snapshot(self._topics))
         if now_us >= self._flush_us:
             self._now_us = now_us
             self._flush_us = now_us + (SYNC_US if self.stream is None else STREAM_US)
             self._flush(now_us)
 
-    def _look_at_states(self, now_us: int, pairs: Iterable[tuple[Subscription, Any]]) -> None:
-        for each, record in pairs:
+    def _sort_out(self) -> None:
+        """Find what is due in the snapshots."""
+        times_us, columns = self._times_us, tuple(zip(*self._snapshots, strict=True))
+        self._times_us, self._snapshots = [], []
+        for group in self._groups:
+            due = group.due(times_us)
+            for each, place in zip(group.subscriptions, group.places, strict=True):
+                records = columns[place]
+                if group.states:
+                    self._sort_out_states(each, [(times_us[number], records[number]) for number in due])
+                    continue
+                last = each.last
+                for number in due:
+                    record = records[number]
+                    if record is not last:
+                        last = record
+                        each.pending.append(record)
+                each.last = last
+
+    def _sort_out_states(self, each: Subscription, states: Iterable[tuple[int, Any]]) -> None:
+        skipped = int(each.timed)
+        for time_us, record in states:
             last = each.last
-            if record is last and now_us < each.due_us:
+            if time_us < each.due_us and (record is last or record[skipped:] == last[skipped:]):
                 continue
-            skipped = int(each.timed)
-            if last is not None and now_us < each.due_us and record[skipped:] == last[skipped:]:
-                continue
-            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000
+            each.last, each.due_us = record, time_us + logged_topics.STATE_MS * 1000
             if not each.timed or record.timestamp:
-                self._buffer.append(each.message(now_us, record))
+                self._buffer.append(each.message(time_us, record))
 
     def _flush(self, now_us: int) -> None:
-        """Pack what is pending, and write and stream it."""
+        """Pack what has gathered, and write and stream it."""
+        if self._snapshots:
+            self._sort_out()
         buffer, self._buffer = self._buffer, []
         for each in self._subscriptions:
             if each.pending:

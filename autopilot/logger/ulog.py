@@ -4,10 +4,10 @@ Pure functions: each returns one whole message. A log is `file_header`, `FLAG_BI
 parameters), then subscriptions, data, texts and sync marks in the order of time.
 """
 
-import math
 import struct
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+
+from autopilot.c_types import STRUCT_CODES
 
 Field = tuple[str, str]
 """ULog type and name of a field, as ("float[4]", "q")."""
@@ -22,22 +22,6 @@ DEFAULT_PARAMETERS = 1
 """compat_flags[0]: the log holds defaults of parameters."""
 DEFAULT_OF_SYSTEM, DEFAULT_OF_SETUP = 1, 2
 """parameter_default: default of the firmware, of the airframe."""
-STRUCT_CODES = {
-    "uint8_t": "B",
-    "int8_t": "b",
-    "uint16_t": "H",
-    "int16_t": "h",
-    "uint32_t": "I",
-    "int32_t": "i",
-    "uint64_t": "Q",
-    "int64_t": "q",
-    "float": "f",
-    "double": "d",
-    "bool": "?",
-    "char": "c",
-}
-LARGEST_FLOAT = 3.4028234663852886e38
-"""Of a float32."""
 LONGEST_INFORMATION = 220
 """Bytes of one information message's text; PX4 splits longer ones likewise."""
 
@@ -113,42 +97,9 @@ def parse_fields(text: str) -> tuple[Field, ...]:
     return tuple((kind, name) for kind, name in pairs)
 
 
-class DataLayout(NamedTuple):
-    """How a topic's data messages are packed."""
-
-    pack: Callable[..., bytes]
-    """Takes `data_header`, then the values of the fields, arrays flattened."""
-    size: int
-    """Bytes of a message without those of its `HEADER`."""
-    codes: str
-    """Of struct, one a value."""
-
-
 def data_header(size: int, message_id: int) -> bytes:
-    """What every data message of a subscription begins with."""
-    return DATA_HEADER.pack(size, ord("D"), message_id)
-
-
-def data_layout(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> DataLayout:
-    """The layout of a topic's data messages; `formats` holds the types that fields may be of."""
-    codes = _codes(fields, formats)
-    layout = struct.Struct(f"<{DATA_HEADER.size}s{codes}")
-    return DataLayout(layout.pack, layout.size - HEADER.size, codes)
-
-
-def fitted(codes: str, values: Sequence[float | int | bool]) -> list[float | int | bool]:
-    """Values that their fields can hold: too large a float is infinite, an integer wraps around, as in PX4's C++."""
-    return [_fitted(code, value) for code, value in zip(codes, values, strict=True)]
-
-
-def _fitted(code: str, value: float | int | bool) -> float | int | bool:
-    if code in "fd":
-        return math.copysign(math.inf, value) if code == "f" and abs(value) > LARGEST_FLOAT else value
-    if code == "?" or not math.isfinite(value):
-        return bool(value) if code == "?" else 0
-    bits = 8 * struct.calcsize(code)
-    wrapped = int(value) & (1 << bits) - 1
-    return wrapped - (1 << bits) if code.islower() and wrapped >> bits - 1 else wrapped
+    """What every data message of a subscription begins with; `size` is that of the topic's data."""
+    return DATA_HEADER.pack(DATA_HEADER.size - HEADER.size + size, ord("D"), message_id)
 
 
 def array_length(kind: str) -> tuple[str, int]:
@@ -157,12 +108,14 @@ def array_length(kind: str) -> tuple[str, int]:
     return name, int(length.rstrip("]")) if length else 1
 
 
-def _codes(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> str:
-    codes = []
+def codes(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -> list[str]:
+    """Codes of struct, one a value, of a topic's data; `formats` holds the types that fields may be of."""
+    found = []
     for kind, _ in fields:
         name, length = array_length(kind)
-        codes.append((STRUCT_CODES.get(name) or _codes(formats[name], formats)) * length)
-    return "".join(codes)
+        code = STRUCT_CODES.get(name)
+        found += ([code] if code else codes(formats[name], formats)) * length
+    return found
 
 
 def _information_value(name: str, value: str | int) -> tuple[bytes, bytes]:

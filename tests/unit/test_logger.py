@@ -4,6 +4,7 @@ import errno
 import io
 import math
 import os
+import struct
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
-from autopilot.logger import log_files, logged_topics
+from autopilot.logger import log_files, logged_topics, packing, rows
 from autopilot.logger.logger import Logger
 from autopilot.mavlink.context import BOOT_UNIX_US
 from autopilot.parameters import Parameters
@@ -253,9 +254,16 @@ def test_every_topic_is_packed_whole() -> None:
     for rover in (False, True):
         vehicle = logged_topics.Vehicle(rover, [101, 102, 103, 104], 1, BOOT_UNIX_US)
         for topic in logged_topics.logged_topics(0xFFF, vehicle):
-            layout, record = logged_topics.layout_of(topic.name), getattr(Topics(), topic.source)
-            values = topic.row(record)
-            assert len(layout.pack(b"head.", *values)) == layout.size + 3, topic.name
+            record = getattr(Topics(), topic.source)
+            assert len(topic.row(record)) == packing.size_of(topic.name), topic.name
+
+
+def test_numbers_that_their_fields_cannot_hold_lose_no_record() -> None:
+    whole = rows.vehicle_attitude(VehicleAttitude(7, (1.0, 0.0, 0.0, 0.0)))
+    packed = rows.vehicle_attitude(VehicleAttitude(7, (1e300, 0.0, 0.0, 0.0)))
+    assert (len(packed), packed[16:20]) == (len(whole), struct.pack("<f", math.inf))
+    command = rows.vehicle_command(VehicleCommand(400, 1e300, target_system=257))
+    assert len(command) == packing.size_of("vehicle_command")
 
 
 def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import io
 import math
+import struct
 
 import pytest
 from pyulog import ULog
@@ -48,13 +49,13 @@ def test_parameters_and_their_defaults() -> None:
 
 
 def test_data_with_nested_types_and_arrays() -> None:
-    layout = ulog.data_layout(FORMATS["journey"], FORMATS)
+    layout = struct.Struct("<" + "".join(ulog.codes(FORMATS["journey"], FORMATS)))
     name = (b"o", b"n", b"e", b"\0")
     values = (5_000, 1, 47.5, 400.0, True, 2, 48.5, math.nan, False, 1.0, 2.0, 3.0, *name)
     found = log(
         *(ulog.format_definition(name, fields) for name, fields in FORMATS.items()),
         ulog.subscription(7, "journey", multi_id=1),
-        layout.pack(ulog.data_header(layout.size, 7), *values),
+        ulog.data_header(layout.size, 7) + layout.pack(*values),
     )
     (dataset,) = found.data_list
     assert (dataset.name, dataset.multi_id) == ("journey", 1)
@@ -65,11 +66,11 @@ def test_data_with_nested_types_and_arrays() -> None:
 
 
 def test_texts_dropouts_and_sync_marks() -> None:
-    place = ulog.data_layout(FORMATS["place"], FORMATS)
+    place = struct.Struct("<" + "".join(ulog.codes(FORMATS["place"], FORMATS)))
     found = log(
         ulog.format_definition("place", FORMATS["place"]),
         ulog.subscription(0, "place"),
-        place.pack(ulog.data_header(place.size, 0), 9_000, 47.5, 400.0, True),
+        ulog.data_header(place.size, 0) + place.pack(9_000, 47.5, 400.0, True),
         ulog.SYNC,
         ulog.logged_message(2, 10_000, "Not logging"),
         ulog.dropout(1_250),

@@ -1,0 +1,117 @@
+"""How a record of ours becomes the data of one of PX4's topics.
+
+`formats.json` holds PX4 v1.18's fields of every topic, in the order in which it logs them (by size). A row turns a
+record into their bytes. It runs hundreds of times a second: what is the same in every record is packed once.
+"""
+
+import itertools
+import json
+import math
+import pathlib
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
+from typing import Any
+
+from autopilot import c_types
+from autopilot.logger import ulog
+
+FORMATS: Mapping[str, tuple[ulog.Field, ...]] = {
+    name: ulog.parse_fields(text)
+    for name, text in json.loads(pathlib.Path(__file__).with_name("formats.json").read_text()).items()
+}
+PACKING_ERRORS = (struct.error, OverflowError)
+"""A number does not fit into its field."""
+
+Value = float | int | bool
+Row = Callable[[Any], bytes]
+"""The data of a topic from our record."""
+Pack = Callable[..., bytes]
+Fill = Callable[[Pack, Any], bytes]
+"""Hands the values of a topic's fields, arrays flattened, to the function that packs them."""
+Extra = Mapping[str, float | str]
+"""Fields that have another name in our record, or a constant in every element."""
+
+
+def row(topic: str) -> Callable[[Fill], Row]:
+    """Decorator: a row from the function that knows the values of all of PX4's fields."""
+    codes = ulog.codes(FORMATS[topic], FORMATS)
+    return lambda fill: _packed(codes, fill)
+
+
+def by_name(
+    topic: str,
+    record_type: type,
+    extra: Extra | None = None,
+    names: Sequence[str] = (),
+    compute: Callable[[Any], tuple[Value, ...]] | None = None,
+) -> Row:
+    """A row whose fields are those of our record that bear the same names, those of `extra`, and those of `names`.
+
+    `compute` returns the values of `names`, arrays flattened. The rest is 0 or, if a number, what PX4 logs where it
+    does not know: NaN.
+    """
+    renamed = extra or {}
+    ours: tuple[str, ...] = record_type._fields  # type: ignore[attr-defined]  # every record is a NamedTuple
+    kinds = {name: ulog.array_length(kind) for kind, name in FORMATS[topic]}
+    places = {name: place for place, name in enumerate(ours) if name in kinds and kinds[name][1] == 1}
+    computed = len(ours)
+    for name in names:
+        places[name] = computed
+        computed += kinds[name][1]
+    parts: list[tuple[str, int | bytes]] = []
+    for name, (kind, length) in kinds.items():
+        code, other = c_types.STRUCT_CODES[kind], renamed.get(name)
+        if isinstance(other, str):
+            parts += [(code, ours.index(other))] * length
+        elif other is None and name in places:
+            parts += [(code, places[name] + n) for n in range(length)]
+        else:
+            unknown = math.nan if code in "fd" else 0
+            parts += [(code, struct.pack(f"<{code}", unknown if other is None else other))] * length
+    codes: list[str] = []
+    order: list[int] = []
+    constants: list[bytes] = []
+    for constant, group in itertools.groupby(parts, lambda part: isinstance(part[1], bytes)):
+        if constant:
+            constants.append(b"".join(data for _, data in group if isinstance(data, bytes)))
+            codes.append(f"{len(constants[-1])}s")
+            order.append(computed + len(constants) - 1)
+        else:
+            for code, place in group:
+                assert isinstance(place, int)
+                codes.append(code)
+                order.append(place)
+    pick, rest = itemgetter(*order), tuple(constants)
+    if compute is None:
+        return _packed(codes, lambda pack, record: pack(*pick(record + rest)))
+    return _packed(codes, lambda pack, record: pack(*pick(record + compute(record) + rest)))
+
+
+def _packed(codes: Sequence[str], fill: Fill) -> Row:
+    pack = struct.Struct("<" + "".join(codes)).pack
+
+    def fitting(*values: c_types.Value) -> bytes:
+        return pack(*c_types.fitted(codes, values))
+
+    def packed(record: Any) -> bytes:
+        try:
+            return fill(pack, record)
+        except PACKING_ERRORS:
+            return fill(fitting, record)
+
+    return packed
+
+
+def size_of(topic: str) -> int:
+    """Bytes of a topic's data."""
+    return struct.calcsize("<" + "".join(ulog.codes(FORMATS[topic], FORMATS)))
+
+
+def definitions(topics: Sequence[str]) -> list[bytes]:
+    """The formats of topics, and of the types in them."""
+    wanted = dict.fromkeys(topics)
+    for name in topics:
+        kinds = (ulog.array_length(kind)[0] for kind, _ in FORMATS[name])
+        wanted |= dict.fromkeys(kind for kind in kinds if kind in FORMATS)
+    return [ulog.format_definition(name, FORMATS[name]) for name in wanted]
