@@ -252,6 +252,8 @@ class FailsafeFlags(NamedTuple):
     flight_time_limit_exceeded: bool = False
     fd_critical_failure: bool = False
     fd_motor_failure: bool = False
+    parachute_unhealthy: bool = False
+    remote_id_unhealthy: bool = False
 
 
 class HomePosition(NamedTuple):
@@ -663,10 +665,77 @@ class CpuLoad(NamedTuple):
 
 
 class GcsHeartbeats(NamedTuple):
-    """When a ground station, and an onboard controller, was last heard."""
+    """When a ground station was last heard, and components of this vehicle (0: never); who of them said to be well."""
 
     gcs_us: int = 0
     onboard_us: int = 0
+    parachute_us: int = 0
+    parachute_healthy: bool = False
+    open_drone_id_us: int = 0
+    open_drone_id_healthy: bool = False
+    adsb_us: int = 0
+
+
+class FailureDetectorStatus(NamedTuple):
+    """uORB failure_detector_status: tilted too far for too long."""
+
+    timestamp: int = 0
+    fd_roll: bool = False
+    fd_pitch: bool = False
+
+
+class TransponderReport(NamedTuple):
+    """uORB transponder_report: an aircraft nearby. Degrees, m AMSL, heading in -π..π, m/s; `number` counts up."""
+
+    timestamp: int
+    number: int
+    icao_address: int
+    lat: float
+    lon: float
+    altitude_type: int
+    altitude: float
+    heading: float
+    hor_velocity: float
+    ver_velocity: float
+    callsign: bytes
+    emitter_type: int
+    tslc: int
+    flags: int
+    """Bits of ADSB_FLAGS, the first six."""
+    squawk: int
+
+
+class DebugKeyValue(NamedTuple):
+    """uORB debug_key_value: the last NAMED_VALUE_FLOAT or NAMED_VALUE_INT of others; timestamp 0 when there is none."""
+
+    timestamp: int = 0
+    key: bytes = b""
+    value: float = 0.0
+
+
+class DebugValue(NamedTuple):
+    """uORB debug_value: the last DEBUG of others."""
+
+    timestamp: int = 0
+    ind: int = 0
+    value: float = 0.0
+
+
+class DebugVect(NamedTuple):
+    """uORB debug_vect: the last DEBUG_VECT of others."""
+
+    timestamp: int = 0
+    name: bytes = b""
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
+class DebugArray(NamedTuple):
+    """uORB debug_array: the last DEBUG_FLOAT_ARRAY of others."""
+
+    timestamp: int = 0
+    id: int = 0
+    name: bytes = b""
+    data: tuple[float, ...] = ()
 
 
 class CameraTriggered(NamedTuple):
@@ -774,6 +843,7 @@ class Topics:
         self.vehicle_status = VehicleStatus()
         self.health_report = HealthReport()
         self.failsafe_flags = FailsafeFlags()
+        self.failure_detector_status = FailureDetectorStatus()
         self.home_position = HomePosition()
         self.actuator_armed = ActuatorArmed()
         self.position_setpoint_triplet = PositionSetpointTriplet()
@@ -811,6 +881,12 @@ class Topics:
         self.manual_control_setpoint = ManualControlSetpoint()
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
+        self.transponder_reports: tuple[TransponderReport, ...] = ()
+        """Writer: mavlink/services/adsb_vehicle.py; the last few."""
+        self.debug_key_value = DebugKeyValue()
+        self.debug_value = DebugValue()
+        self.debug_vect = DebugVect()
+        self.debug_array = DebugArray()
         self.cpuload = CpuLoad()
         self.logger_status = LoggerStatus()
         self.orbit_status = OrbitStatus()

@@ -13,8 +13,10 @@ from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
 from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.commander.command_handlers import CommandHandlers
+from autopilot.commander.component_links import ComponentLinks
 from autopilot.commander.failsafe import Action, Failsafe, Notice
 from autopilot.commander.failsafe_events import failsafe_event
+from autopilot.commander.failure_detector import FailureDetector
 from autopilot.commander.pilot import Pilot
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult
@@ -38,8 +40,6 @@ STATE_STANDBY: int = mavlink.MAV_STATE_STANDBY
 STATE_ACTIVE: int = mavlink.MAV_STATE_ACTIVE
 STATE_CRITICAL: int = mavlink.MAV_STATE_CRITICAL
 STATE_FLIGHT_TERMINATION: int = mavlink.MAV_STATE_FLIGHT_TERMINATION
-ONBOARD_CONTROLLER_LOST_US = 5_000_000
-"""Without its heartbeat for so long, a mission computer counts as lost (COM_OBC_LOSS_T until v1.17)."""
 
 
 class Commander:
@@ -101,7 +101,8 @@ class Commander:
         """When the local frame was last placed anew."""
         self._gcs_ever_lost = False
         self._gcs_lost = False
-        self._onboard_controller_lost = False
+        self._component_links = ComponentLinks(say)
+        self._failure_detector = FailureDetector(topics, parameters)
         self._sticks_lost = True
         self._sticks_seen_us = 0
         self._checks_due_us = 0
@@ -119,6 +120,7 @@ class Commander:
         """At 50 Hz."""
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
+        self._failure_detector.update(now_us)
         if now_us >= self._checks_due_us:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)
@@ -150,21 +152,11 @@ class Commander:
             if self._gcs_lost and heard_before:
                 self._say(Severity.INFO, "Connection to ground station lost\t", "commander_gcs_lost")
             self._gcs_ever_lost = heard_before
-        self._follow_onboard_controller(now_us)
+        self._component_links.update(now_us, self._topics.gcs_heartbeats)
         if flags.battery_warning != self._battery_warning:
             self._battery_warning = flags.battery_warning
             if self._battery_warning >= BATTERY_EMERGENCY:
                 self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
-
-    def _follow_onboard_controller(self, now_us: int) -> None:
-        heard_us = self._topics.gcs_heartbeats.onboard_us
-        lost = heard_us > 0 and now_us - heard_us > ONBOARD_CONTROLLER_LOST_US
-        if lost is not self._onboard_controller_lost:
-            self._onboard_controller_lost = lost
-            if lost:
-                self._say(Severity.CRITICAL, "Connection to mission computer lost\t", "commander_mission_comp_lost")
-            else:
-                self._say(Severity.INFO, "Onboard controller regained\t", "commander_onboard_ctrl_regained")
 
     def _follow_home(self, now_us: int) -> None:
         topics = self._topics

@@ -6,7 +6,7 @@ first hold for COM_FAIL_ACT_T, so that a pilot can take over; a mode that can no
 action that cannot be flown is replaced by the next worse one that can. A pilot who changes the mode while an action
 is flown takes over.
 
-Left out: VTOL, parachute, deferred failsafes, remaining flight time, wind, motor failures, stick takeover.
+Left out: VTOL, deferred failsafes, remaining flight time, wind, motor failures, stick takeover.
 """
 
 from collections.abc import Callable
@@ -58,6 +58,8 @@ DISARM = Option(Action.DISARM, Clear.ON_MODE_CHANGE_OR_DISARM)
 TERMINATE = Option(Action.TERMINATE, Clear.ON_DISARM)
 
 LINK_LOSS_ACT = {0: NOTHING, 1: HOLD, 2: RTL, 3: LAND, 5: TERMINATE, 6: DISARM}
+COM_PARACHUTE = {1: WARN, 2: WARN, 3: RTL, 4: LAND}
+COM_ARM_ODID = {3: RTL, 4: LAND, 5: TERMINATE}
 GF_ACTION = {0: NOTHING, 1: WARN, 2: HOLD, 3: RTL, 4: TERMINATE, 5: LAND}
 LOW_BAT_CRITICAL = {0: WARN, 2: LAND, 3: RTL}
 LOW_BAT_EMERGENCY = {0: WARN, 2: LAND, 3: LAND}
@@ -80,6 +82,10 @@ EXCEPT_MISSION = 1
 EXCEPT_HOLD = 2
 EXCEPT_OFFBOARD = 4
 """Bits of COM_RCL_EXCEPT and COM_DLL_EXCEPT."""
+FLIGHT_TERMINATION_BROKEN = 121212
+"""CBRK_FLIGHTTERM: a critical failure is only warned of."""
+EARLY_TAKEOFF_US = 3_000_000
+"""After spoolup: a vehicle that tips over now is still on the ground, and is disarmed."""
 STICKS_DISABLED = 4
 """COM_RC_IN_MODE: no stick input at all."""
 
@@ -139,6 +145,7 @@ class Failsafe:
         self._mode_changes = 0
         self._manual_control_lost_at_arming = False
         self._was_armed = False
+        self._armed_us = 0
         self._judged: tuple[object, ...] = ()
         self._nav_state = NavState.AUTO_LOITER
 
@@ -175,6 +182,7 @@ class Failsafe:
             return user_mode
         if not self._was_armed:
             self._was_armed = True
+            self._armed_us = now_us
             self._manual_control_lost_at_arming = flags.manual_control_signal_lost
         elif not flags.manual_control_signal_lost:
             self._manual_control_lost_at_arming = False
@@ -223,6 +231,10 @@ class Failsafe:
         )
         checks.append(("flight_time", flags.flight_time_limit_exceeded, RTL, True))
         checks.append(("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), NOTHING), True))
+        parachute = COM_PARACHUTE.get(int(parameters["COM_PARACHUTE"]), NOTHING)
+        checks.append(("parachute", flags.parachute_unhealthy, parachute, True))
+        remote_id = COM_ARM_ODID.get(int(parameters["COM_ARM_ODID"]), NOTHING)
+        checks.append(("remote_id", flags.remote_id_unhealthy, remote_id, True))
         low_battery = int(parameters["COM_LOW_BAT_ACT"])
         warning = flags.battery_warning
         checks.append(("battery_low", warning == WARNING_LOW, WARN, False))
@@ -230,6 +242,7 @@ class Failsafe:
         checks.append(
             ("battery_emergency", warning >= WARNING_EMERGENCY, LOW_BAT_EMERGENCY.get(low_battery, WARN), True)
         )
+        checks.append(("fd_critical_failure", flags.fd_critical_failure, self._on_critical_failure(now_us), False))
         fallback = self._mode_fallback(user_mode, flags, can_run)
         checks.append(("mode_fallback", fallback is not Action.NONE, Option(fallback), False))
         for name, failed, option, delayed in checks:
@@ -259,6 +272,14 @@ class Failsafe:
 
     def _holding(self, now_us: int) -> bool:
         return now_us < self._hold_until_us and any(waits for _, waits in self._active.values())
+
+    def _on_critical_failure(self, now_us: int) -> Option:
+        early_us = int(self._parameters["COM_SPOOLUP_TIME"] * 1e6) + EARLY_TAKEOFF_US
+        if now_us - self._armed_us < early_us:
+            return Option(Action.DISARM)
+        if self._parameters["CBRK_FLIGHTTERM"] == FLIGHT_TERMINATION_BROKEN:
+            return WARN
+        return Option(Action.TERMINATE)
 
     def _mode_fallback(self, user_mode: NavState, flags: FailsafeFlags, can_run: int) -> Action:
         """What to do because the mode cannot be flown; each replacement has to be possible itself."""

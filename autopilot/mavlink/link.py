@@ -185,7 +185,7 @@ class Link:
                     silent_us = now_us - item.nominal_us
                     if silent_us > item.interval_us:
                         item.parts = 0
-                    rests = silent_us > RESTS_AFTER_US and item.interval_us > RESTING_US
+                    rests = silent_us > RESTS_AFTER_US and not 0 < item.interval_us <= RESTING_US
                     item.due_us = now_us + (RESTING_US if rests else RETRY_US)
             if item.due_us < next_due_us:
                 next_due_us = item.due_us

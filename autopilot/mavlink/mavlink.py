@@ -16,8 +16,10 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.encoder import Encoder
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import (
+    adsb_vehicle,
     command,
     command_sender,
+    debug_values,
     event,
     follow_target,
     ftp,
@@ -135,7 +137,9 @@ class Mavlink:
             optical_flow.OpticalFlow(topics),
             manual_control.ManualControl(topics, self.links, self.system_id),
             rc_override.RcOverride(topics, self.system_id),
-            gcs_heartbeat.GcsHeartbeat(topics),
+            gcs_heartbeat.GcsHeartbeat(topics, self.system_id),
+            adsb_vehicle.AdsbVehicle(topics),
+            debug_values.DebugValues(topics),
             follow_target.FollowTarget(topics),
             gimbal_manager.GimbalManager(topics, self.system_id),
             gps_global_origin.GpsGlobalOrigin(handle_command, self.stream, self.system_id),

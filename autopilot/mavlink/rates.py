@@ -9,12 +9,16 @@ UNLIMITED = 0.0
 
 GCS = {
     "HEARTBEAT": 1.0,
+    "ADSB_VEHICLE": UNLIMITED,
     "ALTITUDE": 1.0,
     "ATTITUDE": 50.0,
     "ATTITUDE_QUATERNION": 50.0,
     "ATTITUDE_TARGET": 50.0,
     "BATTERY_STATUS": 0.5,
     "CURRENT_MODE": 0.5,
+    "DEBUG": 1.0,
+    "DEBUG_FLOAT_ARRAY": 1.0,
+    "DEBUG_VECT": 1.0,
     "DISTANCE_SENSOR": 0.5,
     "ESC_INFO": 1.0,
     "ESC_STATUS": 1.0,
@@ -28,6 +32,7 @@ GCS = {
     "LINK_NODE_STATUS": 1.0,
     "LOCAL_POSITION_NED": 50.0,
     "MISSION_CURRENT": 1.0,
+    "NAMED_VALUE_FLOAT": 1.0,
     "OPEN_DRONE_ID_LOCATION": 1.0,
     "OPEN_DRONE_ID_SYSTEM": 1.0,
     "PING": 0.1,
@@ -47,12 +52,16 @@ GCS = {
 
 ONBOARD = {
     "HEARTBEAT": 1.0,
+    "ADSB_VEHICLE": UNLIMITED,
     "ALTITUDE": 10.0,
     "ATTITUDE": 100.0,
     "ATTITUDE_QUATERNION": 50.0,
     "ATTITUDE_TARGET": 10.0,
     "BATTERY_STATUS": 0.5,
     "CURRENT_MODE": 0.5,
+    "DEBUG": 10.0,
+    "DEBUG_FLOAT_ARRAY": 10.0,
+    "DEBUG_VECT": 10.0,
     "DISTANCE_SENSOR": 10.0,
     "ESC_INFO": 10.0,
     "ESC_STATUS": 10.0,
@@ -67,6 +76,7 @@ ONBOARD = {
     "LINK_NODE_STATUS": 1.0,
     "LOCAL_POSITION_NED": 30.0,
     "MISSION_CURRENT": 1.0,
+    "NAMED_VALUE_FLOAT": 10.0,
     "ODOMETRY": 30.0,
     "OPEN_DRONE_ID_LOCATION": 1.0,
     "OPEN_DRONE_ID_SYSTEM": 1.0,
@@ -116,7 +126,7 @@ NORMAL_DEFAULT_HZ = {
 }
 """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where it differs from GCS."""
 
-CONSTANT = frozenset({"HEARTBEAT", "MISSION_CURRENT", "PING", "GPS_RAW_INT"})
+CONSTANT = frozenset({"ADSB_VEHICLE", "HEARTBEAT", "MISSION_CURRENT", "PING", "GPS_RAW_INT"})
 """Streams that a data rate limit does not slow down."""
 
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}

@@ -14,7 +14,6 @@ from autopilot.sensor_calibration import DEVICE_IDS
 from autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,
-    GcsHeartbeats,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -59,6 +58,7 @@ class FakeVehicle:
         self.now_us = 0
         self.north = self.east = self.up = 0.0
         self.landed = True
+        self.euler = (0.0, 0.0, 0.0)
         self.gps = self.sensors = self.gcs = True
         self.battery = BatteryStatus(connected=True, remaining=1.0)
         self._armed_for_us = 0
@@ -154,7 +154,7 @@ class FakeVehicle:
             topics.sensor_combined = SensorCombined(now)
             topics.sensor_mag = SensorMag(now, (0.2, 0.0, 0.4))
             topics.sensor_baro = SensorBaro(now, 95000.0, HOME_ALT + self.up)
-            topics.vehicle_attitude = VehicleAttitude(now)
+            topics.vehicle_attitude = VehicleAttitude(now, euler=self.euler)
             topics.estimator_status = EstimatorStatus(now, tilt_aligned=True, yaw_aligned=True)
         lat, lon = PLACE.reproject(self.north, self.east)
         known = self.gps and self.now_us > 1_000_000
@@ -170,7 +170,7 @@ class FakeVehicle:
         topics.vehicle_land_detected = VehicleLandDetected(now, self.landed, self.landed, self.landed)
         topics.battery_status = self.battery._replace(timestamp=now)
         if self.gcs:
-            topics.gcs_heartbeats = GcsHeartbeats(now, 0)
+            topics.gcs_heartbeats = topics.gcs_heartbeats._replace(gcs_us=now)
 
     def _note(self) -> None:
         result = self.topics.mission_result

@@ -1,5 +1,6 @@
 """Every check before arming, by itself: what makes it complain, and what it says."""
 
+import math
 import pathlib
 from collections.abc import Callable
 
@@ -10,6 +11,7 @@ from autopilot.commander.arming_checks.checks import CHECKS, LOGGING, PREARM_CHE
 from autopilot.constants import NavState
 from autopilot.topics import (
     BatteryStatus,
+    FailureDetectorStatus,
     GcsHeartbeats,
     GeofenceResult,
     HomePosition,
@@ -28,7 +30,7 @@ from autopilot.topics import (
     VehicleStatus,
 )
 
-from .navigation_fake import FakeVehicle
+from .navigation_fake import FakeVehicle, item
 
 Spoil = Callable[[Topics], None]
 NOT_CHECKS = {"__init__", "findings", "checks", "logger"}
@@ -39,9 +41,15 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "estimator": ("vehicle_attitude", VehicleAttitude()),
     "battery": ("battery_status", BatteryStatus(connected=True, warning=2)),
     "geofence": ("geofence_result", GeofenceResult(breached=True, action=2)),
+    "failure_detector": ("failure_detector_status", FailureDetectorStatus(fd_pitch=True)),
+    "parachute": ("gcs_heartbeats", GcsHeartbeats()),
+    "open_drone_id": ("gcs_heartbeats", GcsHeartbeats(open_drone_id_us=3_000_000)),
+    "traffic_avoidance": ("gcs_heartbeats", GcsHeartbeats()),
     "system": ("vehicle_status", VehicleStatus(termination=True)),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
+WANTS = {"parachute": "COM_PARACHUTE", "open_drone_id": "COM_ARM_ODID", "traffic_avoidance": "COM_ARM_TRAFF"}
+"""Check -> its parameter, which has to be 2 (error, or all modes)."""
 FLAGS: dict[str, tuple[str, str, object, object]] = {
     "gps": ("", "sensor_gps", SensorGps(), None),
     "home_position": ("home_position_invalid", "home_position", HomePosition(), HomePosition(valid=True)),
@@ -92,6 +100,8 @@ def test_every_check_stands_in_the_list_and_here() -> None:
 @pytest.mark.parametrize("name", FORBIDS)
 def test_forbids_arming(name: str) -> None:
     vehicle = ready()
+    if name in WANTS:
+        vehicle.parameters.set(WANTS[name], 2)
     topic, bad = FORBIDS[name]
     setattr(vehicle.topics, topic, bad)
     check(vehicle)
@@ -121,6 +131,78 @@ def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
     check(vehicle)
     assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
     assert vehicle.take_texts() == texts
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "may_arm", "texts"),
+    [
+        ("COM_PARACHUTE", 0, True, []),
+        ("COM_PARACHUTE", 1, True, []),
+        ("COM_PARACHUTE", 2, False, ["Preflight Fail: Parachute system missing"]),
+        ("COM_ARM_ODID", 0, True, []),
+        ("COM_ARM_ODID", 1, True, []),
+        ("COM_ARM_ODID", 3, False, ["Preflight Fail: Open Drone ID system missing"]),
+        ("COM_ARM_TRAFF", 0, True, []),
+        ("COM_ARM_TRAFF", 1, True, ["Preflight Fail: Traffic avoidance system missing"]),
+        ("COM_ARM_TRAFF", 2, False, ["Preflight Fail: Traffic avoidance system missing"]),
+        ("COM_ARM_TRAFF", 3, True, ["Preflight Fail: Traffic avoidance system missing"]),
+    ],
+)
+def test_components_that_a_flight_may_need(parameter: str, value: int, may_arm: bool, texts: list[str]) -> None:
+    vehicle = ready()
+    vehicle.parameters.set(parameter, value)
+    vehicle.run(0.2)
+    assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
+    assert vehicle.take_texts() == texts
+
+
+def test_without_a_traffic_avoidance_system_a_mission_alone_is_refused() -> None:
+    vehicle = ready(COM_ARM_TRAFF=3)
+    vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10), item(20))
+    vehicle.run(0.2)
+    assert vehicle.set_mode(4, 4) == 0
+    assert vehicle.arm() == 1
+    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(adsb_us=vehicle.now_us)
+    assert vehicle.arm() == 0
+
+
+def test_components_come_and_go() -> None:
+    """PX4's Commander::dataLinkCheck: a heartbeat counts 2.5 s, and is missed 3 s later."""
+    vehicle = ready()
+    heard = dict.fromkeys(("onboard_us", "parachute_us", "open_drone_id_us", "adsb_us"), vehicle.now_us)
+    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(**heard)
+    vehicle.run(4.9)
+    assert vehicle.take_texts() == []
+    vehicle.run(1.0)
+    assert vehicle.take_texts() == [
+        "Connection to mission computer lost",
+        "Parachute system lost",
+        "Remote ID system lost",
+        "Traffic avoidance system lost",
+    ]
+    heard = dict.fromkeys(heard, vehicle.now_us)
+    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(**heard)
+    vehicle.run(1.0)
+    assert vehicle.take_texts() == [
+        "Onboard controller regained",
+        "Parachute system regained",
+        "Remote ID system regained",
+        "Traffic avoidance system regained",
+    ]
+
+
+def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:
+    """FD_FAIL_R 60 deg for 0.3 s."""
+    vehicle = ready()
+    vehicle.euler = (math.radians(61.0), 0.0, 0.0)
+    vehicle.run(0.2)
+    assert vehicle.topics.health_report.can_arm_mode_flags
+    vehicle.run(0.4)
+    assert not vehicle.topics.health_report.can_arm_mode_flags
+    assert vehicle.take_texts() == ["Preflight Fail: Attitude failure (roll)"]
+    vehicle.parameters.set("FD_FAIL_R", 0)
+    vehicle.run(0.2)
+    assert vehicle.topics.health_report.can_arm_mode_flags
 
 
 def test_position_that_may_be_too_far_off_is_none() -> None:

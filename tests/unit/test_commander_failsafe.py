@@ -1,12 +1,14 @@
 """What happens when something fails in flight: one transcript per failure, after PX4's own."""
 
+import math
+
 import pytest
 
 from autopilot.commander.failsafe import Action, Failsafe
 from autopilot.commander.mode_requirements import ALL_MODES, Need, missing, runnable_modes
 from autopilot.constants import NavState
 from autopilot.parameters import Parameters
-from autopilot.topics import FailsafeFlags, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
+from autopilot.topics import FailsafeFlags, GcsHeartbeats, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import FakeVehicle
@@ -242,3 +244,54 @@ def test_requirements_cover_every_mode_and_say_what_is_missing() -> None:
     assert missing(GOOD) is Need.OTHER
     assert Need.HOME_POSITION in missing(GOOD._replace(home_position_invalid=True))
     assert not runnable_modes(GOOD) >> NavState.EXTERNAL1 & 1
+
+
+def tipped_over(vehicle: FakeVehicle) -> FakeVehicle:
+    """On its nose for long enough (FD_FAIL_P 60 deg for 0.3 s)."""
+    vehicle.euler = (0.0, math.radians(-75.0), 0.0)
+    vehicle.run(0.6)
+    return vehicle
+
+
+def test_a_vehicle_that_tips_over_while_it_takes_off_is_disarmed() -> None:
+    """Until 3 s after COM_SPOOLUP_TIME."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.arm()
+    vehicle.take_texts()
+    tipped_over(vehicle)
+    assert not vehicle.armed
+    assert "Disarmed by failsafe" in vehicle.take_texts()
+
+
+def test_a_vehicle_that_tips_over_in_flight_warns_or_ends_the_flight() -> None:
+    """CBRK_FLIGHTTERM is 121212 (broken) by default."""
+    vehicle = tipped_over(flying())
+    assert vehicle.armed
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert vehicle.take_texts() == ["Preflight Fail: Attitude failure (pitch)"]
+    assert tipped_over(flying(CBRK_FLIGHTTERM=0)).mode is NavState.TERMINATION
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "mode"),
+    [
+        ("COM_PARACHUTE", 2, NavState.AUTO_LOITER),
+        ("COM_PARACHUTE", 3, NavState.AUTO_RTL),
+        ("COM_PARACHUTE", 4, NavState.AUTO_LAND),
+        ("COM_ARM_ODID", 2, NavState.AUTO_LOITER),
+        ("COM_ARM_ODID", 3, NavState.AUTO_RTL),
+        ("COM_ARM_ODID", 4, NavState.AUTO_LAND),
+        ("COM_ARM_ODID", 5, NavState.TERMINATION),
+    ],
+)
+def test_lost_parachute_and_remote_id(parameter: str, value: int, mode: NavState) -> None:
+    """By PX4's fromParachuteActParam and fromOdidFailActParam: from 3 on, their loss is a reason to end the flight."""
+    vehicle = flying()
+    vehicle.topics.gcs_heartbeats = GcsHeartbeats(0, 0, vehicle.now_us, True, vehicle.now_us, True)
+    vehicle.run(0.2)
+    vehicle.parameters.set(parameter, value)
+    vehicle.run(5.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    vehicle.run(6.5)
+    assert vehicle.mode is mode

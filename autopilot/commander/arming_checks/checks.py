@@ -12,6 +12,7 @@ from autopilot.commander.arming_checks import (
     baro,
     battery,
     estimator,
+    failure_detector,
     flight_time,
     gcs_connection,
     geofence,
@@ -24,7 +25,10 @@ from autopilot.commander.arming_checks import (
     mission,
     mode,
     offboard,
+    open_drone_id,
+    parachute,
     system,
+    traffic_avoidance,
 )
 from autopilot.commander.arming_checks.findings import (
     ABSOLUTE_PRESSURE,
@@ -72,6 +76,10 @@ CHECKS: tuple[Check, ...] = (
     battery.check,
     geofence.check,
     flight_time.check,
+    failure_detector.check,
+    parachute.check,
+    open_drone_id.check,
+    traffic_avoidance.check,
     gcs_connection.check,
 )
 REPORT_INTERVAL_US = 2_000_000
@@ -108,7 +116,7 @@ class HealthAndArmingChecks:
             check(now_us, topics, self._settings, findings)
         flags = findings.flags()
         can_run = runnable_modes(flags)
-        can_arm = 0 if findings.arming_forbidden else can_run & ~PREVENT_ARMING_MODES
+        can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT if topics.vehicle_status.vehicle_type == "rover" else PRESENT | MOTOR_OUTPUTS
         if findings.health_present & Component.LOGGING:
@@ -176,6 +184,9 @@ def _settings(parameters: Parameters) -> Settings:
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),
         nav_dll_act=int(parameters["NAV_DLL_ACT"]),
+        com_arm_odid=int(parameters["COM_ARM_ODID"]),
+        com_arm_traff=int(parameters["COM_ARM_TRAFF"]),
+        com_parachute=int(parameters["COM_PARACHUTE"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
     )

@@ -45,9 +45,12 @@ class Component(IntFlag):
     LOCAL_POSITION_ESTIMATE = 1 << 17
     SYSTEM = 1 << 20
     GLOBAL_POSITION_ESTIMATE = 1 << 24
+    PARACHUTE = 1 << 26
     MAGNETOMETER = 1 << 27
     ACCEL = 1 << 28
     GYRO = 1 << 29
+    OPEN_DRONE_ID = 1 << 30
+    TRAFFIC_AVOIDANCE = 1 << 31
 
 
 class Failure(NamedTuple):
@@ -74,6 +77,9 @@ class Settings(NamedTuple):
     com_arm_mis_req: int
     sys_has_gps: int
     nav_dll_act: int
+    com_arm_odid: int
+    com_arm_traff: int
+    com_parachute: int
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     com_rc_in_mode: int
@@ -102,7 +108,10 @@ class Findings:
         self.flight_time_limit_exceeded = False
         self.fd_critical_failure = False
         self.fd_motor_failure = False
-        self.arming_forbidden = False
+        self.parachute_unhealthy = False
+        self.remote_id_unhealthy = False
+        self.arming_forbidden = 0
+        """Bit per NavState."""
         self.unhealthy = 0
         """Bits of MAV_SYS_STATUS_SENSOR that are not well."""
         self.texts: dict[str, Severity] = {}
@@ -134,7 +143,7 @@ class Findings:
 
     def _fail(self, failure: Failure, text: str) -> None:
         self.failures.append(failure)
-        self.arming_forbidden |= failure.modes == ALL_MODES
+        self.arming_forbidden |= failure.modes
         if text:
             self.texts[text] = Severity.CRITICAL
 
@@ -160,4 +169,6 @@ class Findings:
             self.flight_time_limit_exceeded,
             self.fd_critical_failure,
             self.fd_motor_failure,
+            self.parachute_unhealthy,
+            self.remote_id_unhealthy,
         )

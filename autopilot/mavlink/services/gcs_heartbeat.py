@@ -1,10 +1,16 @@
-"""HEARTBEAT of others: when a ground station and an onboard controller were last heard (PX4: telemetry_status)."""
+"""HEARTBEAT of others: when ground stations and components of this vehicle were last heard (PX4: telemetry_status).
+
+Ground stations may have any system id; everybody else counts only with the vehicle's own
+(MavlinkReceiver::handle_message_heartbeat).
+"""
 
 from typing import Any
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
+
+HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)
 
 
 class GcsHeartbeat:
@@ -13,18 +19,29 @@ class GcsHeartbeat:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics) -> None:
+    def __init__(self, topics: Topics, system_id: int) -> None:
         """Writes into `topics`."""
         self._topics = topics
+        self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Note the time by the sender's type."""
-        heartbeats = self._topics.gcs_heartbeats
-        if message.type == mavlink.MAV_TYPE_GCS:
-            self._topics.gcs_heartbeats = heartbeats._replace(gcs_us=now_us)
+        heartbeats, kind = self._topics.gcs_heartbeats, message.type
+        healthy = message.system_status in HEALTHY
+        if kind == mavlink.MAV_TYPE_GCS:
+            heartbeats = heartbeats._replace(gcs_us=now_us)
             link.heard_gcs = True
-        elif message.type == mavlink.MAV_TYPE_ONBOARD_CONTROLLER:
-            self._topics.gcs_heartbeats = heartbeats._replace(onboard_us=now_us)
+        elif message.get_srcSystem() != self._system_id:
+            return
+        elif kind == mavlink.MAV_TYPE_ONBOARD_CONTROLLER:
+            heartbeats = heartbeats._replace(onboard_us=now_us)
+        elif kind == mavlink.MAV_TYPE_PARACHUTE:
+            heartbeats = heartbeats._replace(parachute_us=now_us, parachute_healthy=healthy)
+        elif kind == mavlink.MAV_TYPE_ODID:
+            heartbeats = heartbeats._replace(open_drone_id_us=now_us, open_drone_id_healthy=healthy)
+        elif kind == mavlink.MAV_TYPE_ADSB:
+            heartbeats = heartbeats._replace(adsb_us=now_us)
+        self._topics.gcs_heartbeats = heartbeats
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

@@ -2,7 +2,8 @@
 
 A stream module has `ID` (MAVLink message id) and `fields(now_us, context)`, which returns the message's fields in wire
 order (arrays flattened), a list of such tuples if it comes in parts, or None when there is nothing to send.
-`stamp(context)`, if it is there, tells when the data last changed: then it is sent once per change. A module with
+`stamp(context)`, if it is there, tells when the data last changed: then it is sent once per change. `since(context,
+number)`, for data that queues, is the newest number and the messages after `number`: each is sent once. A module with
 `PER_LINK = True` is handed the link as third argument, because its content differs per link. One with
 `requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
@@ -30,6 +31,7 @@ class Stream:
         self.codec = encoder.codec(module.ID)
         self._fields = module.fields
         self._stamp = getattr(module, "stamp", None)
+        self._since = getattr(module, "since", None)
         self._requested = getattr(module, "requested", None)
         self._per_link = bool(getattr(module, "PER_LINK", False))
         self._context = context
@@ -41,6 +43,9 @@ class Stream:
         """What to send on a link now; empty if nothing, or nothing new."""
         if self._per_link:
             return (self.codec.pack(*self._fields(now_us, self._context, link)),)
+        if self._since is not None:
+            self._sent_stamps[link.name], messages = self._since(self._context, self._sent_stamps.get(link.name, 0))
+            return tuple(self.codec.pack(*fields) for fields in messages)
         if self._stamp is not None:
             stamp = self._stamp(self._context)
             if self._sent_stamps.get(link.name) == stamp:

@@ -1,0 +1,16 @@
+"""What the failure detector found (PX4's failureDetectorCheck): tilted too far, before takeoff or in the air."""
+
+from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from autopilot.constants import Severity
+from autopilot.topics import Topics
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """Roll is told before pitch."""
+    status = topics.failure_detector_status
+    if not (status.fd_roll or status.fd_pitch):
+        return
+    findings.fd_critical_failure = True
+    axis = "roll" if status.fd_roll else "pitch"
+    event, text = f"check_failure_detector_{axis}", f"Preflight Fail: Attitude failure ({axis})"
+    findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.CRITICAL, event, text=text)

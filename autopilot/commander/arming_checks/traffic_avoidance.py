@@ -1,0 +1,20 @@
+"""An ADS-B receiver that is there (PX4's trafficAvoidanceCheck).
+
+COM_ARM_TRAFF: 0 none is needed, 1 warning, 2 needed for all modes, 3 needed for missions.
+"""
+
+from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from autopilot.commander.component_links import present
+from autopilot.constants import NavState, Severity
+from autopilot.topics import Topics
+
+MODES = {1: NO_MODE, 2: ALL_MODES, 3: 1 << NavState.AUTO_MISSION}
+EVENT = "check_traffic_avoidance_missing"
+TEXT = "Preflight Fail: Traffic avoidance system missing"
+
+
+def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+    """Even a warning is told as a failure."""
+    if settings.com_arm_traff and not present(now_us, topics.gcs_heartbeats.adsb_us):
+        modes = MODES.get(settings.com_arm_traff, NO_MODE)
+        findings.arming_check_failure(modes, Component.TRAFFIC_AVOIDANCE, Severity.ERROR, EVENT, text=TEXT)

@@ -1,0 +1,54 @@
+"""ADSB_VEHICLE: aircraft nearby, for the navigator's traffic avoidance, and to be told again on every link.
+
+https://mavlink.io/en/messages/common.html#ADSB_VEHICLE, as PX4's handle_message_adsb_vehicle: from anybody, stamped
+with our time, the heading turned by half a turn.
+"""
+
+import math
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.topics import Topics, TransponderReport
+from sitl_emu.core import dialect as mavlink
+
+KEPT = 20
+"""Length of transponder_report's queue."""
+KNOWN_FLAGS = 0x3F
+"""ADSB_FLAGS of coordinates, altitude, heading, velocity, callsign and squawk."""
+
+
+class AdsbVehicle:
+    """Writer of transponder_reports."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Queue what it says."""
+        reports = self._topics.transponder_reports
+        number = reports[-1].number + 1 if reports else 1
+        report = TransponderReport(
+            now_us,
+            number,
+            message.ICAO_address,
+            message.lat * 1e-7,
+            message.lon * 1e-7,
+            message.altitude_type,
+            message.altitude * 1e-3,
+            math.radians(message.heading * 1e-2) - math.pi,
+            message.hor_velocity * 1e-2,
+            message.ver_velocity * 1e-2,
+            message.callsign.encode("ascii", "replace"),
+            message.emitter_type,
+            message.tslc,
+            message.flags & KNOWN_FLAGS,
+            message.squawk,
+        )
+        self._topics.transponder_reports = (*reports[1 - KEPT :], report)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""

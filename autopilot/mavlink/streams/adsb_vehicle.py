@@ -1,0 +1,42 @@
+"""ADSB_VEHICLE: aircraft nearby that others told of, told again (PX4: streams/ADSB_VEHICLE.hpp)."""
+
+import math
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from autopilot.topics import TransponderReport
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE
+
+
+def since(context: Context, number: int) -> tuple[int, list[Fields]]:
+    """Every report once."""
+    reports = context.topics.transponder_reports
+    if not reports or reports[-1].number == number:
+        return number, []
+    return reports[-1].number, [_message(report) for report in reports if report.number > number]
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Reports are told as they come, and not on request."""
+    return None
+
+
+def _message(report: TransponderReport) -> Fields:
+    """1e-7 deg, mm, cdeg, cm/s."""
+    return (
+        report.icao_address,
+        round(report.lat * 1e7),
+        round(report.lon * 1e7),
+        round(report.altitude * 1e3),
+        round(math.degrees(report.heading + math.pi) * 100.0),
+        round(report.hor_velocity * 100.0),
+        round(report.ver_velocity * 100.0),
+        report.flags,
+        report.squawk,
+        report.altitude_type,
+        report.callsign,
+        report.emitter_type,
+        report.tslc,
+    )

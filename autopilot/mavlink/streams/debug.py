@@ -1,0 +1,18 @@
+"""DEBUG: a number that somebody sent with its index (PX4: streams/DEBUG.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_DEBUG
+
+
+def stamp(context: Context) -> int:
+    """Once per value."""
+    return context.topics.debug_value.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Nothing before anybody has sent one."""
+    debug = context.topics.debug_value
+    return (debug.timestamp // 1000, debug.value, debug.ind) if debug.timestamp else None

@@ -1,0 +1,18 @@
+"""DEBUG_VECT: three numbers that somebody sent with their name (PX4: streams/DEBUG_VECT.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_DEBUG_VECT
+
+
+def stamp(context: Context) -> int:
+    """Once per value."""
+    return context.topics.debug_vect.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Nothing before anybody has sent one."""
+    debug = context.topics.debug_vect
+    return (debug.timestamp, *debug.xyz, debug.name) if debug.timestamp else None

@@ -1,0 +1,18 @@
+"""NAMED_VALUE_FLOAT: a number that somebody sent with its name (PX4: streams/NAMED_VALUE_FLOAT.hpp)."""
+
+from autopilot.mavlink.context import Context
+from autopilot.mavlink.streams import Fields
+from sitl_emu.core import dialect as mavlink
+
+ID = mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
+
+
+def stamp(context: Context) -> int:
+    """Once per value."""
+    return context.topics.debug_key_value.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Nothing before anybody has sent one."""
+    debug = context.topics.debug_key_value
+    return (debug.timestamp // 1000, debug.value, debug.key) if debug.timestamp else None
