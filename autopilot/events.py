@@ -48,7 +48,16 @@ LEVELS: dict[str, tuple[int, int]] = {
     "commander_failsafe_enter_crit_low_bat_warn": (Severity.EMERGENCY, Severity.INFO),
     "commander_gcs_lost": (Severity.WARNING, Severity.INFO),
     "commander_low_bat_shutdown_failed": (Severity.EMERGENCY, Severity.ERROR),
-    "commander_unsupported_arm_disarm_param": (Severity.ERROR, Severity.ERROR),
+    **dict.fromkeys(
+        (
+            "commander_unsupported_arm_disarm_param",
+            "commander_unsupported_auto_mode",
+            "commander_unsupported_base_mode",
+            "commander_unsupported_main_mode",
+        ),
+        (Severity.ERROR, Severity.ERROR),
+    ),
+    "navigator_takeoff_already_higher": (Severity.ERROR, Severity.INFO),
     "mavlink_mission_req_ignored": (Severity.WARNING, Severity.WARNING),
     **dict.fromkeys(
         (

@@ -270,6 +270,8 @@ class HomePosition(NamedTuple):
     yaw: float = NAN
     manual_home: bool = False
     update_count: int = 0
+    roll: float = 0.0
+    pitch: float = 0.0
 
 
 class ActuatorArmed(NamedTuple):

@@ -19,9 +19,11 @@ from autopilot.commander.command_results import (
     FAILED,
     FIXED,
     TEMPORARILY_REJECTED,
+    UNSUPPORTED,
 )
 from autopilot.commander.custom_mode import (
     FLAG_CUSTOM_MODE_ENABLED,
+    MAIN_AUTO,
     custom_mode_of,
     nav_state_of,
     nav_state_of_base_mode,
@@ -31,7 +33,7 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult, answer_later
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
-from autopilot.parameter_storage import KEPT_BY_AUTOCONFIG, ParameterStorage
+from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, matches
 from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
 from autopilot.texts import Say
@@ -53,8 +55,12 @@ OWN_FUNCTIONS = 1000
 LONGEST_ACTUATOR_TEST_MS = 3000
 STORAGE_ACTIONS = range(5)
 SAVE, RESET_CONFIGURATION, RESET_SENSORS, RESET_ALL = 1, 2, 3, 4
+KEPT_COUNTERS = ("LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO", "COM_FLIGHT_UUID")
 SENSOR_CALIBRATION = ("CAL_ACC*", "CAL_GYRO*", "CAL_MAG*")
 REBOOT_OR_SHUTDOWN = (1, 2)
+SAFETY_SWITCH_STATES = (0, 1)
+"""MAVLink's SAFETY_SWITCH_STATE."""
+MISSION_PLANNER: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 
 STANDARD_MODES: dict[int, NavState] = {
     mavlink.MAV_STANDARD_MODE_POSITION_HOLD: NavState.POSCTL,
@@ -113,6 +119,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_MISSION_START: self._mission_start,
             mavlink.MAV_CMD_DO_REPOSITION: self._do_reposition,
             mavlink.MAV_CMD_DO_ORBIT: self._do_orbit,
+            mavlink.MAV_CMD_DO_FIGURE_EIGHT: self._do_figure_eight,
             mavlink.MAV_CMD_DO_CHANGE_ALTITUDE: self._do_change_altitude,
             mavlink.MAV_CMD_GUIDED_CHANGE_HEADING: self._guided_change_heading,
             mavlink.MAV_CMD_DO_LAND_START: self._do_land_start,
@@ -125,6 +132,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: self._control_high_latency,
             mavlink.MAV_CMD_DO_SET_HOME: self._do_set_home,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._do_flighttermination,
+            mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE: self._do_set_safety_switch_state,
             mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._run_prearm_checks,
             mavlink.MAV_CMD_PREFLIGHT_CALIBRATION: self._preflight_calibration,
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._preflight_storage,
@@ -145,18 +153,27 @@ class CommandHandlers:
     # --- helpers --------------------------------------------------------------------------------------------
 
     def change_mode(self, now_us: int, mode: NavState) -> int:
-        """MAV_RESULT of asking for a mode; a refusal is said, at most every second."""
+        """MAV_RESULT of asking for a mode; a refusal is said."""
+        if self._intend(now_us, mode):
+            return ACCEPTED
+        self._tell_refusal(now_us, mode)
+        return TEMPORARILY_REJECTED
+
+    def _intend(self, now_us: int, mode: NavState) -> bool:
+        """Whether a mode may be asked for now: LAND always, as who asks for it wants to come down."""
         arming = self._arming
         self._checks.update(now_us)
         ended = arming.armed and arming.terminated
-        if not ended and self._intention.change(mode, armed=arming.armed):
-            return ACCEPTED
+        force = mode is NavState.AUTO_LAND
+        return not ended and self._intention.change(mode, armed=arming.armed, force=force)
+
+    def _tell_refusal(self, now_us: int, mode: NavState) -> None:
+        """At most every second."""
         if now_us - self._refused_us > REFUSALS_APART_US:
             self._refused_us = now_us
             text = f"Switching to {MODE_NAMES[mode]} is currently not available\t"
             numbers = custom_mode_of(mode), NAVIGATION_MODES.get(mode, NAVIGATION_MODE_UNKNOWN)
             self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
-        return TEMPORARILY_REJECTED
 
     def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:
         result = self.change_mode(now_us, mode)
@@ -213,18 +230,35 @@ class CommandHandlers:
             self._say(Severity.CRITICAL, "Failsafe activated\t")
         return ACCEPTED
 
+    def _do_set_safety_switch_state(self, now_us: int, command: VehicleCommand) -> int:
+        """There is no such switch in simulation, so nothing depends on it."""
+        if self._arming.armed:
+            return TEMPORARILY_REJECTED
+        return ACCEPTED if _int(command.param1) in SAFETY_SWITCH_STATES else FAILED
+
     # --- modes ----------------------------------------------------------------------------------------------
 
     def _do_set_mode(self, now_us: int, command: VehicleCommand) -> int:
-        flags, main, sub = (_whole(value) for value in (command.param1, command.param2, command.param3))
-        mode = nav_state_of(main, sub) if flags & FLAG_CUSTOM_MODE_ENABLED else nav_state_of_base_mode(flags)
-        return TEMPORARILY_REJECTED if mode is None else self.change_mode(now_us, mode)
+        """PX4 tells a refusal to who has the component id of a ground station."""
+        flags, main, sub = (_uint8(value) for value in (command.param1, command.param2, command.param3))
+        if flags & FLAG_CUSTOM_MODE_ENABLED:
+            mode, kind = nav_state_of(main, sub), "auto" if main == MAIN_AUTO else "main"
+        else:
+            mode, kind = nav_state_of_base_mode(flags), "base"
+        if mode is None:
+            self._say(Severity.CRITICAL, f"Unsupported {kind} mode\t", f"commander_unsupported_{kind}_mode")
+            return TEMPORARILY_REJECTED
+        if self._intend(now_us, mode):
+            return ACCEPTED
+        if command.from_external and command.source_component == MISSION_PLANNER:
+            self._tell_refusal(now_us, mode)
+        return TEMPORARILY_REJECTED
 
     def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
-        mode = STANDARD_MODES.get(_whole(command.param1))
+        mode = STANDARD_MODES.get(_nearest(command.param1))
         if mode is None or (self._rover and mode in AIRCRAFT_ONLY):
             return FAILED
-        return self.change_mode(now_us, mode)
+        return ACCEPTED if self._intend(now_us, mode) else TEMPORARILY_REJECTED
 
     def _nav_takeoff(self, now_us: int, command: VehicleCommand) -> int:
         return self._change_mode_and_pass_on(now_us, NavState.AUTO_TAKEOFF, command)
@@ -244,16 +278,28 @@ class CommandHandlers:
         return self._change_mode_and_tell(now_us, NavState.AUTO_RTL, "Returning to launch\t", "commander_rtl")
 
     def _do_reposition(self, now_us: int, command: VehicleCommand) -> int:
-        """Without MAV_DO_REPOSITION_FLAGS_CHANGE_MODE it is for who is in HOLD already (the navigator looks)."""
+        """Without MAV_DO_REPOSITION_FLAGS_CHANGE_MODE it is for who is in HOLD already."""
         if _whole(command.param2) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
             return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
+        if self._topics.vehicle_status.nav_state is not NavState.AUTO_LOITER:
+            return DENIED
         return self._pass_on(now_us, command)
 
     def _do_change_altitude(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
+        """It chooses no mode: for who is in one that keeps an altitude."""
+        if self._topics.vehicle_status.nav_state not in (NavState.AUTO_LOITER, NavState.GUIDED_COURSE):
+            return TEMPORARILY_REJECTED
+        return self._pass_on(now_us, command)
 
     def _do_orbit(self, now_us: int, command: VehicleCommand) -> int:
-        return self._change_mode_and_pass_on(now_us, NavState.ORBIT, command)
+        if self._intend(now_us, NavState.ORBIT):
+            return self._pass_on(now_us, command)
+        self._say(Severity.CRITICAL, "Orbit command rejected")
+        return TEMPORARILY_REJECTED
+
+    def _do_figure_eight(self, now_us: int, command: VehicleCommand) -> None:
+        """For a fixed wing; PX4 says so and does not answer."""
+        self._say(Severity.CRITICAL, "Figure 8 command only available for fixed wing and vtol vehicles.")
 
     def _guided_change_heading(self, now_us: int, command: VehicleCommand) -> int | None:
         """For a fixed wing in COURSE."""
@@ -270,6 +316,8 @@ class CommandHandlers:
         if result == ACCEPTED:
             result = self._arming.arm(now_us, by=MISSION_START)
             self._awaits_leave = command if result is None else None
+            if result == TEMPORARILY_REJECTED:
+                self._tell_refusal(now_us, NavState.AUTO_MISSION)
             if command.param1 >= 0.0:
                 self._pass_on(now_us, command)
         return result
@@ -293,8 +341,11 @@ class CommandHandlers:
         if command.param1 > 0.5:
             home = home_position.at_vehicle(now_us, topics, manual_home=True)
         elif all(map(math.isfinite, (command.param5, command.param6, command.param7))):
-            yaw = math.radians(command.param4) % (2.0 * math.pi)
+            roll, pitch, yaw = (math.radians(value) % (2.0 * math.pi) for value in command[2:5])
             home = home_position.at_place(now_us, topics, command.param5, command.param6, command.param7, yaw)
+            if home is not None:
+                level = (value if math.isfinite(value) else 0.0 for value in (roll, pitch))
+                home = home._replace(roll=next(level), pitch=next(level))
         else:
             return DENIED
         if home is None:
@@ -320,7 +371,7 @@ class CommandHandlers:
             return None
         parameters, storage = self._parameters, self._storage
         if action == RESET_CONFIGURATION:
-            parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
+            parameters.reset(lambda name: name not in KEPT_COUNTERS)
         elif action == RESET_SENSORS:
             parameters.reset(lambda name: matches(name, SENSOR_CALIBRATION))
         elif action == RESET_ALL:
@@ -342,13 +393,13 @@ class CommandHandlers:
         return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)
 
     def _do_autotune_enable(self, now_us: int, command: VehicleCommand) -> int:
-        return DENIED
+        return UNSUPPORTED if self._rover else DENIED
 
     def _actuator_test(self, now_us: int, command: VehicleCommand) -> int | None:
         """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""
         if self._arming.armed:
             return DENIED
-        function = _output_function(_int(command.param5 + 0.5))
+        function = _output_function(_nearest(command.param5))
         if function is None:
             return None
         seconds = command.param2 if math.isfinite(command.param2) else 0.0
@@ -390,6 +441,11 @@ def _nearest(value: float) -> int:
 def _int8(value: float) -> int:
     """The nearest whole number in the eight bits that PX4 has for an arming action."""
     return (_nearest(value) + 128) % 256 - 128
+
+
+def _uint8(value: float) -> int:
+    """The whole part in the eight bits that PX4 has for the parts of a mode; 0 for what is none."""
+    return _whole(value) % 256
 
 
 def _whole(value: float) -> int:

@@ -15,20 +15,13 @@ FAILED: int = mavlink.MAV_RESULT_FAILED
 CANCELLED: int = mavlink.MAV_RESULT_CANCELLED
 
 FIXED: dict[int, int | None] = {
-    **dict.fromkeys(
-        (
-            mavlink.MAV_CMD_DO_GO_AROUND,
-            mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE,
-        ),
-        ACCEPTED,
-    ),
+    mavlink.MAV_CMD_DO_GO_AROUND: ACCEPTED,  # the navigator's answer; a fixed wing alone goes around
     **dict.fromkeys(
         (
             0,  # VEHICLE_CMD_CUSTOM_0 to CUSTOM_2
             1,
             2,
             mavlink.MAV_CMD_NAV_DELAY,
-            35,  # figure eight: the navigator of a fixed wing
             203,  # DO_DIGICAM_CONTROL and what follows: for a camera or a gimbal
             204,
             205,

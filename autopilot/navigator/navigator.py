@@ -125,7 +125,8 @@ class Navigator:
                 if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
                     self._loiter.reposition(command)
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
-                self._loiter.change_altitude(command.param1)
+                if self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
+                    self._loiter.change_altitude(command.param1)
             elif command.command == mavlink.MAV_CMD_MISSION_START:
                 self._mission.set_current(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:

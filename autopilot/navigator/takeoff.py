@@ -1,4 +1,4 @@
-"""TAKEOFF: climb straight up to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground.
+"""TAKEOFF: climb to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground; never descend.
 
 PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is done as soon as it counts as in the air.
 """
@@ -24,7 +24,7 @@ class Takeoff:
         self._begun_us = 0
 
     def request(self, command: VehicleCommand) -> None:
-        """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN."""
+        """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN, and the heading does not matter."""
         self._command = command
         self._target = None
 
@@ -52,7 +52,7 @@ class Takeoff:
         state, command = self._state, self._command
         self._command = None
         position = state.position
-        lat, lon, yaw = position.lat, position.lon, math.nan
+        lat, lon = position.lat, position.lon
         if command is not None and math.isfinite(command.param7):
             alt = command.param7
         else:
@@ -62,11 +62,13 @@ class Takeoff:
             state.say(Severity.INFO, text, "navigator_takeoff_default_alt", default_m)
         if command is not None and math.isfinite(command.param5) and math.isfinite(command.param6):
             lat, lon = command.param5, command.param6
-        if command is not None and math.isfinite(command.param4):
-            yaw = command.param4
-        self._target = Target(TAKEOFF, lat, lon, alt, yaw)
+        if alt < position.alt:
+            alt = position.alt
+            text = "Already higher than takeoff altitude\t"
+            state.say(Severity.CRITICAL, text, "navigator_takeoff_already_higher")
+        self._target = Target(TAKEOFF, lat, lon, alt)
         self._reached.restart(state.now_us)
         self._begun_us = state.now_us
         if state.rover:
             return
-        state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, yaw), previous=state.here())
+        state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, math.nan), previous=state.here())

@@ -57,8 +57,18 @@ WITH_PARAMETERS = (
     ("COMPONENT_ARM_DISARM", (0,), ACCEPTED),
     ("DO_SET_HOME", (0, 0, 0, 0, math.nan, math.nan, math.nan), DENIED),
     ("DO_SET_HOME", (1,), ACCEPTED),
+    ("DO_SET_SAFETY_SWITCH_STATE", (2,), FAILED),
 )
 """To these parameters, likewise."""
+UNUSED_PARAMETERS = (
+    ("NAV_RETURN_TO_LAUNCH", (1,)),
+    ("NAV_LAND", (0, 0, 1)),
+    ("NAV_TAKEOFF", (0, 1)),
+    ("COMPONENT_ARM_DISARM", (1, 0, 1)),
+    ("DO_CHANGE_SPEED", (1, 5, -1, 1)),
+    ("NAV_WAYPOINT", (0, 0, 5)),
+)
+"""Set parameters of which the last has no use."""
 RELEASE, GRAB = 0, 1
 
 
@@ -129,6 +139,30 @@ def test_a_command_that_nobody_knows(station: Any) -> None:
 @pytest.mark.parametrize(("name", "params", "result"), [about(*case) for case in WITH_PARAMETERS])
 def test_parameters_decide(station: Any, name: str, params: tuple[float, ...], result: int) -> None:
     assert station.command(number_of(name), *params) == result
+
+
+@pytest.mark.parametrize(
+    ("name", "params"),
+    [
+        pytest.param(
+            *case,
+            marks=pytest.mark.covers(f"MAV_CMD_{case[0]}", source="https://github.com/PX4/PX4-Autopilot/pull/27541"),
+            id=case[0],
+        )
+        for case in UNUSED_PARAMETERS
+    ],
+)
+def test_a_parameter_without_a_use_is_denied(station: Any, name: str, params: tuple[float, ...]) -> None:
+    """0 and NaN leave a parameter out."""
+    assert station.command(number_of(name), *params) == DENIED
+
+
+@pytest.mark.covers("COMMAND_INT", "MAV_CMD_ACTUATOR_TEST", source=PAGE)
+def test_an_integer_that_is_no_place_is_not_scaled(station: Any) -> None:
+    """ACTUATOR_OUTPUT_FUNCTION_MOTOR1 in x; a test of no length lets go of it."""
+    number = number_of("ACTUATOR_TEST")
+    station.mav.command_int_send(station.system, 1, 0, number, 0, 0, math.nan, 0.0, 0.0, 0.0, 1, 0, 0.0)
+    assert acks_of(station, number, 0.9) == [(ACCEPTED, 0)]
 
 
 def acks_of(station: Any, command: int, seconds: float) -> list[tuple[int, int]]:

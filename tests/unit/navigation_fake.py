@@ -109,7 +109,9 @@ class FakeVehicle:
     def command(self, number: int, *params: float) -> CommandResult | None:
         """Send a command; missing parameters are 0."""
         p1, p2, p3, p4, p5, p6, p7 = (*params, *(0.0,) * (7 - len(params)))
-        return self.commander.handle_command(self.now_us, VehicleCommand(number, p1, p2, p3, p4, p5, p6, p7))
+        return self.commander.handle_command(
+            self.now_us, VehicleCommand(number, p1, p2, p3, p4, p5, p6, p7, source_component=190)
+        )
 
     def result(self, number: int, *params: float) -> int:
         """MAV_RESULT of a command that has to be answered."""

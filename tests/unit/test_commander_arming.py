@@ -6,7 +6,7 @@ import pytest
 
 from autopilot.commander.home_position import in_local_frame
 from autopilot.constants import NavState
-from autopilot.topics import LoggerStatus, ManualControlSetpoint
+from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
@@ -247,7 +247,7 @@ def test_results_on_the_ground(vehicle: FakeVehicle, number: int, param1: float,
     ("action", "kept"),
     [
         (0, {"MPC_XY_P", "RC1_MIN", "CAL_GYRO0_XOFF"}),
-        (2, {"RC1_MIN", "CAL_GYRO0_XOFF"}),
+        (2, set()),
         (3, {"MPC_XY_P", "RC1_MIN"}),
         (4, set()),
     ],
@@ -349,9 +349,13 @@ def test_home_is_denied_without_a_place_and_where_the_parameter_forbids_it(vehic
     assert vehicle.result(set_home, 1) == DENIED
 
 
-def test_change_altitude_goes_to_hold_and_keeps_the_place(vehicle: FakeVehicle) -> None:
+def test_change_altitude_is_for_who_holds_and_keeps_the_place(vehicle: FakeVehicle) -> None:
     vehicle.take_off(10.0)
     vehicle.set_mode(4, 5)
+    vehicle.step()
+    assert vehicle.result(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, HOME_ALT + 15.0) == TEMPORARILY_REJECTED
+    assert vehicle.mode is NavState.AUTO_RTL
+    vehicle.set_mode(4, 3)
     vehicle.step()
     assert vehicle.result(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, HOME_ALT + 15.0) == ACCEPTED
     vehicle.run(5.0)
@@ -366,7 +370,7 @@ def test_reposition_without_its_flag_is_for_who_holds(vehicle: FakeVehicle) -> N
     target = (-1, 0, 0, math.nan, lat, lon, HOME_ALT + 10.0)
     vehicle.set_mode(4, 2)
     vehicle.step()
-    assert vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, *target) == ACCEPTED
+    assert vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, *target) == DENIED
     vehicle.step()
     assert vehicle.mode is NavState.AUTO_TAKEOFF
     vehicle.set_mode(4, 3)
@@ -375,3 +379,90 @@ def test_reposition_without_its_flag_is_for_who_holds(vehicle: FakeVehicle) -> N
     assert vehicle.result(mavlink.MAV_CMD_DO_REPOSITION, *target) == ACCEPTED
     vehicle.run(6.0)
     assert abs(vehicle.north - 20.0) < 1.0
+
+
+def test_takeoff_never_descends(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(10.0)
+    vehicle.take_texts()
+    nan = math.nan
+    assert vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 90.0, nan, nan, HOME_ALT + 3.0) == ACCEPTED
+    vehicle.run(3.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert abs(vehicle.up - 10.0) < 0.5
+    assert vehicle.take_texts() == ["Already higher than takeoff altitude"]
+
+
+@pytest.mark.parametrize(
+    ("flags", "main", "sub", "text"),
+    [
+        (0, 4, 3, "Unsupported base mode"),
+        (1, 99, 0, "Unsupported main mode"),
+        (1, 4, 99, "Unsupported auto mode"),
+        (257, 260, 259, None),
+    ],
+)
+def test_modes_that_px4_does_not_know_are_told(
+    vehicle: FakeVehicle, flags: int, main: int, sub: int, text: str | None
+) -> None:
+    """Its numbers are eight bits wide: 257, 260, 259 are 1, 4, 3."""
+    result = vehicle.result(mavlink.MAV_CMD_DO_SET_MODE, flags, main, sub)
+    assert result == (ACCEPTED if text is None else TEMPORARILY_REJECTED)
+    assert vehicle.take_texts() == ([] if text is None else [text])
+
+
+def test_a_refused_mode_is_told_to_a_ground_station_alone(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(5.0)
+    vehicle.take_texts()
+    manual = VehicleCommand(mavlink.MAV_CMD_DO_SET_MODE, 1.0, 3.0, 0.0, source_component=191)
+    for command in (manual, VehicleCommand(mavlink.MAV_CMD_DO_SET_STANDARD_MODE, 1.0, source_component=190)):
+        answer = vehicle.commander.handle_command(vehicle.now_us, command)
+        assert answer is not None
+        assert (answer.result, vehicle.take_texts()) == (TEMPORARILY_REJECTED, [])
+    assert vehicle.set_mode(3) == TEMPORARILY_REJECTED
+    assert vehicle.take_texts() == ["Switching to Position is currently not available"]
+
+
+def test_landing_is_never_refused(vehicle: FakeVehicle) -> None:
+    """Without a position it comes down by the barometer."""
+    vehicle.take_off(30.0)
+    vehicle.gps = False
+    vehicle.run(2.0)
+    assert vehicle.mode is NavState.DESCEND
+    assert vehicle.result(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
+    assert vehicle.set_mode(4, 6) == ACCEPTED
+    vehicle.step()
+    assert vehicle.mode is NavState.DESCEND
+
+
+@pytest.mark.parametrize(
+    ("armed", "state", "result"),
+    [(False, 0, ACCEPTED), (False, 1, ACCEPTED), (False, 2, FAILED), (True, 0, TEMPORARILY_REJECTED)],
+)
+def test_the_safety_switch(vehicle: FakeVehicle, armed: bool, state: float, result: int) -> None:
+    if armed:
+        vehicle.arm()
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE, state) == result
+
+
+def test_home_has_the_attitude_that_it_was_given(vehicle: FakeVehicle) -> None:
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 0, 10.0, -10.0, 90.0, 47.4, 8.5, 490.0) == ACCEPTED
+    home = vehicle.topics.home_position
+    assert [round(math.degrees(angle)) for angle in (home.roll, home.pitch, home.yaw)] == [10, 350, 90]
+    nan = math.nan
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 0, nan, nan, 90.0, 47.4, 8.5, 490.0) == ACCEPTED
+    assert (vehicle.topics.home_position.roll, vehicle.topics.home_position.pitch) == (0.0, 0.0)
+
+
+def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None:
+    vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
+    vehicle.result(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 1)
+    vehicle.step()
+    vehicle.take_texts()
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == TEMPORARILY_REJECTED
+    refusals = ["Arming denied: calibrating", "Switching to Mission is currently not available"]
+    assert vehicle.take_texts()[-2:] == refusals
+
+
+def test_autotuning_is_nothing_for_a_rover() -> None:
+    rover = FakeVehicle("rover")
+    assert rover.result(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE) == 3

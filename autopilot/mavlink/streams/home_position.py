@@ -1,20 +1,18 @@
 """HOME_POSITION: home, global and local (PX4: streams/HOME_POSITION.hpp)."""
 
-import math
-
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import quaternion
 
 ID = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """1e-7 deg, mm AMSL, m NED; q is home's heading; nothing until home is set."""
+    """1e-7 deg, mm AMSL, m NED; q is home's attitude; nothing until home is set."""
     home = context.topics.home_position
     if not home.valid:
         return None
-    half_yaw = 0.5 * home.yaw
     return (
         round(home.lat * 1e7),
         round(home.lon * 1e7),
@@ -22,10 +20,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         home.x,
         home.y,
         home.z,
-        math.cos(half_yaw),
-        0.0,
-        0.0,
-        math.sin(half_yaw),
+        *quaternion(home.roll, home.pitch, home.yaw),
         0.0,
         0.0,
         0.0,
