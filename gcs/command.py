@@ -10,25 +10,18 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from gcs.modes import MODES
 from sitl_emu.core import dialect as mavlink
 
 TIMEOUT_US = 500_000
 TRIES = 10
 PROGRESS_TIMEOUT_US = 10_000_000
 
-DO_SET_MODE = 176
 COMPONENT_ARM_DISARM = 400
 NAV_RETURN_TO_LAUNCH = 20
 DO_REPOSITION = 192
 DO_GRIPPER = 211
 PREFLIGHT_CALIBRATION = 241
-ACTUATOR_TEST = 310
-INJECT_FAILURE = 420
 GRIPPER_RELEASE, GRIPPER_GRAB = 0, 1
-FIRST_MOTOR_FUNCTION = 1
-"""ACTUATOR_OUTPUT_FUNCTION_MOTOR1."""
-MODE_FLAG_CUSTOM_MODE_ENABLED = 1
 REPOSITION_CHANGE_MODE = 1
 FRAME_GLOBAL = 0
 FRAME_GLOBAL_RELATIVE_ALT = 3
@@ -114,18 +107,15 @@ class Command:
             return []
         self._due_us = now_us + self.timeout_us
         self.sent += 1
+        return [self._message()]
+
+    def _message(self) -> mavlink.MAVLink_message:
         target = (self.target_system, self.target_component)
         if self.place:
-            return [
-                mavlink.MAVLink_command_int_message(*target, self.frame, self.command, 0, 0, *self.params, *self.place)
-            ]
-        return [mavlink.MAVLink_command_long_message(*target, self.command, self.sent - 1, *self.params)]
-
-
-def set_mode(system: int, mode: str) -> Command:
-    """Changes the flight mode of an autopilot; `mode` is a name of `gcs.modes.MODES`."""
-    main, sub = MODES[mode]
-    return Command(system, 1, DO_SET_MODE, (MODE_FLAG_CUSTOM_MODE_ENABLED, main, sub))
+            return mavlink.MAVLink_command_int_message(
+                *target, self.frame, self.command, 0, 0, *self.params, *self.place
+            )
+        return mavlink.MAVLink_command_long_message(*target, self.command, self.sent - 1, *self.params)
 
 
 def arm(system: int, tries: int = TRIES) -> Command:
@@ -142,21 +132,6 @@ def reposition(system: int, lat_deg: float, lon_deg: float, alt_amsl_m: float) -
     """Sends a vehicle to a place in Hold; speed and heading as the autopilot likes."""
     place = (round(lat_deg * 1e7), round(lon_deg * 1e7), alt_amsl_m)
     return Command(system, 1, DO_REPOSITION, (-1, REPOSITION_CHANGE_MODE, 0, math.nan), place)
-
-
-def turn_motor(system: int, motor: int, thrust: float, seconds: float) -> Command:
-    """Turns a motor (1 is the first) of a vehicle that stands disarmed; `thrust` 0..1, 3 s at most."""
-    return Command(system, 1, ACTUATOR_TEST, (thrust, seconds, 0, 0, FIRST_MOTOR_FUNCTION + motor - 1))
-
-
-def stop_motor(system: int, motor: int) -> Command:
-    """Ends a motor's test before its time."""
-    return Command(system, 1, ACTUATOR_TEST, (math.nan, 0, 0, 0, FIRST_MOTOR_FUNCTION + motor - 1))
-
-
-def inject_failure(system: int, unit: int, kind: int, instance: int = 0) -> Command:
-    """Lets a FAILURE_UNIT fail by a FAILURE_TYPE (0 mends it); instance 0 means all. Needs SYS_FAILURE_EN."""
-    return Command(system, 1, INJECT_FAILURE, (unit, kind, instance))
 
 
 def gripper(system: int, *, open_it: bool) -> Command:

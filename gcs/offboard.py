@@ -7,7 +7,8 @@ https://mavlink.io/en/messages/common.html#SET_POSITION_TARGET_LOCAL_NED. Attitu
 
 import math
 
-from gcs.command import Command, set_mode
+from gcs.command import Command
+from gcs.set_mode import set_mode
 from sitl_emu.core import dialect as mavlink
 
 PERIOD_US = 50_000

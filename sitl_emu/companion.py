@@ -8,12 +8,20 @@ telemetry, heartbeats and a pilot's right of way; a `Script` says what comes aft
 The rooms behind these names are free to change; these names stay.
 """
 
-from gcs.command import Command, CommandOutcome, arm, disarm, reposition, set_mode
+from gcs.camera import Camera
+from gcs.command import Command, CommandOutcome, arm, disarm, reposition
+from gcs.follow_target import FollowTarget, Target
+from gcs.gimbal_manager import GimbalManager
+from gcs.manual_control import ManualControl, Sticks
+from gcs.message_interval import read_interval, set_interval
+from gcs.message_request import MessageRequest
 from gcs.mission import MissionClear, MissionDownload, MissionItem, MissionSetCurrent, MissionUpload
 from gcs.offboard import Offboard, position_ned, velocity_ned
 from gcs.parameter import Parameter, ParameterList, ParameterRead, ParameterSet
 from gcs.plan_file import FlightPlan, PlanError, read_plan
+from gcs.set_mode import set_mode
 from gcs.telemetry import Attitude, Place, Pose, Telemetry
+from gcs.timesync import Timesync
 from missions.companion.companion import (
     AUTOPILOT_LINK,
     GROUND_LINK,
@@ -32,12 +40,17 @@ __all__ = [
     "GROUND_LINK",
     "PEER_LINK",
     "Attitude",
+    "Camera",
     "Command",
     "CommandOutcome",
     "Companion",
     "Event",
     "FlightPlan",
+    "FollowTarget",
+    "GimbalManager",
     "LinkError",
+    "ManualControl",
+    "MessageRequest",
     "MissionClear",
     "MissionDownload",
     "MissionItem",
@@ -56,7 +69,10 @@ __all__ = [
     "Runner",
     "Script",
     "Status",
+    "Sticks",
+    "Target",
     "Telemetry",
+    "Timesync",
     "advanced",
     "arm",
     "disarm",
@@ -64,8 +80,10 @@ __all__ = [
     "mavlink",
     "open_port",
     "position_ned",
+    "read_interval",
     "read_plan",
     "reposition",
+    "set_interval",
     "set_mode",
     "velocity_ned",
 ]

@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 import vehicles
 from autopilot.autopilot import Autopilot
 from autopilot.mavlink.signature import NO_KEY
-from gcs.command import Command, arm, set_mode
+from gcs.command import Command, arm
 from gcs.mission import MissionDownload, MissionItem, MissionUpload
 from gcs.parameter import ParameterList, ParameterRead, ParameterSet
+from gcs.set_mode import set_mode
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.core.simulator_api import MemoryChannel

@@ -19,8 +19,9 @@ import math
 from collections.abc import Generator, Sequence
 from typing import Any, NamedTuple
 
-from gcs.command import arm, disarm, reposition, set_mode
+from gcs.command import arm, disarm, reposition
 from gcs.geodesy import distance_m, from_metres, to_metres
+from gcs.set_mode import set_mode
 from gcs.statustext import WARNING
 from gcs.telemetry import Pose, Telemetry
 from missions.agriculture.report import Report, Result, command_of

@@ -27,11 +27,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gcs.command import Command, arm, set_mode
+from gcs.command import Command, arm
 from gcs.geodesy import from_metres, to_metres
 from gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
 from gcs.parameter import ParameterSet
 from gcs.plan_file import FlightPlan, PlanError, read_plan
+from gcs.set_mode import set_mode
 from gcs.statustext import CRITICAL, WARNING
 from gcs.telemetry import Pose, Telemetry
 from missions.agriculture.report import Report, ack_of, report_of

@@ -19,7 +19,7 @@ def test_one_service_alone_twice_and_another_on_another_vehicle(tmp_path: Path) 
     report = tmp_path / "page.html"
     with launched("rover", "--instance", str(INSTANCE)):
         url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
-        first = conformance(url, "--service", "ping", "--service", "gcs_heartbeat", "--report", str(report))
+        first = conformance(url, "--service", "ping", "--service", "heartbeat", "--report", str(report))
         second = conformance(url, "--service", "ping")
     assert (first.returncode, second.returncode) == (0, 0), first.stdout + first.stderr + second.stderr
     lines = first.stdout.splitlines()
@@ -34,3 +34,10 @@ def test_an_autopilot_that_is_not_there_is_told_in_a_line() -> None:
     assert run.returncode == 2
     assert run.stderr.startswith("sitl-emu: udpout:127.0.0.1:9: ")
     assert run.stderr.count("\n") == 1
+
+
+def test_a_camera_and_a_gimbal_speak_their_protocols() -> None:
+    with launched("m600", "--instance", str(INSTANCE)):
+        run = conformance(f"udpout:127.0.0.1:{18570 + INSTANCE}", "--service", "camera", "--service", "gimbal_manager")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert run.stdout.splitlines()[0].split()[-4:] == ["9", "of", "10", "passed"]

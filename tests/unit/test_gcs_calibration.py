@@ -4,8 +4,10 @@ from typing import Any
 
 import pytest
 
+from gcs.actuator_test import stop_motor, turn_motor
 from gcs.calibration import Calibration
-from gcs.command import gripper, inject_failure, stop_motor, turn_motor
+from gcs.command import gripper
+from gcs.failure_injection import inject_failure
 from gcs.statustext import messages_of
 from sitl_emu.core import dialect as mavlink
 from tests.unit.companion_px4 import on_the_wire

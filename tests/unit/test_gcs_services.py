@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from gcs import heartbeat, modes, offboard, parameter, statustext
-from gcs.command import Command, arm, set_mode
+from gcs.command import Command, arm
 from gcs.mission import (
     FENCE,
     MissionClear,
@@ -18,6 +18,7 @@ from gcs.mission import (
     MissionSetCurrent,
     MissionUpload,
 )
+from gcs.set_mode import set_mode
 from gcs.telemetry import Telemetry
 from gcs.tlog import TlogWriter
 from sitl_emu.core import dialect as mavlink

@@ -9,6 +9,6 @@ import pytest
 @pytest.mark.covers("HEARTBEAT", source="https://mavlink.io/en/services/heartbeat.html")
 @pytest.mark.covers("HEARTBEAT", source="measured: ready in Hold")
 def test_heartbeat(station: Any) -> None:
-    heartbeat = station.receive("HEARTBEAT")
+    heartbeat = station.heartbeat()
     assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (13, 12, 29)
     assert (heartbeat.custom_mode, heartbeat.system_status, heartbeat.mavlink_version) == (50593792, 3, 3)

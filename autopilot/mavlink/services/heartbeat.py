@@ -13,7 +13,7 @@ from sitl_emu.core import dialect as mavlink
 HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)
 
 
-class GcsHeartbeat:
+class Heartbeat:
     """Writer of topics.gcs_heartbeats and of `Link.heard_gcs`."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
