@@ -83,7 +83,9 @@ class LinkSockets:
         Raises DatagramLostError when those under way do not come.
         """
         opened, datagrams = self._sockets[index], list[bytes]()
-        opened.settimeout(0.0 if exactly is None else UNDER_WAY_LIMIT_S)
+        timeout_s = 0.0 if exactly is None else UNDER_WAY_LIMIT_S
+        if opened.gettimeout() != timeout_s:  # to set it is a system call
+            opened.settimeout(timeout_s)
         while len(datagrams) < (AT_ONCE if exactly is None else exactly):
             try:
                 data, sender = opened.recvfrom(LARGEST_DATAGRAM_BYTES)

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 from autopilot.mavlink import rates
+from autopilot.mavlink.decoder import Message, decode
 from autopilot.mavlink.encoder import Codec, Encoder
 from autopilot.mavlink.signature import LinkSigning
-from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
@@ -103,7 +103,6 @@ class Link:
         self._counted_us = 0
         self._counted_bytes = (0, 0)
         self._splitter = framing.Splitter()
-        self._codec = mavlink.MAVLink(None)
 
     # --- out ---------------------------------------------------------------------------------------------
 
@@ -230,16 +229,12 @@ class Link:
 
     # --- in ----------------------------------------------------------------------------------------------
 
-    def parse(self, data: bytes) -> Iterator[Any]:
-        """The messages that a datagram completes, as pymavlink objects; garbage and what is not signed is skipped."""
+    def parse(self, data: bytes) -> Iterator[Message]:
+        """The messages that a datagram completes; garbage and what is not signed is skipped."""
         self.bytes_received += len(data)
         for frame in self._splitter.feed(data):
-            try:
-                message = self._codec.decode(bytearray(frame))
-            except (mavlink.MAVError, ValueError):
-                self.parse_errors += 1
-                continue
-            if message.get_msgId() not in mavlink.mavlink_map or not self.signing.believes(frame):
+            message = decode(frame)
+            if message is None or not self.signing.believes(frame):
                 self.parse_errors += 1
                 continue
             self._count(message)
@@ -253,7 +248,7 @@ class Link:
             return any(heard == system for heard, _ in self.components)
         return (system, component) in self.components
 
-    def _count(self, message: Any) -> None:
+    def _count(self, message: Message) -> None:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         sequence = message.get_seq()
         component = self.components.get(sender)

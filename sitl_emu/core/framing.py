@@ -6,6 +6,7 @@ both and the message's CRC_EXTRA, a signature if the header says so. Nothing is 
 
 import re
 import struct
+from typing import NamedTuple
 
 from fastcrc import crc16
 
@@ -17,7 +18,10 @@ HEADER_V1_BYTES, HEADER_V2_BYTES = 6, 10
 CRC_BYTES = 2
 
 _crc = crc16.mcrf4xx
-_pack_crc = struct.Struct("<H").pack
+_crc_layout = struct.Struct("<H")
+_pack_crc = _crc_layout.pack
+_header_v1 = struct.Struct("<xBBBBB")
+_header_v2 = struct.Struct("<xBxxBBBHB")
 _start = re.compile(rb"[\xfd\xfe]")
 
 
@@ -34,6 +38,32 @@ def frame(payload: bytes, sequence: int, tail: bytes, crc_extra: bytes, flags: i
     payload = payload.rstrip(b"\0") or b"\0"
     body = bytes((len(payload), flags, 0, sequence)) + tail + payload
     return b"\xfd" + body + _pack_crc(_crc(body + crc_extra))
+
+
+class Header(NamedTuple):
+    """What a whole frame says of itself."""
+
+    sequence: int
+    system: int
+    component: int
+    message_id: int
+    payload: slice
+    """Where the payload is."""
+
+
+def header(frame: bytes) -> Header:
+    """The header of a whole frame."""
+    if frame[0] == STX_V1:
+        size, sequence, system, component, number = _header_v1.unpack_from(frame)
+        return Header(sequence, system, component, number, slice(HEADER_V1_BYTES, HEADER_V1_BYTES + size))
+    size, sequence, system, component, low, high = _header_v2.unpack_from(frame)
+    return Header(sequence, system, component, low | high << 16, slice(HEADER_V2_BYTES, HEADER_V2_BYTES + size))
+
+
+def is_intact(frame: bytes, end: int, crc_extra: bytes) -> bool:
+    """Whether the CRC of a whole frame is right, of which the payload ends at `end`."""
+    right: bool = _crc(frame[1:end] + crc_extra) == _crc_layout.unpack_from(frame, end)[0]
+    return right
 
 
 def message_id(frame: bytes) -> int:
