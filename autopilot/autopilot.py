@@ -77,7 +77,9 @@ class Autopilot:
             self.parameter_storage,
             self.outgoing,
         )
-        self.navigator = Navigator(*shared, self.dataman, self.texts.of("navigator"), self.outgoing)
+        self.navigator = Navigator(
+            *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing
+        )
         self.flight_modes = FlightModes(*shared)
         self.control = (
             RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))

@@ -20,9 +20,10 @@ from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rtl import Rtl
 from autopilot.navigator.state import NavigatorState, settings_of
 from autopilot.navigator.takeoff import Takeoff
+from autopilot.navigator.traffic import Traffic
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
+from autopilot.texts import Say, SendEvent
 from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -43,9 +44,10 @@ class Navigator:
         parameters: Parameters,
         dataman: Dataman,
         say: Say,
+        send_event: SendEvent,
         outgoing: OutgoingCommands | None = None,
     ) -> None:
-        """`say(severity, text)` tells the ground; commands for cameras go to `outgoing`."""
+        """`say` tells the ground, `send_event` does so without a text; commands for cameras go to `outgoing`."""
         self._topics = topics
         self._parameters = parameters
         self._dataman = dataman
@@ -55,6 +57,7 @@ class Navigator:
         self._version = parameters.version
         self._roi = Roi(state)
         self._geofence = Geofence(state)
+        self._traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
         self._mission = Mission(state, self._roi, Payload(state))
@@ -100,6 +103,7 @@ class Navigator:
         if self._geofence.update() and state.settings.gf_action == GF_ACTION_HOLD:
             self._loiter.hold_here()
         self._take_commands()
+        self._traffic.update()
         status = topics.vehicle_status
         if status.armed is not self._was_armed:
             self._was_armed = status.armed

@@ -31,6 +31,9 @@ class Settings(NamedTuple):
     nav_acc_rad_m: float
     nav_mc_alt_rad_m: float
     nav_loiter_rad_m: float
+    nav_traff_avoid: int
+    nav_traff_a_hor_m: float
+    nav_traff_coll_t_s: float
     mis_takeoff_alt_m: float
     mis_yaw_err_rad: float
     mis_yaw_tmt_s: float
@@ -66,6 +69,9 @@ def settings_of(parameters: Parameters) -> Settings:
         nav_acc_rad_m=float(parameters["NAV_ACC_RAD"]),
         nav_mc_alt_rad_m=float(parameters["NAV_MC_ALT_RAD"]),
         nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
+        nav_traff_avoid=int(parameters["NAV_TRAFF_AVOID"]),
+        nav_traff_a_hor_m=float(parameters["NAV_TRAFF_A_HOR"]),
+        nav_traff_coll_t_s=float(parameters["NAV_TRAFF_COLL_T"]),
         mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
         mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
         mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),

@@ -37,7 +37,7 @@ class MapProjection:
         if c == 0.0:
             return self.lat0_deg, self.lon0_deg
         sin_c, cos_c = math.sin(c), math.cos(c)
-        lat = math.asin(cos_c * self._sin_lat0 + x * sin_c * self._cos_lat0 / c)
+        lat = math.asin(max(-1.0, min(1.0, cos_c * self._sin_lat0 + x * sin_c * self._cos_lat0 / c)))
         lon = self._lon0 + math.atan2(y * sin_c, c * self._cos_lat0 * cos_c - x * self._sin_lat0 * sin_c)
         return math.degrees(lat), math.degrees(lon)
 
@@ -47,7 +47,7 @@ def distance_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: floa
     lat1, lat2 = math.radians(lat1_deg), math.radians(lat2_deg)
     d_lat, d_lon = lat2 - lat1, math.radians(lon2_deg - lon1_deg)
     a = math.sin(d_lat / 2) ** 2 + math.sin(d_lon / 2) ** 2 * math.cos(lat1) * math.cos(lat2)
-    return 2.0 * EARTH_RADIUS_M * math.atan2(math.sqrt(a), math.sqrt(1.0 - a))
+    return 2.0 * EARTH_RADIUS_M * math.atan2(math.sqrt(max(0.0, a)), math.sqrt(max(0.0, 1.0 - a)))
 
 
 def bearing_rad(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> float:

@@ -54,7 +54,7 @@ class FakeVehicle:
         self.current: list[int] = []
         self.setpoints: list[SetpointType] = []
         self.commander = Commander(self.topics, self.parameters, self.dataman, self._say, self.events.send)
-        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say)
+        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send)
         self.now_us = 0
         self.north = self.east = self.up = 0.0
         self.landed = True

@@ -33,7 +33,7 @@ class Rig(FakeVehicle):
     def __init__(self, **parameters: float) -> None:
         super().__init__(TRIG_MODE=4, TRIG_INTERFACE=3, MAV_SYS_ID=1, **parameters)
         outgoing = OutgoingCommands()
-        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, outgoing)
+        self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send, outgoing)
         self.trigger = CameraTrigger(self.topics, self.parameters, outgoing)
         self.mavlink = Mavlink(
             self.topics, self.parameters, self.dataman, Texts(), lambda now_us, command: None, 0, outgoing=outgoing

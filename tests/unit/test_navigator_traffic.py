@@ -1,0 +1,127 @@
+"""Aircraft nearby: which are a conflict, what is told, what is done (PX4's AdsbConflict and check_traffic)."""
+
+import math
+import struct
+from typing import Any
+
+import pytest
+
+from autopilot.constants import NavState
+from autopilot.events import layout
+from autopilot.topics import TransponderReport
+
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
+
+ALL_VALID = 0x0F
+NORTH, EAST = -math.pi, -math.pi / 2.0
+"""Headings as PX4 keeps them: half a turn less."""
+
+
+def flying(**parameters: float) -> FakeVehicle:
+    vehicle = FakeVehicle(**parameters)
+    vehicle.run(3.0)
+    vehicle.take_off(50.0)
+    vehicle.take_texts()
+    return vehicle
+
+
+def see(
+    vehicle: FakeVehicle,
+    north_m: float,
+    east_m: float = 0.0,
+    up_m: float = 50.0,
+    heading: float = NORTH,
+    speed: float = 50.0,
+    address: int = 1,
+    flags: int = ALL_VALID,
+) -> list[tuple[str, tuple[int, ...]]]:
+    """Report an aircraft; the events about traffic that follow."""
+    names = ["navigator_traffic", "navigator_traffic_rtl", "navigator_traffic_land", "navigator_traffic_hold"]
+    names += ["navigator_traffic_resolved", "navigator_traffic_expired", "buffer_full"]
+    by_id = {layout(name)[0]: name for name in names}
+    before = vehicle.events.count
+    reports = vehicle.topics.transponder_reports
+    lat, lon = PLACE.reproject(north_m, east_m)
+    number = reports[-1].number + 1 if reports else 1
+    report = TransponderReport(
+        vehicle.now_us, number, address, lat, lon, 1, HOME_ALT + up_m, heading, speed, 0.0, b"HBABC", 3, 1, flags, 7000
+    )
+    vehicle.topics.transponder_reports = (*reports[-19:], report)
+    vehicle.run(0.08)
+    found = []
+    for event in vehicle.events.recent:
+        if event.number >= before and event.id in by_id:
+            name = by_id[event.id]
+            found.append((name, struct.unpack("<" + layout(name)[1], event.arguments)))
+    return found
+
+
+def test_an_aircraft_on_the_way_is_told_once_and_again_after_a_minute() -> None:
+    vehicle = flying()
+    assert see(vehicle, 1000.0, 30.0) == [("navigator_traffic", (1, 30, 0))]
+    assert see(vehicle, 900.0) == []
+    assert vehicle.mode is NavState.AUTO_LOITER
+    vehicle.run(60.0)
+    assert see(vehicle, 900.0) == [("navigator_traffic", (1, 0, 0))]
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        {"north_m": 4000.0},  # 80 s away: beyond NAV_TRAFF_COLL_T
+        {"north_m": 1000.0, "up_m": 551.0},  # more than NAV_TRAFF_A_HOR above
+        {"north_m": 1000.0, "heading": EAST},  # passes 1000 m ahead
+        {"north_m": 1000.0, "flags": 0x0E},  # without a place
+        {"north_m": 1000.0, "speed": 0.0},
+    ],
+)
+def test_aircraft_that_are_no_conflict(report: dict[str, Any]) -> None:
+    vehicle = flying()
+    assert see(vehicle, **report) == []
+
+
+def test_a_conflict_is_resolved_or_forgotten() -> None:
+    vehicle = flying()
+    see(vehicle, 1000.0)
+    assert see(vehicle, 5000.0) == [("navigator_traffic_resolved", (1,))]
+    assert see(vehicle, 1000.0) == [("navigator_traffic", (1, 0, 0))]
+    vehicle.run(119.0)
+    before = vehicle.events.count
+    vehicle.run(1.2)
+    names = [event.id for event in vehicle.events.recent if event.number >= before]
+    assert names == [layout("navigator_traffic_expired")[0]]
+
+
+@pytest.mark.parametrize(
+    ("avoid", "events", "mode"),
+    [
+        (0, [], NavState.AUTO_LOITER),
+        (1, ["navigator_traffic"], NavState.AUTO_LOITER),
+        (2, ["navigator_traffic_rtl"], NavState.AUTO_RTL),
+        (3, ["navigator_traffic_land"], NavState.AUTO_LAND),
+        (4, ["navigator_traffic_hold"], NavState.AUTO_LOITER),
+    ],
+)
+def test_what_nav_traff_avoid_asks_for(avoid: int, events: list[str], mode: NavState) -> None:
+    vehicle = flying(NAV_TRAFF_AVOID=avoid)
+    assert [name for name, _ in see(vehicle, 1000.0)] == events
+    vehicle.run(0.2)
+    assert vehicle.mode is mode
+
+
+def test_more_than_ten_conflicts_are_too_many() -> None:
+    vehicle = flying()
+    vehicle.run(60.0)
+    for address in range(1, 11):
+        assert see(vehicle, 1000.0, address=address) == [("navigator_traffic", (address, 0, 0))]
+    assert see(vehicle, 1000.0, address=11) == [("buffer_full", ())]
+    assert see(vehicle, 1000.0, address=12) == []
+
+
+def test_an_aircraft_that_is_nowhere_troubles_nobody() -> None:
+    """Poles, antipodes and heights that no aircraft has."""
+    vehicle = flying()
+    for north_m, east_m, up_m in ((1e7, 0.0, 1e6), (2.0015e7, 0.0, -1e6), (0.0, 2e7, 50.0), (0.0, 0.0, 50.0)):
+        for heading in (NORTH, EAST, 0.3):
+            see(vehicle, north_m, east_m, up_m, heading, 600.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
