@@ -166,6 +166,10 @@ class EstimatorStatus(NamedTuple):
     vibration: Vector3 = (0.0, 0.0, 0.0)
     horizontal_good_us: int = 0
     """When a horizontal position was last taken from a sensor."""
+    flow_fused: bool = False
+    vision_fused: bool = False
+    disabled: frozenset[int] = frozenset()
+    """ESTIMATOR_SENSOR_FUSION_SOURCEs that a command has switched off."""
 
 
 class WindEstimate(NamedTuple):

@@ -90,7 +90,7 @@ class Estimator:
         self._gps_fused = self._baro_fused = self._mag_fused = False
         self._flow = topics.vehicle_optical_flow
         self._vision = topics.vehicle_visual_odometry
-        self._vision_us = 0
+        self._vision_us = self._flow_fused_us = 0
         self._vision_started = self._vision_yaw = self._vision_height = False
         """Vision has given a position, whether or not there is an origin; the heading; the reference of height."""
         self._vision_resets = 0
@@ -424,6 +424,7 @@ class Estimator:
         cosine, sine = rotation[0] / heading, rotation[3] / heading
         north, east = cosine * forward - sine * right, sine * forward + cosine * right
         share = min(max((flow.quality - least) / max(UINT8_MAX - least, 1.0), 0.0), 1.0)
+        self._flow_fused_us = now_us
         noise = p["EKF2_OF_N_MAX"] + (p["EKF2_OF_N_MIN"] - p["EKF2_OF_N_MAX"]) * share
         variance = (noise * distance_m) ** 2
         self._apply()
@@ -737,6 +738,9 @@ class Estimator:
             self._state.accel_bias,
             self._measure_vibration(),
             self._horizontal_good_us,
+            bool(self._flow_fused_us) and now_us - self._flow_fused_us < SENSOR_TIMEOUT_US,
+            bool(self._vision_us),
+            self.disabled,
         )
 
     def _measure_vibration(self) -> tuple[float, float, float]:

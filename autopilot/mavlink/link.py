@@ -38,6 +38,10 @@ class Stream(Protocol):
         """Payloads to send now; empty when there is nothing to say."""
         ...
 
+    def forget(self, link: "Link") -> None:
+        """The stream was stopped on a link; started again, it says at once what it has."""
+        ...
+
 
 class ScheduledStream:
     """A stream on a link: its interval, when it should go out, and when it is looked at next."""
@@ -155,7 +159,9 @@ class Link:
 
     def unschedule(self, message_id: int) -> None:
         """Stop a stream; not an error if it was not running."""
-        self._schedule.pop(message_id, None)
+        stopped = self._schedule.pop(message_id, None)
+        if stopped is not None:
+            stopped.stream.forget(self)
 
     def update_streams(self, now_us: int) -> None:
         """Send every stream that is due; costs next to nothing when none is."""

@@ -4,16 +4,18 @@ from typing import Any
 
 import pytest
 
-REQUEST_MESSAGE, GET_MESSAGE_INTERVAL = 512, 510
+REQUEST_MESSAGE, GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL = 512, 510, 511
 ACCEPTED, DENIED = 0, 2
 MESSAGE_INTERVAL, STORAGE_INFORMATION = 244, 261
 GIVEN = (
-    *(0, 1, 2, 8, 24, 26, 30, 31, 32, 33, 49, 69, 74, 83, 93, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
-    *(292, 300, 331, 375, 395, 397, 435, 436, 441, 514, 12900, 12901, 12904),
+    *(0, 1, 2, 8, 26, 30, 31, 32, 33, 49, 69, 74, 83, 93, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
+    *(292, 300, 331, 375, 395, 397, 435, 436, 514, 12900, 12901, 12904),
 )
 """Message ids; ESC_EEPROM (292) is accepted, and nothing comes."""
-NOT_GIVEN = (22, 27, 77, 259, 260, 263, 269, 280, 281, 283, 284, 285, 345, 390, 396, 9999, 70000, -1)
-"""No camera, no gimbal, no stream of that name, no such message."""
+GIVEN_ONCE = {24: 200_000, 441: 1_000_000}
+"""GPS_RAW_INT and GNSS_INTEGRITY are sent once per fix, so that a stream may have been faster; and their intervals."""
+NOT_GIVEN = (22, 27, 42, 77, 259, 260, 263, 269, 280, 281, 283, 284, 285, 345, 390, 396, 9999, 70000, -1)
+"""No camera, no gimbal, no stream of that name (MISSION_CURRENT, for one), no such message."""
 
 pytestmark = pytest.mark.covers(
     "MAV_CMD_REQUEST_MESSAGE", source="https://mavlink.io/en/messages/common.html#MAV_CMD_REQUEST_MESSAGE"
@@ -29,6 +31,17 @@ def ask(station: Any, *params: float) -> None:
 @pytest.mark.parametrize("number", GIVEN)
 def test_given(station: Any, number: int) -> None:
     assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.covers(source="measured: what PX4 has without camera and gimbal, with its streams stopped")
+@pytest.mark.parametrize("number", GIVEN_ONCE)
+def test_given_while_it_is_not_streamed(station: Any, number: int) -> None:
+    assert station.command(SET_MESSAGE_INTERVAL, number, -1) == ACCEPTED
+    try:
+        assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+    finally:
+        station.command(SET_MESSAGE_INTERVAL, number, GIVEN_ONCE[number])
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")

@@ -7,7 +7,13 @@ import pytest
 
 from autopilot.mavlink import rates
 from autopilot.mavlink.streams import modules
-from autopilot.topics import VehicleLandDetected, VehicleStatus
+from autopilot.topics import (
+    EstimatorStatus,
+    HomePosition,
+    VehicleLandDetected,
+    VehicleLocalPositionSetpoint,
+    VehicleStatus,
+)
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer, command_long, only
 
@@ -38,6 +44,10 @@ OF_PAYLOADS = {
     "GIMBAL_MANAGER_STATUS",
 }
 """And those without data on a vehicle that has neither camera nor gimbal."""
+OF_SERVICES = {"MISSION_CURRENT"}
+"""Sent by a service: PX4 has no stream of it that could be asked."""
+SET_MESSAGE_INTERVAL, REQUEST_MESSAGE = 511, 512
+ACCEPTED, DENIED = 0, 2
 
 
 @pytest.mark.parametrize("link", [GCS, ONBOARD, PAYLOAD, GIMBAL])
@@ -129,18 +139,111 @@ def test_every_message_in_rates_has_a_module_named_as_it() -> None:
 @pytest.mark.parametrize("name", sorted(modules()))
 def test_every_stream_can_be_requested(name: str) -> None:
     peer = Peer()
+    peer.parameters.set("CAL_MAG0_ID", 197388)
     peer.fly_and_run(0.2)
-    replies = peer.send(command_long(512, modules()[name].ID))
+    peer.send(command_long(SET_MESSAGE_INTERVAL, modules()[name].ID, -1.0))
+    replies = peer.send(command_long(REQUEST_MESSAGE, modules()[name].ID))
     ack = only(replies, "COMMAND_ACK")[0]
-    assert (ack.result == 0) == bool(only(replies, name))
-    assert ack.result == (2 if name in NOT_YET | OF_PAYLOADS else 0)
+    assert (ack.result == ACCEPTED) == bool(only(replies, name))
+    assert ack.result == (DENIED if name in NOT_YET | OF_PAYLOADS | OF_SERVICES else ACCEPTED)
+
+
+def test_a_message_without_anything_new_is_denied() -> None:
+    """As from PX4, whose stream sends a fix once."""
+    peer = Peer()
+    peer.fly_and_run(0.3)
+    peer.send(command_long(SET_MESSAGE_INTERVAL, 24, -1.0))
+    results = [only(peer.send(command_long(REQUEST_MESSAGE, 24)), "COMMAND_ACK")[0].result for _ in range(2)]
+    assert results == [ACCEPTED, DENIED]
+    peer.fly_and_run(0.13)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 24)), "GPS_RAW_INT")
+
+
+def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:
+    peer = Peer()
+    peer.fly_and_run(1.0)
+    told = only(peer.run(4.0), "GPS_RAW_INT")
+    assert len(told) == 4
+    lost = told[-1]
+    assert (lost.fix_type, lost.satellites_visible, lost.eph, lost.epv, lost.vel) == (0, 255, 65535, 65535, 65535)
+    assert (lost.cog, lost.lat, lost.time_usec) == (65535, 0, 0)
+
+
+def test_a_distance_sensor_that_fell_silent_is_not_told() -> None:
+    peer = Peer()
+    peer.fly_and_run(1.0, ONBOARD)
+    peer.run(1.0, ONBOARD)
+    assert not only(peer.run(5.0, ONBOARD), "DISTANCE_SENSOR")
+
+
+def test_the_calibration_of_the_magnetometer_is_told_once_per_change_of_parameters() -> None:
+    peer = Peer()
+    peer.parameters.set("CAL_MAG0_ID", 197388)
+    peer.parameters.set("CAL_MAG0_YOFF", 0.125)
+    peer.fly_and_run(0.1)
+    report = only(peer.send(command_long(REQUEST_MESSAGE, 192)), "MAG_CAL_REPORT")[0]
+    assert (report.compass_id, report.cal_status, report.ofs_x, report.ofs_y) == (0, 4, 0.0, 0.125)
+    assert (report.diag_x, report.diag_y, report.diag_z, report.offdiag_x) == (1.0, 1.0, 1.0, 0.0)
+    assert not only(peer.send(command_long(REQUEST_MESSAGE, 192)), "MAG_CAL_REPORT")
+    peer.parameters.set("MPC_XY_CRUISE", 6.0)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 192)), "MAG_CAL_REPORT")
+
+
+def test_which_sensors_are_fused() -> None:
+    """GPS, flow, vision, auxiliary position, barometer, range finder, magnetometer, airspeed, beacon."""
+    peer = Peer()
+    peer.fly()
+    peer.topics.estimator_status = EstimatorStatus(
+        1, True, True, gps_fused=True, baro_fused=True, mag_fused=True, disabled=frozenset({4})
+    )
+    status = only(peer.send(command_long(REQUEST_MESSAGE, 514)), "ESTIMATOR_SENSOR_FUSION_STATUS")[0]
+    assert list(status.intended) == [1, 1, 0, 0, 0, 1, 1, 0, 0]
+    assert list(status.active) == [1, 0, 0, 0, 1, 0, 1, 0, 0]
+    assert all(map(math.isnan, status.test_ratio))
+    peer.parameters.set("EKF2_SENS_EN", 8191 & ~1)
+    peer.parameters.set("EKF2_EV_CTRL", 15)
+    status = only(peer.send(command_long(REQUEST_MESSAGE, 514)), "ESTIMATOR_SENSOR_FUSION_STATUS")[0]
+    assert list(status.intended) == [0, 1, 1, 0, 0, 1, 1, 0, 0]
+
+
+def test_what_is_not_controlled_is_ignored_in_the_mask() -> None:
+    peer = Peer()
+    peer.fly()
+    peer.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(1, 1.0, 2.0, -3.0, yaw=0.5)
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 85)), "POSITION_TARGET_LOCAL_NED")[0]
+    assert (target.type_mask, target.x, target.yaw) == (8 | 16 | 32 | 64 | 128 | 256 | 2048, 1.0, 0.5)
+
+
+def test_odometry_is_in_the_local_frame() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    odometry = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
+    assert (odometry.frame_id, odometry.child_frame_id) == (mavlink.MAV_FRAME_LOCAL_NED,) * 2
+    assert (odometry.vx, odometry.vy) == (0.5, 0.0)
+    assert math.isnan(odometry.pose_covariance[1])
+    assert math.isnan(odometry.velocity_covariance[20])
+
+
+def test_heights_without_a_home_are_above_the_origin() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.home_position = HomePosition()
+    altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]
+    assert (altitude.altitude_relative, altitude.altitude_local) == (3.0, 3.0)
+    peer.now_us += 1
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(z_valid=False)
+    altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]
+    assert altitude.altitude_monotonic == 489.0
+    assert math.isnan(altitude.altitude_local)
 
 
 def test_a_receiver_that_does_not_tell_its_accuracy_is_shown_without() -> None:
     """Another simulator may send HIL_GPS with unknown DOP."""
     peer = Peer()
     peer.fly_and_run(0.5)
-    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(eph=float("nan"), epv=float("nan"))
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(timestamp=peer.now_us, eph=math.nan, epv=math.nan)
     message = only(peer.send(command_long(512, 24)), "GPS_RAW_INT")[0]
     assert (message.h_acc, message.v_acc) == (0, 0)
 

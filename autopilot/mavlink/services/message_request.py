@@ -16,6 +16,8 @@ from sitl_emu.core import dialect as mavlink
 REQUEST_MESSAGE = 512
 ACCEPTED_IN_SILENCE = frozenset({292})
 """Accepted without anything being sent, as measured (ESC_EEPROM)."""
+OF_SERVICES = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
+"""Sent by services in PX4, so that there is no stream to ask."""
 
 
 class MessageRequest:
@@ -37,7 +39,7 @@ class MessageRequest:
         if message_id in ACCEPTED_IN_SILENCE:
             return CommandResult(MAV_RESULT_ACCEPTED)
         table = mavlink.mavlink_map.get(message_id)
-        stream = None if table is None else self._stream(table.msgname)
+        stream = None if table is None or message_id in OF_SERVICES else self._stream(table.msgname)
         if stream is None:
             return CommandResult(MAV_RESULT_DENIED)
         payloads = stream.requested(now_us, link, command.param2)

@@ -2,8 +2,9 @@
 
 A stream module has `ID` (MAVLink message id) and `fields(now_us, context)`, which returns the message's fields in wire
 order (arrays flattened), a list of such tuples if it comes in parts, or None when there is nothing to send.
-`stamp(context)`, if it is there, tells when the data last changed: then it is sent once per change. `since(context,
-number)`, for data that queues, is the newest number and the messages after `number`: each is sent once. A module with
+`stamp(now_us, context)`, if it is there, tells when the data last changed: then it is sent once per change, and a
+request for what has not changed since is denied. `since(context, number)`, for data that queues, is the newest number
+and the messages after `number`: each is sent once. A module with
 `PER_LINK = True` is handed the link as third argument, because its content differs per link. One with
 `requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
@@ -47,11 +48,18 @@ class Stream:
             self._sent_stamps[link.name], messages = self._since(self._context, self._sent_stamps.get(link.name, 0))
             return tuple(self.codec.pack(*fields) for fields in messages)
         if self._stamp is not None:
-            stamp = self._stamp(self._context)
+            stamp = self._stamp(now_us, self._context)
             if self._sent_stamps.get(link.name) == stamp:
                 return ()
-            self._sent_stamps[link.name] = stamp
+            payloads = self.latest(now_us)
+            if payloads:
+                self._sent_stamps[link.name] = stamp
+            return payloads
         return self.latest(now_us)
+
+    def forget(self, link: Link) -> None:
+        """What was sent on a link is no longer known: the stream was switched off there."""
+        self._sent_stamps.pop(link.name, None)
 
     def latest(self, now_us: int) -> tuple[bytes, ...]:
         """The message as it is now, new or not; empty if there is nothing to say."""
@@ -67,12 +75,15 @@ class Stream:
         return self._payloads
 
     def requested(self, now_us: int, link: Link, param2: float) -> tuple[bytes, ...] | None:
-        """The messages that REQUEST_MESSAGE wants, as of now (a command may have come since the last tick), or None."""
+        """The messages that REQUEST_MESSAGE wants, as of now (a command may have come since the last tick).
+
+        None: there is nothing to say, or nothing new since the last time that it was said on the link.
+        """
         if self._requested is not None:
             messages = self._requested(now_us, self._context, param2)
             return None if messages is None else tuple(self.codec.pack(*fields) for fields in messages)
         self._made_us = -1
-        return (self.payloads(now_us, link) if self._per_link else self.latest(now_us)) or None
+        return self.payloads(now_us, link) or None
 
 
 @functools.cache

@@ -1,17 +1,19 @@
-"""ACTUATOR_OUTPUT_STATUS: raw outputs (PX4: streams/ACTUATOR_OUTPUT_STATUS.hpp)."""
+"""ACTUATOR_OUTPUT_STATUS: the outputs as SERVO_OUTPUT_RAW shows them (PX4: streams/ACTUATOR_OUTPUT_STATUS.hpp)."""
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS
+OUTPUTS, PLACES = 16, 32
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Outputs that have a function, padded to 32. PX4's simulated rover has nothing to say here."""
+    """Pulses in µs, 0 for an output without function. PX4 says how many outputs there are where the message means a
+    mask. Its simulated rover has nothing to say here.
+    """
     outputs = context.topics.actuator_outputs
     if context.is_rover:
         return None
-    controls = outputs.controls[:32]
-    active = (1 << len(controls)) - 1
-    return (outputs.timestamp, active, *controls, *(0.0,) * (32 - len(controls)))
+    pulses = tuple(map(float, outputs.pwm[:OUTPUTS]))
+    return (outputs.timestamp, OUTPUTS, *pulses, *(0.0,) * (PLACES - len(pulses)))

@@ -10,16 +10,19 @@ ID = mavlink.MAVLINK_MSG_ID_ALTITUDE
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Metres; NaN for what is not known."""
+    """Metres; NaN for what is not known. Relative to home, or to the local origin while there is no home."""
     topics = context.topics
     local = topics.vehicle_local_position
     if local.timestamp == 0:
         return None
-    home = topics.home_position
-    amsl_m = local.ref_alt - local.z if local.z_valid else math.nan
-    relative_m = -(local.z - home.z) if home.valid else math.nan
-    terrain_m = clearance_m = math.nan
-    if local.dist_bottom_valid:
-        clearance_m = local.dist_bottom
-        terrain_m = -local.z - clearance_m
-    return (now_us, topics.sensor_baro.baro_alt_m, amsl_m, -local.z, relative_m, terrain_m, clearance_m)
+    monotonic_m = topics.sensor_baro.baro_alt_m
+    amsl_m = local_m = relative_m = terrain_m = clearance_m = math.nan
+    if local.z_valid:
+        home = topics.home_position
+        amsl_m = local.ref_alt - local.z if math.isfinite(local.ref_alt) else monotonic_m
+        local_m = -local.z
+        relative_m = home.z - local.z if home.valid else local_m
+        if local.dist_bottom_valid:
+            clearance_m = local.dist_bottom
+            terrain_m = local_m - clearance_m
+    return (now_us, monotonic_m, amsl_m, local_m, relative_m, terrain_m, clearance_m)

@@ -13,7 +13,7 @@ ID = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
 CAPTURED = 1
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per image."""
     return context.topics.camera_capture.timestamp
 

@@ -7,7 +7,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_CAMERA_TRIGGER
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per image."""
     return context.topics.camera_trigger.timestamp
 

@@ -7,7 +7,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per value."""
     return context.topics.debug_array.timestamp
 

@@ -7,29 +7,33 @@ from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
 LASER = 0
-COVARIANCE_UNKNOWN = 255
-SIGNAL_UNKNOWN = 0
-
-
+COVARIANCE_CM2 = 0
+"""A simulated sensor states no variance."""
+SIGNAL_UNKNOWN, SIGNAL_INVALID = 0, 1
 SILENT_US = 1_000_000
-"""A sensor of others that has said nothing for so long is not told any more."""
+"""A sensor that has said nothing for so long is not told any more."""
+
+
+def stamp(now_us: int, context: Context) -> int:
+    """Once per measurement, whose ever."""
+    topics = context.topics
+    sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
+    return max(sensor.timestamp for sensor in sensors)
 
 
 def fields(now_us: int, context: Context) -> list[Fields]:
     """One message a sensor, numbered as uORB's instances: our own first."""
     topics = context.topics
-    own = topics.distance_sensor
-    samples = [own] if own.timestamp else []
-    others = (topics.distance_sensor_outside, topics.distance_sensor_sideways)
-    samples += [sample for sample in others if sample.timestamp and now_us - sample.timestamp < SILENT_US]
-    return [_message(number, sample) for number, sample in enumerate(samples)]
+    sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
+    known = [sensor for sensor in sensors if sensor.timestamp]
+    return [_message(number, sensor) for number, sensor in enumerate(known) if now_us - sensor.timestamp < SILENT_US]
 
 
 def _message(number: int, sample: DistanceSensorSample) -> Fields:
-    """cm; beyond the range the maximum plus one."""
+    """cm; out of range the maximum plus one, as the simulator says, with an invalid signal."""
     maximum_cm = round(sample.max_distance * 100.0)
-    distance_m = sample.current_distance
-    current_cm = min(round(distance_m * 100.0), 65535) if distance_m == distance_m else maximum_cm + 1
+    in_range = sample.current_distance == sample.current_distance
+    current_cm = min(round(sample.current_distance * 100.0), 65535) if in_range else maximum_cm + 1
     return (
         sample.timestamp // 1000,
         round(sample.min_distance * 100.0),
@@ -38,12 +42,12 @@ def _message(number: int, sample: DistanceSensorSample) -> Fields:
         LASER,
         number,
         sample.orientation,
-        COVARIANCE_UNKNOWN,
+        COVARIANCE_CM2,
         0.0,
         0.0,
         0.0,
         0.0,
         0.0,
         0.0,
-        SIGNAL_UNKNOWN,
+        SIGNAL_UNKNOWN if in_range else SIGNAL_INVALID,
     )

@@ -7,7 +7,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per set-point."""
     return context.topics.gimbal_device_set_attitude.timestamp
 

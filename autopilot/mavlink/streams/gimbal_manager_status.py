@@ -8,7 +8,7 @@ ID = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_STATUS
 NO_SECONDARY = (0, 0)
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per status of the device."""
     return context.topics.gimbal_manager_status.timestamp
 

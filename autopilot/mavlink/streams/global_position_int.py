@@ -11,11 +11,14 @@ CDEG = math.degrees(100.0)
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the origin while there is no home."""
+    """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the origin while there is no home.
+
+    It goes on while the position is only reckoned, as LOCAL_POSITION_NED does.
+    """
     topics = context.topics
     position = topics.vehicle_global_position
     local = topics.vehicle_local_position
-    if not position.valid or not local.xy_valid:
+    if not math.isfinite(position.lat):
         return None
     home = topics.home_position
     relative_m = position.alt - home.alt if home.valid else -local.z

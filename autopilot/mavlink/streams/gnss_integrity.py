@@ -6,11 +6,19 @@ from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_GNSS_INTEGRITY
 UNKNOWN = 0
+RAIM_UNKNOWN_CM = 65535
 QUALITY_UNKNOWN = 255
+RECEIVER = 4
+"""Lowest byte of the device_id of PX4's simulated receiver (bus type SIMULATION, bus 0)."""
+
+
+def stamp(now_us: int, context: Context) -> int:
+    """Once per fix."""
+    return context.topics.sensor_gps.timestamp
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
     """The simulated receiver knows nothing of jamming or spoofing."""
     if context.topics.sensor_gps.timestamp == 0:
         return None
-    return (0, 65535, 65535, 0, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, *(QUALITY_UNKNOWN,) * 4)
+    return (0, RAIM_UNKNOWN_CM, RAIM_UNKNOWN_CM, RECEIVER, *(UNKNOWN,) * 4, *(QUALITY_UNKNOWN,) * 4)

@@ -12,11 +12,15 @@ VDOP_CENTI = 110
 VELOCITY_ACCURACY_MM_S = 400
 """What PX4's simulated receiver states (SIH: hdop 0.7, vdop 1.1, s_variance 0.4 m/s)."""
 UNKNOWN = 65535
+UNKNOWN_SATELLITES = 255
+SILENT_US = 1_000_000
+"""A receiver that has said nothing for so long is gone."""
 
 
-def stamp(context: Context) -> int:
-    """Once per fix."""
-    return context.topics.sensor_gps.timestamp
+def stamp(now_us: int, context: Context) -> int:
+    """Once per fix; and, when there are no more, once in a second that there are none."""
+    fix_us = context.topics.sensor_gps.timestamp
+    return fix_us + (now_us - fix_us) // SILENT_US * SILENT_US
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
@@ -24,8 +28,8 @@ def fields(now_us: int, context: Context) -> Fields | None:
     gps = context.topics.sensor_gps
     if gps.timestamp == 0:
         return None
-    if gps.fix_type < 2 or math.isnan(gps.latitude_deg):
-        return (gps.timestamp, 0, 0, 0, UNKNOWN, UNKNOWN, 0, 0, gps.fix_type, gps.satellites_used, 0, 0, 0, 0, 0, 0)
+    if now_us - gps.timestamp >= SILENT_US:
+        return (0, 0, 0, 0, *(UNKNOWN,) * 4, mavlink.GPS_FIX_TYPE_NO_GPS, UNKNOWN_SATELLITES, *(0,) * 6)
     north, east = gps.vel_n_m_s, gps.vel_e_m_s
     altitude_mm = round(gps.altitude_msl_m * 1000.0)
     return (

@@ -10,11 +10,12 @@ ALL_FIELDS = 0b1101111111111
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """m/s², rad/s, gauss, hPa, m, °C."""
+    """m/s² and rad/s without the biases that the estimator found, gauss, hPa, m, °C."""
     topics = context.topics
     sample = topics.sensor_combined
-    ax, ay, az = sample.accelerometer_m_s2
-    p, q, r = sample.gyro_rad_s
+    status = topics.estimator_status
+    (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, status.accel_bias
+    (p, q, r), (bp, bq, br) = sample.gyro_rad_s, status.gyro_bias
     mx, my, mz = topics.sensor_mag.magnetometer_ga
     baro = topics.sensor_baro
     pressure_hpa = baro.pressure_pa * 0.01
@@ -22,12 +23,12 @@ def fields(now_us: int, context: Context) -> Fields:
     altitude_m = baro.baro_alt_m
     return (
         sample.timestamp,
-        ax,
-        ay,
-        az,
-        p,
-        q,
-        r,
+        ax - bx,
+        ay - by,
+        az - bz,
+        p - bp,
+        q - bq,
+        r - br,
         mx,
         my,
         mz,

@@ -5,16 +5,17 @@ from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
-G_MILLI = 1000.0 / 9.80665
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Truth stays with the simulator, so this is the estimate; cm/s, mG, 1e-7 deg, mm."""
+    """Truth stays with the simulator, so this is the estimate; cm/s, 1e-7 deg, mm.
+
+    The acceleration is in whole m/s² along north, east and down, as PX4 sends it, though the message means mG.
+    """
     topics = context.topics
     position, local = topics.vehicle_global_position, topics.vehicle_local_position
     if not position.valid:
         return None
-    accelerations = tuple(clamped(value * G_MILLI) for value in topics.sensor_combined.accelerometer_m_s2)
     return (
         now_us,
         *topics.vehicle_attitude.q,
@@ -27,10 +28,12 @@ def fields(now_us: int, context: Context) -> Fields | None:
         clamped(local.vz * 100.0),
         0,
         0,
-        *accelerations,
+        clamped(local.ax),
+        clamped(local.ay),
+        clamped(local.az),
     )
 
 
 def clamped(value: float) -> int:
-    """Within int16."""
-    return max(-32768, min(32767, round(value)))
+    """Within int16, cut to the whole number as a cast in C++ is."""
+    return max(-32768, min(32767, int(value)))

@@ -7,14 +7,13 @@ from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_LINK_NODE_STATUS
 PER_LINK = True
-UNKNOWN_BUFFER = 255
 
 
 def fields(now_us: int, context: Context, link: Link) -> Fields:
-    """Rates are of the last second, B/s."""
+    """Rates are of the last second, B/s; how full the buffers are is not told (0). The time is in µs, as from PX4."""
     sent, received = link.bytes_per_s
     return (
-        now_us // 1000,
+        now_us,
         int(sent),
         int(received),
         link.messages_sent,
@@ -23,6 +22,6 @@ def fields(now_us: int, context: Context, link: Link) -> Fields:
         min(link.parse_errors, 65535),
         0,
         0,
-        UNKNOWN_BUFFER,
-        UNKNOWN_BUFFER,
+        0,
+        0,
     )

@@ -9,7 +9,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_ORBIT_EXECUTION_STATUS
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per status of the mode."""
     return context.topics.orbit_status.timestamp
 

@@ -1,31 +1,31 @@
 """POSITION_TARGET_LOCAL_NED: what the position controller tracks (PX4: streams/POSITION_TARGET_LOCAL_NED.hpp)."""
 
+import math
+
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
+IGNORE_BITS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 1024, 2048)
+"""POSITION_TARGET_TYPEMASK: position, velocity, acceleration, yaw, yaw rate; 512 (a force) is none of PX4's."""
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """NED; NaN in every axis that is not controlled. PX4 leaves the type mask 0."""
+    """NED; what is not controlled is NaN, and its bit of the type mask is set."""
     setpoint = context.topics.vehicle_local_position_setpoint
     if setpoint.timestamp == 0 or context.is_rover:
         return None
-    ax, ay, az = setpoint.acceleration
-    return (
-        setpoint.timestamp // 1000,
+    values = (
         setpoint.x,
         setpoint.y,
         setpoint.z,
         setpoint.vx,
         setpoint.vy,
         setpoint.vz,
-        ax,
-        ay,
-        az,
+        *setpoint.acceleration,
         setpoint.yaw,
         setpoint.yawspeed,
-        0,
-        mavlink.MAV_FRAME_LOCAL_NED,
     )
+    mask = sum(bit for bit, value in zip(IGNORE_BITS, values, strict=True) if not math.isfinite(value))
+    return (setpoint.timestamp // 1000, *values, mask, mavlink.MAV_FRAME_LOCAL_NED)

@@ -10,7 +10,7 @@ CHANNELS = 18
 FULL_STRENGTH = 100
 
 
-def stamp(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Once per received override."""
     return context.topics.input_rc.timestamp
 

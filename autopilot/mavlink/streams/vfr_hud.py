@@ -27,7 +27,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         0.0,
         math.hypot(local.vx, local.vy),
         altitude_m,
-        -local.vz,
+        -local.vz if local.v_z_valid else 0.0,
         int(math.degrees(local.heading) % 360.0) % 360,
         throttle_pct,
     )
