@@ -87,7 +87,7 @@ class Autopilot:
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.payload = self._payload_modules()
         failures = FailureInjectionManager(*shared)
-        estimator_commands = EstimatorCommands(self.estimator)
+        estimator_commands = EstimatorCommands(self.estimator, self.topics)
         owners = (
             self.commander,
             self.navigator,

@@ -53,6 +53,7 @@ SENDERS = {"send_fields", "codec"}
 CHANGING_CALLS = {
     "_pass_on",
     "change_mode",
+    "_intend",
     "_change_mode_and_tell",
     "_change_mode_and_pass_on",
     "arm",

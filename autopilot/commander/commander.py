@@ -2,8 +2,7 @@
 
 PX4's Commander (src/modules/commander/Commander.cpp, v1.18).
 
-Left out: VTOL, rebooting (answered; restarting is the process's business), parachute,
-safety switch.
+Left out: VTOL, rebooting (answered; restarting is the process's business), the safety switch that simulation lacks.
 """
 
 from autopilot.commander import home_position
@@ -69,7 +68,8 @@ class Commander:
         topics.vehicle_status = VehicleStatus(vehicle_type=self._vehicle_type, mav_type=self._mav_type)
         self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
         self._intention = UserModeIntention(self._checks, NavState.AUTO_LOITER)
-        self._authorization = ArmAuthorization(parameters, outgoing or OutgoingCommands(), say)
+        self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
+        self._authorization = ArmAuthorization(parameters, self._outgoing, say)
         self._arming = Arming(
             topics, parameters, self._checks, self._intention, say, rover=rover, authorization=self._authorization
         )
@@ -239,9 +239,20 @@ class Commander:
         if arming.terminated:
             nav_state = NavState.TERMINATION
         if nav_state is not self._nav_state:
+            if nav_state is NavState.TERMINATION and arming.armed:
+                self._release_parachute()
             self._nav_state = nav_state
             self._nav_state_us = now_us
             self._checks_due_us = 0
+
+    def _release_parachute(self) -> None:
+        """PX4's send_parachute_command."""
+        system = int(self._parameters["MAV_SYS_ID"])
+        release = (mavlink.MAV_CMD_DO_PARACHUTE, float(mavlink.PARACHUTE_RELEASE), *(0.0,) * 6)
+        command = VehicleCommand(
+            *release, target_system=system, target_component=mavlink.MAV_COMP_ID_PARACHUTE, from_external=False
+        )
+        self._outgoing.give(command)
 
     def _publish_vehicle_status(self, now_us: int) -> None:
         topics, arming = self._topics, self._arming

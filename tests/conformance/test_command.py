@@ -146,7 +146,9 @@ def test_parameters_decide(station: Any, name: str, params: tuple[float, ...], r
     [
         pytest.param(
             *case,
-            marks=pytest.mark.covers(f"MAV_CMD_{case[0]}", source="https://github.com/PX4/PX4-Autopilot/pull/27541"),
+            marks=pytest.mark.covers(
+                f"MAV_CMD_{case[0]}", source="https://mavlink.io/en/messages/common.html#MAV_RESULT"
+            ),
             id=case[0],
         )
         for case in UNUSED_PARAMETERS

@@ -4,8 +4,10 @@ import math
 
 import pytest
 
+from autopilot.commander.commander import Commander
 from autopilot.commander.home_position import in_local_frame
 from autopilot.constants import NavState
+from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -466,3 +468,16 @@ def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None
 def test_autotuning_is_nothing_for_a_rover() -> None:
     rover = FakeVehicle("rover")
     assert rover.result(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE) == 3
+
+
+def test_termination_in_flight_releases_the_parachute() -> None:
+    vehicle, outgoing = FakeVehicle(MAV_SYS_ID=7), OutgoingCommands()
+    vehicle.commander = Commander(
+        vehicle.topics, vehicle.parameters, vehicle.dataman, lambda *text: None, lambda *event: None, None, outgoing
+    )
+    vehicle.run(3.0)
+    vehicle.take_off(5.0)
+    assert vehicle.result(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1) == ACCEPTED
+    vehicle.run(0.1)
+    (release,) = outgoing.waiting
+    assert (release.command, release.param1, release.target_system, release.target_component) == (208, 2.0, 7, 161)

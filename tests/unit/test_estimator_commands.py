@@ -10,8 +10,8 @@ from autopilot.topics import VehicleCommand
 
 from .estimator_feed import LAT, LON, Feed
 
-EXTERNAL_ATTITUDE, EXTERNAL_POSITION, SENSOR_ENABLE, GLOBAL_ORIGIN = 620, 43003, 43006, 611
-ACCEPTED, UNSUPPORTED, FAILED = 0, 3, 4
+EXTERNAL_ATTITUDE, EXTERNAL_POSITION, EXTERNAL_WIND, SENSOR_ENABLE, GLOBAL_ORIGIN = 620, 43003, 43004, 43006, 611
+ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED, FAILED = 0, 1, 3, 4
 GPS, BARO, MAG = 0, 4, 6
 NAN = math.nan
 
@@ -20,7 +20,7 @@ def give(feed: Feed, number: int, *params: float) -> int:
     """The result of a command."""
     padded = (*params, *(0.0,) * (7 - len(params)))
     now_us = feed.topics.sensor_combined.timestamp
-    return EstimatorCommands(feed.estimator).handle_command(now_us, VehicleCommand(number, *padded)).result
+    return EstimatorCommands(feed.estimator, feed.topics).handle_command(now_us, VehicleCommand(number, *padded)).result
 
 
 def north_m(feed: Feed) -> float:
@@ -59,11 +59,11 @@ def test_a_position_from_outside_holds_until_the_gps_has_its_way() -> None:
     assert north_m(feed) == pytest.approx(0.0, abs=1.0)
 
 
-@pytest.mark.parametrize("latitude", [NAN, 91.0])
-def test_a_position_that_is_none_changes_nothing(latitude: float) -> None:
+@pytest.mark.parametrize(("latitude", "result"), [(NAN, TEMPORARILY_REJECTED), (91.0, FAILED)])
+def test_a_position_that_is_none_changes_nothing(latitude: float, result: int) -> None:
     feed = Feed()
     feed.run(3.0)
-    assert give(feed, EXTERNAL_POSITION, 0, 0, 1, 0, latitude, LON) == ACCEPTED
+    assert give(feed, EXTERNAL_POSITION, 0, 0, 1, 0, latitude, LON) == result
     assert give(feed, EXTERNAL_ATTITUDE, 1, 2, 3) == ACCEPTED
     feed.run(0.1)
     assert north_m(feed) == pytest.approx(0.0, abs=1.0)
@@ -87,3 +87,29 @@ def test_a_new_origin_leaves_the_vehicle_where_it_is(altitude_m: float) -> None:
 
 def test_an_origin_off_the_globe() -> None:
     assert give(Feed(), GLOBAL_ORIGIN, 0, 0, 0, 0, 91.0, 0.0, 0.0) == FAILED
+
+
+@pytest.mark.parametrize(
+    ("number", "params", "result"),
+    [
+        (EXTERNAL_ATTITUDE, (0, 0, 90.0), ACCEPTED),
+        (EXTERNAL_ATTITUDE, (0, 0, NAN), UNSUPPORTED),
+        (EXTERNAL_POSITION, (0, NAN, 1, 0, LAT, LON), TEMPORARILY_REJECTED),
+        (EXTERNAL_POSITION, (0, 0, 1, 0, NAN, LON), TEMPORARILY_REJECTED),
+        (EXTERNAL_POSITION, (0, 0, 1, 0, 91.0, LON), FAILED),
+        (GLOBAL_ORIGIN, (0, 0, 0, 0, NAN, LON), FAILED),
+    ],
+)
+def test_numbers_that_say_nothing(number: int, params: tuple[float, ...], result: int) -> None:
+    assert give(Feed(), number, *params) == result
+
+
+def test_wind_is_told_on_the_ground_and_answered_twice() -> None:
+    feed = Feed()
+    feed.topics.vehicle_land_detected = feed.topics.vehicle_land_detected._replace(landed=True)
+    assert give(feed, EXTERNAL_WIND, 8.0, 1.0, 90.0, 10.0) == ACCEPTED
+    assert feed.topics.wind[1:] == pytest.approx((0.0, -8.0))
+    assert [ack.result for ack in feed.topics.vehicle_command_acks] == [UNSUPPORTED]
+    feed.topics.vehicle_land_detected = feed.topics.vehicle_land_detected._replace(landed=False)
+    assert give(feed, EXTERNAL_WIND, 15.0, 1.0, 180.0, 10.0) == ACCEPTED
+    assert feed.topics.wind[1:] == pytest.approx((0.0, -8.0))
