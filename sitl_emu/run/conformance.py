@@ -13,7 +13,9 @@ import pytest
 
 from sitl_emu.run.trouble import Trouble
 
-FOLDER = Path(__file__).parents[1] / "conformance"
+CARRIED = Path(__file__).parents[1] / "conformance"
+"""Where a wheel has the tests (setup.py); in a checkout they are in `tests/`."""
+FOLDER = CARRIED if CARRIED.is_dir() else Path(__file__).parents[2] / "tests/conformance"
 PREFIX = "test_"
 URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"

@@ -2,11 +2,13 @@
 
 import os
 import re
-import tomllib
+import runpy
+import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
-from setuptools import find_namespace_packages
+import setuptools
 from typer.testing import CliRunner
 
 from sitl_emu.cli import app
@@ -132,10 +134,21 @@ def test_every_conformance_test_tells_where_its_expectation_comes_from(items: li
         assert not wrong, f"{item.nodeid}: {wrong}: see tests/conformance/README.md"
 
 
-def test_the_wheel_carries_the_conformance_tests() -> None:
-    patterns = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]["find"]["include"]
-    assert "sitl_emu.conformance" in find_namespace_packages(str(ROOT), include=patterns)
-    carried = {path.name for path in conformance.FOLDER.iterdir()}
-    assert carried == {path.name for path in (ROOT / "tests/conformance").iterdir()}
-    others = [name for name in carried if not name.endswith(".py") and name not in ("README.md", "__pycache__")]
+def test_the_wheel_carries_the_conformance_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = dict[str, Any]()
+    monkeypatch.setattr(setuptools, "setup", told.update)
+    monkeypatch.chdir(ROOT)
+    runpy.run_path("setup.py")
+    assert told["package_dir"] == {"sitl_emu.conformance": "tests/conformance"}
+    assert {"sitl_emu.conformance", "sitl_emu.run", "autopilot.modes", "gcs", "missions.scenarios"} <= {
+        *told["packages"]
+    }
+    others = [path.name for path in conformance.FOLDER.iterdir() if path.suffix not in (".py", ".md", "")]
     assert not others, "add it to package-data"
+
+
+def test_a_checkout_needs_no_links() -> None:
+    listed = subprocess.run(["git", "ls-files", "--stage"], cwd=ROOT, capture_output=True, text=True)
+    if listed.returncode:
+        pytest.skip("NOT TESTED: this is no git checkout")
+    assert [line for line in listed.stdout.splitlines() if line.startswith("120000")] == []
