@@ -39,6 +39,7 @@ MARKERS = (
     'covers(*names, source): messages ("PARAM_SET") and commands ("MAV_CMD_DO_SET_HOME") that a test is about, '
     "and where its expectation comes from",
     'vehicle(*types): the expectation holds for these only, as in "MAV_TYPE_HEXAROTOR"; elsewhere the test is skipped',
+    "airframe(*numbers): numbers of PX4's airframes with these SYS_AUTOSTART alone; elsewhere the test is skipped",
 )
 
 
@@ -80,6 +81,8 @@ class Station:
         self.mav = self.link.mav
         self.system = 0
         self.vehicle_type = 0
+        self.airframe = 0
+        """SYS_AUTOSTART."""
         self.vehicle = ""
         """What it is, in words: version, kind, system id."""
         self.left: State | None = None
@@ -97,6 +100,7 @@ class Station:
             if heard.system_status == STANDBY:
                 self.system, self.vehicle_type = heard.get_srcSystem(), heard.type
                 self.vehicle = self._introduced(heard)
+                self.airframe = int.from_bytes(self._parameter_bytes("SYS_AUTOSTART") or b"", "little")
                 return
         if heard is None:
             raise TimeoutError(
@@ -118,6 +122,14 @@ class Station:
         version = self.receive("AUTOPILOT_VERSION")
         release = "" if version is None else " " + ".".join(map(str, version.flight_sw_version.to_bytes(4)[:3]))
         return f"{autopilot.removeprefix('MAV_AUTOPILOT_')}{release}, {kind}, system {self.system}"
+
+    def _parameter_bytes(self, name: str) -> bytes | None:
+        """The four bytes of a parameter's value, or None if the autopilot does not tell it."""
+        self.mav.param_request_read_send(self.system, AUTOPILOT, name.encode(), -1)
+        while (value := self.receive("PARAM_VALUE")) is not None:
+            if value.param_id == name:
+                return bytes(value.get_msgbuf())[HEADER_BYTES : HEADER_BYTES + 4]
+        return None
 
     def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
         """The next message of a name from the autopilot, or None; heartbeats go out meanwhile."""
@@ -166,9 +178,7 @@ class Station:
     def state(self) -> State:
         """What tests must leave as they found it; raises TimeoutError if the autopilot does not say."""
         heartbeat = self.heartbeat()
-        self.mav.param_request_read_send(self.system, AUTOPILOT, b"_HASH_CHECK", -1)
-        while (value := self.receive("PARAM_VALUE")) is not None and value.param_id != "_HASH_CHECK":
-            pass
+        parameter_hash = self._parameter_bytes("_HASH_CHECK")
         counts = []
         for kind in (MISSION, FENCE, RALLY):
             self.mav.mission_request_list_send(self.system, AUTOPILOT, kind)
@@ -177,10 +187,9 @@ class Station:
             counts.append(count)
             # Ends the transfer, which would else be busy for some seconds.
             self.mav.mission_ack_send(self.system, AUTOPILOT, 0, kind)
-        if heartbeat is None or value is None or None in counts:
+        if heartbeat is None or parameter_hash is None or None in counts:
             raise TimeoutError("the autopilot does not tell its mode, parameter hash and mission counts")
         mission, fence, rally = (count.count for count in counts)
-        parameter_hash = bytes(value.get_msgbuf())[HEADER_BYTES : HEADER_BYTES + 4]
         return State(heartbeat.base_mode, heartbeat.custom_mode, parameter_hash, (mission, fence, rally))
 
 
@@ -237,3 +246,6 @@ def vehicle_fits(request: pytest.FixtureRequest, station: Station) -> None:
         types = [getattr(mavutil.mavlink, name) for name in marker.args]
         if station.vehicle_type not in types:
             pytest.skip(f"holds for {', '.join(marker.args)}")
+    for marker in request.node.iter_markers("airframe"):
+        if station.airframe not in marker.args:
+            pytest.skip(f"holds for PX4's airframe {', '.join(map(str, marker.args))}")

@@ -1,5 +1,6 @@
 """Actuator test: single motors turn on the ground, for a time."""
 
+import time
 from typing import Any
 
 import pytest
@@ -7,24 +8,34 @@ import pytest
 ACTUATOR_TEST, DO_MOTOR_TEST, REQUEST_MESSAGE, SERVO_OUTPUT_RAW = 310, 209, 512, 36
 ACCEPTED, UNSUPPORTED = 0, 3
 DISARMED_PWM, SLOWEST_PWM = 900, 1000
+LIMIT_S = 10.0
 NAN = float("nan")
 
 pytestmark = [
     pytest.mark.covers(
         "MAV_CMD_ACTUATOR_TEST", source="https://mavlink.io/en/messages/common.html#MAV_CMD_ACTUATOR_TEST"
     ),
-    pytest.mark.vehicle("MAV_TYPE_HEXAROTOR"),
+    pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR"),
 ]
 
 
-def outputs(station: Any, after_s: float) -> list[int]:
-    """PWM of the first six outputs when a time has passed; the stream is asked for, where it is not sent anyway."""
-    station.collect("HEARTBEAT", after_s)
+def outputs(station: Any) -> tuple[float, list[int]]:
+    """Vehicle time in seconds, and PWM of the first four outputs, which are asked for where they are not streamed."""
     while station.link.recv_match(blocking=False) is not None:
         pass
     station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, SERVO_OUTPUT_RAW, *(0.0,) * 6)
     message = station.receive("SERVO_OUTPUT_RAW")
-    return [getattr(message, f"servo{n}_raw") for n in range(1, 7)]
+    return message.time_usec / 1e6, [getattr(message, f"servo{n}_raw") for n in range(1, 5)]
+
+
+def outputs_when(station: Any, motor: int, turns: bool) -> tuple[float, list[int]]:
+    """The first outputs in which a motor turns, or stands."""
+    end_s = time.monotonic() + LIMIT_S
+    while time.monotonic() < end_s:
+        time_s, pwm = outputs(station)
+        if (pwm[motor] >= SLOWEST_PWM) is turns:
+            return time_s, pwm
+    raise TimeoutError(f"motor {motor + 1} {'stands' if turns else 'turns'} after {LIMIT_S} s")
 
 
 def actuator_test(station: Any, value: float, seconds: float, function: float) -> int | None:
@@ -34,19 +45,23 @@ def actuator_test(station: Any, value: float, seconds: float, function: float) -
 
 @pytest.mark.covers("SERVO_OUTPUT_RAW", source="measured: a disarmed output of PX4's simulation stands at 900 µs")
 def test_a_motor_turns_until_its_time_is_over(station: Any) -> None:
-    assert outputs(station, 0.0) == [DISARMED_PWM] * 6
+    began_s, standing = outputs(station)
+    assert standing == [DISARMED_PWM] * 4
     assert actuator_test(station, 0.1, 1.5, 3) == ACCEPTED
-    turning = outputs(station, 0.8)
+    _, turning = outputs_when(station, 2, turns=True)
     assert turning[2] > SLOWEST_PWM
-    assert turning[:2] + turning[3:] == [DISARMED_PWM] * 5
-    assert outputs(station, 1.5) == [DISARMED_PWM] * 6
+    assert turning[:2] + turning[3:] == [DISARMED_PWM] * 3
+    ended_s, standing = outputs_when(station, 2, turns=False)
+    assert standing == [DISARMED_PWM] * 4
+    assert ended_s - began_s > 1.4
 
 
 def test_a_motor_is_released_before_its_time(station: Any) -> None:
-    assert actuator_test(station, 0.1, 3.0, 1) == ACCEPTED
-    assert outputs(station, 0.3)[0] >= SLOWEST_PWM
+    assert actuator_test(station, 0.1, 30.0, 1) == ACCEPTED
+    outputs_when(station, 0, turns=True)
     assert actuator_test(station, NAN, 0.0, 1) == ACCEPTED
-    assert outputs(station, 0.3)[0] == DISARMED_PWM
+    _, standing = outputs_when(station, 0, turns=False)
+    assert standing == [DISARMED_PWM] * 4
 
 
 @pytest.mark.covers("COMMAND_ACK", source="measured: no ack for an output function that PX4 cannot test, as 0 or 101")

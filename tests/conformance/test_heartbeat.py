@@ -5,10 +5,9 @@ from typing import Any
 import pytest
 
 
-@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
 @pytest.mark.covers("HEARTBEAT", source="https://mavlink.io/en/services/heartbeat.html")
 @pytest.mark.covers("HEARTBEAT", source="measured: ready in Hold")
 def test_heartbeat(station: Any) -> None:
     heartbeat = station.heartbeat()
-    assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (13, 12, 29)
+    assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (station.vehicle_type, 12, 29)
     assert (heartbeat.custom_mode, heartbeat.system_status, heartbeat.mavlink_version) == (50593792, 3, 3)

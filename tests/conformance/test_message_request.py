@@ -8,14 +8,16 @@ REQUEST_MESSAGE, GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL = 512, 510, 511
 ACCEPTED, DENIED = 0, 2
 MESSAGE_INTERVAL, STORAGE_INFORMATION = 244, 261
 GIVEN = (
-    *(0, 1, 2, 8, 26, 30, 31, 32, 33, 49, 69, 74, 83, 93, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
-    *(292, 300, 331, 375, 395, 397, 435, 436, 514, 12900, 12901, 12904),
+    *(0, 1, 2, 8, 26, 30, 31, 32, 33, 49, 69, 74, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
+    *(292, 300, 331, 395, 397, 435, 436, 514, 12900, 12901, 12904),
 )
 """Message ids; ESC_EEPROM (292) is accepted, and nothing comes."""
 GIVEN_ONCE = {24: 200_000, 441: 1_000_000}
 """GPS_RAW_INT and GNSS_INTEGRITY are sent once per fix, so that a stream may have been faster; and their intervals."""
-NOT_GIVEN = (22, 27, 42, 77, 259, 260, 263, 269, 280, 281, 283, 284, 285, 345, 390, 396, 9999, 70000, -1)
-"""No camera, no gimbal, no stream of that name (MISSION_CURRENT, for one), no such message."""
+GIVEN_BY_A_MULTICOPTER = (83, 93, 375)
+NOT_GIVEN = (22, 27, 42, 77, 259, 260, 263, 269, 345, 390, 396, 9999, 70000, -1)
+"""Those of the camera's component, no stream of that name (MISSION_CURRENT, for one), no such message."""
+GIMBAL = (280, 281, 283, 284, 285)
 
 pytestmark = pytest.mark.covers(
     "MAV_CMD_REQUEST_MESSAGE", source="https://mavlink.io/en/messages/common.html#MAV_CMD_REQUEST_MESSAGE"
@@ -26,14 +28,12 @@ def ask(station: Any, *params: float) -> None:
     station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, *params, *(0.0,) * (7 - len(params)))
 
 
-@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
 @pytest.mark.covers(source="measured: what PX4 has without camera and gimbal")
 @pytest.mark.parametrize("number", GIVEN)
 def test_given(station: Any, number: int) -> None:
     assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
 
 
-@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
 @pytest.mark.covers(source="measured: what PX4 has without camera and gimbal, with its streams stopped")
 @pytest.mark.parametrize("number", GIVEN_ONCE)
 def test_given_while_it_is_not_streamed(station: Any, number: int) -> None:
@@ -44,7 +44,20 @@ def test_given_while_it_is_not_streamed(station: Any, number: int) -> None:
         station.command(SET_MESSAGE_INTERVAL, number, GIVEN_ONCE[number])
 
 
-@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers(source="measured: what PX4's hexacopter has, and its rover has not")
+@pytest.mark.parametrize("number", GIVEN_BY_A_MULTICOPTER)
+def test_given_by_a_multicopter(station: Any, number: int) -> None:
+    assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+
+
+@pytest.mark.airframe(10044, 10045)
+@pytest.mark.covers(source="measured: MAV_RESULT_DENIED without a gimbal")
+@pytest.mark.parametrize("number", GIMBAL)
+def test_denied_without_a_gimbal(station: Any, number: int) -> None:
+    assert station.command(REQUEST_MESSAGE, number) == DENIED
+
+
 @pytest.mark.covers(source="measured: MAV_RESULT_DENIED")
 @pytest.mark.parametrize("number", NOT_GIVEN)
 def test_denied(station: Any, number: int) -> None:

@@ -10,15 +10,14 @@ import pytest
 UINT8, INT16, UINT32, INT32, REAL32 = 1, 4, 5, 6, 9
 HEADER_BYTES = 10
 NO_INDEX = 65535
-COUNT = 947
 HASH = "_HASH_CHECK"
-CRUISE, RC_IN_MODE, XY_P = "MPC_XY_CRUISE", "COM_RC_IN_MODE", "MPC_XY_P"
-CRUISE_INDEX, RC_IN_MODE_INDEX = 621, 300
-GREATEST_SPEED = 12.0
+RC_LOSS_T, RC_IN_MODE = "COM_RC_LOSS_T", "COM_RC_IN_MODE"
+"""A number and an integer that every vehicle has."""
+CRUISE, GREATEST_SPEED = "MPC_XY_CRUISE", "MPC_XY_VEL_MAX"
 SETTLE_S = 3.0
 PAGE = "https://mavlink.io/en/services/parameter.html"
 
-pytestmark = [pytest.mark.covers("PARAM_VALUE", source=PAGE), pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")]
+pytestmark = pytest.mark.covers("PARAM_VALUE", source=PAGE)
 
 
 def value_of(message: Any) -> float | int:
@@ -49,10 +48,18 @@ def set_value(station: Any, name: str, value: float | int, kind: int) -> None:
     station.mav.param_set_send(station.system, 1, name.encode(), wire(value, kind), kind)
 
 
+@pytest.fixture(scope="module")
+def listed(station: Any) -> list[Any]:
+    """The answers to PARAM_REQUEST_LIST, the hash first."""
+    station.mav.param_request_list_send(station.system, 1)
+    first = station.receive("PARAM_VALUE")
+    return [first, *(station.receive("PARAM_VALUE") for _ in range(first.param_count))]
+
+
 @pytest.fixture(autouse=True)
 def restored(station: Any) -> Iterator[None]:
     """The two parameters that tests change have their values again, and have been told for the last time."""
-    before = {name: read(station, name) for name in (CRUISE, RC_IN_MODE)}
+    before = {name: read(station, name) for name in (CRUISE, RC_LOSS_T, RC_IN_MODE)}
     yield
     for name, message in before.items():
         now = read(station, name)
@@ -61,66 +68,92 @@ def restored(station: Any) -> Iterator[None]:
             values(station, name, 0.3)
 
 
-@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: the hash comes first, then 947 by name, indices in order")
-def test_the_list_is_whole_and_in_order(station: Any) -> None:
-    station.mav.param_request_list_send(station.system, 1)
-    listed = [station.receive("PARAM_VALUE") for _ in range(1 + COUNT)]
-    first = listed[0]
-    assert (first.param_id, first.param_index, first.param_type, first.param_count) == (HASH, NO_INDEX, UINT32, COUNT)
-    assert [each.param_index for each in listed[1:]] == list(range(COUNT))
-    names = [each.param_id for each in listed[1:]]
-    assert names == sorted(names)
-    assert (names[0], names[1], names[-1]) == ("ASPD_SCALE_1", "ATT_EN", "WV_YRATE_MAX")
-    assert {each.param_type for each in listed[1:]} == {INT32, REAL32}
+@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: the hash comes first, then all by name, indices in order")
+def test_the_list_is_whole_and_in_order(listed: list[Any]) -> None:
+    first, *others = listed
+    assert (first.param_id, first.param_index, first.param_type) == (HASH, NO_INDEX, UINT32)
+    assert [each.param_index for each in others] == list(range(first.param_count))
+    assert {each.param_count for each in others} == {first.param_count}
+    names = [each.param_id for each in others]
+    assert names == sorted(set(names))
+    assert {each.param_type for each in others} == {INT32, REAL32}
+
+
+@pytest.mark.airframe(10044)
+@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: 947 parameters of the simulated hexacopter")
+def test_the_list_of_the_simulated_hexacopter(listed: list[Any]) -> None:
+    assert len(listed) == 1 + 947
+    found = {each.param_index: (each.param_id, each.param_type) for each in listed[1:]}
+    assert [found[index] for index in (0, 1, 946)] == [
+        ("ASPD_SCALE_1", REAL32),
+        ("ATT_EN", INT32),
+        ("WV_YRATE_MAX", REAL32),
+    ]
+    assert (found[147], found[550]) == (("CA_ROTOR11_KM", REAL32), ("MC_ROLLRATE_P", REAL32))
 
 
 @pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: asked for again, the list begins again")
-def test_a_list_that_is_asked_for_again_begins_again(station: Any) -> None:
+def test_a_list_that_is_asked_for_again_begins_again(station: Any, listed: list[Any]) -> None:
     station.mav.param_request_list_send(station.system, 1)
     begun = [station.receive("PARAM_VALUE").param_index for _ in range(100)]
     station.mav.param_request_list_send(station.system, 1)
     indices = begun + [message.param_index for message in station.collect("PARAM_VALUE", 1.5)]
     assert indices.count(0) == 2
-    assert set(range(COUNT)) <= set(indices)
+    assert set(range(listed[0].param_count)) <= set(indices)
 
 
 @pytest.mark.covers("PARAM_SET", source="measured: _HASH_CHECK, whatever its value, ends the list")
-def test_setting_the_hash_ends_the_list(station: Any) -> None:
+def test_setting_the_hash_ends_the_list(station: Any, listed: list[Any]) -> None:
     station.mav.param_request_list_send(station.system, 1)
     assert station.receive("PARAM_VALUE").param_id == HASH
     station.mav.param_set_send(station.system, 1, HASH.encode(), 0.0, UINT32)
-    assert len(station.collect("PARAM_VALUE", 1.0)) < COUNT // 2
+    assert len(station.collect("PARAM_VALUE", 1.0)) < len(listed) // 2
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source=PAGE)
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: a parameter outside the list has index 65535")
-@pytest.mark.parametrize(
-    ("name", "index", "answer"),
-    [
-        ("MC_ROLLRATE_P", -1, ("MC_ROLLRATE_P", 550, REAL32)),
-        ("SYS_AUTOSTART", -1, ("SYS_AUTOSTART", 894, INT32)),
-        ("CA_ROTOR11_KM", -1, ("CA_ROTOR11_KM", 147, REAL32)),
-        ("FW_T_CLMB_MAX", -1, ("FW_T_CLMB_MAX", NO_INDEX, REAL32)),
-        (HASH, -1, (HASH, NO_INDEX, UINT32)),
-        ("", 0, ("ASPD_SCALE_1", 0, REAL32)),
-        ("", 1, ("ATT_EN", 1, INT32)),
-        ("", 500, ("LNDMC_Z_VEL_MAX", 500, REAL32)),
-        ("", 946, ("WV_YRATE_MAX", 946, REAL32)),
-        ("MPC_XY_P", 0, ("ASPD_SCALE_1", 0, REAL32)),
-    ],
+@pytest.mark.parametrize("name", [RC_LOSS_T, RC_IN_MODE, "SYS_AUTOSTART"])
+def test_a_parameter_is_read_by_its_name(station: Any, listed: list[Any], name: str) -> None:
+    expected = next(each for each in listed if each.param_id == name)
+    message = read(station, name)
+    assert (message.param_id, message.param_index, message.param_type) == (
+        name,
+        expected.param_index,
+        expected.param_type,
+    )
+    assert (message.param_count, value_of(message)) == (expected.param_count, value_of(expected))
+
+
+@pytest.mark.covers("PARAM_REQUEST_READ", source=PAGE)
+@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: an index counts, whatever the name says")
+@pytest.mark.parametrize("name", ["", RC_LOSS_T])
+@pytest.mark.parametrize("place", [0, 1, 500, -1])
+def test_a_parameter_is_read_by_its_index(station: Any, listed: list[Any], name: str, place: int) -> None:
+    expected = listed[1:][place]
+    message = read(station, name, expected.param_index)
+    assert (message.param_id, message.param_index) == (expected.param_id, expected.param_index)
+
+
+@pytest.mark.covers(
+    "PARAM_REQUEST_READ", source="measured: the hash, and a parameter outside the list, have index 65535"
 )
-def test_read(station: Any, name: str, index: int, answer: tuple[str, int, int]) -> None:
-    message = read(station, name, index)
-    assert (message.param_id, message.param_index, message.param_type) == answer
-    assert message.param_count == COUNT
+@pytest.mark.parametrize(("name", "kind"), [(HASH, UINT32), ("FW_T_CLMB_MAX", REAL32)])
+def test_what_the_list_has_not_is_read_without_an_index(station: Any, listed: list[Any], name: str, kind: int) -> None:
+    message = read(station, name)
+    assert (message.param_id, message.param_index, message.param_type) == (name, NO_INDEX, kind)
+    assert message.param_count == listed[0].param_count
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source="measured: no answer")
 @pytest.mark.parametrize(
-    ("name", "index"), [("NO_SUCH_PARAM", -1), ("mpc_xy_p", -1), ("", -1), ("", 947), ("", 32767), ("", -2)]
+    ("name", "index"), [("NO_SUCH_PARAM", -1), ("com_rc_loss_t", -1), ("", -1), ("", 32767), ("", -2)]
 )
 def test_what_is_not_there_has_no_answer(station: Any, name: str, index: int) -> None:
     assert read(station, name, index) is None
+
+
+@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: no answer")
+def test_after_the_last_index_there_is_nothing(station: Any, listed: list[Any]) -> None:
+    assert read(station, "", listed[0].param_count) is None
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source="measured: PX4 wants its own system, and component 1 or all")
@@ -128,23 +161,23 @@ def test_what_is_not_there_has_no_answer(station: Any, name: str, index: int) ->
     ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 190, False), (77, 1, False)]
 )
 def test_targets(station: Any, offset: int, component: int, answered: bool) -> None:
-    assert (read(station, XY_P, target=(station.system + offset, component)) is not None) is answered
+    assert (read(station, RC_LOSS_T, target=(station.system + offset, component)) is not None) is answered
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source="measured: a broadcast has no answer")
 @pytest.mark.parametrize("component", [0, 1])
 def test_a_broadcast_has_no_answer(station: Any, component: int) -> None:
-    assert read(station, XY_P, target=(0, component)) is None
+    assert read(station, RC_LOSS_T, target=(0, component)) is None
 
 
 @pytest.mark.covers("PARAM_SET", source="measured: an echo to who sets it, then what is new to all links")
-@pytest.mark.parametrize(
-    ("name", "kind", "value", "index"), [(CRUISE, REAL32, 6.5, CRUISE_INDEX), (RC_IN_MODE, INT32, 2, RC_IN_MODE_INDEX)]
-)
-def test_a_changed_value_is_told_twice(station: Any, name: str, kind: int, value: float, index: int) -> None:
+@pytest.mark.parametrize(("name", "kind", "value"), [(RC_LOSS_T, REAL32, 6.5), (RC_IN_MODE, INT32, 2)])
+def test_a_changed_value_is_told_twice(station: Any, listed: list[Any], name: str, kind: int, value: float) -> None:
+    expected = next(each for each in listed if each.param_id == name)
     set_value(station, name, value, kind)
     echo = station.receive("PARAM_VALUE")
-    assert (echo.param_id, echo.param_index, echo.param_type, echo.param_count) == (name, index, kind, COUNT)
+    assert (echo.param_id, echo.param_type) == (name, kind)
+    assert (echo.param_index, echo.param_count) == (expected.param_index, expected.param_count)
     assert value_of(echo) == value
     assert values(station, name, 0.25) == [value]
     assert value_of(read(station, name)) == value
@@ -152,16 +185,16 @@ def test_a_changed_value_is_told_twice(station: Any, name: str, kind: int, value
 
 @pytest.mark.covers("PARAM_SET", source="measured: one echo, as nothing has changed")
 def test_the_same_value_is_told_once(station: Any) -> None:
-    before = value_of(read(station, CRUISE))
-    set_value(station, CRUISE, before, REAL32)
-    assert values(station, CRUISE, 0.25) == [before]
+    before = value_of(read(station, RC_LOSS_T))
+    set_value(station, RC_LOSS_T, before, REAL32)
+    assert values(station, RC_LOSS_T, 0.25) == [before]
 
 
 @pytest.mark.covers("PARAM_SET", source="measured: ignored without an answer")
 @pytest.mark.parametrize(
     ("name", "value", "kind"),
     [
-        (CRUISE, 7, INT32),
+        (RC_LOSS_T, 7, INT32),
         (RC_IN_MODE, 3.0, REAL32),
         (RC_IN_MODE, 1, UINT8),
         (RC_IN_MODE, 1, INT16),
@@ -178,7 +211,7 @@ def test_another_type_or_name_is_ignored(station: Any, name: str, value: float, 
 
 
 @pytest.mark.covers("PARAM_SET", source="measured: the service does not look at bounds")
-@pytest.mark.parametrize(("name", "value", "kind"), [(CRUISE, -3.0, REAL32), (RC_IN_MODE, 99, INT32)])
+@pytest.mark.parametrize(("name", "value", "kind"), [(RC_LOSS_T, -3.0, REAL32), (RC_IN_MODE, 99, INT32)])
 def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, kind: int) -> None:
     set_value(station, name, value, kind)
     assert value_of(station.receive("PARAM_VALUE")) == value
@@ -186,33 +219,35 @@ def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, k
     assert value_of(read(station, name)) == value
 
 
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
 @pytest.mark.covers("PARAM_SET", source="measured: the position controller lowers MPC_XY_CRUISE to MPC_XY_VEL_MAX")
 def test_a_cruise_speed_above_the_greatest_is_lowered(station: Any) -> None:
+    greatest = value_of(read(station, GREATEST_SPEED))
     set_value(station, CRUISE, 5000.0, REAL32)
     assert value_of(station.receive("PARAM_VALUE")) == 5000.0
     told = []
-    while (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None and GREATEST_SPEED not in told:
+    while (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None and greatest not in told:
         told += [value_of(message)] if message.param_id == CRUISE else []
-    assert GREATEST_SPEED in told
-    assert value_of(read(station, CRUISE)) == GREATEST_SPEED
+    assert greatest in told
+    assert value_of(read(station, CRUISE)) == greatest
 
 
 @pytest.mark.covers("PARAM_SET", source="measured: NaN is kept, and is no change that other links hear of")
 def test_nan_is_taken(station: Any) -> None:
-    set_value(station, CRUISE, math.nan, REAL32)
-    told = values(station, CRUISE, 0.25)
+    set_value(station, RC_LOSS_T, math.nan, REAL32)
+    told = values(station, RC_LOSS_T, 0.25)
     assert len(told) == 1
     assert math.isnan(told[0])
-    assert math.isnan(value_of(read(station, CRUISE)))
+    assert math.isnan(value_of(read(station, RC_LOSS_T)))
 
 
 @pytest.mark.covers("PARAM_SET", "PARAM_REQUEST_READ", source="measured: the hash follows the values")
 def test_the_hash_changes_with_a_value_and_comes_back_with_it(station: Any) -> None:
-    before = value_of(read(station, CRUISE))
+    before = value_of(read(station, RC_LOSS_T))
     hashes = []
     for value in (before, 6.25, before):
-        set_value(station, CRUISE, value, REAL32)
-        values(station, CRUISE, 0.1)
+        set_value(station, RC_LOSS_T, value, REAL32)
+        values(station, RC_LOSS_T, 0.1)
         hashes.append(value_of(read(station, HASH)))
     assert hashes[0] != hashes[1]
     assert hashes[0] == hashes[2]

@@ -33,7 +33,7 @@ SELECTABLE = {
 REFUSED = ((0, 0), (4, 1), (4, 7), (4, 10), (4, 20), (8, 0), (9, 0), (10, 0), (12, 0), (99, 0))
 PAGE = "https://mavlink.io/en/messages/common.html"
 
-pytestmark = pytest.mark.vehicle("MAV_TYPE_HEXAROTOR")
+pytestmark = pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
 
 
 @pytest.fixture(autouse=True)
