@@ -22,6 +22,7 @@ from autopilot.land_detector import LandDetector
 from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
 from autopilot.manual_control import ManualControl
+from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
@@ -100,7 +101,9 @@ class Autopilot:
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self._on_command, instance, root, self.outgoing)
         self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
         self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
-        self.logger = Logger(*shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us)
+        self.logger = Logger(
+            *shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us, files.event_definitions
+        )
         self.mavlink.log_streaming.logger = self.logger
         self.load_mon = LoadMon(self.topics, self.mavlink.links)
         self.now_us = 0

@@ -7,6 +7,8 @@ A missing number is NaN, as in PX4.
 """
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from autopilot.constants import NavState, RequestedAction
@@ -170,6 +172,23 @@ class EstimatorStatus(NamedTuple):
     vision_fused: bool = False
     disabled: frozenset[int] = frozenset()
     """ESTIMATOR_SENSOR_FUSION_SOURCEs that a command has switched off."""
+
+
+class Innovation(NamedTuple):
+    """What one measurement of the filter differed by: estimate minus measurement, as PX4 tells it."""
+
+    innovation: float = NAN
+    variance: float = NAN
+    """Of the innovation."""
+    test_ratio: float = NAN
+    """Its square over that of the gate; more than 1 is refused."""
+
+
+class EstimatorInnovations(NamedTuple):
+    """The last innovations of each sensor, by PX4's names of fields; those of a velocity have all three axes."""
+
+    timestamp: int = 0
+    by_field: Mapping[str, tuple[Innovation, ...]] = MappingProxyType({})
 
 
 class WindEstimate(NamedTuple):
@@ -418,6 +437,15 @@ class VehicleTorqueSetpoint(NamedTuple):
 
     timestamp: int = 0
     xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
+class RateCtrlStatus(NamedTuple):
+    """Writer: mc_rate_control, at 50 Hz, for the log: what its integrators have learnt."""
+
+    timestamp: int = 0
+    rollspeed_integ: float = 0.0
+    pitchspeed_integ: float = 0.0
+    yawspeed_integ: float = 0.0
 
 
 class ActuatorOutputs(NamedTuple):
@@ -844,6 +872,7 @@ class Topics:
         self.vehicle_local_position = VehicleLocalPosition()
         self.vehicle_global_position = VehicleGlobalPosition()
         self.estimator_status = EstimatorStatus()
+        self.estimator_innovations = EstimatorInnovations()
         self.wind = WindEstimate()
         self.vehicle_land_detected = VehicleLandDetected()
         self.vehicle_status = VehicleStatus()
@@ -869,6 +898,7 @@ class Topics:
         self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()
         self.vehicle_rates_setpoint = VehicleRatesSetpoint()
         self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
+        self.rate_ctrl_status = RateCtrlStatus()
         self.actuator_outputs = ActuatorOutputs()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()

@@ -23,12 +23,13 @@ class RateControl:
         self.gain_ff: Vector3 = (0.0, 0.0, 0.0)
         self.int_limit: Vector3 = (0.0, 0.0, 0.0)
         self.yaw_torque_alpha = 1.0
-        self._integral: Vector3 = (0.0, 0.0, 0.0)
+        self.integral: Vector3 = (0.0, 0.0, 0.0)
+        """What the integrators have learnt: torques."""
         self._yaw_torque = 0.0
 
     def reset(self) -> None:
         """Forget integrators and filter."""
-        self._integral, self._yaw_torque = (0.0, 0.0, 0.0), 0.0
+        self.integral, self._yaw_torque = (0.0, 0.0, 0.0), 0.0
 
     def update(
         self, rates: Vector3, setpoint: Vector3, derivative: Vector3, dt: float, landed: bool, unallocated: Vector3
@@ -40,7 +41,7 @@ class RateControl:
         (px, py, pz), (dx, dy, dz), (fx, fy, fz) = self.gain_p, self.gain_d, self.gain_ff
         (sx, sy, sz), (ax, ay, az) = setpoint, derivative
         ex, ey, ez = sx - rates[0], sy - rates[1], sz - rates[2]
-        ix, iy, iz = self._integral
+        ix, iy, iz = self.integral
         torque_x = px * ex + ix - dx * ax + fx * sx
         torque_y = py * ey + iy - dy * ay + fy * sy
         torque_z = pz * ez + iz - dz * az + fz * sz
@@ -52,7 +53,7 @@ class RateControl:
             ix += gx * ex * max(0.0, dt - ex * ex * fade)
             iy += gy * ey * max(0.0, dt - ey * ey * fade)
             iz += gz * ez * max(0.0, dt - ez * ez * fade)
-            self._integral = (max(-lx, min(lx, ix)), max(-ly, min(ly, iy)), max(-lz, min(lz, iz)))
+            self.integral = (max(-lx, min(lx, ix)), max(-ly, min(ly, iy)), max(-lz, min(lz, iz)))
         self._yaw_torque = filtered = self._yaw_torque + self.yaw_torque_alpha * (torque_z - self._yaw_torque)
         return torque_x, torque_y, filtered
 

@@ -39,6 +39,7 @@ from autopilot.topics import (
     ActuatorOutputs,
     HoverThrustEstimate,
     ManualControlSetpoint,
+    RateCtrlStatus,
     TakeoffStatus,
     Topics,
     TrajectorySetpoint,
@@ -367,6 +368,7 @@ class MulticopterControl:
         if self._ticks % PWM_EVERY == 0:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
             topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
+            topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
         topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
         if self._peripherals:
             topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)

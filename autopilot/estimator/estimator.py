@@ -27,7 +27,9 @@ from autopilot.estimator.terrain import Terrain
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     NAN,
+    EstimatorInnovations,
     EstimatorStatus,
+    Innovation,
     SensorGps,
     Topics,
     VehicleAngularVelocity,
@@ -87,6 +89,7 @@ class Estimator:
         self._horizontal_good_us = self._height_good_us = 0
         self._xy_reset_counter = self._z_reset_counter = 0
         self._ratios = [0.0, 0.0, 0.0, 0.0]
+        self._innovations: dict[str, tuple[Innovation, ...]] = {}
         self._gps_fused = self._baro_fused = self._mag_fused = False
         self._flow = topics.vehicle_optical_flow
         self._vision = topics.vehicle_visual_odometry
@@ -318,7 +321,7 @@ class Estimator:
         if self._vision_yaw:
             return
         variance = (self._p["EKF2_MAG_NOISE"] / horizontal) ** 2
-        self._mag_fused = self._gated(3, ((2, innovation, variance),), self._p["EKF2_HDG_GATE"])
+        self._mag_fused = self._gated(3, ((2, innovation, variance),), self._p["EKF2_HDG_GATE"], "heading")
 
     def _reset_yaw(self, turn_rad: float) -> None:
         self._yaw_aligned = True
@@ -343,7 +346,8 @@ class Estimator:
             self._baro_bias.update(height + self._state.pd, variance + up_variance, dt_s)
         innovation = self._baro_bias.bias_m - height - self._state.pd
         ratio_slot = None if reference_is_gps else 2
-        self._baro_fused = self._gated(ratio_slot, ((index, innovation, variance),), p["EKF2_BARO_GATE"])
+        observation = (index, innovation, variance)
+        self._baro_fused = self._gated(ratio_slot, (observation,), p["EKF2_BARO_GATE"], "baro_vpos")
         if self._baro_fused:
             self._height_aid_us = now_us
             if not reference_is_gps:
@@ -397,7 +401,7 @@ class Estimator:
             observations = tuple(
                 (cov.VELOCITY + axis, told - known, variance) for axis, (told, known, variance) in enumerate(measured)
             )
-            if self._gated(0, observations, self._vision_settings.velocity_gate) and self._xy_started:
+            if self._gated(0, observations, self._vision_settings.velocity_gate, "ev_vel") and self._xy_started:
                 self._horizontal_aid_us = now_us
         if seen.down is not None:
             self._fuse_vision_height(now_us, seen.down, seen.position_variance[2], jumped=jumped)
@@ -450,7 +454,7 @@ class Estimator:
                 (cov.POSITION, place[0] - state.pn, variance_n),
                 (cov.POSITION + 1, place[1] - state.pe, variance_e),
             )
-            if self._gated(1, position, self._vision_settings.position_gate):
+            if self._gated(1, position, self._vision_settings.position_gate, "ev_hpos"):
                 self._horizontal_aid_us = self._horizontal_good_us = now_us
                 return
             if now_us - self._horizontal_good_us <= REJECTED_TIMEOUT_US:
@@ -472,7 +476,9 @@ class Estimator:
             if jumped or not self._vision_height or now_us - self._height_good_us > REJECTED_TIMEOUT_US:
                 self._vision_height = True
                 self._reset_height(now_us, down_m, variance)
-            elif self._gated(2, ((index, down_m - state.pd, variance),), self._vision_settings.position_gate):
+            elif self._gated(
+                2, ((index, down_m - state.pd, variance),), self._vision_settings.position_gate, "ev_vpos"
+            ):
                 self._height_aid_us = self._height_good_us = now_us
             return
         if jumped or not self._vision_bias.bias_m:
@@ -480,7 +486,7 @@ class Estimator:
         up_variance = float(self._covariance[index, index])
         self._vision_bias.update(state.pd - down_m, variance + up_variance, 0.1)
         innovation = down_m + self._vision_bias.bias_m - state.pd
-        if self._gated(None, ((index, innovation, variance),), self._vision_settings.position_gate):
+        if self._gated(None, ((index, innovation, variance),), self._vision_settings.position_gate, "ev_vpos"):
             self._height_aid_us = now_us
 
     def _gps_position_noise(self, accuracy_m: float) -> float:
@@ -499,11 +505,11 @@ class Estimator:
                 (cov.VELOCITY + 1, gps.vel_e_m_s - state.ve, variance),
                 (cov.VELOCITY + 2, gps.vel_d_m_s - state.vd, 2.25 * variance),
             )
-            good = self._gated(0, velocity, p["EKF2_GPS_V_GATE"])
+            good = self._gated(0, velocity, p["EKF2_GPS_V_GATE"], "gps_vel")
         north, east = self._origin.project(gps.latitude_deg, gps.longitude_deg)
         variance = self._gps_position_noise(gps.eph) ** 2
         position = ((cov.POSITION, north - state.pn, variance), (cov.POSITION + 1, east - state.pe, variance))
-        if self._gated(1, position, p["EKF2_GPS_P_GATE"]):
+        if self._gated(1, position, p["EKF2_GPS_P_GATE"], "gps_hpos"):
             self._horizontal_good_us = self._horizontal_aid_us = now_us
         elif good:
             self._horizontal_aid_us = now_us
@@ -521,19 +527,31 @@ class Estimator:
             self._gps_bias.update(height + state.pd, variance + up_variance, 0.1)
         innovation = self._gps_bias.bias_m - height - state.pd
         slot = None if self._height_by_baro else 2
-        if self._gated(slot, ((index, innovation, variance),), self._p["EKF2_GPS_P_GATE"]):
+        if self._gated(slot, ((index, innovation, variance),), self._p["EKF2_GPS_P_GATE"], "gps_vpos"):
             self._height_aid_us = self._height_good_us = now_us
         elif now_us - self._height_good_us > REJECTED_TIMEOUT_US:
             self._reset_height(now_us, -height, variance)
 
-    def _gated(self, ratio_slot: int | None, observations: tuple[tuple[int, float, float], ...], gate: float) -> bool:
-        """Fuse (state, innovation, variance) of one sensor together unless one lies outside the gate (1 σ at least)."""
+    def _gated(
+        self,
+        ratio_slot: int | None,
+        observations: tuple[tuple[int, float, float], ...],
+        gate: float,
+        field: str = "",
+    ) -> bool:
+        """Fuse (state, innovation, variance) of one sensor together unless one lies outside the gate (1 σ at least).
+
+        `field` is the name under which estimator_innovations tells them.
+        """
         gate = max(gate, 1.0)
         p, correction = self._covariance, self._correction
-        ratio = 0.0
+        told = []
         for index, innovation, variance in observations:
-            rest = innovation - correction[index]
-            ratio = max(ratio, float(rest * rest / (gate * gate * (p[index, index] + variance))))
+            rest, innovation_variance = innovation - float(correction[index]), float(p[index, index]) + variance
+            told.append(Innovation(-rest, innovation_variance, rest * rest / (gate * gate * innovation_variance)))
+        ratio = max(each.test_ratio for each in told)
+        if field:
+            self._innovations[field] = tuple(told)
         if ratio_slot is not None:
             self._ratios[ratio_slot] = math.sqrt(ratio)
         if not ratio <= 1.0:
@@ -722,6 +740,7 @@ class Estimator:
         vn, ve, vd, pn, pe, pd = variances[3:9].tolist()
         self._eph, self._epv = math.sqrt(pn + pe), math.sqrt(pd)
         self._evh, self._evv = math.sqrt(vn + ve), math.sqrt(vd)
+        self._topics.estimator_innovations = EstimatorInnovations(now_us, self._innovations.copy())
         self._topics.estimator_status = EstimatorStatus(
             now_us,
             True,

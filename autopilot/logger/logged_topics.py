@@ -8,6 +8,7 @@ from autopilot.logger.packing import Row
 
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
+INNOVATIONS = "estimator_innovations"
 
 
 class LoggedTopic(NamedTuple):
@@ -44,6 +45,11 @@ COMMON = (
     LoggedTopic("estimator_status", 200, rows.estimator_status),
     LoggedTopic("estimator_status_flags", 1000, rows.estimator_status_flags, "estimator_status"),
     LoggedTopic("estimator_sensor_bias", 1000, rows.estimator_sensor_bias, "estimator_status"),
+    LoggedTopic("estimator_innovations", 500, rows.estimator_innovations),
+    LoggedTopic("estimator_innovation_variances", 500, rows.estimator_innovation_variances, "estimator_innovations"),
+    LoggedTopic(
+        "estimator_innovation_test_ratios", 500, rows.estimator_innovation_test_ratios, "estimator_innovations"
+    ),
     LoggedTopic("vehicle_imu_status", 1000, rows.vehicle_imu_status, "estimator_status"),
     LoggedTopic("wind", 1000, rows.wind),
     LoggedTopic("vehicle_land_detected", STATE_MS, rows.vehicle_land_detected, state=True),
@@ -56,6 +62,7 @@ COMMON = (
     LoggedTopic("mission_result", STATE_MS, rows.mission_result, state=True),
     LoggedTopic("actuator_outputs", 100, rows.actuator_outputs),
     LoggedTopic("manual_control_setpoint", 200, rows.manual_control_setpoint),
+    LoggedTopic("manual_control_switches", STATE_MS, rows.manual_control_switches, state=True),
     LoggedTopic("input_rc", 500, rows.input_rc),
     LoggedTopic("cpuload", 0, rows.cpuload),
     LoggedTopic("offboard_control_mode", 100, rows.offboard_control_mode, "offboard_setpoint"),
@@ -68,6 +75,7 @@ MULTICOPTERS = (
     LoggedTopic("vehicle_rates_setpoint", 20, rows.vehicle_rates_setpoint),
     LoggedTopic("vehicle_thrust_setpoint", 20, rows.vehicle_thrust_setpoint, "vehicle_rates_setpoint"),
     LoggedTopic("vehicle_torque_setpoint", 20, rows.vehicle_torque_setpoint),
+    LoggedTopic("rate_ctrl_status", 200, rows.rate_ctrl_status),
     LoggedTopic("takeoff_status", 1000, rows.takeoff_status),
     LoggedTopic("hover_thrust_estimate", 100, rows.hover_thrust_estimate),
 )

@@ -9,6 +9,7 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 (SDLOG_ROTATE), performance counters.
 """
 
+import hashlib
 import re
 import struct
 from collections.abc import Callable, Iterable
@@ -124,8 +125,13 @@ class Logger:
         texts: Texts,
         root: Path | None,
         unix_us_of_boot: Callable[[], int],
+        event_definitions: Callable[[], bytes] = bytes,
     ) -> None:
-        """Files go under `root` (None: there is no storage); `unix_us_of_boot` gives the date of time 0."""
+        """Files go under `root` (None: there is no storage); `unix_us_of_boot` gives the date of time 0.
+
+        `event_definitions` is the compressed metadata of events, by which a reader of the log puts them into words.
+        """
+        self._event_definitions = event_definitions
         self._topics, self._parameters, self._texts = topics, parameters, texts
         self._root, self._unix_us_of_boot = root, unix_us_of_boot
         self._mode = int(parameters["SDLOG_MODE"])
@@ -366,6 +372,10 @@ class Logger:
             messages.append(ulog.parameter(name, value, is_float))
         for name in parameters:
             messages += self._defaults_of(name)
+        events = self._event_definitions()
+        if events:
+            messages.append(ulog.information_multiple("metadata_events", events))
+            messages.append(ulog.information("metadata_events_sha256", hashlib.sha256(events).hexdigest()))
         messages += [ulog.subscription(each.message_id, each.name) for each in subscriptions]
         return messages
 

@@ -1,5 +1,6 @@
 """What PX4 logs of each topic, from our records: a row each, with PX4's names and meanings of fields."""
 
+import itertools
 import math
 import struct
 from collections.abc import Sequence
@@ -15,16 +16,20 @@ from autopilot.topics import (
     BatteryStatus,
     CpuLoad,
     DistanceSensorSample,
+    EstimatorInnovations,
     EstimatorStatus,
     FailsafeFlags,
     HomePosition,
     HoverThrustEstimate,
+    Innovation,
     InputRc,
     ManualControlSetpoint,
+    ManualControlSwitches,
     MissionResult,
     OffboardSetpoint,
     PositionSetpoint,
     PositionSetpointTriplet,
+    RateCtrlStatus,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -210,6 +215,14 @@ ESTIMATOR_BIAS: Extra = {
     "accel_device_id": SIMULATED_IMU,
     "accel_bias_valid": "tilt_aligned",
     "mag_device_id": SIMULATED_MAGNETOMETER,
+}
+SWITCHES: Extra = {
+    "timestamp_sample": "timestamp",
+    "arm_switch": "arm",
+    "return_switch": "return_to_launch",
+    "loiter_switch": "loiter",
+    "offboard_switch": "offboard",
+    "kill_switch": "kill",
 }
 HOME: Extra = {"valid_alt": "valid", "valid_hpos": "valid", "valid_lpos": "valid"}
 BATTERY: Extra = {"current_average_a": "current_a", "scale": 1.0, "id": 1}
@@ -434,6 +447,33 @@ vehicle_imu_status = by_name(
     lambda record: record.vibration,
 )
 wind = by_name("wind", WindEstimate)
+rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
+manual_control_switches = by_name("manual_control_switches", ManualControlSwitches, SWITCHES)
+
+
+def _innovations(topic: str, value: str) -> Row:
+    """A row of one value of the last innovations."""
+    place = Innovation._fields.index(value)
+    lengths = {name: array_length(kind)[1] for kind, name in FORMATS[topic][2:]}
+
+    @row(topic)
+    def innovations(pack: Pack, record: EstimatorInnovations) -> bytes:
+        values = [record.timestamp, record.timestamp, *itertools.repeat(NAN, sum(lengths.values()))]
+        at = 2
+        for name, length in lengths.items():
+            sensor, _, axes = name.partition("_")
+            told = record.by_field.get(f"{sensor}_vel" if axes in ("hvel", "vvel") else name, ())
+            for number, each in enumerate(told[2:] if axes == "vvel" else told[:length]):
+                values[at + number] = each[place]
+            at += length
+        return pack(*values)
+
+    return innovations
+
+
+estimator_innovations = _innovations("estimator_innovations", "innovation")
+estimator_innovation_variances = _innovations("estimator_innovation_variances", "variance")
+estimator_innovation_test_ratios = _innovations("estimator_innovation_test_ratios", "test_ratio")
 vehicle_land_detected = by_name("vehicle_land_detected", VehicleLandDetected)
 failsafe_flags = by_name("failsafe_flags", FailsafeFlags)
 home_position = by_name("home_position", HomePosition, HOME)

@@ -53,13 +53,13 @@ def information(name: str, value: str | int) -> bytes:
     return message("I", bytes((len(key),)) + key + packed)
 
 
-def information_multiple(name: str, text: str) -> bytes:
-    """A text of any length as one entry of a list of such texts, split over several messages where it is long."""
-    encoded = text.encode()
+def information_multiple(name: str, value: str | bytes) -> bytes:
+    """A text or bytes of any length as one entry of a list of such, split over several messages where it is long."""
+    kind, encoded = ("char", value.encode()) if isinstance(value, str) else ("uint8_t", value)
     pieces = [encoded[n : n + LONGEST_INFORMATION] for n in range(0, len(encoded), LONGEST_INFORMATION)]
     parts = []
     for number, piece in enumerate(pieces):
-        key = f"char[{len(piece)}] {name}".encode()
+        key = f"{kind}[{len(piece)}] {name}".encode()
         parts.append(message("M", bytes((number > 0, len(key))) + key + piece))
     return b"".join(parts)
 

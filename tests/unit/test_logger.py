@@ -1,7 +1,10 @@
 """The logger on simulated time: when it logs, what, and what it does without room. Logs are read back by pyulog."""
 
 import errno
+import hashlib
 import io
+import json
+import lzma
 import math
 import os
 import struct
@@ -19,12 +22,15 @@ from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
 from autopilot.logger import log_files, logged_topics, packing, rows
 from autopilot.logger.logger import Logger
+from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.context import BOOT_UNIX_US
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
+    EstimatorInnovations,
+    Innovation,
     InputRc,
     SensorCombined,
     Topics,
@@ -399,3 +405,38 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
     assert abs(read.get_dataset("vehicle_attitude").data["roll"][-1]) < 0.1
     convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
     assert len(list(tmp_path.glob("*.csv"))) == 3
+
+
+def test_innovations_stand_under_the_names_of_their_sensors(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(0.1)
+    velocity = tuple(Innovation(0.1 * axis, 1.0 + axis, 0.01 * axis) for axis in range(3))
+    by_field = {"gps_vel": velocity, "gps_hpos": velocity[:2], "heading": (Innovation(-0.5, 4.0, 0.25),)}
+    rig.topics.estimator_innovations = EstimatorInnovations(rig.now_us, by_field)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+
+    def value(topic: str, field: str) -> float:
+        return float(log.get_dataset(topic).data[field][-1])
+
+    innovations, variances = "estimator_innovations", "estimator_innovation_variances"
+    assert value(innovations, "gps_hvel[1]") == pytest.approx(0.1)
+    assert value(innovations, "gps_vvel") == pytest.approx(0.2)
+    assert (value(variances, "gps_hpos[0]"), value(variances, "heading")) == (1.0, 4.0)
+    assert value("estimator_innovation_test_ratios", "heading") == 0.25
+    assert math.isnan(value(innovations, "baro_vpos"))
+
+
+def test_a_log_explains_its_events(tmp_path: Path) -> None:
+    """As pyulog and Flight Review look for it: the definitions, in pieces, and their hash."""
+    metadata = files.event_definitions()
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.logger = Logger(rig.topics, rig.parameters, rig.texts, tmp_path, lambda: BOOT_UNIX_US, lambda: metadata)
+    rig.run(0.1)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    (pieces,) = log.msg_info_multiple_dict["metadata_events"]
+    assert b"".join(pieces) == metadata
+    assert log.msg_info_dict["metadata_events_sha256"] == hashlib.sha256(metadata).hexdigest()
+    assert "components" in json.loads(lzma.decompress(metadata))

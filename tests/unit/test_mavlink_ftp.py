@@ -319,6 +319,15 @@ def test_a_burst_of_a_short_file_ends_with_end_of_file(station: Station) -> None
     assert station.wait(1.0) == []
 
 
+def test_a_burst_of_what_cannot_be_read_tells_the_last_error_whatever_it_was(station: Station, root: Path) -> None:
+    (root / "written").write_bytes(b"some bytes")
+    station.ask(OPEN_WO, "written")
+    assert station.ask(BURST, size=5).said == "NAK 2 0"
+    station.ask(MKDIR, "probe")
+    station.ask(MKDIR, "probe")
+    assert station.ask(BURST, size=5).said == "NAK 2 17"
+
+
 def test_a_long_file_comes_in_bursts_of_168_packets(station: Station, root: Path) -> None:
     content = os.urandom(100_000)
     (root / "long").write_bytes(content)

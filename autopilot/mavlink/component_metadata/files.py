@@ -11,9 +11,10 @@ from autopilot.mavlink.component_metadata import actuators, events, parameter
 
 FOLDER = "etc/extras"
 GENERAL = "component_general.json.xz"
+EVENTS = 4
 TYPES = {
     1: ("parameters.json.xz", parameter.content),
-    4: ("all_events.json.xz", events.content),
+    EVENTS: ("all_events.json.xz", events.content),
     5: ("actuators.json.xz", actuators.content),
 }
 """COMP_METADATA_TYPE: parameter, events, actuators."""
@@ -43,6 +44,11 @@ def tree() -> Mapping[str, bytes]:
     """All files by the path under which FTP serves them."""
     files = {GENERAL: general()} | {name: _file(number) for number, (name, _) in TYPES.items()}
     return {f"{FOLDER}/{name}": file.compressed for name, file in files.items()}
+
+
+def event_definitions() -> bytes:
+    """The compressed file of all events."""
+    return _file(EVENTS).compressed
 
 
 def uri(name: str) -> str:

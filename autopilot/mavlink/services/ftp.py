@@ -248,7 +248,7 @@ class Ftp:
                 data = file.read(offset, DATA_BYTES) if offset < file.size else b""
             except OSError:
                 state.burst = None
-                self._refuse(link, state, asked, FAIL_ERRNO)
+                self._answer(link, state, asked, NAK, bytes((FAIL_ERRNO, state.errno & 0xFF)))
                 return
             if not data:
                 state.burst = None

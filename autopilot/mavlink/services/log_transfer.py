@@ -6,6 +6,7 @@ whatever `end` says; a piece of a log is sent in full packets, so that it may go
 that can't be met is not answered; logs come and go while armed, too.
 """
 
+import contextlib
 import os
 import struct
 from collections.abc import Callable
@@ -92,7 +93,7 @@ class LogTransfer:
             if number == mavlink.MAVLINK_MSG_ID_LOG_REQUEST_DATA:
                 _request_data(message, sending)
             elif number == mavlink.MAVLINK_MSG_ID_LOG_ERASE:
-                self._erase()
+                _erase(self._folder)
         _send(link, sending)
         self._active = [(each, state) for each, state in self._sendings.items() if _busy(state)]
 
@@ -112,16 +113,6 @@ class LogTransfer:
         sending.logs, sending.next_id = logs, message.start
         sending.last_id = len(logs) if message.end == ALL else message.end
 
-    def _erase(self) -> None:
-        for path in [*(log.path for log in _logs_in(self._folder) or ()), *_folders_in(self._folder)]:
-            try:
-                if path.is_dir():
-                    path.rmdir()
-                else:
-                    path.unlink()
-            except OSError:
-                continue  # it is not ours to remove, or a folder in which something else is
-
 
 def _busy(sending: Sending) -> bool:
     return sending.next_id is not None or sending.file is not None
@@ -132,6 +123,20 @@ def _folders_in(folder: Path | None) -> list[Path]:
         return [] if folder is None else sorted(each for each in folder.iterdir() if _is(each.is_dir, each))
     except OSError:
         return []
+
+
+def _erase(folder: Path | None) -> None:
+    """Remove everything in a folder, but for hidden folders and links."""
+    if folder is None:
+        return
+    for inner in _folders_in(folder):
+        if not inner.name.startswith("."):
+            _erase(inner)
+            with contextlib.suppress(OSError):  # it is not ours to remove, or something is left in it
+                inner.rmdir()
+    with contextlib.suppress(OSError):
+        for path in [each for each in folder.iterdir() if _is(each.is_file, each)]:
+            path.unlink()
 
 
 def _logs_in(folder: Path | None) -> list[Log] | None:
