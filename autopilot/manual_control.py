@@ -180,7 +180,7 @@ class ManualControl:
         fastest = max(abs(speed.update(value, dt_s)) for speed, value in zip(self._speeds, sticks, strict=True))
         moving = 0.0 <= self._override_speed < fastest
         self._topics.manual_control_setpoint = ManualControlSetpoint(
-            now_us, True, *sticks, moving, chosen.data_source, chosen.buttons
+            now_us, True, *sticks, moving, chosen.data_source, chosen.buttons, chosen.aux
         )
         self._watch_gestures(now_us, *sticks)
 

@@ -4,9 +4,13 @@ Channels come as RC_CHANNELS_OVERRIDE (topics.input_rc). A channel is held withi
 (v1.18 has no dead zone) and is turned by RCn_REV; RC_MAP_* say which one is which stick or switch. Fewer than four
 channels, fewer than three messages a second, or the failsafe channel beyond RC_FAILS_THR are no signal.
 
-Left out: mapping of channels to parameters (RC_MAP_PARAMn), receivers other than MAVLink.
+Three channels may turn parameters: RC_MAP_PARAMn says which channel, PARAM_MAP_RC which parameter (once a second, when
+the channel has moved).
+
+Left out: receivers other than MAVLink.
 """
 
+import struct
 from typing import NamedTuple
 
 from autopilot.parameters import Parameters
@@ -21,6 +25,8 @@ SLOT_MARGIN = 0.05
 OFF, ON = 3, 1
 """manual_control_switches SWITCH_POS; 0 is a switch that is not mapped."""
 NOT_MAPPED = 0
+PARAMETERS_EVERY_US = 1_000_000
+SMALLEST_MOVE = 2.0**-23
 
 
 class Channel(NamedTuple):
@@ -48,6 +54,9 @@ class RcUpdate:
         self._input = topics.input_rc
         self._heard_us = 0
         self._seen = ManualControlSwitches()
+        self._turned_us = 0
+        self._knobs = [0.0, 0.0, 0.0]
+        """Where the channels that turn parameters were when they last did."""
 
     def update(self) -> None:
         """When there is something new in input_rc, which is hardly ever; 50 Hz."""
@@ -64,7 +73,10 @@ class RcUpdate:
             return
         channels = [channel.scaled(value) for channel, value in zip(self._channels, received.values, strict=False)]
         roll, pitch, yaw, throttle = (self._value(channels, number) for number in self._sticks)
-        self._topics.manual_control_rc = ManualControlInput(received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle)
+        aux1, aux2, aux3, aux4, aux5, aux6 = (self._value(channels, number) for number in self._aux)
+        self._topics.manual_control_rc = ManualControlInput(
+            received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle, aux=(aux1, aux2, aux3, aux4, aux5, aux6)
+        )
         switches = ManualControlSwitches(
             received.timestamp,
             self._mode_slot(channels),
@@ -74,6 +86,9 @@ class RcUpdate:
         if switches[1:] == self._seen[1:] and switches[1:] != self._topics.manual_control_switches[1:]:
             self._topics.manual_control_switches = switches
         self._seen = switches
+        if received.timestamp - self._turned_us > PARAMETERS_EVERY_US:
+            self._turned_us = received.timestamp
+            self._turn_parameters(channels)
 
     def _copy_parameters(self) -> None:
         value = self._parameters
@@ -88,6 +103,7 @@ class RcUpdate:
         )
         sticks = ("RC_MAP_ROLL", "RC_MAP_PITCH", "RC_MAP_YAW", "RC_MAP_THROTTLE")
         self._sticks = tuple(int(value[name]) for name in sticks)
+        self._aux = tuple(int(value[f"RC_MAP_AUX{n}"]) for n in range(1, 7))
         switches = (
             ("RC_MAP_ARM_SW", "RC_ARMSWITCH_TH"),
             ("RC_MAP_RETURN_SW", "RC_RETURN_TH"),
@@ -96,9 +112,27 @@ class RcUpdate:
             ("RC_MAP_KILL_SW", "RC_KILLSWITCH_TH"),
         )
         self._switches = tuple((int(value[name]), float(value[threshold])) for name, threshold in switches)
+        self._knob_channels = tuple(int(value[f"RC_MAP_PARAM{n}"]) for n in (1, 2, 3))
         self._mode_channel = int(value["RC_MAP_FLTMODE"])
         self._failsafe_us = float(value["RC_FAILS_THR"])
         self._failsafe_channel = int(value["RC_MAP_FAILSAFE"]) or int(value["RC_MAP_THROTTLE"])
+
+    def _turn_parameters(self, channels: list[float]) -> None:
+        for knob, (channel, mapped) in enumerate(zip(self._knob_channels, self._topics.rc_parameter_map, strict=True)):
+            if mapped is None or channel == NOT_MAPPED:
+                continue
+            value = self._value(channels, channel)
+            if abs(value - self._knobs[knob]) > SMALLEST_MOVE and mapped.name in self._parameters:
+                self._knobs[knob] = value
+                wanted = max(mapped.value_min, min(mapped.value_max, mapped.value0 + mapped.scale * value))
+                self._parameters.set(mapped.name, self._as_px4_sets_it(mapped.name, wanted))
+
+    def _as_px4_sets_it(self, name: str, value: float) -> float | int:
+        """PX4 hands over a float whatever the parameter is: an integer gets its bits."""
+        if self._parameters.is_float(name):
+            return value
+        bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
+        return bits
 
     def _lost(self, received: InputRc) -> bool:
         if len(received.values) < FEWEST_CHANNELS:

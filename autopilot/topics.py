@@ -488,8 +488,22 @@ class InputRc(NamedTuple):
     values: tuple[int, ...] = ()
 
 
+Aux = tuple[float, float, float, float, float, float]
+NO_AUX: Aux = (0.0,) * 6
+
+
+class RcParameter(NamedTuple):
+    """Which parameter a knob of the RC turns (PARAM_MAP_RC): value0 + scale * (-1..1), within its limits."""
+
+    name: str
+    value0: float
+    scale: float
+    value_min: float
+    value_max: float
+
+
 class ManualControlInput(NamedTuple):
-    """Sticks of one source: roll, pitch, yaw, throttle each -1..1."""
+    """Sticks of one source: roll, pitch, yaw, throttle and the six auxiliary ones, each -1..1."""
 
     timestamp: int = 0
     data_source: int = SOURCE_UNKNOWN
@@ -498,6 +512,7 @@ class ManualControlInput(NamedTuple):
     yaw: float = 0.0
     throttle: float = 0.0
     buttons: int = 0
+    aux: Aux = NO_AUX
 
 
 class ManualControlSwitches(NamedTuple):
@@ -594,6 +609,7 @@ class ManualControlSetpoint(NamedTuple):
     sticks_moving: bool = False
     data_source: int = SOURCE_UNKNOWN
     buttons: int = 0
+    aux: Aux = NO_AUX
 
 
 class OffboardSetpoint(NamedTuple):
@@ -910,6 +926,8 @@ class Topics:
         self.landing_target_pose = LandingTargetPose()
         self.follow_target = FollowTarget()
         self.input_rc = InputRc()
+        self.rc_parameter_map: tuple[RcParameter | None, RcParameter | None, RcParameter | None] = (None, None, None)
+        """By knob, RC_MAP_PARAM1 to 3. Writer: mavlink/services/parameter.py."""
         self.manual_control_rc = ManualControlInput()
         self.manual_control_mavlink = ManualControlInput()
         self.manual_control_switches = ManualControlSwitches()

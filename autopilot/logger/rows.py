@@ -480,7 +480,13 @@ home_position = by_name("home_position", HomePosition, HOME)
 actuator_armed = by_name("actuator_armed", ActuatorArmed)
 vehicle_roi = by_name("vehicle_roi", VehicleRoi)
 mission_result = by_name("mission_result", MissionResult)
-manual_control_setpoint = by_name("manual_control_setpoint", ManualControlSetpoint, MANUAL_CONTROL)
+manual_control_setpoint = by_name(
+    "manual_control_setpoint",
+    ManualControlSetpoint,
+    MANUAL_CONTROL,
+    ("aux1", "aux2", "aux3", "aux4", "aux5", "aux6"),
+    lambda record: record.aux,
+)
 cpuload = by_name("cpuload", CpuLoad)
 vehicle_constraints = by_name("vehicle_constraints", VehicleConstraints)
 vehicle_local_position_setpoint = by_name(

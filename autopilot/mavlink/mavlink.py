@@ -128,7 +128,7 @@ class Mavlink:
                 rover=self.context.is_rover,
             ),
             set_mode.SetMode(self.links, handle_command, self.system_id),
-            parameter.Parameter(self.links, parameters, texts.of("mavlink"), self.system_id),
+            parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), self.system_id),
             self.mission,
             offboard.Offboard(topics, self.system_id),
             landing_target.LandingTarget(topics, texts.say),

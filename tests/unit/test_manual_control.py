@@ -8,7 +8,7 @@ from autopilot.constants import NavState
 from autopilot.events import layout
 from autopilot.manual_control import ManualControl
 from autopilot.rc_update import Channel, RcUpdate
-from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput
+from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
 
 from .navigation_fake import FakeVehicle
 
@@ -60,6 +60,35 @@ def test_channels_are_sticks_by_their_mapping() -> None:
     assert (pilot.sticks.valid, pilot.sticks.data_source) == (True, SOURCE_RC)
     assert (pilot.sticks.roll, pilot.sticks.pitch, pilot.sticks.throttle) == (1.0, -1.0, -1.0)
     assert pilot.sticks.yaw == pytest.approx(-0.5, abs=0.02)
+
+
+def test_channels_are_auxiliary_sticks_by_their_mapping() -> None:
+    pilot = Pilot(**RC, RC_MAP_AUX1=5, RC_MAP_AUX6=6)
+    pilot.channels = [1500, 1500, 1500, 1500, 2000, 1250]
+    pilot.run(0.5)
+    assert pilot.sticks.aux == pytest.approx((1.0, 0.0, 0.0, 0.0, 0.0, -0.5))
+
+
+def test_a_channel_turns_a_parameter() -> None:
+    """PARAM_MAP_RC by RC_MAP_PARAMn, once a second, when the channel has moved; held within its limits."""
+    pilot = Pilot(**RC, RC_MAP_PARAM2=5)
+    pilot.topics.rc_parameter_map = (None, RcParameter("MPC_XY_P", 1.0, 0.5, 0.6, 1.4), None)
+    for channel, expected in ((1500, 0.95), (1750, 1.25), (2000, 1.4), (1000, 0.6)):
+        pilot.channels = [1500, 1500, 1500, 1500, channel]
+        pilot.run(1.2)
+        assert pilot.parameters["MPC_XY_P"] == pytest.approx(expected)
+    pilot.parameters.set("MPC_XY_P", 0.95)
+    pilot.run(1.2)
+    assert pilot.parameters["MPC_XY_P"] == pytest.approx(0.95), "the channel has not moved"
+
+
+def test_a_channel_gives_an_integer_the_bits_of_a_float() -> None:
+    """As PX4's param_set, which is handed a float."""
+    pilot = Pilot(**RC, RC_MAP_PARAM1=5)
+    pilot.topics.rc_parameter_map = (RcParameter("COM_FLTMODE1", 0.0, 1.0, -9.0, 9.0), None, None)
+    pilot.channels = [1500, 1500, 1500, 1500, 2000]
+    pilot.run(1.2)
+    assert pilot.parameters["COM_FLTMODE1"] == 0x3F800000
 
 
 def test_channels_that_stop_are_lost_sticks() -> None:

@@ -9,7 +9,15 @@ import pytest
 from autopilot.commands import CommandResult, answer_later
 from autopilot.constants import Severity
 from autopilot.mavlink.services.parameter import parameter_hash
-from autopilot.topics import GcsHeartbeats, MissionResult, VehicleCommand, VehicleStatus
+from autopilot.topics import (
+    GcsHeartbeats,
+    ManualControlSetpoint,
+    ManualControlSwitches,
+    MissionResult,
+    RcParameter,
+    VehicleCommand,
+    VehicleStatus,
+)
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only
 
@@ -322,6 +330,20 @@ def test_an_unknown_knob_of_a_remote_control_is_told() -> None:
     assert peer.texts.recent[-1].text == "parameter_rc_channel_index out of bounds\t"
 
 
+def test_knobs_of_a_remote_control_are_mapped_to_parameters() -> None:
+    """By name, or by index; -2 takes it back (mavlink_parameters.cpp)."""
+    peer = Peer()
+    index = peer.parameters.index["MPC_XY_P"]
+    peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"MPC_Z_P", -1, 0, 0.5, 1.0, 0.0, 2.0))
+    peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"", index, 2, 1.0, 0.5, -1.0, 4.0))
+    by_name, nothing, by_index = peer.topics.rc_parameter_map
+    assert by_name == RcParameter("MPC_Z_P", 0.5, 1.0, 0.0, 2.0)
+    assert nothing is None
+    assert by_index == RcParameter("MPC_XY_P", 1.0, 0.5, -1.0, 4.0)
+    peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"MPC_Z_P", -2, 0, 0.0, 0.0, 0.0, 0.0))
+    assert peer.topics.rc_parameter_map[0] is None
+
+
 def test_counters_do_not_change_the_hash() -> None:
     peer = Peer()
     before = parameter_hash(peer.parameters)
@@ -547,6 +569,26 @@ def test_a_joystick_is_an_input() -> None:
     assert peer.topics.manual_control_mavlink is sticks
     peer.send(mavlink.MAVLink_manual_control_message(1, 2000, 0, -500, 0, 0))
     assert peer.topics.manual_control_mavlink[1:6] == (2, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_auxiliary_sticks_of_a_joystick_are_those_that_it_says_it_has() -> None:
+    peer = Peer()
+    extensions = {"enabled_extensions": 0b0000_1100, "aux1": 500, "aux2": -1001, "aux3": 700}
+    peer.send(mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0, **extensions))
+    assert peer.topics.manual_control_mavlink.aux == (0.5, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_sticks_are_told_with_the_switches_of_the_rc() -> None:
+    """Two bits each for return, hold, offboard and kill, at 2, 6, 10 and 12 (PX4's MANUAL_CONTROL.hpp)."""
+    peer = Peer()
+    peer.topics.manual_control_setpoint = ManualControlSetpoint(
+        1, True, 0.5, -0.25, 0.0, -1.0, buttons=7, aux=(1.0, 0.0, 0.0, 0.0, 0.0, -1.0)
+    )
+    peer.topics.manual_control_switches = ManualControlSwitches(1, return_to_launch=1, loiter=3, kill=3)
+    told = only(peer.send(command_long(512, 69)), "MANUAL_CONTROL")[0]
+    assert (told.x, told.y, told.z, told.r, told.target) == (-250, 500, 0, 0, 1)
+    assert told.buttons == 1 << 2 | 3 << 6 | 3 << 12
+    assert (told.enabled_extensions, told.aux1, told.aux2, told.aux6) == (0xFC, 1000, 0, -1000)
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,20 @@
 """MANUAL_CONTROL: joystick of a ground station into topics.manual_control_mavlink.
 
 https://mavlink.io/en/services/manual_control.html. As PX4: x, y, r in -1000..1000, z (throttle) in 0..1000; an axis out
-of its range is at its centre. Whether these sticks are flown, autopilot/manual_control.py decides.
+of its range is at its centre, and so is an auxiliary one that enabled_extensions does not name. Whether these sticks
+are flown, autopilot/manual_control.py decides.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
 from autopilot.mavlink.link import Link
-from autopilot.topics import SOURCE_MAVLINK_0, ManualControlInput, Topics
+from autopilot.topics import SOURCE_MAVLINK_0, Aux, ManualControlInput, Topics
 from sitl_emu.core import dialect as mavlink
 
 FULL = 1000
+FIRST_AUX_BIT = 2
+"""Of enabled_extensions: aux1; the two before are pitch and roll angles, which PX4 does not know."""
 
 
 class ManualControl:
@@ -39,10 +42,20 @@ class ManualControl:
             _axis(message.r),
             throttle,
             message.buttons,
+            _aux(message),
         )
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself: manual_control notices when sticks are lost."""
+
+
+def _aux(message: Any) -> Aux:
+    values = (message.aux1, message.aux2, message.aux3, message.aux4, message.aux5, message.aux6)
+    enabled = message.enabled_extensions >> FIRST_AUX_BIT
+    one, two, three, four, five, six = (
+        _axis(value) if enabled >> number & 1 else 0.0 for number, value in enumerate(values)
+    )
+    return one, two, three, four, five, six
 
 
 def _axis(value: int) -> float:

@@ -7,6 +7,7 @@ answer. Values are not checked against their bounds: PX4 does not either. PARAM_
 v1.18.
 """
 
+import math
 import struct
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +17,7 @@ from autopilot.dataman import crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from autopilot.parameters import Parameters, Value
+from autopilot.topics import RcParameter, Topics
 from sitl_emu.core import dialect as mavlink
 
 HASH_NAME = "_HASH_CHECK"
@@ -29,6 +31,7 @@ TELL_DELAY_US = 5_000
 """From a change until the links hear of it."""
 RC_CHANNELS_MAPPED = 3
 """PARAM_MAP_RC's knobs."""
+UNMAP = -2
 
 
 class Parameter:
@@ -45,9 +48,15 @@ class Parameter:
     HAS_TIMER = True
 
     def __init__(
-        self, links: tuple[Link, ...], parameters: Parameters, say: Callable[[Severity, str], None], system_id: int
+        self,
+        links: tuple[Link, ...],
+        topics: Topics,
+        parameters: Parameters,
+        say: Callable[[Severity, str], None],
+        system_id: int,
     ) -> None:
-        """Changes are told on `links`."""
+        """Changes are told on `links`; PARAM_MAP_RC goes into `topics`."""
+        self._topics = topics
         self._links = links
         self._parameters = parameters
         self._say = say
@@ -71,8 +80,8 @@ class Parameter:
             self._read(message, link)
         elif message_id == mavlink.MAVLINK_MSG_ID_PARAM_SET:
             self._set(message, link)
-        elif message.parameter_rc_channel_index >= RC_CHANNELS_MAPPED:
-            self._say(Severity.WARNING, "parameter_rc_channel_index out of bounds\t")
+        else:
+            self._map_rc(message)
 
     def on_time(self, now_us: int) -> None:
         """Go on with the lists, and tell what has changed."""
@@ -130,6 +139,21 @@ class Parameter:
         value: Value = struct.unpack("<f" if is_float else "<i", value_bytes(message))[0]
         self._parameters.set(name, value)
         self._send(link, name)
+
+    def _map_rc(self, message: Any) -> None:
+        """Which parameter a knob turns, by index if there is one (-2: none any more)."""
+        knob, index = message.parameter_rc_channel_index, message.param_index
+        if knob >= RC_CHANNELS_MAPPED:
+            self._say(Severity.WARNING, "parameter_rc_channel_index out of bounds\t")
+            return
+        limits = (message.param_value0, message.scale, message.param_value_min, message.param_value_max)
+        announced = self._parameters.announced
+        name = _name(message) if index < 0 else announced[index] if index < len(announced) else ""
+        valid = index != UNMAP and all(map(math.isfinite, limits))
+        knobs = list(self._topics.rc_parameter_map)
+        knobs[knob] = RcParameter(name, *limits) if valid else None
+        first, second, third = knobs
+        self._topics.rc_parameter_map = (first, second, third)
 
     def _send(self, link: Link, name: str) -> None:
         value = self._parameters.told(name)

@@ -1,17 +1,21 @@
-"""MANUAL_CONTROL: the sticks in use (PX4: streams/MANUAL_CONTROL.hpp)."""
+"""MANUAL_CONTROL: the sticks in use, and the switches of the RC (PX4: streams/MANUAL_CONTROL.hpp)."""
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL
-EXTENSION_FIELDS = len(mavlink.MAVLink_manual_control_message.ordered_fieldnames) - 6
+ALL_AUX = 0b1111_1100
+"""enabled_extensions: every auxiliary stick, there or not."""
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """X pitch, y roll, r yaw in thousandths; z throttle 0..1000; the buttons as they came."""
-    sticks = context.topics.manual_control_setpoint
+    """X pitch, y roll, r yaw and aux in thousandths; z throttle 0..1000; two bits of `buttons` for each switch."""
+    topics = context.topics
+    sticks, switches = topics.manual_control_setpoint, topics.manual_control_switches
     pitch, roll, yaw = (round(value * 1000.0) for value in (sticks.pitch, sticks.roll, sticks.yaw))
     throttle = round((sticks.throttle + 1.0) * 500.0)
+    buttons = switches.return_to_launch << 2 | switches.loiter << 6 | switches.offboard << 10 | switches.kill << 12
+    aux = (round(value * 1000.0) for value in sticks.aux)
     own_system = int(context.parameters["MAV_SYS_ID"])
-    return (pitch, roll, throttle, yaw, sticks.buttons, own_system, *(0,) * EXTENSION_FIELDS)
+    return (pitch, roll, throttle, yaw, buttons, own_system, 0, ALL_AUX, 0, 0, *aux)
