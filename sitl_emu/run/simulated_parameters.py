@@ -1,4 +1,4 @@
-"""PX4's parameters that are about its simulator, handed to ours: wind, battery, satellites.
+"""PX4's parameters that are about its simulator, handed to ours: wind, battery, satellites, sensors that are off.
 
 In a real PX4 with SIH the simulator reads them itself. Here the autopilot knows no simulator, so whoever has both in
 one process passes them on whenever a parameter has changed.
@@ -26,3 +26,10 @@ class SimulatedParameters:
         simulator.sim_bat_drain = float(parameters["SIM_BAT_DRAIN"])
         simulator.sim_bat_min_pct = float(parameters["SIM_BAT_MIN_PCT"])
         simulator.sim_gps_used = int(parameters["SIM_GPS_USED"])
+        simulator.barometer.offset_pa = float(parameters["SIM_BARO_OFF_P"])
+        simulator.barometer.temperature_offset_c = float(parameters["SIM_BARO_OFF_T"])
+        simulator.magnetometer.offset_gauss = (
+            float(parameters["SIM_MAG_OFFSET_X"]),
+            float(parameters["SIM_MAG_OFFSET_Y"]),
+            float(parameters["SIM_MAG_OFFSET_Z"]),
+        )

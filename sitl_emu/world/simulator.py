@@ -106,8 +106,8 @@ class VehicleSimulator:
 
         sensors = vehicle.sensors
         self._imu = Imu(sensors.imu, seed, name)
-        self._magnetometer = Magnetometer(sensors.magnetometer, _field(vehicle, home), seed, name)
-        self._barometer = Barometer(sensors.barometer, seed, name)
+        self.magnetometer = Magnetometer(sensors.magnetometer, _field(vehicle, home), seed, name)
+        self.barometer = Barometer(sensors.barometer, seed, name)
         self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
         self._lidar = Lidar(sensors.lidar, terrain, seed, name) if sensors.lidar else None
         self.battery = battery_model(vehicle.battery)
@@ -118,8 +118,8 @@ class VehicleSimulator:
         self._lidar_at = 0 if sensors.lidar else NEVER_US
         self._battery_at = self._truth_at = 0
         self._due_at = 0
-        self._mag = self._magnetometer.read(self.dynamics.q)
-        self._pressure = self._barometer.read(home.alt_amsl_m - self.dynamics.down_m)
+        self._mag = self.magnetometer.read(self.dynamics.q)
+        self._pressure = self.barometer.read(home.alt_amsl_m - self.dynamics.down_m)
         self._coasts = vehicle.sih_rover is not None
         self._controls: tuple[float, ...] = ()
         self._armed = False
@@ -177,7 +177,7 @@ class VehicleSimulator:
             body.ax_m_s2, body.ay_m_s2, body.az_m_s2, body.p_rad_s, body.q_rad_s, body.r_rad_s, body.running
         )
         pressure, pressure_alt = self._pressure
-        temperature = self._barometer.temperature_c
+        temperature = self.barometer.temperature_c
         messages.append(HilSensor(now_us, *reading, *self._mag, pressure, 0.0, pressure_alt, temperature, updated, 0))
         return messages
 
@@ -209,12 +209,12 @@ class VehicleSimulator:
         if now_us >= self._mag_at:
             self._mag_at = _next_us(self._mag_at, self._mag_every, now_us)
             if not self.mag_off:
-                self._mag = self._magnetometer.read(body.q)
+                self._mag = self.magnetometer.read(body.q)
                 updated |= FIELDS_UPDATED_MAG
         if now_us >= self._baro_at:
             self._baro_at = _next_us(self._baro_at, self._baro_every, now_us)
             if not self.baro_off:
-                self._pressure = self._barometer.read(self.home.alt_amsl_m - body.down_m)
+                self._pressure = self.barometer.read(self.home.alt_amsl_m - body.down_m)
                 updated |= FIELDS_UPDATED_BARO
         if now_us >= self._gps_at:
             self._gps_at = _next_us(self._gps_at, self._gps_every, now_us)

@@ -3,6 +3,7 @@ import math
 import pytest
 
 import vehicles
+from autopilot.parameters import Parameters
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
@@ -14,6 +15,7 @@ from sitl_emu.core.simulator_api import (
     SimulatedBattery,
     as_on_the_wire,
 )
+from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.wind import Wind
@@ -169,3 +171,17 @@ def test_truth_message():
     assert truth.vz == pytest.approx(pose.vd_m_s * 100, abs=0.5)
     assert as_on_the_wire(truth) == truth
     assert truth.attitude_quaternion == pytest.approx(pose.q, abs=1e-6)
+
+
+def test_px4s_sensor_offsets_reach_the_sensors():
+    """SIM_BARO_OFF_P in Pa, SIM_BARO_OFF_T in degrees, SIM_MAG_OFFSET_* in gauss, as PX4's sensor_*_sim add them."""
+    reads = []
+    for offsets in ({}, {"SIM_BARO_OFF_P": 120.0, "SIM_BARO_OFF_T": 10.0, "SIM_MAG_OFFSET_Y": 0.25}):
+        simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
+        SimulatedParameters(Parameters("multicopter", offsets), simulator).update()
+        messages = [message for _ in range(50) for message in simulator.tick(None)]
+        reads.append([message for message in messages if isinstance(message, HilSensor)][-1])
+    plain, off = reads
+    assert off.abs_pressure - plain.abs_pressure == pytest.approx(1.2, abs=1e-3)
+    assert off.temperature - plain.temperature == pytest.approx(10.0)
+    assert (off.xmag - plain.xmag, off.ymag - plain.ymag) == pytest.approx((0.0, 0.25), abs=1e-6)

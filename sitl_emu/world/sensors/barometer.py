@@ -13,9 +13,18 @@ class Barometer:
         self._noise = 0.01 * data.noise_pa
         drift = normals(seed, name, "barometer drift")
         self._drift = GaussMarkov(0.01 * data.drift_pa, data.drift_time_s, 1.0 / data.rate_hz, drift)
-        self.temperature_c = data.temperature_c
+        self._temperature_c = data.temperature_c
+        self.offset_pa = 0.0
+        """PX4's SIM_BARO_OFF_P."""
+        self.temperature_offset_c = 0.0
+        """PX4's SIM_BARO_OFF_T."""
+
+    @property
+    def temperature_c(self) -> float:
+        """What its thermometer says."""
+        return self._temperature_c + self.temperature_offset_c
 
     def read(self, alt_amsl_m: float) -> tuple[float, float]:
         """(pressure in hPa, pressure altitude in m)."""
-        pressure = pressure_hpa(alt_amsl_m) + self._drift.step() + self._noise * self._draw()
+        pressure = pressure_hpa(alt_amsl_m) + self._drift.step() + self._noise * self._draw() + 0.01 * self.offset_pa
         return pressure, pressure_altitude_m(pressure)

@@ -1,6 +1,7 @@
 """Magnetometer: the Earth's field of the home location in the body frame, hard-iron bias, white noise."""
 
 import math
+import operator
 
 from sitl_emu.core.geomagnetism import MagneticField
 from sitl_emu.world.noise import normals
@@ -15,6 +16,8 @@ class Magnetometer:
         draw = self._draw = normals(seed, name, "magnetometer")
         self._bias = (data.bias_gauss * draw(), data.bias_gauss * draw(), data.bias_gauss * draw())
         self._noise = data.noise_gauss
+        self.offset_gauss = (0.0, 0.0, 0.0)
+        """PX4's SIM_MAG_OFFSET_X, _Y, _Z."""
         horizontal = field.strength_gauss * math.cos(field.inclination_rad)
         self._field = (
             horizontal * math.cos(field.declination_rad),
@@ -27,11 +30,12 @@ class Magnetometer:
         w, x, y, z = attitude
         north, east, down = self._field
         draw = self._draw
+        bias_x, bias_y, bias_z = map(operator.add, self._bias, self.offset_gauss)
         return (
             (1.0 - 2.0 * (y * y + z * z)) * north + 2.0 * (x * y + w * z) * east + 2.0 * (x * z - w * y) * down
-            + self._bias[0] + self._noise[0] * draw(),
+            + bias_x + self._noise[0] * draw(),
             2.0 * (x * y - w * z) * north + (1.0 - 2.0 * (x * x + z * z)) * east + 2.0 * (y * z + w * x) * down
-            + self._bias[1] + self._noise[1] * draw(),
+            + bias_y + self._noise[1] * draw(),
             2.0 * (x * z + w * y) * north + 2.0 * (y * z - w * x) * east + (1.0 - 2.0 * (x * x + y * y)) * down
-            + self._bias[2] + self._noise[2] * draw(),
+            + bias_z + self._noise[2] * draw(),
         )  # fmt: skip
