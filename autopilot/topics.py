@@ -554,6 +554,11 @@ class VehicleOpticalFlow(NamedTuple):
     x: float = NAN
     y: float = NAN
     quality: int = 0
+    integration_timespan_us: int = 0
+    pixel_flow: tuple[float, float] = (0.0, 0.0)
+    """As measured over that time, rotation included, and the rotation; rad."""
+    delta_angle: Vector3 = (0.0, 0.0, 0.0)
+    distance_m: float = NAN
 
 
 class ObstacleDistance(NamedTuple):
@@ -921,6 +926,8 @@ class Topics:
         self.vehicle_visual_odometry = VehicleOdometry()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
+        self.obstacle_distance_fused = ObstacleDistance()
+        """Writer: collision prevention; its map around the body."""
         self.distance_sensor_outside = DistanceSensorSample()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.landing_target_pose = LandingTargetPose()

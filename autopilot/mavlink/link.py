@@ -92,6 +92,8 @@ class Link:
         self.ping_sequence = 0
         self.statustext_interval_us = 50_000
         """Interval of STATUSTEXT as it was asked for; -1 is off."""
+        self.silent_intervals_us: dict[int, int] = {}
+        """Intervals of running streams that never have anything to say (rates.SILENT_STREAMS)."""
         self.requested_once: set[int] = set()
         """Messages that are off but were requested: GET_MESSAGE_INTERVAL says 0 of them."""
         self._encoder = encoder
@@ -213,7 +215,7 @@ class Link:
     def interval_us(self, message_id: int) -> int | None:
         """Interval that was asked for a stream; None if it is not running."""
         item = self._schedule.get(message_id)
-        return None if item is None else item.requested_us
+        return self.silent_intervals_us.get(message_id) if item is None else item.requested_us
 
     def _count_rates(self, now_us: int) -> None:
         elapsed_s = (now_us - self._counted_us) * 1e-6

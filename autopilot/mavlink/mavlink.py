@@ -241,5 +241,7 @@ class Mavlink:
             assert stream is not None, f"no stream module for {name}"
             interval_us = rates.interval_us(hz)
             link.schedule(-interval_us if name == "HEARTBEAT" else 0, stream, interval_us)
+        for name, hz in rates.SILENT_RATES.get(link.mode, {}).items():
+            link.silent_intervals_us[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")] = rates.interval_us(hz)
         if limit is not None:
             link.limit_rate(limit)

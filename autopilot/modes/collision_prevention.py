@@ -87,6 +87,9 @@ class CollisionPrevention:
         for index, measured_us in enumerate(self._measured_us):
             if now_us - measured_us > TIMEOUT_US:
                 self._distances[index] = UNKNOWN
+        topics.obstacle_distance_fused = ObstacleDistance(
+            now_us, FRAME_BODY_FRD, tuple(self._distances), float(BIN_DEG), self._nearest_cm, max(self._ranges)
+        )
 
     def _add_obstacles(self, now_us: int, obstacles: ObstacleDistance) -> None:
         if obstacles.increment <= 0.0 or obstacles.frame not in (FRAME_GLOBAL, FRAME_LOCAL_NED, FRAME_BODY_FRD):

@@ -36,6 +36,9 @@ def test_it_stops_before_a_wall(frame: int) -> None:
     local = follower.topics.vehicle_local_position
     assert 30.0 < local.x < 37.0
     assert abs(local.vx) < 0.3
+    told = follower.topics.obstacle_distance_fused
+    assert told.distances[0] == pytest.approx((40.0 - local.x) * 100.0, abs=100.0)
+    assert (told.frame, told.increment, told.min_distance, told.max_distance) == (BODY_FRD, 5.0, 20, 2000)
 
 
 def test_it_flies_into_it_where_prevention_is_off() -> None:

@@ -10,6 +10,8 @@ from autopilot.mavlink.streams import modules
 from autopilot.topics import (
     EstimatorStatus,
     HomePosition,
+    LandingTargetPose,
+    ObstacleDistance,
     VehicleLandDetected,
     VehicleLocalPositionSetpoint,
     VehicleStatus,
@@ -31,10 +33,15 @@ EXPECTED_HZ = {
     PAYLOAD: {"GPS_RAW_INT": 8, "HEARTBEAT": 1, "MISSION_CURRENT": 1},
     GIMBAL: {"AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": 20, "HEARTBEAT": 1, "CURRENT_EVENT_SEQUENCE": 1 / 3},
 }
-OF_OTHERS = {"ADSB_VEHICLE", "DEBUG", "DEBUG_FLOAT_ARRAY", "DEBUG_VECT", "NAMED_VALUE_FLOAT"}
+OF_OTHERS = {
+    *("ADSB_VEHICLE", "DEBUG", "DEBUG_FLOAT_ARRAY", "DEBUG_VECT", "NAMED_VALUE_FLOAT"),
+    *("LANDING_TARGET", "OBSTACLE_DISTANCE", "OPTICAL_FLOW_RAD"),
+}
 """Streams of what others have sent before."""
 NOT_YET = OF_OTHERS | {"ORBIT_EXECUTION_STATUS", "POSITION_TARGET_GLOBAL_INT", "RC_CHANNELS", "WIND_COV"}
 """Streams without data on a vehicle that stands disarmed."""
+ONCE = {"GPS_GLOBAL_ORIGIN"}
+"""When it is known, and when it changes."""
 SELDOM_HZ = 0.2
 OF_PAYLOADS = {
     "CAMERA_IMAGE_CAPTURED",
@@ -46,7 +53,7 @@ OF_PAYLOADS = {
 """And those without data on a vehicle that has neither camera nor gimbal."""
 OF_SERVICES = {"MISSION_CURRENT"}
 """Sent by a service: PX4 has no stream of it that could be asked."""
-SET_MESSAGE_INTERVAL, REQUEST_MESSAGE = 511, 512
+GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL, REQUEST_MESSAGE = 510, 511, 512
 ACCEPTED, DENIED = 0, 2
 
 
@@ -60,8 +67,8 @@ def test_rates_are_px4s(link: int) -> None:
     if link != PAYLOAD:
         table = rates.RATES[peer.mavlink.links[link].mode]
         seldom = {name for name, hz in table.items() if rates.UNLIMITED < hz < SELDOM_HZ}
-        expected = (set(table) | {"CURRENT_EVENT_SEQUENCE"}) - seldom
-        assert set(counts) == expected - NOT_YET
+        expected = (set(table) | {"CURRENT_EVENT_SEQUENCE"}) - seldom - ONCE
+        assert set(counts) - ONCE == expected - NOT_YET
 
 
 def test_the_payload_link_keeps_its_data_rate() -> None:
@@ -212,6 +219,48 @@ def test_what_is_not_controlled_is_ignored_in_the_mask() -> None:
     peer.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(1, 1.0, 2.0, -3.0, yaw=0.5)
     target = only(peer.send(command_long(REQUEST_MESSAGE, 85)), "POSITION_TARGET_LOCAL_NED")[0]
     assert (target.type_mask, target.x, target.yaw) == (8 | 16 | 32 | 64 | 128 | 256 | 2048, 1.0, 0.5)
+
+
+def test_the_origin_is_told_when_it_changes() -> None:
+    peer = Peer()
+    told = only(peer.fly_and_run(3.0, ONBOARD), "GPS_GLOBAL_ORIGIN")
+    assert [message.latitude for message in told] == [round(LAT_DEG * 1e7)]
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 49)), "GPS_GLOBAL_ORIGIN")
+
+
+def test_streams_that_have_nothing_to_say_have_intervals() -> None:
+    """NAV_CONTROLLER_OUTPUT runs from the start, GPS2_RAW without limit on the onboard link, SCALED_IMU2 not."""
+    peer = Peer()
+    intervals = []
+    for number, link in ((62, GCS), (62, ONBOARD), (124, ONBOARD), (116, GCS)):
+        replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number), link)
+        intervals.append(only(replies, "MESSAGE_INTERVAL")[0].interval_us)
+    assert intervals == [1_000_000, 100_000, -1, -1]
+    assert only(peer.send(command_long(SET_MESSAGE_INTERVAL, 116, 50_000.0)), "COMMAND_ACK")[0].result == ACCEPTED
+    replies = peer.send(command_long(GET_MESSAGE_INTERVAL, 116))
+    assert only(replies, "MESSAGE_INTERVAL")[0].interval_us == 50_000
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 116)), "COMMAND_ACK")[0].result == DENIED
+    peer.send(command_long(SET_MESSAGE_INTERVAL, 116, -1.0))
+    replies = peer.send(command_long(GET_MESSAGE_INTERVAL, 116))
+    assert only(replies, "MESSAGE_INTERVAL")[0].interval_us == -1
+
+
+def test_what_sensors_of_others_gave_is_told() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.send(mavlink.MAVLink_optical_flow_rad_message(0, 3, 20_000, 0.02, -0.04, 0.01, 0.0, 0.5, 0, 200, 0, 1.5))
+    flow = only(peer.send(command_long(REQUEST_MESSAGE, 106)), "OPTICAL_FLOW_RAD")[0]
+    assert (flow.integration_time_us, flow.quality, flow.distance) == (20_000, 200, 1.5)
+    assert flow.integrated_x == pytest.approx(0.02)
+    assert (flow.integrated_xgyro, flow.integrated_zgyro) == (pytest.approx(0.01), 0.5)
+    peer.topics.landing_target_pose = LandingTargetPose(1_000, 4.0, 2.0, 0.0)
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 149)), "LANDING_TARGET")[0]
+    assert (target.x, target.y, target.z, target.position_valid) == (3.0, 0.0, 3.0, 1)
+    peer.topics.obstacle_distance_fused = ObstacleDistance(1_000, 12, (65535,) * 71 + (500,), 5.0, 20, 1200)
+    around = only(peer.send(command_long(REQUEST_MESSAGE, 330)), "OBSTACLE_DISTANCE")[0]
+    assert (around.distances[71], around.increment_f, around.frame) == (500, 5.0, 12)
+    assert (around.min_distance, around.max_distance) == (20, 1200)
 
 
 def test_odometry_is_in_the_local_frame() -> None:

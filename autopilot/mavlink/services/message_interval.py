@@ -19,7 +19,7 @@ from sitl_emu.core import dialect as mavlink
 SET_MESSAGE_INTERVAL = 511
 GET_MESSAGE_INTERVAL = 510
 STOPPED = -1
-DEFAULT = 0
+DEFAULT = REQUESTED = 0
 SMALLEST_INTERVAL_US = 1e-5
 LONGEST_INTERVAL_US = 1e12
 FIXED = frozenset({"HEARTBEAT"})
@@ -53,14 +53,18 @@ class MessageInterval:
             return True
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
-        stream = self._stream(name)
-        if stream is None or name in FIXED or name in NOT_CONFIGURABLE:
+        stream, silent = self._stream(name), name in rates.SILENT_STREAMS
+        if name in FIXED or name in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
         link.requested_once.discard(message_id)
         if interval_us == DEFAULT:
             hz = rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
-        if interval_us < 0:
+        if stream is None:
+            link.silent_intervals_us.pop(message_id, None)
+            if interval_us >= 0:
+                link.silent_intervals_us[message_id] = interval_us
+        elif interval_us < 0:
             link.unschedule(message_id)
         else:
             link.schedule(now_us, stream, interval_us)
@@ -86,10 +90,10 @@ def _interval_us(value: float) -> int:
 
 
 def send_interval(link: Link, message_id: int) -> None:
-    """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off, 0 if it was only ever requested."""
-    interval_us = link.interval_us(message_id)
+    """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off or unlimited, 0 if it was only ever requested."""
+    interval_us = link.interval_us(message_id) or None
     if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
         interval_us = link.statustext_interval_us
     if interval_us is None:
-        interval_us = 0 if message_id in link.requested_once else STOPPED
+        interval_us = REQUESTED if message_id in link.requested_once else STOPPED
     link.send_fields(mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL, interval_us, message_id & 0xFFFF)

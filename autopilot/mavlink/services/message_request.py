@@ -7,6 +7,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.mavlink import rates
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import message_interval
 from autopilot.mavlink.streams import Stream
@@ -39,12 +40,15 @@ class MessageRequest:
         if message_id in ACCEPTED_IN_SILENCE:
             return CommandResult(MAV_RESULT_ACCEPTED)
         table = mavlink.mavlink_map.get(message_id)
-        stream = None if table is None or message_id in OF_SERVICES else self._stream(table.msgname)
+        name = "" if table is None or message_id in OF_SERVICES else table.msgname
+        stream = self._stream(name)
+        if stream is None and name not in rates.SILENT_STREAMS:
+            return CommandResult(MAV_RESULT_DENIED)
+        if link.interval_us(message_id) is None:
+            link.requested_once.add(message_id)
         if stream is None:
             return CommandResult(MAV_RESULT_DENIED)
         payloads = stream.requested(now_us, link, command.param2)
         for payload in payloads or ():
             link.send_payload(stream.codec, payload)
-        if link.interval_us(message_id) is None:
-            link.requested_once.add(message_id)
         return CommandResult(MAV_RESULT_DENIED if payloads is None else MAV_RESULT_ACCEPTED)

@@ -35,7 +35,19 @@ class OpticalFlow:
             rates = self._topics.vehicle_angular_velocity.xyz
             turn_x, turn_y = rates[0] * dt_s, rates[1] * dt_s
         rate_x, rate_y = (flow_x - turn_x) / dt_s, (flow_y - turn_y) / dt_s
-        self._topics.vehicle_optical_flow = VehicleOpticalFlow(now_us, rate_x, rate_y, message.quality)
+        turn_z = message.integrated_zgyro
+        if not math.isfinite(turn_z):
+            turn_z = self._topics.vehicle_angular_velocity.xyz[2] * dt_s
+        self._topics.vehicle_optical_flow = VehicleOpticalFlow(
+            now_us,
+            rate_x,
+            rate_y,
+            message.quality,
+            message.integration_time_us,
+            (flow_x, flow_y),
+            (turn_x, turn_y, turn_z),
+            message.distance,
+        )
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

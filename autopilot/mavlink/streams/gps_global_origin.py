@@ -9,6 +9,20 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once per origin, to a thousandth of a metre."""
+    local = context.topics.vehicle_local_position
+    if not math.isfinite(local.ref_lat):
+        return 0
+    return hash((local.ref_timestamp, *(round(value * 1e7) for value in (local.ref_lat, local.ref_lon)), local.ref_alt))
+
+
+def requested(now_us: int, context: Context, param2: float) -> list[Fields] | None:
+    """The origin, new or not."""
+    origin = fields(now_us, context)
+    return None if origin is None else [origin]
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """1e-7 deg, mm; nothing until the filter has an origin."""
     local = context.topics.vehicle_local_position
