@@ -93,7 +93,7 @@ class Link:
         self.statustext_interval_us = 50_000
         """Interval of STATUSTEXT as it was asked for; -1 is off."""
         self.silent_intervals_us: dict[int, int] = {}
-        """Intervals of running streams that never have anything to say (rates.SILENT_STREAMS)."""
+        """Intervals of running streams that never have anything to say (silent_streams.py)."""
         self.requested_once: set[int] = set()
         """Messages that are off but were requested: GET_MESSAGE_INTERVAL says 0 of them."""
         self._encoder = encoder

@@ -11,7 +11,7 @@ from typing import Any
 
 from autopilot.commands import CommandResult
 from autopilot.dataman import Dataman
-from autopilot.mavlink import forwarding, rates
+from autopilot.mavlink import forwarding, rates, silent_streams
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.encoder import Encoder
 from autopilot.mavlink.link import Link
@@ -241,7 +241,7 @@ class Mavlink:
             assert stream is not None, f"no stream module for {name}"
             interval_us = rates.interval_us(hz)
             link.schedule(-interval_us if name == "HEARTBEAT" else 0, stream, interval_us)
-        for name, hz in rates.SILENT_RATES.get(link.mode, {}).items():
+        for name, hz in silent_streams.RATES.get(link.mode, {}).items():
             link.silent_intervals_us[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")] = rates.interval_us(hz)
         if limit is not None:
             link.limit_rate(limit)

@@ -119,37 +119,6 @@ CAMERA_STREAMS = {
 RATES = {"normal": GCS, "onboard": ONBOARD, "onboard_low_bandwidth": ONBOARD, "gimbal": GIMBAL, "wire": {}}
 """By link mode."""
 
-SILENT_STREAMS = frozenset(
-    {
-        *("BATTERY_INFO", "COLLISION", "COMMAND_LONG", "EFI_STATUS", "GIMBAL_DEVICE_ATTITUDE_STATUS"),
-        *("GIMBAL_DEVICE_INFORMATION", "GPS2_RAW", "GPS_RTCM_DATA", "GPS_STATUS", "HYGROMETER_SENSOR"),
-        *("MOUNT_ORIENTATION", "NAV_CONTROLLER_OUTPUT", "RAW_RPM", "SCALED_IMU2", "SCALED_IMU3"),
-        *("SCALED_PRESSURE2", "SCALED_PRESSURE3", "UAVIONIX_ADSB_OUT_CFG", "UAVIONIX_ADSB_OUT_DYNAMIC"),
-    }
-)
-"""Streams of PX4 that never have anything to say on our vehicles: their intervals can be set and asked, no more."""
-SILENT_NORMAL = {
-    "COLLISION": UNLIMITED,
-    "EFI_STATUS": 2.0,
-    "GIMBAL_DEVICE_ATTITUDE_STATUS": 1.0,
-    "GPS2_RAW": 1.0,
-    "GPS_STATUS": 1.0,
-    "NAV_CONTROLLER_OUTPUT": 1.0,
-    "RAW_RPM": 2.0,
-}
-SILENT_ONBOARD = {
-    "COLLISION": UNLIMITED,
-    "EFI_STATUS": 2.0,
-    "GIMBAL_DEVICE_ATTITUDE_STATUS": 1.0,
-    "GPS2_RAW": UNLIMITED,
-    "GPS_STATUS": 1.0,
-    "MOUNT_ORIENTATION": 10.0,
-    "NAV_CONTROLLER_OUTPUT": 10.0,
-    "RAW_RPM": 5.0,
-}
-SILENT_RATES = {"normal": SILENT_NORMAL, "onboard": SILENT_ONBOARD, "onboard_low_bandwidth": SILENT_ONBOARD}
-"""By link mode, those that run from the start."""
-
 NORMAL_DEFAULT_HZ = {
     "ATTITUDE": 15.0,
     "ATTITUDE_QUATERNION": 15.0,
@@ -195,4 +164,4 @@ def default_hz(mode: str, name: str) -> float | None:
     """Rate that SET_MESSAGE_INTERVAL 0 goes back to; None: the link does not stream it."""
     if mode == "normal" and name in NORMAL_DEFAULT_HZ:
         return NORMAL_DEFAULT_HZ[name]
-    return RATES[mode].get(name, SILENT_RATES.get(mode, {}).get(name))
+    return RATES[mode].get(name)

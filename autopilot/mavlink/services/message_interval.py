@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
-from autopilot.mavlink import rates
+from autopilot.mavlink import rates, silent_streams
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.streams import Stream
 from autopilot.topics import VehicleCommand
@@ -53,12 +53,13 @@ class MessageInterval:
             return True
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
-        stream, silent = self._stream(name), name in rates.SILENT_STREAMS
+        stream, silent = self._stream(name), name in silent_streams.NAMES
         if name in FIXED or name in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
         link.requested_once.discard(message_id)
         if interval_us == DEFAULT:
-            hz = rates.default_hz(link.mode, name)
+            silent_hz = silent_streams.RATES.get(link.mode, {}).get(name)
+            hz = silent_hz if silent else rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
         if stream is None:
             link.silent_intervals_us.pop(message_id, None)

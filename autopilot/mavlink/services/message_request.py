@@ -7,7 +7,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 from collections.abc import Callable
 
 from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.mavlink import rates
+from autopilot.mavlink import silent_streams
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import message_interval
 from autopilot.mavlink.streams import Stream
@@ -42,7 +42,7 @@ class MessageRequest:
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None or message_id in OF_SERVICES else table.msgname
         stream = self._stream(name)
-        if stream is None and name not in rates.SILENT_STREAMS:
+        if stream is None and name not in silent_streams.NAMES:
             return CommandResult(MAV_RESULT_DENIED)
         if link.interval_us(message_id) is None:
             link.requested_once.add(message_id)
