@@ -303,10 +303,8 @@ class Logger:
         """Log to MAVLink no more."""
         self.stream = None
 
-    # --- the beginning of a log ----------------------------------------------------------------------------
-
-    def _prepare(self, now_us: int) -> None:
-        """Subscribe anew, and log everything once."""
+    def topics(self, profile: int = 0) -> list[logged_topics.LoggedTopic]:
+        """What can be logged of this vehicle, by a value of SDLOG_PROFILE."""
         parameters = self._parameters
         vehicle = logged_topics.Vehicle(
             self._topics.vehicle_status.vehicle_type == "rover",
@@ -314,7 +312,14 @@ class Logger:
             int(parameters["MAV_SYS_ID"]),
             self._unix_us_of_boot(),
         )
-        topics = logged_topics.logged_topics(int(parameters["SDLOG_PROFILE"]), vehicle)
+        return logged_topics.logged_topics(profile, vehicle)
+
+    # --- the beginning of a log ----------------------------------------------------------------------------
+
+    def _prepare(self, now_us: int) -> None:
+        """Subscribe anew, and log everything once."""
+        parameters = self._parameters
+        topics = self.topics(int(parameters["SDLOG_PROFILE"]))
         groups: dict[tuple[int, bool], Group] = {}
         sources = {"vehicle_status": 0, "sensor_combined": 1}  # two at least, or attrgetter returns no tuple
         self._subscriptions, every_tick = [], []

@@ -9,7 +9,7 @@ import json
 import math
 import pathlib
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
 
@@ -101,6 +101,23 @@ def _packed(codes: Sequence[str], fill: Fill) -> Row:
             return fill(fitting, record)
 
     return packed
+
+
+def unpacked(topic: str, data: bytes) -> list[tuple[str, str, Any]]:
+    """C type, name and value of a topic's fields: arrays are tuples, a field that is a topic a list like this one."""
+    return _fields(topic, iter(struct.unpack("<" + "".join(ulog.codes(FORMATS[topic], FORMATS)), data)))
+
+
+def _fields(topic: str, values: Iterator[Value]) -> list[tuple[str, str, Any]]:
+    fields: list[tuple[str, str, Any]] = []
+    for kind, name in FORMATS[topic]:
+        base, length = ulog.array_length(kind)
+        if base in FORMATS:
+            fields.append((base, name, _fields(base, values)))
+        else:
+            taken = tuple(itertools.islice(values, length))
+            fields.append((base, name, taken if length > 1 else taken[0]))
+    return fields
 
 
 def size_of(topic: str) -> int:

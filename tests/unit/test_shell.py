@@ -9,6 +9,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
+from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, SensorMag
 from gcs import shell as gcs_shell
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
@@ -131,10 +132,45 @@ def test_listener_prints_a_topic_with_its_age() -> None:
     assert printed.startswith(
         "\nTOPIC: vehicle_attitude\n vehicle_attitude\n    timestamp: 2500000 (0.500000 seconds ago)\n"
     )
-    assert "q: [0.00000, 0.00000, 0.00000, 1.00000]\n" in printed and "Yaw: 180.0 deg" in printed
+    assert "    timestamp_sample: 2500000 (0 us before timestamp)\n" in printed
+    assert "    q: [0.00000, 0.00000, 0.00000, 1.00000] (Roll: 0.0 deg, Pitch: 0.0 deg, Yaw: 180.0 deg)\n" in printed
+    assert printed.endswith("    quat_reset_counter: 0\n")
     printed = console.output("listener vehicle_attitude -n 3")
     assert printed.count("TOPIC: vehicle_attitude instance 0 #") == 1
     assert printed.endswith("Waited for 2 seconds without a message. Giving up.\n")
+
+
+def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:
+    console = Console()
+    console.autopilot.now_us = 2_000_000
+    topics = console.autopilot.topics
+    topics.sensor_mag = SensorMag(1_900_000, (0.2, 0.0, 0.4))
+    assert console.output("listener vehicle_magnetometer") == (
+        "\nTOPIC: vehicle_magnetometer\n vehicle_magnetometer\n"
+        "    timestamp: 1900000 (0.100000 seconds ago)\n"
+        "    timestamp_sample: 1900000 (0 us before timestamp)\n"
+        "    device_id: 197388 (Type: 0x03, SIMULATION:1 (0x03))\n"
+        "    magnetometer_ga: [0.20000, 0.00000, 0.40000]\n"
+        "    calibration_count: 0\n"
+    )
+    topics.estimator_status = EstimatorStatus(1_000_000, True, True, gps_fused=True)
+    assert "    control_mode_flags: 7 (0b111)\n" in console.output("listener estimator_status")
+    topics.position_setpoint_triplet = PositionSetpointTriplet(1_000_000)
+    assert "    current (position_setpoint):\n        timestamp: " in console.output(
+        "listener position_setpoint_triplet"
+    )
+
+
+def test_listener_prints_every_topic_there_is() -> None:
+    console = Console()
+    console.autopilot.now_us = 2_000_000
+    topics = console.autopilot.topics
+    for name, record in vars(topics).items():
+        if hasattr(record, "timestamp"):
+            setattr(topics, name, record._replace(timestamp=1_000_000))
+    names = {*vars(topics), *(topic.name for topic in console.autopilot.logger.topics())}
+    for name in names:
+        assert console.output(f"listener {name}").startswith(f"\nTOPIC: {name}\n {name}\n"), name
 
 
 def test_sleep_takes_vehicle_time_and_input_waits() -> None:

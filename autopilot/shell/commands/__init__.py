@@ -3,6 +3,8 @@
 Listed is what does something here; a command of PX4 that is missing is as unknown as one of which PX4 does not know.
 """
 
+from autopilot.camera_trigger import CameraTrigger
+from autopilot.gimbal import Gimbal
 from autopilot.shell.command import Command
 from autopilot.shell.commands import (
     actuator_test,
@@ -26,14 +28,18 @@ from autopilot.shell.commands import (
 )
 
 MODULES: dict[str, module.Runs] = {
+    "camera_trigger": module.has_payload(CameraTrigger),
     "control_allocator": module.multicopter,
     "flight_mode_manager": module.multicopter,
+    "gimbal": module.has_payload(Gimbal),
     "load_mon": module.always,
+    "manual_control": module.always,
     "mc_att_control": module.multicopter,
     "mc_hover_thrust_estimator": module.multicopter,
     "mc_pos_control": module.multicopter,
     "mc_rate_control": module.multicopter,
     "payload_deliverer": module.always,
+    "rc_update": module.always,
     "rover_ackermann": module.rover,
 }
 COMMANDS: dict[str, Command] = {

@@ -27,6 +27,11 @@ def rover(autopilot: "Autopilot") -> bool:
     return not multicopter(autopilot)
 
 
+def has_payload(kind: type) -> Runs:
+    """Vehicles have it whose parameters start such a module."""
+    return lambda autopilot: any(isinstance(module, kind) for module in autopilot.payload)
+
+
 def command(name: str, runs: Runs) -> Command:
     """The command of a module."""
 
