@@ -143,11 +143,12 @@ class Station:
                 return message
         return None
 
-    def collect(self, name: str, seconds: float) -> list[Any]:
-        """All messages of a name within a time."""
+    def collect(self, name: str | list[str], seconds: float, at_least: int = 0) -> list[Any]:
+        """All messages of a name within a time, which goes on for so many: a slow machine is not a wrong autopilot."""
         end_s = time.monotonic() + seconds
-        found = []
-        while (left_s := end_s - time.monotonic()) > 0.0:
+        patient_s = end_s + REPLY_LIMIT_S
+        found: list[Any] = []
+        while (left_s := (patient_s if len(found) < at_least else end_s) - time.monotonic()) > 0.0:
             message = self.receive(name, left_s)
             if message is not None:
                 found.append(message)

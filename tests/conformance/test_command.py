@@ -167,9 +167,10 @@ def test_an_integer_that_is_no_place_is_not_scaled(station: Any) -> None:
     assert acks_of(station, number, 0.9) == [(ACCEPTED, 0)]
 
 
-def acks_of(station: Any, command: int, seconds: float) -> list[tuple[int, int]]:
+def acks_of(station: Any, command: int, seconds: float, at_least: int = 1) -> list[tuple[int, int]]:
     """(result, progress) of the acks of a command within a time."""
-    return [(ack.result, ack.progress) for ack in station.collect("COMMAND_ACK", seconds) if ack.command == command]
+    acks = station.collect("COMMAND_ACK", seconds, at_least)
+    return [(ack.result, ack.progress) for ack in acks if ack.command == command]
 
 
 @pytest.mark.covers("COMMAND_LONG", source="measured: PX4 answers every repetition, whatever its confirmation")
@@ -183,7 +184,7 @@ def test_repetitions_are_answered(station: Any, confirmation: int) -> None:
 def test_half_arming_is_none(station: Any) -> None:
     number = number_of("COMPONENT_ARM_DISARM")
     station.mav.command_long_send(station.system, 1, number, 0, 2.0, *(0.0,) * 6)
-    assert acks_of(station, number, 0.9) == []
+    assert acks_of(station, number, 0.9, at_least=0) == []
 
 
 @pytest.mark.covers("MAV_CMD_DO_GRIPPER", source="PX4 parameter PD_GRIPPER_TO: how long the gripper takes")
@@ -191,5 +192,5 @@ def test_a_gripper_takes_its_time_and_answers_twice(station: Any) -> None:
     number = number_of("DO_GRIPPER")
     for action in (RELEASE, GRAB):
         station.mav.command_long_send(station.system, 1, number, 0, 1, action, *(0.0,) * 5)
-        assert acks_of(station, number, 2.0) == [(IN_PROGRESS, 255), (ACCEPTED, 0)]
+        assert acks_of(station, number, 2.0, at_least=2) == [(IN_PROGRESS, 255), (ACCEPTED, 0)]
         assert station.command(number, 1, action) == ACCEPTED

@@ -72,7 +72,7 @@ def asked(station: Any, first: int, last: int) -> tuple[list[int], list[tuple[in
     station.mav.send(RequestEvent(station.system, first, last))
     found: list[int] = []
     errors: list[tuple[int, ...]] = []
-    for message in station.collect([EVENT, ERROR], 1.0):
+    for message in station.collect([EVENT, ERROR], 1.0, at_least=(last - first) % 65536 + 1):
         if message.get_type() == EVENT:
             sequence = event(message).sequence
             if (sequence - first) % 65536 <= (last - first) % 65536:
@@ -125,7 +125,7 @@ def test_an_event_that_is_not_there_is_an_error(station: Any) -> None:
 def test_arming_checks_come_as_a_round_between_two_summaries(station: Any) -> None:
     station.collect(EVENT, 2.5)
     station.mav.command_long_send(station.system, 1, RUN_PREARM_CHECKS, 0, *(0.0,) * 7)
-    events = [event(message) for message in station.collect(EVENT, 1.0)]
+    events = [event(message) for message in station.collect(EVENT, 1.0, at_least=3)]
     assert (events[0].id, events[0].log_levels) == (ARMING_CHECK_SUMMARY, PROTOCOL_PROTOCOL)
     assert (events[-1].id, events[-1].log_levels) == (HEALTH_SUMMARY, PROTOCOL_PROTOCOL)
     assert len(events) > 2

@@ -28,26 +28,26 @@ def frame(station: Any, **options: bool) -> bytes:
     return packed
 
 
-def acks(station: Any, *datagrams: bytes) -> list[Any]:
+def acks(station: Any, *datagrams: bytes, at_least: int = 0) -> list[Any]:
     """The acknowledgements of these datagrams."""
     station.heartbeat()
     for data in datagrams:
         station.link.write(data)
-    return [ack for ack in station.collect("COMMAND_ACK", SILENCE_S) if ack.command == RUN_PREARM_CHECKS]
+    return [ack for ack in station.collect("COMMAND_ACK", SILENCE_S, at_least) if ack.command == RUN_PREARM_CHECKS]
 
 
 def test_mavlink_1_is_answered_in_mavlink_2(station: Any) -> None:
-    (ack,) = acks(station, frame(station, force_mavlink1=True))
+    (ack,) = acks(station, frame(station, force_mavlink1=True), at_least=1)
     assert ack.get_msgbuf()[0] == STX_V2
 
 
 def test_two_messages_in_a_datagram_are_two_messages(station: Any) -> None:
-    assert len(acks(station, frame(station) + frame(station))) == 2
+    assert len(acks(station, frame(station) + frame(station), at_least=2)) == 2
 
 
 def test_a_message_in_two_datagrams_is_one_message(station: Any) -> None:
     whole = frame(station)
-    assert len(acks(station, whole[:7], whole[7:])) == 1
+    assert len(acks(station, whole[:7], whole[7:], at_least=1)) == 1
 
 
 @pytest.mark.parametrize("place", [4, 8, 12, -1], ids=["sequence", "message id", "payload", "crc"])
@@ -55,13 +55,13 @@ def test_a_changed_byte_costs_the_message(station: Any, place: int) -> None:
     spoiled = bytearray(frame(station))
     spoiled[place] ^= 0x40
     assert acks(station, bytes(spoiled)) == []
-    assert len(acks(station, frame(station))) == 1
+    assert len(acks(station, frame(station), at_least=1)) == 1
 
 
 def test_what_follows_a_cut_message_is_understood_again(station: Any) -> None:
     assert acks(station, frame(station)[:20]) == []
-    assert acks(station, *(frame(station) for _ in range(SWALLOWED)))
-    assert len(acks(station, frame(station))) == 1
+    assert acks(station, *(frame(station) for _ in range(SWALLOWED)), at_least=1)
+    assert len(acks(station, frame(station), at_least=1)) == 1
 
 
 @pytest.mark.parametrize(
@@ -71,4 +71,4 @@ def test_what_follows_a_cut_message_is_understood_again(station: Any) -> None:
 )
 def test_what_is_no_message_is_not_answered(station: Any, data: bytes) -> None:
     assert acks(station, data) == []
-    assert len(acks(station, frame(station))) == 1
+    assert len(acks(station, frame(station), at_least=1)) == 1
