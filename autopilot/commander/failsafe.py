@@ -61,6 +61,8 @@ LINK_LOSS_ACT = {0: NOTHING, 1: HOLD, 2: RTL, 3: LAND, 5: TERMINATE, 6: DISARM}
 COM_PARACHUTE = {1: WARN, 2: WARN, 3: RTL, 4: LAND}
 COM_ARM_ODID = {3: RTL, 4: LAND, 5: TERMINATE}
 GF_ACTION = {0: NOTHING, 1: WARN, 2: HOLD, 3: RTL, 4: TERMINATE, 5: LAND}
+ONLY_WARN = 0
+"""COM_LOW_BAT_ACT."""
 LOW_BAT_CRITICAL = {0: WARN, 2: LAND, 3: RTL}
 LOW_BAT_EMERGENCY = {0: WARN, 2: LAND, 3: LAND}
 OFFBOARD_LOSS_ACT = {
@@ -144,6 +146,7 @@ class Failsafe:
         self._taken_over = False
         self._mode_changes = 0
         self._manual_control_lost_at_arming = False
+        self._battery_warning_at_arming = 0
         self._was_armed = False
         self._armed_us = 0
         self._judged: tuple[object, ...] = ()
@@ -183,6 +186,7 @@ class Failsafe:
         if not self._was_armed:
             self._was_armed = True
             self._armed_us = now_us
+            self._battery_warning_at_arming = flags.battery_warning
             self._manual_control_lost_at_arming = flags.manual_control_signal_lost
         elif not flags.manual_control_signal_lost:
             self._manual_control_lost_at_arming = False
@@ -235,8 +239,9 @@ class Failsafe:
         checks.append(("parachute", flags.parachute_unhealthy, parachute, True))
         remote_id = COM_ARM_ODID.get(int(parameters["COM_ARM_ODID"]), NOTHING)
         checks.append(("remote_id", flags.remote_id_unhealthy, remote_id, True))
-        low_battery = int(parameters["COM_LOW_BAT_ACT"])
         warning = flags.battery_warning
+        worse_than_at_arming = warning > self._battery_warning_at_arming
+        low_battery = int(parameters["COM_LOW_BAT_ACT"]) if worse_than_at_arming else ONLY_WARN
         checks.append(("battery_low", warning == WARNING_LOW, WARN, False))
         checks.append(("battery_critical", warning == WARNING_CRITICAL, LOW_BAT_CRITICAL.get(low_battery, WARN), True))
         checks.append(

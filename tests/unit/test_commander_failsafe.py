@@ -295,3 +295,30 @@ def test_lost_parachute_and_remote_id(parameter: str, value: int, mode: NavState
     assert vehicle.mode is NavState.AUTO_LOITER
     vehicle.run(6.5)
     assert vehicle.mode is mode
+
+
+def test_a_battery_warning_stays_until_the_vehicle_is_disarmed() -> None:
+    vehicle = flying(COM_LOW_BAT_ACT=0)
+    vehicle.battery = vehicle.battery._replace(warning=2)
+    vehicle.run(0.3)
+    vehicle.battery = vehicle.battery._replace(warning=0)
+    vehicle.run(1.0)
+    assert vehicle.topics.failsafe_flags.battery_warning == 2
+    vehicle.result(NAV_LAND)
+    vehicle.run_until_disarmed()
+    vehicle.run(0.2)
+    assert vehicle.topics.failsafe_flags.battery_warning == 0
+
+
+def test_a_battery_that_was_low_when_it_was_armed_is_only_warned_of() -> None:
+    """Arming with it was allowed by COM_ARM_BAT_MIN (PX4's _battery_warning_at_arming)."""
+    vehicle = FakeVehicle(COM_LOW_BAT_ACT=2, COM_ARM_BAT_MIN=0.0)
+    vehicle.battery = vehicle.battery._replace(warning=2, remaining=0.06)
+    vehicle.run(3.0)
+    assert vehicle.arm() == 0
+    vehicle.run(6.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert HOLD_TEXT not in vehicle.take_texts()
+    vehicle.battery = vehicle.battery._replace(warning=3)
+    vehicle.run(0.3)
+    assert HOLD_TEXT in vehicle.take_texts()

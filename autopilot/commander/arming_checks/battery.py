@@ -1,4 +1,8 @@
-"""Battery is connected and not near its end (PX4's batteryCheck). COM_ARM_BAT_MIN: least charge to arm, 0..1."""
+"""Battery is connected and not near its end (PX4's batteryCheck).
+
+COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
+the warning only gets worse.
+"""
 
 from autopilot.commander.arming_checks.findings import ALL_MODES, BATTERY, NO_MODE, Component, Findings, Settings
 from autopilot.constants import Severity
@@ -13,18 +17,22 @@ EVENT_LOW = "check_battery_low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """The warning level; critical and worse forbids arming."""
+    """The warning level, and whether it forbids arming."""
     battery = topics.battery_status
     if not battery.connected:
         return
     findings.health_present |= Component.BATTERY
-    findings.battery_warning = battery.warning
-    critical = battery.warning >= WARNING_CRITICAL
-    too_low = not critical and settings.com_arm_bat_min > 0.0 and battery.remaining < settings.com_arm_bat_min
-    text = TEXTS.get(battery.warning, "Preflight Fail: Low battery" if too_low else "")
-    if battery.warning or too_low:
+    armed, warning = topics.vehicle_status.armed, battery.warning
+    if armed:
+        warning = max(warning, topics.failsafe_flags.battery_warning)
+    findings.battery_warning = warning
+    by_charge = not armed and settings.com_arm_bat_min >= 0.0
+    too_low = by_charge and battery.remaining < settings.com_arm_bat_min
+    critical = warning >= WARNING_CRITICAL and not by_charge
+    text = TEXTS.get(warning, "Preflight Fail: Low battery" if too_low else "")
+    if warning or too_low:
         findings.unhealthy |= BATTERY
         forbidden = ALL_MODES if critical or too_low else NO_MODE
         level = Severity.CRITICAL if critical or too_low else Severity.WARNING
-        event = EVENTS.get(battery.warning, EVENT_LOW)
+        event = EVENTS.get(warning, EVENT_LOW)
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text)
