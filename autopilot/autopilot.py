@@ -11,6 +11,7 @@ from pathlib import Path
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
 from autopilot.commands import CommandResult, VehicleCommands
+from autopilot.control.mc_autotune import McAutotune
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.dataman import Dataman
@@ -86,7 +87,7 @@ class Autopilot:
             RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))
         )
         self.payload_deliverer = PayloadDeliverer(*shared)
-        self.payload = self._payload_modules()
+        self.started = self._started_modules()
         failures = FailureInjectionManager(*shared)
         estimator_commands = EstimatorCommands(self.estimator, self.topics)
         owners = (
@@ -95,7 +96,7 @@ class Autopilot:
             self.payload_deliverer,
             failures,
             estimator_commands,
-            *self.payload,
+            *self.started,
         )
         self.commands = VehicleCommands(owners)
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, self._on_command, instance, root, self.outgoing)
@@ -123,7 +124,7 @@ class Autopilot:
             self.commander.update(now_us)
             self.navigator.update(now_us)
             self.payload_deliverer.update(now_us)
-            for module in self.payload:
+            for module in self.started:
                 module.update(now_us)
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
@@ -140,9 +141,11 @@ class Autopilot:
             mode |= MODE_FLAG_TEST_ENABLED
         return HilActuatorControls(now_us, 1, outputs.controls, mode)
 
-    def _payload_modules(self) -> tuple[CameraTrigger | Gimbal, ...]:
-        """Those that PX4's start-up script starts for this airframe (rcS); the reference vehicles have none."""
-        modules: list[CameraTrigger | Gimbal] = []
+    def _started_modules(self) -> tuple[CameraTrigger | Gimbal | McAutotune, ...]:
+        """Those that PX4's start-up script starts for this airframe (rcS)."""
+        modules: list[CameraTrigger | Gimbal | McAutotune] = []
+        if isinstance(self.control, MulticopterControl):
+            modules.append(self.control.autotune)
         if self.parameters["TRIG_MODE"] > 0:
             modules.append(CameraTrigger(self.topics, self.parameters, self.outgoing))
         if self.parameters["MNT_MODE_IN"] >= 0:

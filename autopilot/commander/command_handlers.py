@@ -19,7 +19,6 @@ from autopilot.commander.command_results import (
     FAILED,
     FIXED,
     TEMPORARILY_REJECTED,
-    UNSUPPORTED,
 )
 from autopilot.commander.custom_mode import (
     FLAG_CUSTOM_MODE_ENABLED,
@@ -138,7 +137,6 @@ class CommandHandlers:
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._preflight_storage,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._preflight_reboot_shutdown,
             mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
-            mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: self._do_autotune_enable,
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
             mavlink.MAV_CMD_DO_SET_ACTUATOR: self._do_set_actuator,
             ACTUATOR_GROUP_TEST: self._actuator_group_test,
@@ -391,9 +389,6 @@ class CommandHandlers:
 
     def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
         return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)
-
-    def _do_autotune_enable(self, now_us: int, command: VehicleCommand) -> int:
-        return UNSUPPORTED if self._rover else DENIED
 
     def _actuator_test(self, now_us: int, command: VehicleCommand) -> int | None:
         """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""

@@ -16,6 +16,7 @@ from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
 from autopilot.control.mc_att_control import rates_setpoint
+from autopilot.control.mc_autotune import McAutotune
 from autopilot.control.mc_parameters import constrain
 from autopilot.control.mc_pos_control import (
     Limits,
@@ -88,6 +89,7 @@ class MulticopterControl:
         self._yaw_sp = NAN
         self._ticks = 0
         self._tests = ActuatorTests(topics)
+        self.autotune = McAutotune(topics, parameters)
         self._motors_off: frozenset[int] = frozenset()
         self._failures = topics.failure_injection
         self._version = -1
@@ -357,6 +359,8 @@ class MulticopterControl:
             landed.landed or landed.maybe_landed,
             allocator.unallocated,
         )
+        if self.autotune.rates is not None:
+            self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
         motors = allocator.allocate(roll, pitch, yaw, setpoint.thrust_body[2])
         if self._motors_off:
             motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
@@ -391,6 +395,9 @@ class MulticopterControl:
             self._yaw_weight,
             self._rate_limits,
         )
+        shaken = self.autotune.rates
+        if shaken is not None:
+            rates = (rates[0] + shaken[0], rates[1] + shaken[1], rates[2] + shaken[2])
         topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, setpoint.thrust_body)
 
     def _test(self, now_us: int) -> None:

@@ -465,11 +465,6 @@ def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None
     assert vehicle.take_texts()[-2:] == refusals
 
 
-def test_autotuning_is_nothing_for_a_rover() -> None:
-    rover = FakeVehicle("rover")
-    assert rover.result(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE) == 3
-
-
 def test_termination_in_flight_releases_the_parachute() -> None:
     vehicle, outgoing = FakeVehicle(MAV_SYS_ID=7), OutgoingCommands()
     vehicle.commander = Commander(

@@ -1,0 +1,279 @@
+"""Autotuning of a multicopter's rate and attitude gains, on DO_AUTOTUNE_ENABLE.
+
+PX4's mc_autotune_attitude_control (v1.18), which MC_AT_EN starts: one axis after the other is shaken by steps of its
+rate setpoint (MC_AT_SYSID_AMP) until a model of it has settled, and gains that look sane are taken over when the
+vehicle has been disarmed (MC_AT_APPLY 1), at once and tried out (2), or not at all (0). Sticks, another mode and 20
+seconds without progress end it. The command starts it, and is answered by how far it has come each time it is sent, as
+PX4's MAVLink receiver does: what ground stations do once a second.
+"""
+
+import math
+from enum import IntEnum, auto
+
+from autopilot.commands import CommandResult, obey_navigator
+from autopilot.constants import NavState
+from autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics, Vector3, VehicleCommand
+from sitl_emu.core import dialect as mavlink
+
+TICK_S = 0.004
+STEP_US = 100_000
+"""Between two steps of the state machine, and of the signal."""
+FILTERS_US = 4_000_000
+"""PX4 measures its loop's rate over 1000 samples first."""
+LEAST_AXIS_US, PAUSE_US, TEST_US, RESULT_US = 5_000_000, 2_000_000, 4_000_000, 2_000_000
+TEST_SETTLES_US = 1_000_000
+TIMEOUT_US = 20_000_000
+SETTLED_VARIANCE = 50.0
+MODEL_S = (0.002, 0.010)
+SIGNAL_ALPHA = 1.0 / 3.0
+"""A low-pass of 0.2 s at the signal's 0.1 s takes its mean away."""
+FIRST_STEP, LONGEST_STEP, LONGEST_STEP_LATER = 5, 10, 5
+YAW_RISE_S = 0.2
+DETUNING = 0.7
+STICKS_MOVED = 0.05
+MOST_CONTROL_POWER, POWER_OVER_US = 0.1, 500_000
+AXES = ("ROLL", "PITCH", "YAW")
+ON_DISARM, AT_ONCE = 1, 2
+"""MC_AT_APPLY."""
+
+
+class State(IntEnum):
+    """autotune_attitude_control_status.state, as far as a multicopter has it."""
+
+    IDLE = 0
+    INIT = auto()
+    ROLL = auto()
+    ROLL_PAUSE = auto()
+    PITCH = auto()
+    PITCH_PAUSE = auto()
+    YAW = auto()
+    YAW_PAUSE = auto()
+    VERIFICATION = auto()
+    APPLY = auto()
+    TEST = auto()
+    WAIT_FOR_DISARM = auto()
+    COMPLETE = auto()
+    FAIL = auto()
+
+
+SHAKES = {State.ROLL: 0, State.PITCH: 1, State.YAW: 2}
+PROGRESS = {
+    State.ROLL: 20,
+    State.ROLL_PAUSE: 20,
+    State.PITCH: 40,
+    State.PITCH_PAUSE: 40,
+    State.YAW: 60,
+    State.YAW_PAUSE: 60,
+    State.VERIFICATION: 80,
+    State.APPLY: 85,
+    State.TEST: 90,
+    State.WAIT_FOR_DISARM: 95,
+    State.COMPLETE: 100,
+}
+"""Percent, in COMMAND_ACK; 0 for all others."""
+RESULTS = {State.COMPLETE: mavlink.MAV_RESULT_ACCEPTED, State.FAIL: mavlink.MAV_RESULT_FAILED}
+
+
+class McAutotune:
+    """Owner of DO_AUTOTUNE_ENABLE; adds to the rate setpoint, and sets the gains in the end."""
+
+    COMMANDS = frozenset({mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE})
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._runs = int(parameters["MC_AT_EN"]) == 1
+        self._wanted = False
+        self.state = State.IDLE
+        self._since_us = self._step_us = 0
+        self._mode = NavState.AUTO_LOITER
+        self._model: SystemIdentification | None = None
+        self._model_s, self._fit_every, self._samples = TICK_S, 1, 0
+        self._scale = 1.0
+        self._gains: list[tuple[PidGains, float]] = []
+        self._high, self._steps, self._longest, self._mean = False, 0, 0, 0.0
+        self.rates: Vector3 | None = None
+        """What is added to the rate setpoint; None while nothing is."""
+        self._energy, self._energy_us, self._power = 0.0, 0, 0.0
+        self._before: dict[str, float] = {}
+        self._commands_seen = 0
+
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
+        """param1 1: begin, or say how far it is; param2 would be axes, which cannot be chosen."""
+        begins = abs(command.param1 - 1.0) < 1e-6 and abs(command.param2) < 1e-6
+        if self._runs and begins and self.state is State.IDLE:
+            self._wanted = True
+        if begins:
+            result = RESULTS.get(self.state, mavlink.MAV_RESULT_IN_PROGRESS)
+            return CommandResult(result, PROGRESS.get(self.state, 0))
+        if math.isfinite(command.param1) or abs(command.param2) > 1e-6:
+            return CommandResult(mavlink.MAV_RESULT_DENIED)
+        return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz: what a mission commands, and every 0.1 s a step."""
+        self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
+        if (self._wanted or self.state is not State.IDLE) and now_us - self._step_us >= STEP_US:
+            self._step_us = now_us
+            self._advance(now_us)
+            self._abort(now_us)
+            self.rates = self._signal()
+
+    def on_torque(self, now_us: int, torque: Vector3, rates: Vector3) -> None:
+        """After each rate control, while `rates` is not None."""
+        axis = SHAKES.get(self.state)
+        if axis is None:
+            self._measure_power(now_us, torque)
+        elif self._model is not None:
+            self._model.sample(self._scale * torque[axis], rates[axis])
+            self._samples += 1
+            if self._samples % self._fit_every == 0:
+                self._model.fit()
+
+    # --- the state machine ----------------------------------------------------------------------------------
+
+    def _enter(self, now_us: int, state: State) -> None:
+        self.state, self._since_us = state, now_us
+
+    def _advance(self, now_us: int) -> None:
+        state, for_us = self.state, now_us - self._since_us
+        if state is State.IDLE:
+            self._mode = self._topics.vehicle_status.nav_state
+            self._gains = []
+            self._before = {}
+            self._enter(now_us, State.INIT)
+        elif state is State.INIT:
+            if for_us >= FILTERS_US:
+                self._make_model()
+                self._shake(now_us, State.ROLL)
+        elif state in SHAKES:
+            if self._settled and for_us > LEAST_AXIS_US:
+                self._design(YAW_RISE_S if state is State.YAW else float(self._parameters["MC_AT_RISE_TIME"]))
+                self._enter(now_us, State(state + 1))
+        elif state in (State.ROLL_PAUSE, State.PITCH_PAUSE):
+            if for_us > PAUSE_US:
+                self._shake(now_us, State(state + 1))
+        elif state is State.YAW_PAUSE:
+            if for_us > PAUSE_US:
+                self._enter(now_us, State.VERIFICATION)
+        elif state is State.VERIFICATION:
+            self._enter(now_us, State.APPLY if all(map(_good, self._gains)) else State.FAIL)
+        elif state is State.APPLY:
+            self._apply(now_us)
+        elif state is State.WAIT_FOR_DISARM:
+            if not self._topics.vehicle_status.armed:
+                self._save(self._designed())
+                self._enter(now_us, State.COMPLETE)
+        elif state is State.TEST:
+            if for_us > TEST_US:
+                self._enter(now_us, State.COMPLETE)
+            elif for_us > TEST_SETTLES_US and self._power > MOST_CONTROL_POWER:
+                self._save(self._before)
+                self._enter(now_us, State.FAIL)
+        elif for_us > RESULT_US:
+            self._enter(now_us, State.IDLE)
+            self._wanted = False
+
+    def _abort(self, now_us: int) -> None:
+        """In case of a time-out, of moved sticks, or of another mode."""
+        if self.state in (State.IDLE, State.WAIT_FOR_DISARM):
+            return
+        sticks, mode = self._topics.manual_control_setpoint, self._topics.vehicle_status.nav_state
+        moved = abs(sticks.roll) > STICKS_MOVED or abs(sticks.pitch) > STICKS_MOVED
+        if moved or mode is not self._mode or now_us - self._since_us > TIMEOUT_US:
+            self._mode = mode
+            self._enter(now_us, State.FAIL)
+
+    def _apply(self, now_us: int) -> None:
+        how = int(self._parameters["MC_AT_APPLY"])
+        if how == ON_DISARM:
+            self._enter(now_us, State.WAIT_FOR_DISARM)
+        elif how == AT_ONCE:
+            gains = self._designed()
+            self._before = {name: float(self._parameters[name]) for name in gains}
+            self._save(gains)
+            self._begin_signal()
+            self._energy, self._energy_us, self._power = 0.0, now_us, 0.0
+            self._enter(now_us, State.TEST)
+        else:
+            self._enter(now_us, State.COMPLETE)
+
+    # --- model and gains ------------------------------------------------------------------------------------
+
+    def _make_model(self) -> None:
+        cutoff_hz = float(self._parameters["IMU_GYRO_CUTOFF"])
+        shortest_s, longest_s = MODEL_S
+        model_s = max(shortest_s, min(longest_s, max(0.5 / cutoff_hz, TICK_S)))
+        self._fit_every = max(int(model_s / TICK_S), 1)
+        self._model_s = self._fit_every * TICK_S
+        self._model = SystemIdentification(TICK_S, self._model_s, cutoff_hz)
+
+    def _shake(self, now_us: int, state: State) -> None:
+        assert self._model is not None
+        self._model.reset()
+        axis = AXES[SHAKES[state]]
+        present = float(self._parameters[f"MC_{axis}RATE_P"]) * float(self._parameters[f"MC_{axis}RATE_K"])
+        self._scale = 1.0 / present if present else 0.0
+        self._begin_signal()
+        self._enter(now_us, state)
+
+    @property
+    def _settled(self) -> bool:
+        return self._model is not None and self._model.worst_variance < SETTLED_VARIANCE
+
+    def _design(self, rise_s: float) -> None:
+        assert self._model is not None
+        a1, a2, *b = self._model.coefficients
+        gains = pid_gains([a1, a2, *(self._scale * each for each in b)], self._model_s, rise_s, DETUNING)
+        if -0.001 < gains.d < 0.0:
+            gains = gains._replace(d=0.0)
+        attitude = 1.0 / (math.radians(60.0) * gains.k) if gains.k else math.inf
+        self._gains.append((gains, max(2.0, min(6.5, attitude))))
+
+    def _designed(self) -> dict[str, float]:
+        """The parameters, in parallel form."""
+        values: dict[str, float] = {}
+        for axis, (gains, attitude) in zip(AXES, self._gains, strict=True):
+            rate = f"MC_{axis}RATE"
+            values |= {f"{rate}_P": gains.k, f"{rate}_K": 1.0, f"{rate}_I": gains.k * gains.i}
+            values |= {f"{rate}_D": gains.k * gains.d, f"MC_{axis}_P": attitude}
+        return values
+
+    def _save(self, values: dict[str, float]) -> None:
+        for name, value in values.items():
+            self._parameters.set(name, value)
+
+    # --- the signal -----------------------------------------------------------------------------------------
+
+    def _begin_signal(self) -> None:
+        self._high, self._steps, self._longest, self._mean = True, FIRST_STEP, LONGEST_STEP, 0.0
+
+    def _signal(self) -> Vector3 | None:
+        """Steps of a length that changes, around zero; None where nothing is to be shaken."""
+        axis = SHAKES.get(self.state)
+        if axis is None and self.state is not State.TEST:
+            return None
+        if self._steps > self._longest:
+            self._high, self._steps = not self._high, 0
+            self._longest = self._longest - 1 if self._longest > 1 else LONGEST_STEP_LATER
+        self._steps += 1
+        step = float(self._parameters["MC_AT_SYSID_AMP"]) if self._high else 0.0
+        signal = step - self._mean
+        self._mean += SIGNAL_ALPHA * (step - self._mean)
+        if axis is None:
+            return signal, signal, 0.0
+        return (signal if axis == 0 else 0.0, signal if axis == 1 else 0.0, signal if axis == 2 else 0.0)
+
+    def _measure_power(self, now_us: int, torque: Vector3) -> None:
+        """Mean square of the torques over half a second (actuator_controls_status)."""
+        self._energy += sum(each * each for each in torque)
+        if now_us - self._energy_us >= POWER_OVER_US:
+            self._power = self._energy * TICK_S / ((now_us - self._energy_us) * 1e-6)
+            self._energy, self._energy_us = 0.0, now_us
+
+
+def _good(designed: tuple[PidGains, float]) -> bool:
+    """Gains that PX4 would take over."""
+    (k, i, d), attitude = designed
+    return 0.0 < k < 0.5 and 0.0 < i < 10.0 and 0.0 <= d < 0.1 and 0.0 < attitude < 12.0
