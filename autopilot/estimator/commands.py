@@ -8,7 +8,7 @@ twice: the filter accepts it, the commander does not know it. An external headin
 import math
 
 from autopilot.commands import CommandResult, answer_later
-from autopilot.estimator.estimator import FUSION_SOURCES, Estimator
+from autopilot.estimator.estimator import Estimator
 from autopilot.topics import Topics, VehicleCommand, WindEstimate
 from sitl_emu.core import dialect as mavlink
 
@@ -18,6 +18,9 @@ EXTERNAL_WIND_ESTIMATE = 43004
 """MAV_CMD_EXTERNAL_WIND_ESTIMATE, of MAVLink's development dialect."""
 DO_SET_GLOBAL_ORIGIN: int = mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
 ESTIMATOR_SENSOR_ENABLE: int = mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE
+FUSION_SOURCES = range(9)
+"""MAV_CMD_ESTIMATOR_SENSOR_ENABLE, param1: GPS, optical flow, vision, auxiliary position, barometer, range finder,
+magnetometer, airspeed, beacon."""
 UNKNOWN_ACCURACY_M = 50.0
 ACCEPTED = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
 FAILED = CommandResult(mavlink.MAV_RESULT_FAILED)
@@ -39,7 +42,7 @@ class EstimatorCommands:
     )
 
     def __init__(self, estimator: Estimator, topics: Topics) -> None:
-        self._estimator = estimator
+        self._filter = estimator.filter
         self._topics = topics
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
@@ -54,7 +57,7 @@ class EstimatorCommands:
             return ACCEPTED if math.isfinite(command.param3) else UNSUPPORTED
         if not _is_place(command):
             return FAILED
-        self._estimator.move_origin(now_us, command.param5, command.param6, command.param7)
+        self._filter.move_origin(now_us, command.param5, command.param6, command.param7)
         return ACCEPTED
 
     def _sensor_enable(self, command: VehicleCommand) -> CommandResult:
@@ -62,8 +65,8 @@ class EstimatorCommands:
         source = int(command.param1) if math.isfinite(command.param1) else -1
         if source not in FUSION_SOURCES:
             return UNSUPPORTED
-        others = self._estimator.disabled - {source}
-        self._estimator.disabled = others if command.param3 > 0.5 else others | {source}
+        others = self._filter.disabled - {source}
+        self._filter.disabled = others if command.param3 > 0.5 else others | {source}
         return ACCEPTED
 
     def _position(self, now_us: int, command: VehicleCommand) -> CommandResult:
@@ -73,7 +76,7 @@ class EstimatorCommands:
         if not _is_place(command):
             return FAILED
         accuracy_m = command.param3 if 0.0 < command.param3 < math.inf else UNKNOWN_ACCURACY_M
-        self._estimator.reset_position(now_us, command.param5, command.param6, accuracy_m)
+        self._filter.take_position(now_us, command.param5, command.param6, accuracy_m)
         return ACCEPTED
 
     def _wind(self, now_us: int, command: VehicleCommand) -> CommandResult:
