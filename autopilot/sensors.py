@@ -179,19 +179,19 @@ class Sensors:
             old = previous.remaining
             charge = old + (charge - old) * (1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S))
         self._topics.battery_status = BatteryStatus(
-            now_us, True, voltage_v, current_a, charge, discharged_mah, self._warning(charge)
+            now_us, True, voltage_v, current_a, charge, discharged_mah, battery_warning(self._parameters, charge)
         )
 
-    def _warning(self, remaining: float) -> int:
-        """0 none, 1 low, 2 critical, 3 emergency."""
-        parameters = self._parameters
-        # Thresholds are float32 values, a little above the numbers that they stand for.
-        remaining += 1e-6
-        if remaining < parameters["BAT_EMERGEN_THR"]:
-            return 3
-        if remaining < parameters["BAT_CRIT_THR"]:
-            return 2
-        return 1 if remaining < parameters["BAT_LOW_THR"] else 0
+
+def battery_warning(parameters: Parameters, remaining: float) -> int:
+    """0 none, 1 low, 2 critical, 3 emergency."""
+    # Thresholds are float32 values, a little above the numbers that they stand for.
+    remaining += 1e-6
+    if remaining < parameters["BAT_EMERGEN_THR"]:
+        return 3
+    if remaining < parameters["BAT_CRIT_THR"]:
+        return 2
+    return 1 if remaining < parameters["BAT_LOW_THR"] else 0
 
 
 def altitude_m(pressure_hpa: float, sea_level_hpa: float) -> float:

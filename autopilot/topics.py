@@ -83,6 +83,9 @@ class BatteryStatus(NamedTuple):
     remaining: float = NAN
     discharged_mah: float = 0.0
     warning: int = 0
+    cells_v: tuple[float, ...] = ()
+    """Empty where they are not known apart."""
+    temperature_c: float = NAN
 
 
 # --- estimate (writer: estimator) ---------------------------------------------------------------------------
@@ -878,6 +881,11 @@ class OrbitStatus(NamedTuple):
     yaw_behaviour: int = 0
 
 
+def batteries(topics: "Topics") -> list[BatteryStatus]:
+    """Those that are connected."""
+    return [battery for battery in (topics.battery_status, topics.battery_status_outside) if battery.connected]
+
+
 class Topics:
     """The present record of every topic; one slot each, each with one writer."""
 
@@ -888,6 +896,8 @@ class Topics:
         self.sensor_gps = SensorGps()
         self.distance_sensor = DistanceSensorSample()
         self.battery_status = BatteryStatus()
+        self.battery_status_outside = BatteryStatus()
+        """Writer: mavlink/services/battery_status.py, for a battery that tells of itself."""
         self.vehicle_attitude = VehicleAttitude()
         self.vehicle_angular_velocity = VehicleAngularVelocity()
         self.vehicle_local_position = VehicleLocalPosition()

@@ -239,6 +239,8 @@ class Failsafe:
         checks.append(("parachute", flags.parachute_unhealthy, parachute, True))
         remote_id = COM_ARM_ODID.get(int(parameters["COM_ARM_ODID"]), NOTHING)
         checks.append(("remote_id", flags.remote_id_unhealthy, remote_id, True))
+        spoolup = now_us - self._armed_us < parameters["COM_SPOOLUP_TIME"] * 1e6
+        checks.append(("battery_unhealthy", flags.battery_unhealthy, Option(Action.DISARM) if spoolup else WARN, False))
         warning = flags.battery_warning
         worse_than_at_arming = warning > self._battery_warning_at_arming
         low_battery = int(parameters["COM_LOW_BAT_ACT"]) if worse_than_at_arming else ONLY_WARN

@@ -17,6 +17,7 @@ from autopilot.mavlink.encoder import Encoder
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import (
     adsb_vehicle,
+    battery_status,
     command,
     command_sender,
     debug_values,
@@ -139,6 +140,7 @@ class Mavlink:
             rc_override.RcOverride(topics, self.system_id),
             heartbeat.Heartbeat(topics, self.system_id),
             adsb_vehicle.AdsbVehicle(topics),
+            battery_status.BatteryStatus(topics, parameters, self.system_id),
             debug_values.DebugValues(topics),
             follow_target.FollowTarget(topics),
             gimbal_manager.GimbalManager(topics, self.system_id),

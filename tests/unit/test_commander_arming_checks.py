@@ -224,6 +224,24 @@ def test_offboard_position_needs_a_position() -> None:
     assert vehicle.topics.failsafe_flags.offboard_control_signal_lost
 
 
+def test_a_battery_that_falls_silent_is_not_well() -> None:
+    vehicle = ready()
+    vehicle.topics.battery_status_outside = BatteryStatus(vehicle.now_us, True, 16.0, 1.0, 0.9)
+    vehicle.run(4.8)
+    assert vehicle.take_texts() == []
+    vehicle.run(0.4)
+    assert vehicle.take_texts() == ["Preflight Fail: Battery unhealthy"]
+    assert vehicle.arm() == 1
+
+
+def test_the_emptiest_battery_counts() -> None:
+    vehicle = ready()
+    vehicle.topics.battery_status_outside = BatteryStatus(vehicle.now_us, True, 14.0, 1.0, 0.06, warning=2)
+    vehicle.run(0.2)
+    assert vehicle.take_texts() == ["Critical battery"]
+    assert vehicle.arm() == 1
+
+
 def test_parameters_that_ask_for_more_before_arming() -> None:
     assert ready(COM_ARM_MIS_REQ=1).arm() == 1
     half_empty = ready(COM_ARM_BAT_MIN=0.8)

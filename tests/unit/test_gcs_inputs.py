@@ -8,6 +8,7 @@ import pytest
 from autopilot.commands import CommandResult
 from gcs import debug_values, landing_target, obstacle_distance, odometry, optical_flow
 from gcs.adsb_vehicle import adsb_vehicle
+from gcs.battery_status import battery_status
 from gcs.follow_target import FollowTarget, Target
 from gcs.gps_global_origin import SetGpsGlobalOrigin
 from gcs.manual_control import ManualControl, Sticks
@@ -175,6 +176,15 @@ def test_an_aircraft_nearby() -> None:
     assert (heard.icao_address, heard.callsign) == (0xABC123, b"LX-ABC")
     assert (heard.lat, heard.lon, heard.altitude) == pytest.approx((47.4, 8.5, 700.0))
     assert heard.hor_velocity == pytest.approx(50.0)
+
+
+def test_a_battery_that_tells_of_itself() -> None:
+    peer = Peer(system=1, component=180)
+    peer.fly()
+    peer.send(battery_status((4.1, 4.0, 3.9), 0.1, 2.5))
+    heard = peer.topics.battery_status_outside
+    assert heard.cells_v == pytest.approx((4.1, 4.0, 3.9))
+    assert (heard.voltage_v, heard.current_a, heard.remaining, heard.warning) == pytest.approx((12.0, 2.5, 0.1, 1))
 
 
 def test_numbers_to_look_at() -> None:

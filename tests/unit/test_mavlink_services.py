@@ -643,7 +643,33 @@ def test_heartbeats_of_components() -> None:
     assert peer.topics.gcs_heartbeats == GcsHeartbeats(0, 5_000_000, 5_000_000, True, 5_000_000, False, 5_000_000)
 
 
-# --- aircraft nearby, and numbers of others ----------------------------------------------------------------
+# --- batteries, aircraft nearby, and numbers of others ----------------------------------------------------------------
+
+
+def smart_battery(remaining_pct: int, *cells_mv: int) -> Any:
+    voltages = [*cells_mv, *(65535,) * (10 - len(cells_mv))]
+    return mavlink.MAVLink_battery_status_message(1, 1, 1, 32767, voltages, 150, 12, -1, remaining_pct)
+
+
+def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys_status() -> None:
+    peer = Peer(system=1, component=180)
+    peer.fly()
+    peer.send(smart_battery(6, 3501, 3502, 3503))
+    heard = only(peer.run(2.5), "BATTERY_STATUS")[-2:]
+    assert [battery.voltages[:4] for battery in heard] == [[16200, *(65535,) * 3], [3501, 3502, 3503, 65535]]
+    assert [(battery.id, battery.battery_remaining, battery.charge_state) for battery in heard] == [
+        (0, 100, 1),
+        (0, 6, 3),
+    ]
+    status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (10506, 150, 6)
+
+
+def test_batteries_of_others_are_not_ours() -> None:
+    for system, component in ((255, 180), (1, 1)):
+        peer = Peer(system=system, component=component)
+        peer.send(smart_battery(6, 3500))
+        assert not peer.topics.battery_status_outside.connected
 
 
 def adsb_vehicle(icao_address: int, **changes: float) -> Any:

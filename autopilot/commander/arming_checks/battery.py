@@ -1,4 +1,4 @@
-"""Battery is connected and not near its end (PX4's batteryCheck).
+"""No battery that is connected is near its end (PX4's batteryCheck).
 
 COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
 the warning only gets worse.
@@ -6,7 +6,7 @@ the warning only gets worse.
 
 from autopilot.commander.arming_checks.findings import ALL_MODES, BATTERY, NO_MODE, Component, Findings, Settings
 from autopilot.constants import Severity
-from autopilot.topics import Topics
+from autopilot.topics import Topics, batteries
 
 WARNING_LOW = 1
 WARNING_CRITICAL = 2
@@ -14,20 +14,22 @@ WARNING_EMERGENCY = 3
 TEXTS = {WARNING_LOW: "Low battery\t", WARNING_CRITICAL: "Critical battery\t"}
 EVENTS = {WARNING_CRITICAL: "check_battery_critical", WARNING_EMERGENCY: "check_battery_emergency"}
 EVENT_LOW = "check_battery_low"
+SILENT_US = 5_000_000
+"""A battery that was there and says nothing for so long is not well."""
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """The warning level, and whether it forbids arming."""
-    battery = topics.battery_status
-    if not battery.connected:
+    connected = batteries(topics)
+    if not connected:
         return
     findings.health_present |= Component.BATTERY
-    armed, warning = topics.vehicle_status.armed, battery.warning
+    armed, warning = topics.vehicle_status.armed, max(battery.warning for battery in connected)
     if armed:
         warning = max(warning, topics.failsafe_flags.battery_warning)
     findings.battery_warning = warning
     by_charge = not armed and settings.com_arm_bat_min >= 0.0
-    too_low = by_charge and battery.remaining < settings.com_arm_bat_min
+    too_low = by_charge and min(battery.remaining for battery in connected) < settings.com_arm_bat_min
     critical = warning >= WARNING_CRITICAL and not by_charge
     text = TEXTS.get(warning, "Preflight Fail: Low battery" if too_low else "")
     if warning or too_low:
@@ -36,3 +38,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         level = Severity.CRITICAL if critical or too_low else Severity.WARNING
         event = EVENTS.get(warning, EVENT_LOW)
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text)
+    if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
+        findings.battery_unhealthy = True
+        findings.unhealthy |= BATTERY
+        text = "Preflight Fail: Battery unhealthy"
+        findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)

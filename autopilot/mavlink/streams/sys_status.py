@@ -1,9 +1,10 @@
-"""SYS_STATUS: which sensors and systems are there and well, and the battery (PX4: streams/SYS_STATUS.hpp)."""
+"""SYS_STATUS: which sensors and systems are there and well, and the emptiest battery (PX4: streams/SYS_STATUS.hpp)."""
 
 import math
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
+from autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
@@ -13,7 +14,7 @@ UNKNOWN_VOLTAGE = 65535
 def fields(now_us: int, context: Context) -> Fields:
     """Health as the commander reports it."""
     health = context.topics.health_report
-    battery = context.topics.battery_status
+    battery = min(batteries(context.topics), key=lambda battery: battery.remaining, default=BatteryStatus())
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
     if battery.connected:
         voltage_mv = min(max(int(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)

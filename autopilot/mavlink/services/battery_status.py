@@ -1,0 +1,54 @@
+"""BATTERY_STATUS of a component of this vehicle: a battery that tells of itself, beside the autopilot's own.
+
+https://mavlink.io/en/messages/common.html#BATTERY_STATUS, as PX4's handle_message_battery_status: only from the
+vehicle's own system; the voltage is that of its cells together, the warning follows from its charge (BAT_LOW_THR,
+BAT_CRIT_THR, BAT_EMERGEN_THR). Several of them are one to us.
+"""
+
+from typing import Any
+
+from autopilot.mavlink.link import Link
+from autopilot.parameters import Parameters
+from autopilot.sensors import battery_warning
+from autopilot.topics import BatteryStatus as BatteryStatusSample
+from autopilot.topics import Topics
+from sitl_emu.core import dialect as mavlink
+
+AUTOPILOT = 1
+NO_CELL = 65535
+
+
+class BatteryStatus:
+    """Writer of battery_status_outside."""
+
+    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_BATTERY_STATUS})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics, parameters: Parameters, system_id: int) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+        self._parameters = parameters
+        self._system_id = system_id
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Cells end at the first that is not there."""
+        if message.get_srcSystem() != self._system_id or message.get_srcComponent() == AUTOPILOT:
+            return
+        voltages = list(message.voltages)
+        count = voltages.index(NO_CELL) if NO_CELL in voltages else len(voltages)
+        cells_v = tuple(millivolts * 1e-3 for millivolts in voltages[:count])
+        remaining = message.battery_remaining * 1e-2
+        self._topics.battery_status_outside = BatteryStatusSample(
+            now_us,
+            True,
+            sum(cells_v),
+            message.current_battery * 1e-2,
+            remaining,
+            float(message.current_consumed),
+            battery_warning(self._parameters, remaining),
+            cells_v,
+            float(message.temperature),
+        )
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
