@@ -109,9 +109,9 @@ def _connected(sockets: LinkSockets, port: int, host: str) -> TcpAutopilotChanne
     while True:
         try:
             return connect(port, host)
-        except ChannelClosed:
+        except ChannelClosed as error:
             if not told:
-                print(f"waiting for a simulator on {host}, TCP port {port}", flush=True)
+                print(f"{error}; waiting for one", flush=True)
                 told = True
         for link in sockets.wait(WAIT_S):
             sockets.receive(link)
@@ -127,7 +127,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--simulator", default="127.0.0.1", metavar="HOST", help="where the simulator runs")
     options = parser.parse_args()
     if not 0 <= options.instance <= LAST_INSTANCE:
-        parser.error(f"--instance {options.instance}: 0 to {LAST_INSTANCE}")
+        parser.error(f"--instance {options.instance}: give 0 to {LAST_INSTANCE}")
     return options
 
 

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from sitl_emu.companion import (
     AUTOPILOT_LINK,
     Event,
+    LinkError,
     Onboard,
     Outgoing,
     Script,
@@ -105,4 +106,7 @@ class UpAndDown:
 
 
 if __name__ == "__main__":
-    print(fly(UpAndDown(), sys.argv[1] if len(sys.argv) > 1 else "udpin:0.0.0.0:14540").phase)
+    try:
+        print(fly(UpAndDown(), sys.argv[1] if len(sys.argv) > 1 else "udpin:0.0.0.0:14540").phase)
+    except LinkError as error:
+        sys.exit(str(error))

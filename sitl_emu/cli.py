@@ -95,7 +95,11 @@ def run(
 @app.command(short_help="Launch vehicles for a ground station, MAVSDK or a swarm.")
 def launch(
     models: Annotated[
-        list[str], typer.Argument(metavar="MODEL[:COUNT]...", help="Vehicles to launch: iris, or iris:3 rover:2.")
+        list[str],
+        typer.Argument(
+            metavar="MODEL[:COUNT]...",
+            help="Vehicles to launch: iris, m600, rover, sihsim_hex, sihsim_rover_ackermann; iris:3 rover:2 are five.",
+        ),
     ],
     instance: Annotated[
         int, typer.Option(min=0, max=LAST_INSTANCE, metavar="I", help="Instance (and so ports) of the first vehicle.")
@@ -192,12 +196,16 @@ def conformance(
         str,
         typer.Argument(
             metavar="URL",
-            help="Where the autopilot is, as pymavlink writes it: udpout:127.0.0.1:18570, or /dev/ttyACM0.",
+            help="Where the autopilot is, as pymavlink writes it: udpout:127.0.0.1:18570 for a vehicle of `launch`, "
+            "udpin:0.0.0.0:14550, or /dev/ttyACM0.",
         ),
     ],
     service: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Only this service; may be given several times. [default: all]"),
+        typer.Option(
+            metavar="NAME",
+            help="Only this service (parameter, mission, camera, ...); may be given several times. [default: all]",
+        ),
     ] = None,
     report: Annotated[
         Path | None,
@@ -217,12 +225,12 @@ def conformance(
         if report is not None:
             conformance_report.check(report)
         run = conforming.measure(url, service or (), lambda text: _say(text, nl=False))
+        for line in conforming.summary(run):
+            _say(line)
         if report is not None:
             conformance_report.write(report, run)
     except Trouble as error:
         _refuse(str(error))
-    for line in conforming.summary(run):
-        _say(line)
     raise typer.Exit(run.status)
 
 

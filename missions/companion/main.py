@@ -370,16 +370,28 @@ def tell(line: str) -> None:
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="missions.companion.main", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--mission", required=True, help=f"one of {', '.join(NAMES)}")
-    parser.add_argument("--connect", required=True, help="the autopilot: udpin:HOST:PORT, udpout:…, /dev/ttyX[:BAUD]")
-    parser.add_argument("--peer", help="the other companion: udpin:HOST:PORT or udpout:HOST:PORT")
-    parser.add_argument("--ground", help="a ground station that is to see our texts, udpout:HOST:14550; send only")
-    parser.add_argument("--camera", help="shm:NAME, a folder, a video file, rtsp://… or /dev/videoN")
-    parser.add_argument("--camera-latency", type=float, default=0.05, help="seconds a live camera's frames are old")
-    parser.add_argument("--plan", type=Path, help="a QGroundControl .plan file")
+    parser = argparse.ArgumentParser(
+        prog="python -P -m missions.companion.main", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("--mission", required=True, metavar="NAME", help=f"one of {', '.join(NAMES)}")
+    parser.add_argument(
+        "--connect", required=True, metavar="URL", help="the autopilot: udpin:HOST:PORT, udpout:…, /dev/ttyX[:BAUD]"
+    )
+    parser.add_argument("--peer", metavar="URL", help="the other companion: udpin:HOST:PORT or udpout:HOST:PORT")
+    parser.add_argument(
+        "--ground", metavar="URL", help="a ground station that is to see our texts, udpout:HOST:14550; send only"
+    )
+    parser.add_argument("--camera", metavar="SOURCE", help="shm:NAME, a folder, a video file, rtsp://… or /dev/videoN")
+    parser.add_argument(
+        "--camera-latency",
+        type=float,
+        default=0.05,
+        metavar="SECONDS",
+        help="how old a live camera's frames are (0.05)",
+    )
+    parser.add_argument("--plan", type=Path, metavar="FILE", help="a QGroundControl .plan file")
     parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help="an option of the mission")
-    parser.add_argument("--log-dir", type=Path, help="folder for tlogs and events.jsonl")
+    parser.add_argument("--log-dir", type=Path, metavar="DIR", help="folder for tlogs and events.jsonl")
     parser.add_argument(
         "--exit-when-idle",
         type=float,
@@ -403,6 +415,14 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
+def prepare_log_dir(folder: Path) -> None:
+    """Make it; raises MissionError with the remedy."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MissionError(f"--log-dir {folder}: can't write there: {error.strerror}; name another folder") from None
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Runs until the mission is done or somebody stops it. Returns 0 for success, 1 for not, 2 for no start."""
     given = parse(sys.argv[1:] if arguments is None else arguments)
@@ -410,7 +430,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         companion = make_companion(given.mission, options_of(given))
         if given.log_dir is not None:
-            given.log_dir.mkdir(parents=True, exist_ok=True)
+            prepare_log_dir(given.log_dir)
         ports[AUTOPILOT_LINK] = open_port(given.connect)
         if given.peer:
             ports[PEER_LINK] = open_port(given.peer)

@@ -23,6 +23,8 @@ MARKS = {PASSED: ".", FAILED: "F", SKIPPED: "-"}
 NAME_WIDTH = 24
 MESSAGE_LINES = 3
 INTERRUPTED = 130
+NETWORK_LINKS = ("udpout", "udpin", "udp", "udpbcast", "tcp", "tcpin")
+"""Kinds of link in pymavlink's URLs."""
 
 
 class Covers(NamedTuple):
@@ -92,6 +94,7 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     for service in chosen:
         if service not in known:
             raise Trouble(f"--service {service}: there is no such service; there are {', '.join(known)}")
+    url = checked_url(url)
     keeper = Keeper(say)
     before = os.environ.get(URL_VARIABLE)
     os.environ[URL_VARIABLE] = url
@@ -108,6 +111,21 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED):
         raise Trouble(f"the tests could not be run (pytest's exit status {int(status)})")
     return Conformance(url, keeper.vehicle, tuple(keeper.results), status == pytest.ExitCode.INTERRUPTED)
+
+
+def checked_url(url: str) -> str:
+    """The URL as pymavlink writes it (MAVSDK puts slashes into it); raises Trouble for what is none."""
+    address = url.replace("://", ":")
+    kind, _, place = address.partition(":")
+    host, _, port = place.rpartition(":")
+    if kind in NETWORK_LINKS and host and port.isdigit() and 0 < int(port) < 65536:
+        return address
+    if not Path(address).is_char_device():
+        raise Trouble(
+            f"{url or 'an empty URL'}: not where an autopilot is; give udpout:127.0.0.1:18570, udpin:0.0.0.0:14550, "
+            "tcp:HOST:PORT or a serial device, such as /dev/ttyACM0"
+        )
+    return address
 
 
 def _options() -> list[str]:
@@ -187,7 +205,7 @@ class Keeper:
             return
         of_service = [result for result in self.results if result.service == self._service]
         passed = sum(result.outcome == PASSED for result in of_service)
-        self._say(f"  {passed} of {len(of_service)} passed\n")
+        self._say(f"  {passed} of {len(of_service)} passed\n" if of_service else "\n")
         self._service = ""
 
 

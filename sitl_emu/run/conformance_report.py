@@ -46,6 +46,13 @@ def check(path: Path) -> None:
         raise Trouble(f"--report {path}: there is no folder {path.parent}")
     if path.is_dir():
         raise Trouble(f"--report {path}: that is a folder; give a file")
+    was_there = path.exists()
+    try:
+        path.open("a").close()
+    except OSError as error:
+        raise Trouble(f"--report {path}: can't be written ({error.strerror}); give another file") from error
+    if not was_there:
+        path.unlink()
 
 
 def write(path: Path, run: Conformance) -> None:

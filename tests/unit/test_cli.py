@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import vehicles
 from sitl_emu.cli import app
 from sitl_emu.core import ports
 
@@ -36,6 +37,11 @@ def test_help_names_every_command_and_where_to_start() -> None:
 
 def test_the_version_is_the_installed_one() -> None:
     assert call("--version") == (0, f"sitl-emu {metadata.version('sitl-emu')}")
+
+
+def test_the_help_of_launch_names_every_vehicle() -> None:
+    text = call("launch", "--help")[1]
+    assert [model for model in vehicles.models() if model not in text] == []
 
 
 @pytest.mark.parametrize("command", ["run", "launch", "world"])

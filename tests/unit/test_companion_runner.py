@@ -118,6 +118,10 @@ def test_a_port_in_use_is_told() -> None:
             "none: there is no",
         ),
         (["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--option", "x"], "NAME=VALUE"),
+        (
+            ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--log-dir", "/dev/null/logs"],
+            "--log-dir /dev/null/logs: can't write there: Not a directory; name another folder",
+        ),
     ],
 )
 def test_what_keeps_it_from_beginning_is_told_in_one_line(

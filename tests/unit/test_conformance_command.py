@@ -43,6 +43,34 @@ def test_a_report_that_cannot_be_written_is_told_before_anything_is_measured(fil
     assert word in refused("udpout:127.0.0.1:9", "--report", file)
 
 
+def test_a_report_in_a_file_that_cannot_be_written_is_told_too(tmp_path: Path) -> None:
+    (tmp_path / "page.md").symlink_to(tmp_path / "nowhere" / "page.md")
+    assert "can't be written (No such file or directory)" in refused(
+        "udpout:127.0.0.1:9", "--report", str(tmp_path / "page.md")
+    )
+
+
+def test_a_report_that_can_be_written_is_not_begun_before_its_time(tmp_path: Path) -> None:
+    conformance_report.check(tmp_path / "page.md")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "page.md").write_text("an earlier one")
+    conformance_report.check(tmp_path / "page.md")
+    assert (tmp_path / "page.md").read_text() == "an earlier one"
+
+
+@pytest.mark.parametrize(
+    "url", ["nonsense", "", "udp", "udpout:127.0.0.1:many", "udpout:127.0.0.1:99999", "udpin::14550", "/etc/hosts"]
+)
+def test_what_is_no_url_is_told_with_what_is(url: str) -> None:
+    text = refused(url, "--service", "ping")
+    assert f"{url or 'an empty URL'}: not where an autopilot is; give udpout:127.0.0.1:18570" in text
+
+
+def test_a_url_as_mavsdk_writes_it_is_taken_too() -> None:
+    assert conformance.checked_url("udpin://0.0.0.0:14550") == "udpin:0.0.0.0:14550"
+    assert conformance.checked_url("/dev/null") == "/dev/null"
+
+
 def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
     assert "udpout:nowhere" in refused("udpout:nowhere", "--service", "ping")
 
