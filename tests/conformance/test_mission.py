@@ -18,7 +18,7 @@ NO_TOTAL = 65535
 DO_SET_MISSION_CURRENT = 224
 RESULT_UNSUPPORTED = 3
 NAN = float("nan")
-QUICK_S, RETRY_S, GIVES_UP_S, SETTLE_S = 5.0, 0.25, 5.0, 2.0
+RETRY_S, GIVES_UP_S, SETTLE_S = 0.25, 5.0, 2.0
 HEADER_BYTES = 10
 ID_OF_THREE_ITEMS = 1161622139
 TRANSFER = [
@@ -185,11 +185,9 @@ def test_what_px4_adds_to_items(station: Any) -> None:
     assert [(each.current, each.autocontinue, each.param1) for each in found] == [(1, 0, 4.0), *[(0, 0, 4.0)] * 3]
 
 
-@pytest.mark.covers(*UP, *DOWN, source="measured: PX4 takes 1.5 s for 200 items on a quiet host")
+@pytest.mark.covers(*UP, *DOWN, source="measured: a long plan comes back as it went")
 def test_200_items(station: Any) -> None:
-    started_s = time.monotonic()
     assert upload(station, (TAKEOFF, *(Item(x=X + seq) for seq in range(1, 200)))).type == ACCEPTED
-    assert time.monotonic() - started_s < QUICK_S
     assert [item.x for item in download(station, 200)] == [X + seq for seq in range(200)]
 
 

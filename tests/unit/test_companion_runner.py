@@ -1,6 +1,7 @@
 """The hardware runner: real sockets and clock, recorded frames, and what it says when it can't begin."""
 
 import os
+import select
 import signal
 import socket
 import threading
@@ -21,6 +22,8 @@ from missions.companion.onboard import Onboard
 from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
 from tests.unit.companion_px4 import FakePx4
+
+HEARD_LIMIT_S = 5.0
 
 
 class Watcher:
@@ -184,10 +187,10 @@ def test_udpout_speaks_first_and_udpin_answers_whoever_spoke() -> None:
     server, client = open_port(f"udpin:127.0.0.1:{port}"), open_port(f"udpout:127.0.0.1:{port}")
     server.send(b"to nobody")
     client.send(b"hello")
-    time.sleep(0.05)
+    select.select([server], [], [], HEARD_LIMIT_S)
     assert server.receive() == b"hello"
     server.send(b"you too")
-    time.sleep(0.05)
+    select.select([client], [], [], HEARD_LIMIT_S)
     assert client.receive() == b"you too"
     assert client.receive() == b""
     server.close()
