@@ -29,7 +29,7 @@ def rover(autopilot: "Autopilot") -> bool:
 
 def has_payload(kind: type) -> Runs:
     """Vehicles have it whose parameters start such a module."""
-    return lambda autopilot: any(isinstance(module, kind) for module in autopilot.payload)
+    return lambda autopilot: any(isinstance(module, kind) for module in autopilot.started)
 
 
 def command(name: str, runs: Runs) -> Command:
