@@ -369,6 +369,15 @@ class MissionResult(NamedTuple):
     """MISSION_STATE of MISSION_CURRENT."""
 
 
+class RtlTimeEstimate(NamedTuple):
+    """How long a return from here would take, in seconds; the safe one with a factor and a margin. 0 when not valid."""
+
+    timestamp: int = 0
+    valid: bool = False
+    time_estimate: float = 0.0
+    safe_time_estimate: float = 0.0
+
+
 class GeofenceResult(NamedTuple):
     """Breach of the fence, and what GF_ACTION asks for."""
 
@@ -923,6 +932,7 @@ class Topics:
         self.gimbal_manager_status = GimbalManagerStatus()
         self.mission_result = MissionResult()
         self.geofence_result = GeofenceResult()
+        self.rtl_time_estimate = RtlTimeEstimate()
         self.trajectory_setpoint = TrajectorySetpoint()
         self.vehicle_constraints = VehicleConstraints()
         self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()

@@ -28,6 +28,7 @@ from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, Veh
 from sitl_emu.core import dialect as mavlink
 
 GF_ACTION_HOLD = 2
+RTL_ESTIMATE_EVERY_US = 1_000_000
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
 
@@ -61,12 +62,13 @@ class Navigator:
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
         self._mission = Mission(state, self._roi, Payload(state))
+        self._rtl = Rtl(state)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
             NavState.AUTO_VTOL_TAKEOFF: self._takeoff,
             NavState.AUTO_LOITER: self._loiter,
             NavState.AUTO_MISSION: self._mission,
-            NavState.AUTO_RTL: Rtl(state),
+            NavState.AUTO_RTL: self._rtl,
             NavState.AUTO_LAND: Land(state),
             NavState.AUTO_PRECLAND: Land(state) if state.rover else PrecLand(state),
         }
@@ -112,6 +114,8 @@ class Navigator:
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
         self._publish_mission_result(now_us)
+        if now_us - topics.rtl_time_estimate.timestamp >= RTL_ESTIMATE_EVERY_US:
+            topics.rtl_time_estimate = self._rtl.time_estimate(active=self._nav_state is NavState.AUTO_RTL)
 
     def _take_commands(self) -> None:
         records = self._topics.vehicle_commands

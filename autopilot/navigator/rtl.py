@@ -23,8 +23,12 @@ from autopilot.navigator.mission_block import (
 )
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.state import NavigatorState
+from autopilot.topics import RtlTimeEstimate, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
+
+SLOWEST_M_S = 0.1
+"""Below this a speed is none, and would make a return endless."""
 
 
 class Phase(IntEnum):
@@ -87,6 +91,46 @@ class Rtl:
                 return
             self._phase = self._next_phase()
             self._fly_phase()
+
+    def time_estimate(self, *, active: bool) -> RtlTimeEstimate:
+        """How long the rest of a return would take, or all of it while none is flown (RtlDirect's, and its estimator).
+
+        A rover's is 0 seconds and the margin: PX4 counts the way down alone.
+        """
+        state, settings = self._state, self._state.settings
+        position = state.position
+        if state.landed or not state.topics.home_position.valid or not math.isfinite(position.lat):
+            return RtlTimeEstimate(state.now_us)
+        if not (active and self._started):
+            self._destination = self._nearest_destination()
+            self._return_alt_m = self._return_altitude_m()
+            self._phase = Phase.CLIMB if position.alt < self._return_alt_m else Phase.RETURN
+        seconds = 0.0 if state.rover else self._seconds_left(position)
+        safe_s = settings.rtl_time_factor * seconds + settings.rtl_time_margin_s
+        return RtlTimeEstimate(state.now_us, True, seconds, safe_s)
+
+    def _seconds_left(self, position: VehicleGlobalPosition) -> float:
+        settings, place, phase = self._state.settings, self._destination, self._phase
+        hover_alt_m = min(place.alt_m + settings.rtl_descend_alt_m, self._return_alt_m)
+        seconds = 0.0
+        if phase is Phase.CLIMB:
+            seconds += self._vertical_s(max(self._return_alt_m - position.alt, 0.0))
+        if phase <= Phase.RETURN:
+            away_m = distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg)
+            seconds += away_m / max(settings.mpc_xy_cruise_m_s, SLOWEST_M_S)
+        if phase <= Phase.DESCEND:
+            from_m = position.alt if phase is Phase.DESCEND else self._return_alt_m
+            seconds += self._vertical_s(hover_alt_m - from_m)
+        if phase <= Phase.WAIT:
+            if settings.rtl_land_delay_s < 0.0:
+                return seconds
+            seconds += settings.rtl_land_delay_s
+        return seconds + self._vertical_s(place.alt_m - (position.alt if phase >= Phase.LAND else hover_alt_m))
+
+    def _vertical_s(self, climb_m: float) -> float:
+        settings = self._state.settings
+        speed_m_s = settings.mpc_z_v_auto_up_m_s if climb_m > 0.0 else settings.mpc_z_v_auto_dn_m_s
+        return abs(climb_m) / max(speed_m_s, SLOWEST_M_S)
 
     def _start(self) -> None:
         state = self._state

@@ -46,6 +46,11 @@ class Settings(NamedTuple):
     rtl_min_dist_m: float
     rtl_type: int
     rtl_pld_md: int
+    rtl_time_factor: float
+    rtl_time_margin_s: float
+    mpc_xy_cruise_m_s: float
+    mpc_z_v_auto_up_m_s: float
+    mpc_z_v_auto_dn_m_s: float
     pld_btout_s: float
     pld_hacc_rad_m: float
     pld_fappr_alt_m: float
@@ -84,6 +89,11 @@ def settings_of(parameters: Parameters) -> Settings:
         rtl_min_dist_m=float(parameters["RTL_MIN_DIST"]),
         rtl_type=int(parameters["RTL_TYPE"]),
         rtl_pld_md=int(parameters["RTL_PLD_MD"]),
+        rtl_time_factor=float(parameters["RTL_TIME_FACTOR"]),
+        rtl_time_margin_s=float(parameters["RTL_TIME_MARGIN"]),
+        mpc_xy_cruise_m_s=float(parameters["MPC_XY_CRUISE"]),
+        mpc_z_v_auto_up_m_s=float(parameters["MPC_Z_V_AUTO_UP"]),
+        mpc_z_v_auto_dn_m_s=float(parameters["MPC_Z_V_AUTO_DN"]),
         pld_btout_s=float(parameters["PLD_BTOUT"]),
         pld_hacc_rad_m=float(parameters["PLD_HACC_RAD"]),
         pld_fappr_alt_m=float(parameters["PLD_FAPPR_ALT"]),

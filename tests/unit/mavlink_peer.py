@@ -15,6 +15,7 @@ from autopilot.topics import (
     DistanceSensorSample,
     EstimatorStatus,
     HomePosition,
+    RtlTimeEstimate,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -103,6 +104,7 @@ class Peer:
         topics.vehicle_global_position = VehicleGlobalPosition(now_us, True, LAT_DEG, LON_DEG, ALT_M + 3.0)
         topics.estimator_status = EstimatorStatus(now_us, True, True)
         topics.home_position = HomePosition(now_us, True, LAT_DEG, LON_DEG, ALT_M, 0.0, 0.0, 0.0, 0.0)
+        topics.rtl_time_estimate = RtlTimeEstimate(now_us, True, 20.0, 122.0)
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us)
         topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(now_us)
         topics.actuator_outputs = ActuatorOutputs(now_us, (0.0,) * 6, (1000,) * 6)

@@ -9,6 +9,8 @@ from autopilot.mavlink import rates
 from autopilot.mavlink.streams import modules
 from autopilot.topics import (
     EstimatorStatus,
+    FailsafeFlags,
+    GeofenceResult,
     HomePosition,
     LandingTargetPose,
     ObstacleDistance,
@@ -306,6 +308,36 @@ def test_high_latency_tells_all_in_one() -> None:
     assert (told.type, told.autopilot, told.battery, told.wp_num) == (13, 12, 100, 65535)
     assert told.custom_mode == 4 | 3 << 8
     assert told.groundspeed == round(0.5 * 5)
+
+
+def test_high_latency_tells_what_is_not_well() -> None:
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.fly()
+    peer.topics.failsafe_flags = FailsafeFlags(manual_control_signal_lost=False, offboard_control_signal_lost=True)
+    peer.topics.battery_status = peer.topics.battery_status._replace(warning=2)
+    peer.topics.geofence_result = GeofenceResult(breached=True)
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
+    assert told.failure_flags == 128 | 512 | 2048
+    assert (told.eph, told.epv) == (9, 18)
+
+
+def test_remote_identification() -> None:
+    peer = Peer()
+    peer.now_us = 10_000_000
+    peer.fly()
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(vel_n_m_s=-3.0, vel_e_m_s=4.0, vel_d_m_s=-0.5)
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert (location.direction, location.speed_horizontal, location.speed_vertical) == (12700, 500, 50)
+    assert (location.status, location.height, location.altitude_geodetic) == (1, 3.0, 489.0)
+    assert (location.horizontal_accuracy, location.vertical_accuracy, location.speed_accuracy) == (12, 5, 3)
+    peer.topics.vehicle_status = VehicleStatus(armed=True, failsafe=True)
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert location.status == 3
+    peer.now_us += 11_000_000
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    unknown = (location.direction, location.speed_horizontal, location.speed_vertical, location.latitude)
+    assert unknown == (36100, 25500, 6300, 0)
 
 
 def test_high_latency_of_a_vehicle_that_knows_nothing() -> None:

@@ -143,6 +143,24 @@ def test_return_with_a_delay_waits_at_the_descend_height() -> None:
     assert lowest_before_landing == pytest.approx(8.0, abs=0.3)
 
 
+def test_how_long_a_return_would_take() -> None:
+    """20 m up at 3 m/s, 60 m along at 5 m/s (already on its way), 30 m down at 1.5 m/s; safe: times 1.1, plus 100 s."""
+    vehicle = flying(10.0, RTL_RETURN_ALT=30.0, RTL_DESCEND_ALT=10.0, MPC_XY_CRUISE=5.0)
+    vehicle.north = 60.0
+    vehicle.run(1.1)
+    estimate = vehicle.topics.rtl_time_estimate
+    assert estimate.valid
+    assert estimate.time_estimate == pytest.approx(20.0 / 3.0 + 60.0 / 5.0 + 30.0 / 1.5, abs=1.2)
+    assert estimate.safe_time_estimate == pytest.approx(1.1 * estimate.time_estimate + 100.0)
+
+
+def test_a_vehicle_on_the_ground_has_no_return() -> None:
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    assert vehicle.topics.rtl_time_estimate.timestamp > 0
+    assert (vehicle.topics.rtl_time_estimate.valid, vehicle.topics.rtl_time_estimate.safe_time_estimate) == (False, 0.0)
+
+
 def test_return_goes_to_the_nearest_rally_point() -> None:
     vehicle = flying()
     lat, lon = PLACE.reproject(60.0, 0.0)

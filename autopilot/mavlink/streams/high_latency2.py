@@ -9,13 +9,14 @@ from autopilot.commander.custom_mode import custom_mode_of
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields, vfr_hud
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import bearing_rad, distance_m
 
 ID = mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2
-SPEED_SCALE, CLIMB_SCALE, ERROR_SCALE, DISTANCE_SCALE, HEADING_SCALE = 5.0, 10.0, 10.0, 0.1, 0.5
-"""Units of the message: 1/5 m/s, dm/s, dm, dam, 2 degrees."""
+SPEED_SCALE, CLIMB_SCALE, ERROR_SCALE, HEADING_SCALE = 5.0, 10.0, 10.0, 0.5
+"""Units of the message: 1/5 m/s, dm/s, dm, 2 degrees."""
 UNKNOWN_TEMPERATURE = UNUSED = -128
 UINT8_MAX, INT16_MAX = 255, 32767
+LOW = 1
+"""battery_status.warning."""
 MAIN_AND_SUB_SHIFT = 16
 """custom_mode here is the upper half of the HEARTBEAT's: main mode below, sub mode above."""
 FAILURES = (
@@ -24,31 +25,23 @@ FAILURES = (
     (mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL, mavlink.HL_FAILURE_FLAG_3D_ACCEL),
     (mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO, mavlink.HL_FAILURE_FLAG_3D_GYRO),
     (mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG, mavlink.HL_FAILURE_FLAG_3D_MAG),
-    (mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER, mavlink.HL_FAILURE_FLAG_RC_RECEIVER),
 )
 """What is enabled and not healthy, and how it is told here."""
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """What is not known has the message's value for that."""
+    """What is not known has the message's value for that. Accuracies are the receiver's, the climb has no sign, and the
+    target's height and distance are a fixed wing's alone (0), as in PX4.
+    """
     topics = context.topics
-    position, local, battery = topics.vehicle_global_position, topics.vehicle_local_position, topics.battery_status
+    position, battery = topics.vehicle_global_position, topics.battery_status
     hud = vfr_hud.fields(now_us, context)
     ground_speed, climb, heading, throttle = (0.0, 0.0, 0, 0) if hud is None else (hud[1], hud[3], hud[4], hud[5])
-    current = topics.position_setpoint_triplet.current
-    target_altitude, target_distance, target_heading = 0, 0, 0
-    if current.valid and math.isfinite(current.lat) and math.isfinite(position.lat):
-        target_altitude = _limited(current.alt, -INT16_MAX, INT16_MAX)
-        away_m = distance_m(position.lat, position.lon, current.lat, current.lon)
-        target_distance = _limited(away_m * DISTANCE_SCALE, 0, 65535)
-        bearing = bearing_rad(position.lat, position.lon, current.lat, current.lon)
-        target_heading = int(math.degrees(bearing) % 360.0 * HEADING_SCALE)
+    w, x, y, z = topics.vehicle_attitude_setpoint.q_d
+    target_yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     wind = topics.wind
     wind_speed = math.hypot(wind.windspeed_north, wind.windspeed_east)
     wind_heading = math.degrees(math.atan2(wind.windspeed_east, wind.windspeed_north)) % 360.0
-    report = topics.health_report
-    failing = report.enabled & ~report.health
-    flags = sum(told for bit, told in FAILURES if failing & bit)
     items = topics.mission_result
     return (
         now_us // 1000 & 0xFFFFFFFF,
@@ -56,29 +49,49 @@ def fields(now_us: int, context: Context) -> Fields:
         _limited(position.lon * 1e7, -(1 << 31), (1 << 31) - 1),
         custom_mode_of(topics.vehicle_status.nav_state) >> MAIN_AND_SUB_SHIFT,
         _limited(position.alt, -INT16_MAX, INT16_MAX),
-        target_altitude,
-        target_distance,
+        0,
+        0,
         items.seq_current if items.seq_total else 65535,
-        flags,
+        _failure_flags(context),
         context.mav_type,
         mavlink.MAV_AUTOPILOT_PX4,
         int(heading * HEADING_SCALE),
-        target_heading,
+        _limited(math.degrees(target_yaw) % 360.0 * HEADING_SCALE, 0, UINT8_MAX),
         throttle,
         0,
         0,
         _limited(ground_speed * SPEED_SCALE, 0, UINT8_MAX),
         _limited(wind_speed * SPEED_SCALE, 0, UINT8_MAX),
         _limited(wind_heading * HEADING_SCALE, 0, UINT8_MAX),
-        _limited(local.eph * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
-        _limited(local.epv * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
+        _limited(topics.sensor_gps.eph * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
+        _limited(topics.sensor_gps.epv * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
         UNKNOWN_TEMPERATURE,
-        _limited(climb * CLIMB_SCALE, -128, 127),
+        _limited(abs(climb) * CLIMB_SCALE, -128, 127),
         _limited(battery.remaining * 100.0, 0, 100, -1) if battery.connected else -1,
         UNUSED,
         UNUSED,
         UNUSED,
     )
+
+
+def _failure_flags(context: Context) -> int:
+    """HL_FAILURE_FLAG of all that is not well; sticks and offboard that nobody uses are lost as well, as in PX4."""
+    topics = context.topics
+    report, failsafe, status = topics.health_report, topics.failsafe_flags, topics.estimator_status
+    failing = report.enabled & ~report.health
+    flags: int = sum(told for bit, told in FAILURES if failing & bit)
+    ratios = (status.vel_test_ratio, status.pos_test_ratio, status.hgt_test_ratio, status.mag_test_ratio)
+    for is_so, flag in (
+        (topics.battery_status.warning > LOW, mavlink.HL_FAILURE_FLAG_BATTERY),
+        (max(ratios) > 1.0, mavlink.HL_FAILURE_FLAG_ESTIMATOR),
+        (topics.geofence_result.breached, mavlink.HL_FAILURE_FLAG_GEOFENCE),
+        (failsafe.manual_control_signal_lost, mavlink.HL_FAILURE_FLAG_RC_RECEIVER),
+        (failsafe.offboard_control_signal_lost, mavlink.HL_FAILURE_FLAG_OFFBOARD_LINK),
+        (failsafe.mission_failure, mavlink.HL_FAILURE_FLAG_MISSION),
+        (failsafe.fd_motor_failure, mavlink.HL_FAILURE_FLAG_ENGINE),
+    ):
+        flags |= flag if is_so else 0
+    return flags
 
 
 def _limited(value: float, lowest: int, highest: int, unknown: int = 0) -> int:

@@ -7,15 +7,22 @@ from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_LOCATION
-STATUS_GROUND = 1
-STATUS_AIRBORNE = 2
+GROUND, AIRBORNE, EMERGENCY = 1, 2, 3
+"""MAV_ODID_STATUS."""
+FIX_2D, FIX_3D = 2, 3
 UNKNOWN_DIRECTION = 36100
+UNKNOWN_SPEED_HORIZONTAL, UNKNOWN_SPEED_VERTICAL = 25500, 6300
+FASTEST_HORIZONTAL_CM_S, FASTEST_VERTICAL_CM_S = 25425, 6200
 UNKNOWN_ALTITUDE = -1000.0
+UNKNOWN_TIME = 65535.0
 ACCURACY_LIMITS_HORIZONTAL_M = ((1.0, 12), (3.0, 11), (10.0, 10), (30.0, 9))
-ACCURACY_LIMITS_VERTICAL_M = ((1.0, 6), (3.0, 5), (10.0, 4), (25.0, 3))
+ACCURACY_LIMITS_VERTICAL_M = ((1.0, 6), (3.0, 5), (10.0, 4), (25.0, 3), (45.0, 2), (150.0, 1))
 SPEED_ACCURACY_UNDER_1_M_S = 3
-TIMESTAMP_ACCURACY_UNDER_0_2_S = 2
+"""PX4's simulated receiver states 0.4 m/s."""
+TIMESTAMP_ACCURACY_UNDER_1_S = 10
 SECONDS_PER_HOUR = 3600
+FORGOTTEN_US = 10_000_000
+"""What a receiver said is told for so long."""
 
 
 def accuracy(error_m: float, limits: tuple[tuple[float, int], ...]) -> int:
@@ -24,37 +31,54 @@ def accuracy(error_m: float, limits: tuple[tuple[float, int], ...]) -> int:
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """1e-7 deg, m, cm/s, cdeg; broadcast (targets 0)."""
+    """1e-7 deg, m, cm/s, cdeg (whole degrees); motion is the receiver's; broadcast (targets 0)."""
     topics = context.topics
-    gps, local = topics.sensor_gps, topics.vehicle_local_position
-    latitude = longitude = 0
-    altitude_m, direction = UNKNOWN_ALTITUDE, UNKNOWN_DIRECTION
-    if gps.fix_type >= 3:
-        latitude, longitude = round(gps.latitude_deg * 1e7), round(gps.longitude_deg * 1e7)
-        altitude_m = gps.altitude_msl_m
-        direction = int(math.degrees(math.atan2(gps.vel_e_m_s, gps.vel_n_m_s)) % 360.0 * 100.0)
-    home = topics.home_position
-    height_m = -(local.z - home.z) if home.valid else UNKNOWN_ALTITUDE
+    gps, local, home = topics.sensor_gps, topics.vehicle_local_position, topics.home_position
+    latitude = longitude = horizontal = vertical = speed_accuracy = time_accuracy = 0
+    altitude_m, direction, time_s = UNKNOWN_ALTITUDE, UNKNOWN_DIRECTION, UNKNOWN_TIME
+    speed, climb = UNKNOWN_SPEED_HORIZONTAL, UNKNOWN_SPEED_VERTICAL
+    age_us = now_us - gps.timestamp
+    if gps.timestamp and age_us < FORGOTTEN_US:
+        north, east, down = gps.vel_n_m_s, gps.vel_e_m_s, gps.vel_d_m_s
+        direction = min(round(math.degrees(math.atan2(east, north)) % 360.0) * 100, 35999)
+        speed = min(int(math.hypot(north, east) * 100.0), FASTEST_HORIZONTAL_CM_S)
+        climb = max(-FASTEST_VERTICAL_CM_S, min(FASTEST_VERTICAL_CM_S, round(-down * 100.0)))
+        speed_accuracy = SPEED_ACCURACY_UNDER_1_M_S
+        if gps.fix_type >= FIX_2D:
+            latitude, longitude = round(gps.latitude_deg * 1e7), round(gps.longitude_deg * 1e7)
+            horizontal = accuracy(gps.eph, ACCURACY_LIMITS_HORIZONTAL_M)
+            vertical = accuracy(gps.epv, ACCURACY_LIMITS_VERTICAL_M)
+        if gps.fix_type >= FIX_3D:
+            altitude_m = float(round(gps.altitude_msl_m))
+        time_s = (context.boot_unix_us + gps.timestamp) * 1e-6 % SECONDS_PER_HOUR
+        time_accuracy = TIMESTAMP_ACCURACY_UNDER_1_S if age_us < 1_000_000 else 0
+    height_m = home.z - local.z if home.valid and local.z_valid else UNKNOWN_ALTITUDE
     baro_m = topics.sensor_baro.baro_alt_m
-    now_s = (context.boot_unix_us + now_us) * 1e-6
     return (
         latitude,
         longitude,
-        baro_m if baro_m == baro_m else UNKNOWN_ALTITUDE,
+        baro_m if baro_m == baro_m else 0.0,
         altitude_m,
         height_m,
-        now_s % SECONDS_PER_HOUR,
+        time_s,
         direction,
-        min(int(math.hypot(local.vx, local.vy) * 100.0), 25425),
-        max(min(int(-local.vz * 100.0), 6200), -6200),
+        speed,
+        climb,
         0,
         0,
         *(0,) * 20,
-        STATUS_GROUND if topics.vehicle_land_detected.landed else STATUS_AIRBORNE,
+        _status(context),
         0,
-        accuracy(gps.eph, ACCURACY_LIMITS_HORIZONTAL_M),
-        accuracy(gps.epv, ACCURACY_LIMITS_VERTICAL_M),
+        horizontal,
+        vertical,
         0,
-        SPEED_ACCURACY_UNDER_1_M_S,
-        TIMESTAMP_ACCURACY_UNDER_0_2_S,
+        speed_accuracy,
+        time_accuracy,
     )
+
+
+def _status(context: Context) -> int:
+    status = context.topics.vehicle_status
+    if status.failsafe and status.armed:
+        return EMERGENCY
+    return GROUND if context.topics.vehicle_land_detected.landed else AIRBORNE

@@ -10,13 +10,20 @@ EPOCH_2019_S = 1_546_300_800
 """2019-01-01T00:00:00Z, from which the message counts."""
 
 
-def fields(now_us: int, context: Context) -> Fields:
-    """1e-7 deg, m; one aircraft; broadcast (targets 0)."""
-    home = context.topics.home_position
-    latitude = longitude = 0
-    altitude_m = UNKNOWN_ALTITUDE
-    if home.valid:
-        latitude, longitude, altitude_m = round(home.lat * 1e7), round(home.lon * 1e7), home.alt
-    timestamp_s = (context.boot_unix_us + now_us) // 1_000_000 - EPOCH_2019_S
+FIX_3D = 3
+
+
+def stamp(now_us: int, context: Context) -> int:
+    """Once per fix."""
+    return context.topics.sensor_gps.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """1e-7 deg, m; one aircraft; broadcast (targets 0). Nothing without a home or a fix in three dimensions."""
+    home, gps = context.topics.home_position, context.topics.sensor_gps
+    if not home.valid or gps.fix_type < FIX_3D:
+        return None
+    latitude, longitude, altitude_m = round(home.lat * 1e7), round(home.lon * 1e7), home.alt
+    timestamp_s = (context.boot_unix_us + gps.timestamp) // 1_000_000 - EPOCH_2019_S
     ceiling_m = floor_m = UNKNOWN_ALTITUDE
     return (latitude, longitude, ceiling_m, floor_m, altitude_m, timestamp_s, 1, 0, 0, 0, *(0,) * 20, 0, 0, 0, 0)
