@@ -79,7 +79,8 @@ def _message(autopilot: "Autopilot", name: str, record: Any) -> Iterator[str]:
         return
     records = record if isinstance(record, tuple) and not hasattr(record, "_fields") else (record,)
     for each in records:
-        yield from message_text.lines(message_text.fields_of(each), autopilot.now_us)
+        if each is not None:
+            yield from message_text.lines(message_text.fields_of(each), autopilot.now_us)
 
 
 def _sources(autopilot: "Autopilot") -> dict[str, str]:
