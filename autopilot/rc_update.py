@@ -119,10 +119,10 @@ class RcUpdate:
 
     def _turn_parameters(self, channels: list[float]) -> None:
         for knob, (channel, mapped) in enumerate(zip(self._knob_channels, self._topics.rc_parameter_map, strict=True)):
-            if mapped is None or channel == NOT_MAPPED:
+            if channel == NOT_MAPPED or mapped.name not in self._parameters:
                 continue
             value = self._value(channels, channel)
-            if abs(value - self._knobs[knob]) > SMALLEST_MOVE and mapped.name in self._parameters:
+            if abs(value - self._knobs[knob]) > SMALLEST_MOVE:
                 self._knobs[knob] = value
                 wanted = max(mapped.value_min, min(mapped.value_max, mapped.value0 + mapped.scale * value))
                 self._parameters.set(mapped.name, self._as_px4_sets_it(mapped.name, wanted))

@@ -505,13 +505,13 @@ NO_AUX: Aux = (0.0,) * 6
 
 
 class RcParameter(NamedTuple):
-    """Which parameter a knob of the RC turns (PARAM_MAP_RC): value0 + scale * (-1..1), within its limits."""
+    """Which parameter a knob of the RC turns (PARAM_MAP_RC): value0 + scale * (-1..1), within limits; no name: none."""
 
-    name: str
-    value0: float
-    scale: float
-    value_min: float
-    value_max: float
+    name: str = ""
+    value0: float = 0.0
+    scale: float = 0.0
+    value_min: float = 0.0
+    value_max: float = 0.0
 
 
 class ManualControlInput(NamedTuple):
@@ -770,6 +770,12 @@ class TransponderReport(NamedTuple):
     flags: int
     """Bits of ADSB_FLAGS, the first six."""
     squawk: int
+    retranslate: bool = True
+    """Whether MAVLink tells it again."""
+
+
+TRANSPONDER_REPORTS_KEPT = 20
+"""Length of transponder_report's queue."""
 
 
 class DebugKeyValue(NamedTuple):
@@ -890,6 +896,13 @@ class OrbitStatus(NamedTuple):
     yaw_behaviour: int = 0
 
 
+def queue_transponder_report(topics: "Topics", report: TransponderReport) -> None:
+    """Publish a report, numbered; the oldest gives way."""
+    reports = topics.transponder_reports
+    number = reports[-1].number + 1 if reports else 1
+    topics.transponder_reports = (*reports[1 - TRANSPONDER_REPORTS_KEPT :], report._replace(number=number))
+
+
 def batteries(topics: "Topics") -> list[BatteryStatus]:
     """Those that are connected."""
     return [battery for battery in (topics.battery_status, topics.battery_status_outside) if battery.connected]
@@ -953,7 +966,7 @@ class Topics:
         self.landing_target_pose = LandingTargetPose()
         self.follow_target = FollowTarget()
         self.input_rc = InputRc()
-        self.rc_parameter_map: tuple[RcParameter | None, RcParameter | None, RcParameter | None] = (None, None, None)
+        self.rc_parameter_map: tuple[RcParameter, RcParameter, RcParameter] = (RcParameter(),) * 3
         """By knob, RC_MAP_PARAM1 to 3. Writer: mavlink/services/parameter.py."""
         self.manual_control_rc = ManualControlInput()
         self.manual_control_mavlink = ManualControlInput()
@@ -963,7 +976,7 @@ class Topics:
         self.offboard_setpoint = OffboardSetpoint()
         self.gcs_heartbeats = GcsHeartbeats()
         self.transponder_reports: tuple[TransponderReport, ...] = ()
-        """Writer: mavlink/services/adsb_vehicle.py; the last few."""
+        """Writer: `queue_transponder_report`; the last few."""
         self.debug_key_value = DebugKeyValue()
         self.debug_value = DebugValue()
         self.debug_vect = DebugVect()

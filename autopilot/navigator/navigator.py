@@ -58,7 +58,7 @@ class Navigator:
         self._version = parameters.version
         self._roi = Roi(state)
         self._geofence = Geofence(state)
-        self._traffic = Traffic(state, send_event)
+        self.traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
         self._mission = Mission(state, self._roi, Payload(state))
@@ -105,7 +105,7 @@ class Navigator:
         if self._geofence.update() and state.settings.gf_action == GF_ACTION_HOLD:
             self._loiter.hold_here()
         self._take_commands()
-        self._traffic.update()
+        self.traffic.update()
         status = topics.vehicle_status
         if status.armed is not self._was_armed:
             self._was_armed = status.armed

@@ -54,6 +54,11 @@ class Traffic:
         self._was_full = False
         self._told_full_us = 0
 
+    @property
+    def conflicts(self) -> list[int]:
+        """ICAO addresses of the aircraft in conflict, the first one first."""
+        return list(self._conflicts)
+
     def update(self) -> None:
         """Every cycle of the navigator; next to nothing while there is no traffic."""
         reports = self._state.topics.transponder_reports

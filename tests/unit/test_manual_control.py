@@ -72,7 +72,7 @@ def test_channels_are_auxiliary_sticks_by_their_mapping() -> None:
 def test_a_channel_turns_a_parameter() -> None:
     """PARAM_MAP_RC by RC_MAP_PARAMn, once a second, when the channel has moved; held within its limits."""
     pilot = Pilot(**RC, RC_MAP_PARAM2=5)
-    pilot.topics.rc_parameter_map = (None, RcParameter("MPC_XY_P", 1.0, 0.5, 0.6, 1.4), None)
+    pilot.topics.rc_parameter_map = (RcParameter(), RcParameter("MPC_XY_P", 1.0, 0.5, 0.6, 1.4), RcParameter())
     for channel, expected in ((1500, 0.95), (1750, 1.25), (2000, 1.4), (1000, 0.6)):
         pilot.channels = [1500, 1500, 1500, 1500, channel]
         pilot.run(1.2)
@@ -85,7 +85,7 @@ def test_a_channel_turns_a_parameter() -> None:
 def test_a_channel_gives_an_integer_the_bits_of_a_float() -> None:
     """As PX4's param_set, which is handed a float."""
     pilot = Pilot(**RC, RC_MAP_PARAM1=5)
-    pilot.topics.rc_parameter_map = (RcParameter("COM_FLTMODE1", 0.0, 1.0, -9.0, 9.0), None, None)
+    pilot.topics.rc_parameter_map = (RcParameter("COM_FLTMODE1", 0.0, 1.0, -9.0, 9.0), RcParameter(), RcParameter())
     pilot.channels = [1500, 1500, 1500, 1500, 2000]
     pilot.run(1.2)
     assert pilot.parameters["COM_FLTMODE1"] == 0x3F800000

@@ -338,10 +338,10 @@ def test_knobs_of_a_remote_control_are_mapped_to_parameters() -> None:
     peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"", index, 2, 1.0, 0.5, -1.0, 4.0))
     by_name, nothing, by_index = peer.topics.rc_parameter_map
     assert by_name == RcParameter("MPC_Z_P", 0.5, 1.0, 0.0, 2.0)
-    assert nothing is None
+    assert nothing == RcParameter()
     assert by_index == RcParameter("MPC_XY_P", 1.0, 0.5, -1.0, 4.0)
     peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"MPC_Z_P", -2, 0, 0.0, 0.0, 0.0, 0.0))
-    assert peer.topics.rc_parameter_map[0] is None
+    assert peer.topics.rc_parameter_map[0] == RcParameter()
 
 
 def test_counters_do_not_change_the_hash() -> None:

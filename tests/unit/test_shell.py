@@ -9,7 +9,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
-from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, SensorMag
+from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, SensorMag, VehicleGlobalPosition
 from gcs import shell as gcs_shell
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
@@ -306,3 +306,19 @@ def test_actuator_test_turns_one_motor_after_the_other() -> None:
     assert printed.count("INFO  [actuator_test] Motor ") == 12
     assert console.autopilot.topics.actuator_test.function == 112
     assert "value invalid" in console.output("actuator_test set -m 2 -v 7 -t 1")
+
+
+def test_navigator_makes_traffic_that_is_not_told_on_mavlink() -> None:
+    """The last twenty of PX4's 25 reports; ten conflicts at most."""
+    console = Console()
+    autopilot = console.autopilot
+    assert console.output("navigator fake_traffic") == ""
+    autopilot.topics.vehicle_global_position = VehicleGlobalPosition(1, True, 47.4, 8.5, 500.0)
+    assert console.output("navigator fake_traffic") == ""
+    assert [report.icao_address for report in autopilot.topics.transponder_reports][:3] == [3, 4, 5]
+    for _ in range(25):
+        autopilot.now_us += 20_000
+        autopilot.navigator.update(autopilot.now_us)
+        autopilot.mavlink.update(autopilot.now_us)
+    assert autopilot.navigator.traffic.conflicts == [5, 6, 7, 8, 9, 10, 11, 12, 13, 14]
+    assert console.output("navigator fake_traffic").split()[-1] == "14"

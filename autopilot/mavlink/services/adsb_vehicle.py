@@ -8,17 +8,15 @@ import math
 from typing import Any
 
 from autopilot.mavlink.link import Link
-from autopilot.topics import Topics, TransponderReport
+from autopilot.topics import Topics, TransponderReport, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 
-KEPT = 20
-"""Length of transponder_report's queue."""
 KNOWN_FLAGS = 0x3F
 """ADSB_FLAGS of coordinates, altitude, heading, velocity, callsign and squawk."""
 
 
 class AdsbVehicle:
-    """Writer of transponder_reports."""
+    """Writer of transponder_reports (`navigator fake_traffic` is another)."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE})
     HAS_TIMER = False
@@ -29,11 +27,9 @@ class AdsbVehicle:
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Queue what it says."""
-        reports = self._topics.transponder_reports
-        number = reports[-1].number + 1 if reports else 1
         report = TransponderReport(
             now_us,
-            number,
+            0,
             message.ICAO_address,
             message.lat * 1e-7,
             message.lon * 1e-7,
@@ -48,7 +44,7 @@ class AdsbVehicle:
             message.flags & KNOWN_FLAGS,
             message.squawk,
         )
-        self._topics.transponder_reports = (*reports[1 - KEPT :], report)
+        queue_transponder_report(self._topics, report)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

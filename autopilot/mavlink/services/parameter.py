@@ -151,7 +151,7 @@ class Parameter:
         name = _name(message) if index < 0 else announced[index] if index < len(announced) else ""
         valid = index != UNMAP and all(map(math.isfinite, limits))
         knobs = list(self._topics.rc_parameter_map)
-        knobs[knob] = RcParameter(name, *limits) if valid else None
+        knobs[knob] = RcParameter(name, *limits) if valid else RcParameter()
         first, second, third = knobs
         self._topics.rc_parameter_map = (first, second, third)
 

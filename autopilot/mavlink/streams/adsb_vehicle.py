@@ -15,7 +15,8 @@ def since(context: Context, number: int) -> tuple[int, list[Fields]]:
     reports = context.topics.transponder_reports
     if not reports or reports[-1].number == number:
         return number, []
-    return reports[-1].number, [_message(report) for report in reports if report.number > number]
+    new = (report for report in reports if report.number > number and report.retranslate)
+    return reports[-1].number, [_message(report) for report in new]
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
