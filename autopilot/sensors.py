@@ -43,6 +43,9 @@ DOWNWARD = 25
 SEA_LEVEL_TEMPERATURE_K = 288.15
 LAPSE_RATE_K_M = 0.0065
 CHARGE_TIME_CONSTANT_S = 1.0
+AVERAGE_CURRENT_TIME_CONSTANT_S = 50.0
+LEAST_CURRENT_A = 1e-3
+SECONDS_PER_HOUR = 3600.0
 WRONG_EAST_DEG = 100.0 / 111_195.0
 """How far east of the truth a wrong GPS is: 100 m, in degrees of latitude (PX4's static jump)."""
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
@@ -60,6 +63,7 @@ class Sensors:
         self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
         """FAILURE_TYPE of each."""
         self._imu_fails = False
+        self._average_current_a = NAN
         self._corrections = NONE
         self._corrects = False
         self._version = -1
@@ -179,8 +183,28 @@ class Sensors:
             old = previous.remaining
             charge = old + (charge - old) * (1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S))
         self._topics.battery_status = BatteryStatus(
-            now_us, True, voltage_v, current_a, charge, discharged_mah, battery_warning(self._parameters, charge)
+            now_us,
+            True,
+            voltage_v,
+            current_a,
+            charge,
+            discharged_mah,
+            battery_warning(self._parameters, charge),
+            time_remaining_s=self._time_remaining_s(current_a, charge, dt_s),
         )
+
+    def _time_remaining_s(self, current_a: float, charge: float, dt_s: float) -> float:
+        """Until empty at the average current in flight, at first BAT_AVRG_CURRENT (Battery::computeRemainingTime)."""
+        capacity_mah = float(self._parameters["BAT1_CAPACITY"])
+        if not capacity_mah > 0.0:
+            return NAN
+        average_a = self._average_current_a
+        if not average_a > LEAST_CURRENT_A:
+            average_a = float(self._parameters["BAT_AVRG_CURRENT"])
+        if self._topics.actuator_armed.armed and math.isfinite(current_a):
+            average_a += (current_a - average_a) * (1.0 - math.exp(-dt_s / AVERAGE_CURRENT_TIME_CONSTANT_S))
+        self._average_current_a = average_a
+        return charge * capacity_mah * 1e-3 / max(average_a, LEAST_CURRENT_A) * SECONDS_PER_HOUR
 
 
 def battery_warning(parameters: Parameters, remaining: float) -> int:

@@ -86,6 +86,8 @@ class BatteryStatus(NamedTuple):
     cells_v: tuple[float, ...] = ()
     """Empty where they are not known apart."""
     temperature_c: float = NAN
+    time_remaining_s: float = NAN
+    """At the average current; NaN without a known capacity."""
 
 
 # --- estimate (writer: estimator) ---------------------------------------------------------------------------

@@ -7,16 +7,16 @@ import pytest
 from autopilot.failure_injection import inject
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors, altitude_m
-from autopilot.topics import FailureInjection, Topics
+from autopilot.topics import ActuatorArmed, FailureInjection, Topics
 from sitl_emu.core.geodesy import distance_m
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
 
 
-def sensors() -> tuple[Sensors, Topics]:
+def sensors(**parameters: float) -> tuple[Sensors, Topics]:
     topics = Topics()
-    return Sensors(topics, Parameters("multicopter")), topics
+    return Sensors(topics, Parameters("multicopter", parameters)), topics
 
 
 def test_time_is_the_imu_s() -> None:
@@ -83,6 +83,22 @@ def test_battery_counts_what_was_drawn() -> None:
     reader.update([IMU._replace(time_usec=36_000_000)])
     reader.update([SimulatedBattery(15000, 1000, 80)])
     assert topics.battery_status.discharged_mah == pytest.approx(100.0)
+
+
+def test_the_time_that_remains() -> None:
+    """10 Ah, 90 % full: at 15 A (BAT_AVRG_CURRENT) at first, at the average of what was drawn in flight then."""
+    reader, topics = sensors(BAT1_CAPACITY=10_000.0)
+    reader.update([IMU._replace(time_usec=0)])
+    reader.update([SimulatedBattery(15000, 3000, 90)])
+    assert topics.battery_status.time_remaining_s == pytest.approx(0.9 * 10.0 / 15.0 * 3600.0)
+    topics.actuator_armed = ActuatorArmed(armed=True)
+    reader.update([IMU._replace(time_usec=50_000_000)])
+    reader.update([SimulatedBattery(15000, 3000, 90)])
+    average_a = 15.0 + (30.0 - 15.0) * (1.0 - math.exp(-1.0))
+    assert topics.battery_status.time_remaining_s == pytest.approx(0.9 * 10.0 / average_a * 3600.0)
+    reader, topics = sensors()
+    reader.update([SimulatedBattery(15000, 3000, 90)])
+    assert math.isnan(topics.battery_status.time_remaining_s)
 
 
 def test_charge_follows_in_a_second() -> None:

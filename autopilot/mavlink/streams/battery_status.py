@@ -10,6 +10,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
 UNKNOWN_TEMPERATURE = 32767
 UNKNOWN_CELL = 65535
+UNSUPPORTED = 0
 CELLS = 10
 CHARGE_STATE = (1, 2, 3, 4)
 """MAV_BATTERY_CHARGE_STATE of battery_status.warning: ok, low, critical, emergency."""
@@ -28,6 +29,7 @@ def _message(battery: BatteryStatus) -> Fields:
     if battery.current_a >= 0.0 and math.isfinite(battery.current_a):
         current_ca = min(int(battery.current_a * 100.0), 32767)
     temperature = int(battery.temperature_c * 100.0) if math.isfinite(battery.temperature_c) else UNKNOWN_TEMPERATURE
+    left_s = max(int(battery.time_remaining_s), 1) if math.isfinite(battery.time_remaining_s) else UNSUPPORTED
     cells_v = battery.cells_v if any(battery.cells_v) else (battery.voltage_v,)
     return (
         int(battery.discharged_mah),
@@ -40,7 +42,7 @@ def _message(battery: BatteryStatus) -> Fields:
         FUNCTION_ALL,
         LIPO,
         math.ceil(battery.remaining * 100.0),
-        0,
+        left_s,
         CHARGE_STATE[battery.warning],
         0,
         0,
