@@ -5,8 +5,8 @@ barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_Q
 NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
 BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
 stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Calibrations (CAL_*,
-SENS_BOARD_*_OFF) are applied; nothing else is filtered or averaged here, and HIL_STATE_QUATERNION (the truth) is thrown
-away.
+SENS_BOARD_*_OFF) are applied; nothing else is filtered or averaged here, and HIL_STATE_QUATERNION (the truth) is kept
+for the log alone.
 """
 
 import math
@@ -19,6 +19,7 @@ from autopilot.topics import (
     BatteryStatus,
     DistanceSensorSample,
     FailureInjection,
+    GroundTruth,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -26,12 +27,14 @@ from autopilot.topics import (
     Topics,
     Vector3,
 )
+from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
     DistanceSensor,
     HilGps,
     HilSensor,
+    HilStateQuaternion,
     SimulatedBattery,
     SimulatorMessage,
 )
@@ -54,7 +57,7 @@ LOWEST_QNH_HPA = 500.0
 
 
 class Sensors:
-    """Writer of sensor_combined, sensor_baro, sensor_mag, sensor_gps, distance_sensor and battery_status."""
+    """Writer of sensor_combined, sensor_baro, _mag and _gps, distance_sensor, battery_status and groundtruth."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -67,6 +70,8 @@ class Sensors:
         self._corrections = NONE
         self._corrects = False
         self._version = -1
+        self._truth_origin: tuple[int, MapProjection, float] | None = None
+        """When and where the vehicle was at first."""
 
     def update(self, messages: list[SimulatorMessage]) -> int:
         """Take one tick's messages; the time of its HIL_SENSOR in µs (the last known one if there is none)."""
@@ -85,6 +90,8 @@ class Sensors:
                 self._on_distance_sensor(message)
             elif type(message) is SimulatedBattery:
                 self._on_battery(message)
+            elif type(message) is HilStateQuaternion:
+                self._on_truth(message)
         return self._now_us
 
     def _note_failures(self) -> None:
@@ -167,6 +174,29 @@ class Sensors:
             nearest * 1e-2,
             farthest * 1e-2,
             message.orientation,
+        )
+
+    def _on_truth(self, message: HilStateQuaternion) -> None:
+        time_us, lat, lon, alt = message.time_usec, message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3
+        if self._truth_origin is None:
+            self._truth_origin = time_us, MapProjection(lat, lon), alt
+        since_us, projection, ref_alt = self._truth_origin
+        self._topics.groundtruth = GroundTruth(
+            time_us,
+            message.attitude_quaternion,
+            (message.rollspeed, message.pitchspeed, message.yawspeed),
+            lat,
+            lon,
+            alt,
+            *projection.project(lat, lon),
+            ref_alt - alt,
+            message.vx * 1e-2,
+            message.vy * 1e-2,
+            message.vz * 1e-2,
+            projection.lat0_deg,
+            projection.lon0_deg,
+            ref_alt,
+            since_us,
         )
 
     def _on_battery(self, message: SimulatedBattery) -> None:

@@ -90,6 +90,28 @@ class BatteryStatus(NamedTuple):
     """At the average current; NaN without a known capacity."""
 
 
+class GroundTruth(NamedTuple):
+    """What the simulator says is true (HIL_STATE_QUATERNION), for the log alone. x, y, z from where it first was."""
+
+    timestamp: int = 0
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+    """Body rates."""
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    vx: float = NAN
+    vy: float = NAN
+    vz: float = NAN
+    ref_lat: float = NAN
+    ref_lon: float = NAN
+    ref_alt: float = NAN
+    ref_timestamp: int = 0
+
+
 # --- estimate (writer: estimator) ---------------------------------------------------------------------------
 
 
@@ -920,6 +942,7 @@ class Topics:
         self.sensor_gps = SensorGps()
         self.distance_sensor = DistanceSensorSample()
         self.battery_status = BatteryStatus()
+        self.groundtruth = GroundTruth()
         self.battery_status_outside = BatteryStatus()
         """Writer: mavlink/services/battery_status.py, for a battery that tells of itself."""
         self.vehicle_attitude = VehicleAttitude()

@@ -8,7 +8,7 @@ from autopilot.logger.packing import Row
 
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
-INNOVATIONS = "estimator_innovations"
+INNOVATIONS, TRUTH = "estimator_innovations", "groundtruth"
 
 
 class LoggedTopic(NamedTuple):
@@ -36,6 +36,10 @@ COMMON = (
     LoggedTopic("sensor_baro", 1000, rows.sensor_baro),
     LoggedTopic("vehicle_magnetometer", 200, rows.vehicle_magnetometer, "sensor_mag"),
     LoggedTopic("sensor_mag", 1000, rows.sensor_mag),
+    LoggedTopic("vehicle_attitude_groundtruth", 10, rows.vehicle_attitude_groundtruth, TRUTH),
+    LoggedTopic("vehicle_angular_velocity_groundtruth", 10, rows.vehicle_angular_velocity_groundtruth, TRUTH),
+    LoggedTopic("vehicle_global_position_groundtruth", 100, rows.vehicle_global_position_groundtruth, TRUTH),
+    LoggedTopic("vehicle_local_position_groundtruth", 20, rows.vehicle_local_position_groundtruth, TRUTH),
     LoggedTopic("distance_sensor", 1000, rows.distance_sensor),
     LoggedTopic("battery_status", 200, rows.battery_status),
     LoggedTopic("vehicle_attitude", 50, rows.vehicle_attitude),

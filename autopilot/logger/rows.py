@@ -19,6 +19,7 @@ from autopilot.topics import (
     EstimatorInnovations,
     EstimatorStatus,
     FailsafeFlags,
+    GroundTruth,
     HomePosition,
     HoverThrustEstimate,
     Innovation,
@@ -188,6 +189,20 @@ GLOBAL_POSITION: Extra = {
     "delta_terrain": 0.0,
     "lat_lon_valid": "valid",
     "alt_valid": "valid",
+}
+TRUE_GLOBAL_POSITION: Extra = {
+    "timestamp_sample": "timestamp",
+    "alt_ellipsoid": "alt",
+    **dict.fromkeys(("delta_alt", "delta_terrain", "eph", "epv", "terrain_alt"), 0.0),
+    "lat_lon_valid": 1,
+    "alt_valid": 1,
+}
+TRUE_LOCAL_POSITION: Extra = {
+    "timestamp_sample": "timestamp",
+    "z_deriv": "vz",
+    **dict.fromkeys(("delta_xy", "delta_vxy", "delta_z", "delta_vz", "delta_heading", "eph", "epv", "evh", "evv"), 0.0),
+    **dict.fromkeys(("xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "xy_global", "z_global"), 1),
+    **dict.fromkeys(("vxy_max", "vz_max", "hagl_max_z", "hagl_max_xy"), math.inf),
 }
 ESTIMATOR_STATUS: dict[str, float | str] = {
     "timestamp_sample": "timestamp",
@@ -446,8 +461,31 @@ vehicle_imu_status = by_name(
     ("delta_angle_coning_metric", "gyro_vibration_metric", "accel_vibration_metric"),
     lambda record: record.vibration,
 )
+
+
+@row("vehicle_attitude_groundtruth")
+def vehicle_attitude_groundtruth(pack: Pack, record: GroundTruth) -> bytes:
+    """Body to NED."""
+    return pack(record.timestamp, record.timestamp, *record.q, 0.0, 0.0, 0.0, 0.0, 0)
+
+
+@row("vehicle_angular_velocity_groundtruth")
+def vehicle_angular_velocity_groundtruth(pack: Pack, record: GroundTruth) -> bytes:
+    """Body rates; their derivative is not told."""
+    return pack(record.timestamp, record.timestamp, *record.xyz, 0.0, 0.0, 0.0)
+
+
+def _heading(record: GroundTruth) -> tuple[Value, ...]:
+    w, x, y, z = record.q
+    return (math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),)
+
+
+vehicle_global_position_groundtruth = by_name("vehicle_global_position_groundtruth", GroundTruth, TRUE_GLOBAL_POSITION)
+vehicle_local_position_groundtruth = by_name(
+    "vehicle_local_position_groundtruth", GroundTruth, TRUE_LOCAL_POSITION, ("heading",), _heading
+)
 wind = by_name("wind", WindEstimate)
-rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
+rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus, {"wheel_rate_integ": 0.0})
 manual_control_switches = by_name("manual_control_switches", ManualControlSwitches, SWITCHES)
 
 

@@ -183,9 +183,16 @@ def test_one_failure_at_a_time_and_never_too_many() -> None:
     assert inject(full, 100, 1, 0) is None
 
 
-def test_the_truth_is_thrown_away() -> None:
+def test_the_truth_is_kept_apart_from_what_is_flown_by() -> None:
     reader, topics = sensors()
-    truth = HilStateQuaternion(0, (0.0, 1.0, 0.0, 0.0), 0, 0, 0, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0)
     before = dict(vars(topics))
+    place, velocity = (473_977_420, 85_455_940, 488_000), (100, -200, 50)
+    truth = HilStateQuaternion(5, (0.0, 1.0, 0.0, 0.0), 0.1, 0.2, 0.3, *place, *velocity, 0, 0, 0, 0, 0)
     reader.update([truth])
-    assert vars(topics) == before
+    reader.update([truth._replace(time_usec=9, lat=473_977_520, alt=490_000)])
+    known = topics.groundtruth
+    assert {name for name in before if getattr(topics, name) is not before[name]} == {"groundtruth"}
+    assert (known.timestamp, known.ref_timestamp, known.q, known.xyz) == (9, 5, (0.0, 1.0, 0.0, 0.0), (0.1, 0.2, 0.3))
+    assert (known.vx, known.vy, known.vz) == (1.0, -2.0, 0.5)
+    assert (known.x, known.y, known.z) == pytest.approx((1.112, 0.0, -2.0), abs=1e-3)
+    assert (known.lat, known.ref_lat, known.ref_alt) == pytest.approx((47.397752, 47.397742, 488.0))
