@@ -1,6 +1,7 @@
 """listener: prints topics (PX4: systemcmds/topic_listener).
 
-Topics that are logged are printed with all of PX4's fields, the others with those of this autopilot (topics.py).
+Topics that are logged are printed with all of PX4's fields, the others with those of this autopilot
+(autopilot/topics/).
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,0 +1,303 @@
+"""Topics: the records through which the modules of the autopilot speak, under their uORB names.
+
+Each topic has one writer, which replaces the record in its slot of `Topics`; everybody else reads. Records are
+NamedTuples (cheap to make, impossible to change). Times are `now_us`: int, simulated microseconds since boot
+(PX4's hrt_absolute_time). Frames: NED for the world, FRD for the body; quaternions are (w, x, y, z), body to NED.
+A missing number is NaN, as in PX4.
+
+A module here has the records of one part of the autopilot; all of them are imported from this package.
+"""
+
+from autopilot.topics.commander import (
+    ActuatorArmed,
+    FailsafeFlags,
+    FailureDetectorStatus,
+    FailureInjection,
+    HealthReport,
+    HomePosition,
+    VehicleStatus,
+)
+from autopilot.topics.commands import CommandRecord, VehicleCommand, VehicleCommandAck
+from autopilot.topics.control import (
+    ActuatorOutputs,
+    ActuatorSet,
+    ActuatorTest,
+    HoverThrustEstimate,
+    OffboardSetpoint,
+    RateCtrlStatus,
+    TakeoffStatus,
+    TrajectorySetpoint,
+    VehicleAttitudeSetpoint,
+    VehicleConstraints,
+    VehicleLocalPositionSetpoint,
+    VehicleRatesSetpoint,
+    VehicleTorqueSetpoint,
+)
+from autopilot.topics.estimator import (
+    EstimatorInnovations,
+    EstimatorStatus,
+    Innovation,
+    VehicleAngularVelocity,
+    VehicleAttitude,
+    VehicleGlobalPosition,
+    VehicleLandDetected,
+    VehicleLocalPosition,
+    WindEstimate,
+)
+from autopilot.topics.manual_control import (
+    NO_AUX,
+    SOURCE_MAVLINK_0,
+    SOURCE_RC,
+    SOURCE_UNKNOWN,
+    ActionRequest,
+    Aux,
+    InputRc,
+    ManualControlInput,
+    ManualControlSetpoint,
+    ManualControlSwitches,
+    RcParameter,
+)
+from autopilot.topics.navigator import (
+    GeofenceResult,
+    MissionResult,
+    OrbitStatus,
+    PositionSetpoint,
+    PositionSetpointTriplet,
+    RtlTimeEstimate,
+    VehicleRoi,
+)
+from autopilot.topics.outside import (
+    FRAME_BODY_FRD,
+    FRAME_FRD,
+    FRAME_NED,
+    FRAME_UNKNOWN,
+    DebugArray,
+    DebugKeyValue,
+    DebugValue,
+    DebugVect,
+    FollowTarget,
+    GcsHeartbeats,
+    LandingTargetPose,
+    ObstacleDistance,
+    TransponderReport,
+    VehicleOdometry,
+    VehicleOpticalFlow,
+)
+from autopilot.topics.payload import (
+    CameraCapture,
+    CameraTriggered,
+    GimbalDeviceAttitudeStatus,
+    GimbalDeviceInformation,
+    GimbalDeviceSetAttitude,
+    GimbalManagerSetAttitude,
+    GimbalManagerStatus,
+    Gripper,
+)
+from autopilot.topics.sensors import (
+    BatteryStatus,
+    DistanceSensorSample,
+    GroundTruth,
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+)
+from autopilot.topics.system import CpuLoad, LoggerStatus
+from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+
+__all__ = [
+    "FRAME_BODY_FRD",
+    "FRAME_FRD",
+    "FRAME_NED",
+    "FRAME_UNKNOWN",
+    "NAN",
+    "NAN3",
+    "NO_AUX",
+    "SOURCE_MAVLINK_0",
+    "SOURCE_RC",
+    "SOURCE_UNKNOWN",
+    "ActionRequest",
+    "ActuatorArmed",
+    "ActuatorOutputs",
+    "ActuatorSet",
+    "ActuatorTest",
+    "Aux",
+    "BatteryStatus",
+    "CameraCapture",
+    "CameraTriggered",
+    "CommandRecord",
+    "CpuLoad",
+    "DebugArray",
+    "DebugKeyValue",
+    "DebugValue",
+    "DebugVect",
+    "DistanceSensorSample",
+    "EstimatorInnovations",
+    "EstimatorStatus",
+    "FailsafeFlags",
+    "FailureDetectorStatus",
+    "FailureInjection",
+    "FollowTarget",
+    "GcsHeartbeats",
+    "GeofenceResult",
+    "GimbalDeviceAttitudeStatus",
+    "GimbalDeviceInformation",
+    "GimbalDeviceSetAttitude",
+    "GimbalManagerSetAttitude",
+    "GimbalManagerStatus",
+    "Gripper",
+    "GroundTruth",
+    "HealthReport",
+    "HomePosition",
+    "HoverThrustEstimate",
+    "Innovation",
+    "InputRc",
+    "LandingTargetPose",
+    "LoggerStatus",
+    "ManualControlInput",
+    "ManualControlSetpoint",
+    "ManualControlSwitches",
+    "MissionResult",
+    "ObstacleDistance",
+    "OffboardSetpoint",
+    "OrbitStatus",
+    "PositionSetpoint",
+    "PositionSetpointTriplet",
+    "Quaternion",
+    "RateCtrlStatus",
+    "RcParameter",
+    "RtlTimeEstimate",
+    "SensorBaro",
+    "SensorCombined",
+    "SensorGps",
+    "SensorMag",
+    "TakeoffStatus",
+    "Topics",
+    "TrajectorySetpoint",
+    "TransponderReport",
+    "Vector3",
+    "VehicleAngularVelocity",
+    "VehicleAttitude",
+    "VehicleAttitudeSetpoint",
+    "VehicleCommand",
+    "VehicleCommandAck",
+    "VehicleConstraints",
+    "VehicleGlobalPosition",
+    "VehicleLandDetected",
+    "VehicleLocalPosition",
+    "VehicleLocalPositionSetpoint",
+    "VehicleOdometry",
+    "VehicleOpticalFlow",
+    "VehicleRatesSetpoint",
+    "VehicleRoi",
+    "VehicleStatus",
+    "VehicleTorqueSetpoint",
+    "WindEstimate",
+    "batteries",
+    "queue_transponder_report",
+]
+
+
+TRANSPONDER_REPORTS_KEPT = 20
+"""Length of transponder_report's queue."""
+
+
+def queue_transponder_report(topics: "Topics", report: TransponderReport) -> None:
+    """Publish a report, numbered; the oldest gives way."""
+    reports = topics.transponder_reports
+    number = reports[-1].number + 1 if reports else 1
+    topics.transponder_reports = (*reports[1 - TRANSPONDER_REPORTS_KEPT :], report._replace(number=number))
+
+
+def batteries(topics: "Topics") -> list[BatteryStatus]:
+    """Those that are connected."""
+    return [battery for battery in (topics.battery_status, topics.battery_status_outside) if battery.connected]
+
+
+class Topics:
+    """The present record of every topic; one slot each, each with one writer."""
+
+    def __init__(self) -> None:
+        self.sensor_combined = SensorCombined()
+        self.sensor_baro = SensorBaro()
+        self.sensor_mag = SensorMag()
+        self.sensor_gps = SensorGps()
+        self.distance_sensor = DistanceSensorSample()
+        self.battery_status = BatteryStatus()
+        self.groundtruth = GroundTruth()
+        self.battery_status_outside = BatteryStatus()
+        """Writer: mavlink/services/battery_status.py, for a battery that tells of itself."""
+        self.vehicle_attitude = VehicleAttitude()
+        self.vehicle_angular_velocity = VehicleAngularVelocity()
+        self.vehicle_local_position = VehicleLocalPosition()
+        self.vehicle_global_position = VehicleGlobalPosition()
+        self.estimator_status = EstimatorStatus()
+        self.estimator_innovations = EstimatorInnovations()
+        self.wind = WindEstimate()
+        self.vehicle_land_detected = VehicleLandDetected()
+        self.vehicle_status = VehicleStatus()
+        self.health_report = HealthReport()
+        self.failsafe_flags = FailsafeFlags()
+        self.failure_detector_status = FailureDetectorStatus()
+        self.home_position = HomePosition()
+        self.actuator_armed = ActuatorArmed()
+        self.position_setpoint_triplet = PositionSetpointTriplet()
+        self.vehicle_roi = VehicleRoi()
+        self.camera_trigger = CameraTriggered()
+        self.camera_capture = CameraCapture()
+        self.gimbal_manager_set_attitude = GimbalManagerSetAttitude()
+        self.gimbal_device_set_attitude = GimbalDeviceSetAttitude()
+        self.gimbal_device_information = GimbalDeviceInformation()
+        self.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus()
+        self.gimbal_manager_status = GimbalManagerStatus()
+        self.mission_result = MissionResult()
+        self.geofence_result = GeofenceResult()
+        self.rtl_time_estimate = RtlTimeEstimate()
+        self.trajectory_setpoint = TrajectorySetpoint()
+        self.vehicle_constraints = VehicleConstraints()
+        self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
+        self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()
+        self.vehicle_rates_setpoint = VehicleRatesSetpoint()
+        self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
+        self.rate_ctrl_status = RateCtrlStatus()
+        self.actuator_outputs = ActuatorOutputs()
+        self.takeoff_status = TakeoffStatus()
+        self.hover_thrust_estimate = HoverThrustEstimate()
+        self.vehicle_visual_odometry = VehicleOdometry()
+        self.vehicle_optical_flow = VehicleOpticalFlow()
+        self.obstacle_distance = ObstacleDistance()
+        self.obstacle_distance_fused = ObstacleDistance()
+        """Writer: collision prevention; its map around the body."""
+        self.distance_sensor_outside = DistanceSensorSample()
+        self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
+        self.landing_target_pose = LandingTargetPose()
+        self.follow_target = FollowTarget()
+        self.input_rc = InputRc()
+        self.rc_parameter_map: tuple[RcParameter, RcParameter, RcParameter] = (RcParameter(),) * 3
+        """By knob, RC_MAP_PARAM1 to 3. Writer: mavlink/services/parameter.py."""
+        self.manual_control_rc = ManualControlInput()
+        self.manual_control_mavlink = ManualControlInput()
+        self.manual_control_switches = ManualControlSwitches()
+        self.action_requests: tuple[ActionRequest, ...] = ()
+        self.manual_control_setpoint = ManualControlSetpoint()
+        self.offboard_setpoint = OffboardSetpoint()
+        self.gcs_heartbeats = GcsHeartbeats()
+        self.transponder_reports: tuple[TransponderReport, ...] = ()
+        """Writer: `queue_transponder_report`; the last few."""
+        self.debug_key_value = DebugKeyValue()
+        self.debug_value = DebugValue()
+        self.debug_vect = DebugVect()
+        self.debug_array = DebugArray()
+        self.cpuload = CpuLoad()
+        self.logger_status = LoggerStatus()
+        self.orbit_status = OrbitStatus()
+        self.actuator_test = ActuatorTest()
+        self.actuator_set = ActuatorSet()
+        self.gripper = Gripper()
+        self.failure_injection = FailureInjection()
+        self.vehicle_commands: tuple[CommandRecord, ...] = ()
+        """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
+        self.navigator_commands: tuple[CommandRecord, ...] = ()
+        """Writer: navigator; the last few commands that mission items gave, for the commander."""
+        self.vehicle_command_acks: tuple[VehicleCommandAck, ...] = ()
+        """Writers: owners of commands (`commands.answer_later`); mavlink/services/command.py sends and empties it."""

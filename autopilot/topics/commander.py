@@ -1,0 +1,119 @@
+"""State, health and arming (writers: commander/, failure_injection.py)."""
+
+from typing import NamedTuple
+
+from autopilot.constants import NavState
+from autopilot.topics.values import NAN
+
+
+class VehicleStatus(NamedTuple):
+    """Arming and mode. `nav_state` is what is flown, `nav_state_user_intention` what was asked for."""
+
+    timestamp: int = 0
+    armed: bool = False
+    armed_time: int = 0
+    takeoff_time: int = 0
+    nav_state: NavState = NavState.AUTO_LOITER
+    nav_state_user_intention: NavState = NavState.AUTO_LOITER
+    nav_state_timestamp: int = 0
+    """When nav_state last changed."""
+    system_status: int = 0
+    """MAV_STATE of the heartbeat."""
+    failsafe: bool = False
+    failsafe_defer: bool = False
+    termination: bool = False
+    gcs_connection_lost: bool = True
+    rc_signal_lost: bool = True
+    pre_flight_checks_pass: bool = False
+    calibrating: bool = False
+    vehicle_type: str = "multicopter"
+    """multicopter or rover."""
+    mav_type: int = 2
+    latest_arming_reason: int = 0
+    latest_disarming_reason: int = 0
+
+
+class HealthReport(NamedTuple):
+    """Which sensors and systems are there, and well: bits of MAV_SYS_STATUS_SENSOR, and who may arm."""
+
+    timestamp: int = 0
+    present: int = 0
+    enabled: int = 0
+    health: int = 0
+    can_arm_mode_flags: int = 0
+    """Bit per NavState: arming there is allowed."""
+    can_run_mode_flags: int = 0
+    """Bit per NavState: switching there is allowed."""
+
+
+class FailsafeFlags(NamedTuple):
+    """What is wrong right now, as PX4's failsafe_flags (True is bad)."""
+
+    angular_velocity_invalid: bool = False
+    attitude_invalid: bool = True
+    local_altitude_invalid: bool = True
+    local_position_invalid: bool = True
+    local_velocity_invalid: bool = True
+    global_position_invalid: bool = True
+    auto_mission_missing: bool = True
+    offboard_control_signal_lost: bool = True
+    home_position_invalid: bool = True
+    manual_control_signal_lost: bool = True
+    gcs_connection_lost: bool = True
+    battery_warning: int = 0
+    battery_unhealthy: bool = False
+    geofence_breached: bool = False
+    mission_failure: bool = False
+    wind_limit_exceeded: bool = False
+    flight_time_limit_exceeded: bool = False
+    fd_critical_failure: bool = False
+    fd_motor_failure: bool = False
+    parachute_unhealthy: bool = False
+    remote_id_unhealthy: bool = False
+
+
+class HomePosition(NamedTuple):
+    """Home; x, y, z in the local frame."""
+
+    timestamp: int = 0
+    valid: bool = False
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    yaw: float = NAN
+    manual_home: bool = False
+    update_count: int = 0
+    roll: float = 0.0
+    pitch: float = 0.0
+
+
+class ActuatorArmed(NamedTuple):
+    """Whether motors may turn."""
+
+    armed: bool = False
+    lockdown: bool = False
+    manual_lockdown: bool = False
+
+
+class FailureInjection(NamedTuple):
+    """Writer: failure_injection.py. Failures that are on: (FAILURE_UNIT, FAILURE_TYPE, bit per instance) each."""
+
+    entries: tuple[tuple[int, int, int], ...] = ()
+
+    def type_of(self, unit: int, instance: int) -> int:
+        """FAILURE_TYPE of an instance (1 is the first) of a FAILURE_UNIT; 0: it is well."""
+        for failed, kind, instances in self.entries:
+            if failed == unit and instances >> (instance - 1) & 1:
+                return kind
+        return 0
+
+
+class FailureDetectorStatus(NamedTuple):
+    """uORB failure_detector_status: tilted too far for too long."""
+
+    timestamp: int = 0
+    fd_roll: bool = False
+    fd_pitch: bool = False

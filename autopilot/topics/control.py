@@ -1,0 +1,127 @@
+"""From set-points to actuators (writers: modes/, control/, mavlink/services/offboard.py)."""
+
+from typing import NamedTuple
+
+from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+
+
+class TrajectorySetpoint(NamedTuple):
+    """Writer: the flight mode. NED; NaN in every axis that is not controlled."""
+
+    timestamp: int = 0
+    position: Vector3 = NAN3
+    velocity: Vector3 = NAN3
+    acceleration: Vector3 = NAN3
+    yaw: float = NAN
+    yawspeed: float = NAN
+
+
+class VehicleConstraints(NamedTuple):
+    """Writer: the flight mode; limits of the position controller, NaN for the parameter's."""
+
+    speed_up: float = NAN
+    speed_down: float = NAN
+    want_takeoff: bool = False
+
+
+class VehicleLocalPositionSetpoint(NamedTuple):
+    """Writer: mc_pos_control: what it really tracks (POSITION_TARGET_LOCAL_NED)."""
+
+    timestamp: int = 0
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    vx: float = NAN
+    vy: float = NAN
+    vz: float = NAN
+    acceleration: Vector3 = NAN3
+    thrust: Vector3 = NAN3
+    yaw: float = NAN
+    yawspeed: float = NAN
+
+
+class VehicleAttitudeSetpoint(NamedTuple):
+    """thrust_body is FRD, normalised, so that hover is about (0, 0, -MPC_THR_HOVER)."""
+
+    timestamp: int = 0
+    q_d: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    yaw_sp_move_rate: float = 0.0
+    thrust_body: Vector3 = (0.0, 0.0, 0.0)
+
+
+class VehicleRatesSetpoint(NamedTuple):
+    """Body rates and thrust."""
+
+    timestamp: int = 0
+    rates: Vector3 = (0.0, 0.0, 0.0)
+    thrust_body: Vector3 = (0.0, 0.0, 0.0)
+
+
+class VehicleTorqueSetpoint(NamedTuple):
+    """Writer: mc_rate_control, at 50 Hz, for the log: normalised torque about the body's axes."""
+
+    timestamp: int = 0
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
+class RateCtrlStatus(NamedTuple):
+    """Writer: mc_rate_control, at 50 Hz, for the log: what its integrators have learnt."""
+
+    timestamp: int = 0
+    rollspeed_integ: float = 0.0
+    pitchspeed_integ: float = 0.0
+    yawspeed_integ: float = 0.0
+
+
+class ActuatorOutputs(NamedTuple):
+    """Writer: control allocation. `controls` as HIL_ACTUATOR_CONTROLS; `pwm` as SERVO_OUTPUT_RAW shows it."""
+
+    timestamp: int = 0
+    controls: tuple[float, ...] = ()
+    pwm: tuple[int, ...] = ()
+    test_mode: bool = False
+    """The outputs move for a test, though the vehicle is disarmed."""
+
+
+class TakeoffStatus(NamedTuple):
+    """Writer: mc_pos_control; state is constants.TakeoffState."""
+
+    timestamp: int = 0
+    state: int = 0
+    tilt_limit: float = NAN
+
+
+class HoverThrustEstimate(NamedTuple):
+    """Thrust that holds the vehicle in the air, normalised."""
+
+    timestamp: int = 0
+    hover_thrust: float = 0.5
+    valid: bool = False
+
+
+class OffboardSetpoint(NamedTuple):
+    """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET: offboard_control_mode and its setpoint in one.
+
+    Exactly one of trajectory, attitude or rates is set.
+    """
+
+    timestamp: int = 0
+    trajectory: TrajectorySetpoint | None = None
+    attitude: VehicleAttitudeSetpoint | None = None
+    rates: VehicleRatesSetpoint | None = None
+
+
+class ActuatorTest(NamedTuple):
+    """Writer: commander. The newest MAV_CMD_ACTUATOR_TEST; time-out 0 releases the function. NaN stops a motor."""
+
+    timestamp: int = 0
+    function: int = 0
+    """PX4's output function: motor 1 is 101, servo 1 is 201."""
+    value: float = NAN
+    timeout_us: int = 0
+
+
+class ActuatorSet(NamedTuple):
+    """Writer: commander. DO_SET_ACTUATOR: -1..1 for the outputs of functions 301 to 306; NaN where nobody set one."""
+
+    values: tuple[float, ...] = (NAN,) * 6

@@ -1,0 +1,96 @@
+"""Where to go, and what became of the plan (writer: navigator/; orbit_status: modes/)."""
+
+from typing import NamedTuple
+
+from autopilot.topics.values import NAN
+
+
+class PositionSetpoint(NamedTuple):
+    """One of the triplet. type is one of constants.SetpointType; NaN altitude keeps the present one."""
+
+    timestamp: int = 0
+    valid: bool = False
+    type: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    yaw: float = NAN
+    acceptance_radius: float = NAN
+    cruising_speed: float = -1.0
+    loiter_radius: float = NAN
+    gliding_enabled: bool = False
+
+
+class PositionSetpointTriplet(NamedTuple):
+    """previous, current, next: what the AUTO modes fly."""
+
+    timestamp: int = 0
+    previous: PositionSetpoint = PositionSetpoint()
+    current: PositionSetpoint = PositionSetpoint()
+    next: PositionSetpoint = PositionSetpoint()
+
+
+class VehicleRoi(NamedTuple):
+    """Region of interest: mode 0 none, 1 the next waypoint turned by offsets (rad), 3 a location."""
+
+    mode: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    roll_offset: float = 0.0
+    pitch_offset: float = 0.0
+    yaw_offset: float = 0.0
+
+
+class MissionResult(NamedTuple):
+    """Progress of the mission, for MISSION_CURRENT and MISSION_ITEM_REACHED."""
+
+    timestamp: int = 0
+    mission_id: int = 0
+    geofence_id: int = 0
+    rally_id: int = 0
+    valid: bool = False
+    warning: bool = False
+    finished: bool = False
+    failure: bool = False
+    seq_current: int = 0
+    seq_reached: int = -1
+    seq_reached_timestamp: int = 0
+    seq_total: int = 0
+    item_do_jump_changed: bool = False
+    item_changed_index: int = 0
+    mission_state: int = 0
+    """MISSION_STATE of MISSION_CURRENT."""
+
+
+class RtlTimeEstimate(NamedTuple):
+    """How long a return from here would take, in seconds; the safe one with a factor and a margin. 0 when not valid."""
+
+    timestamp: int = 0
+    valid: bool = False
+    time_estimate: float = 0.0
+    safe_time_estimate: float = 0.0
+
+
+class GeofenceResult(NamedTuple):
+    """Breach of the fence, and what GF_ACTION asks for."""
+
+    timestamp: int = 0
+    breached: bool = False
+    action: int = 0
+    breach_type: int = 0
+    breach_count: int = 0
+    breach_time_us: int = 0
+
+
+class OrbitStatus(NamedTuple):
+    """What the orbit mode flies (ORBIT_EXECUTION_STATUS); timestamp 0 when it was never flown."""
+
+    timestamp: int = 0
+    radius: float = NAN
+    frame: int = 5
+    """MAV_FRAME_GLOBAL_INT."""
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    yaw_behaviour: int = 0

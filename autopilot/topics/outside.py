@@ -1,0 +1,137 @@
+"""What others tell the vehicle over MAVLink (writers: mavlink/services/)."""
+
+from typing import NamedTuple
+
+from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+
+FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD = range(4)
+"""vehicle_odometry POSE_FRAME and VELOCITY_FRAME."""
+
+
+class VehicleOdometry(NamedTuple):
+    """A pose and velocity from outside; NaN where something is not told."""
+
+    timestamp: int = 0
+    pose_frame: int = FRAME_UNKNOWN
+    position: Vector3 = NAN3
+    q: Quaternion = (NAN, NAN, NAN, NAN)
+    velocity_frame: int = FRAME_UNKNOWN
+    velocity: Vector3 = NAN3
+    position_variance: Vector3 = NAN3
+    orientation_variance: Vector3 = NAN3
+    velocity_variance: Vector3 = NAN3
+    reset_counter: int = 0
+    quality: int = 0
+
+
+class VehicleOpticalFlow(NamedTuple):
+    """Flow about the body's x and y axes, rad/s, free of rotation: moving forward flows +y, moving right -x."""
+
+    timestamp: int = 0
+    x: float = NAN
+    y: float = NAN
+    quality: int = 0
+    integration_timespan_us: int = 0
+    pixel_flow: tuple[float, float] = (0.0, 0.0)
+    """As measured over that time, rotation included, and the rotation; rad."""
+    delta_angle: Vector3 = (0.0, 0.0, 0.0)
+    distance_m: float = NAN
+
+
+class ObstacleDistance(NamedTuple):
+    """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME."""
+
+    timestamp: int = 0
+    frame: int = 0
+    distances: tuple[int, ...] = ()
+    increment: float = 0.0
+    min_distance: int = 0
+    max_distance: int = 0
+    angle_offset: float = 0.0
+
+
+class LandingTargetPose(NamedTuple):
+    """Where to land precisely, NED from the local origin; timestamp 0: never told."""
+
+    timestamp: int = 0
+    x_abs: float = NAN
+    y_abs: float = NAN
+    z_abs: float = NAN
+
+
+class FollowTarget(NamedTuple):
+    """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED."""
+
+    timestamp: int = 0
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    velocity: Vector3 = NAN3
+
+
+class GcsHeartbeats(NamedTuple):
+    """When a ground station was last heard, and components of this vehicle (0: never); who of them said to be well."""
+
+    gcs_us: int = 0
+    onboard_us: int = 0
+    parachute_us: int = 0
+    parachute_healthy: bool = False
+    open_drone_id_us: int = 0
+    open_drone_id_healthy: bool = False
+    adsb_us: int = 0
+
+
+class TransponderReport(NamedTuple):
+    """uORB transponder_report: an aircraft nearby. Degrees, m AMSL, heading in -π..π, m/s; `number` counts up."""
+
+    timestamp: int
+    number: int
+    icao_address: int
+    lat: float
+    lon: float
+    altitude_type: int
+    altitude: float
+    heading: float
+    hor_velocity: float
+    ver_velocity: float
+    callsign: bytes
+    emitter_type: int
+    tslc: int
+    flags: int
+    """Bits of ADSB_FLAGS, the first six."""
+    squawk: int
+    retranslate: bool = True
+    """Whether MAVLink tells it again."""
+
+
+class DebugKeyValue(NamedTuple):
+    """uORB debug_key_value: the last NAMED_VALUE_FLOAT or NAMED_VALUE_INT of others; timestamp 0 when there is none."""
+
+    timestamp: int = 0
+    key: bytes = b""
+    value: float = 0.0
+
+
+class DebugValue(NamedTuple):
+    """uORB debug_value: the last DEBUG of others."""
+
+    timestamp: int = 0
+    ind: int = 0
+    value: float = 0.0
+
+
+class DebugVect(NamedTuple):
+    """uORB debug_vect: the last DEBUG_VECT of others."""
+
+    timestamp: int = 0
+    name: bytes = b""
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
+class DebugArray(NamedTuple):
+    """uORB debug_array: the last DEBUG_FLOAT_ARRAY of others."""
+
+    timestamp: int = 0
+    id: int = 0
+    name: bytes = b""
+    data: tuple[float, ...] = ()

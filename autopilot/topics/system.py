@@ -1,0 +1,18 @@
+"""The computer and its log (writers: load_mon.py, logger/)."""
+
+from typing import NamedTuple
+
+
+class LoggerStatus(NamedTuple):
+    """Writer: logger.py, while a log is being written."""
+
+    timestamp: int = 0
+    is_logging: bool = False
+
+
+class CpuLoad(NamedTuple):
+    """Writer: load_mon.py. Shares of 1."""
+
+    timestamp: int = 0
+    load: float = 0.0
+    ram_usage: float = 0.0
