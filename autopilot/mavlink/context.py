@@ -5,7 +5,7 @@ from pathlib import Path
 from autopilot.constants import MOST_ROTORS
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
-from autopilot.topics import Topics
+from autopilot.topics import ActuatorOutputs, Topics
 
 BOOT_UNIX_US = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
@@ -21,6 +21,8 @@ class Context:
         self.parameters = parameters
         self.dataman = dataman
         self.boot_unix_us = BOOT_UNIX_US
+        self.system_id = int(parameters["MAV_SYS_ID"])
+        """As it was at boot: a change takes effect with the next one."""
         self._version = -1
         self.refresh()
 
@@ -33,3 +35,9 @@ class Context:
         self.forward_heartbeats = bool(self.parameters["MAV_HB_FORW_EN"])
         self.motor_count = max(0, min(MOST_ROTORS, int(self.parameters["CA_ROTOR_COUNT"])))
         self.is_rover = self.mav_type == 10
+
+    def actuator_outputs(self) -> ActuatorOutputs | None:
+        """None where PX4 publishes none: at first, and on a rover whose outputs may not move."""
+        outputs = self.topics.actuator_outputs
+        rests = self.is_rover and not (self.topics.actuator_armed.armed or outputs.test_mode)
+        return None if rests or outputs.timestamp == 0 else outputs

@@ -8,6 +8,8 @@ import pytest
 from autopilot.mavlink import rates
 from autopilot.mavlink.streams import modules
 from autopilot.topics import (
+    ActuatorArmed,
+    ActuatorOutputs,
     EstimatorStatus,
     FailsafeFlags,
     GeofenceResult,
@@ -88,6 +90,42 @@ def test_a_rover_has_no_escs_and_no_servo_outputs() -> None:
     found = {message.get_type() for message in peer.fly_and_run(3.0)}
     assert not found & {"ESC_INFO", "ESC_STATUS", "SERVO_OUTPUT_RAW", "ATTITUDE_TARGET", "POSITION_TARGET_LOCAL_NED"}
     assert "GLOBAL_POSITION_INT" in found
+
+
+def test_a_rover_tells_its_outputs_while_they_may_move() -> None:
+    peer = Peer(kind="rover")
+    peer.fly_and_run(0.1)
+    results = []
+    for armed in (False, True):
+        peer.topics.actuator_armed = ActuatorArmed(armed=armed)
+        replies = [peer.send(command_long(REQUEST_MESSAGE, number)) for number in (36, 93, 375)]
+        results.append([only(each, "COMMAND_ACK")[0].result for each in replies])
+    assert results == [[DENIED] * 3, [ACCEPTED] * 3]
+
+
+def test_speed_controllers_grow_warm() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.actuator_outputs = ActuatorOutputs(1_000, (0.5,) * 6, (1500,) * 6)
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 290)), "ESC_INFO")
+    assert [list(message.temperature) for message in told] == [[4000] * 4, [4000, 4000, 32767, 32767]]
+    assert [(message.index, message.count, message.info) for message in told] == [(0, 6, 63), (4, 6, 63)]
+
+
+def test_a_receiver_without_a_fix() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(timestamp=1_000, fix_type=0, eph=100.0)
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 24)), "GPS_RAW_INT")[0]
+    assert (told.fix_type, told.eph, told.epv, told.h_acc, told.vel_acc) == (0, 10_000, 10_000, 100_000, 100_000)
+
+
+def test_a_new_system_id_waits_for_the_next_boot() -> None:
+    peer = Peer()
+    peer.parameters.set("MAV_SYS_ID", 7)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 69)), "MANUAL_CONTROL")[0].target == 1
 
 
 def test_nothing_is_streamed_that_is_not_known_yet() -> None:

@@ -9,11 +9,9 @@ OUTPUTS, PLACES = 16, 32
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Pulses in µs, 0 for an output without function. PX4 says how many outputs there are where the message means a
-    mask. Its simulated rover has nothing to say here.
-    """
-    outputs = context.topics.actuator_outputs
-    if context.is_rover:
+    """Pulses in µs, 0 for an output without function. PX4 says how many there are where the message means a mask."""
+    outputs = context.actuator_outputs()
+    if outputs is None:
         return None
     pulses = tuple(map(float, outputs.pwm[:OUTPUTS]))
     return (outputs.timestamp, OUTPUTS, *pulses, *(0.0,) * (PLACES - len(pulses)))

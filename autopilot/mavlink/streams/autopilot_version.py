@@ -18,7 +18,7 @@ OS_SW_VERSION = 0
 
 def fields(now_us: int, context: Context) -> Fields:
     """On request; the uid is made from the system's number."""
-    uid = UID + int(context.parameters["MAV_SYS_ID"])
+    uid = UID + context.system_id
     uid2 = uid.to_bytes(18, "little")
     versions = (FLIGHT_SW_VERSION, FLIGHT_SW_VERSION, OS_SW_VERSION, BOARD_VERSION, 0, 0)
     return (CAPABILITIES, uid, *versions, *HASH, *HASH, *HASH, *uid2)

@@ -17,5 +17,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     wanted = context.topics.gimbal_device_set_attitude
     if not wanted.timestamp:
         return None
-    system_id = int(context.parameters["MAV_SYS_ID"])
-    return (*wanted.q, *wanted.angular_velocity, wanted.flags, system_id, wanted.target_component)
+    return (*wanted.q, *wanted.angular_velocity, wanted.flags, context.system_id, wanted.target_component)

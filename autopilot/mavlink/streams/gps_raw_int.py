@@ -11,6 +11,9 @@ HDOP_CENTI = 70
 VDOP_CENTI = 110
 VELOCITY_ACCURACY_MM_S = 400
 """What PX4's simulated receiver states (SIH: hdop 0.7, vdop 1.1, s_variance 0.4 m/s)."""
+NO_FIX_DOP_CENTI, NO_FIX_VELOCITY_ACCURACY_MM_S = 10_000, 100_000
+"""And without a fix."""
+FIX_3D = 3
 UNKNOWN = 65535
 UNKNOWN_SATELLITES = 255
 SILENT_US = 1_000_000
@@ -30,6 +33,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
         return None
     if now_us - gps.timestamp >= SILENT_US:
         return (0, 0, 0, 0, *(UNKNOWN,) * 4, mavlink.GPS_FIX_TYPE_NO_GPS, UNKNOWN_SATELLITES, *(0,) * 6)
+    dops, velocity_accuracy = (HDOP_CENTI, VDOP_CENTI), VELOCITY_ACCURACY_MM_S
+    if gps.fix_type < FIX_3D:
+        dops, velocity_accuracy = (NO_FIX_DOP_CENTI,) * 2, NO_FIX_VELOCITY_ACCURACY_MM_S
     north, east = gps.vel_n_m_s, gps.vel_e_m_s
     altitude_mm = round(gps.altitude_msl_m * 1000.0)
     return (
@@ -37,8 +43,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         round(gps.latitude_deg * 1e7),
         round(gps.longitude_deg * 1e7),
         altitude_mm,
-        HDOP_CENTI,
-        VDOP_CENTI,
+        *dops,
         min(int(math.hypot(north, east) * 100.0), UNKNOWN),
         int(math.degrees(math.atan2(east, north)) % 360.0 * 100.0),
         gps.fix_type,
@@ -46,7 +51,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         altitude_mm,
         _mm(gps.eph),
         _mm(gps.epv),
-        VELOCITY_ACCURACY_MM_S,
+        velocity_accuracy,
         0,
         0,
     )

@@ -12,12 +12,9 @@ TEST_ENABLED = 2
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Motors 0..1, servos -1..1; the mode is the HEARTBEAT's base mode, but guided in a mission alone.
-
-    PX4's simulated rover has nothing to say here.
-    """
-    outputs = context.topics.actuator_outputs
-    if context.is_rover:
+    """Motors 0..1, servos -1..1; the mode is the HEARTBEAT's base mode, but guided in a mission alone."""
+    outputs = context.actuator_outputs()
+    if outputs is None:
         return None
     controls = outputs.controls[:CHANNELS]
     padding = (0.0,) * (CHANNELS - len(controls))

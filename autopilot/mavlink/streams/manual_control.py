@@ -17,5 +17,4 @@ def fields(now_us: int, context: Context) -> Fields:
     throttle = round((sticks.throttle + 1.0) * 500.0)
     buttons = switches.return_to_launch << 2 | switches.loiter << 6 | switches.offboard << 10 | switches.kill << 12
     aux = (round(value * 1000.0) for value in sticks.aux)
-    own_system = int(context.parameters["MAV_SYS_ID"])
-    return (pitch, roll, throttle, yaw, buttons, own_system, 0, ALL_AUX, 0, 0, *aux)
+    return (pitch, roll, throttle, yaw, buttons, context.system_id, 0, ALL_AUX, 0, 0, *aux)

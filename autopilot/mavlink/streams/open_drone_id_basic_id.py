@@ -12,6 +12,6 @@ UA_TYPE_GROUND_OBSTACLE = 14
 
 def fields(now_us: int, context: Context) -> Fields:
     """On request; the identifier is the system's number."""
-    name = f"SITL-EMU-{int(context.parameters['MAV_SYS_ID']):03d}".encode().ljust(20, b"\0")
+    name = f"SITL-EMU-{context.system_id:03d}".encode().ljust(20, b"\0")
     ua_type = UA_TYPE_GROUND_OBSTACLE if context.is_rover else UA_TYPE_HELICOPTER_OR_MULTIROTOR
     return (0, 0, *(0,) * 20, ID_TYPE_SERIAL_NUMBER, ua_type, *name)

@@ -9,9 +9,9 @@ CHANNELS = 16
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Microseconds; an output without function is 0. PX4's simulated rover does not send it."""
-    outputs = context.topics.actuator_outputs
-    if outputs.timestamp == 0 or context.is_rover:
+    """Microseconds; an output without function is 0."""
+    outputs = context.actuator_outputs()
+    if outputs is None:
         return None
     pwm = outputs.pwm
     pwm = pwm[:CHANNELS] + (0,) * (CHANNELS - len(pwm))
