@@ -122,6 +122,32 @@ def test_a_receiver_without_a_fix() -> None:
     assert (told.fix_type, told.eph, told.epv, told.h_acc, told.vel_acc) == (0, 10_000, 10_000, 100_000, 100_000)
 
 
+def test_what_the_estimator_can_be_relied_on_for() -> None:
+    """On the ground by GPS, in the air by it, by vision alone, and with GPS that is refused."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    flags = []
+    for landed, gps, vision, ratio in ((True, 1, 0, 0.1), (False, 1, 0, 0.1), (False, 0, 1, 0.1), (False, 1, 0, 1.5)):
+        peer.topics.vehicle_land_detected = VehicleLandDetected(landed=landed)
+        peer.topics.estimator_status = EstimatorStatus(
+            1, True, True, pos_test_ratio=ratio, gps_fused=bool(gps), vision_fused=bool(vision)
+        )
+        told = only(peer.send(command_long(REQUEST_MESSAGE, 230)), "ESTIMATOR_STATUS")[0]
+        flags.append(told.flags)
+    good = 1 | 2 | 4 | 8 | 16 | 32
+    assert flags == [good | 128 | 256 | 512, good | 256 | 512, good | 256, good | 256 | 512 | 1024]
+
+
+def test_the_imu_tells_its_temperature() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 26)), "SCALED_IMU")[0].temperature == 2000
+    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(temperature_c=0.0)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 26)), "SCALED_IMU")[0].temperature == 1
+
+
 def test_a_new_system_id_waits_for_the_next_boot() -> None:
     peer = Peer()
     peer.parameters.set("MAV_SYS_ID", 7)
