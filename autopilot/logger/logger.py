@@ -94,25 +94,17 @@ class Subscription:
 
 
 class Group:
-    """Subscriptions that are due together."""
+    """Subscriptions that are looked at together."""
 
-    __slots__ = ("due_us", "interval_us", "places", "states", "subscriptions")
+    __slots__ = ("due_us", "interval_us", "records", "states", "subscriptions")
 
-    def __init__(self, interval_us: int, states: bool) -> None:
-        self.interval_us, self.states = interval_us, states
+    def __init__(self, interval_us: int, states: bool, subscriptions: dict[Subscription, str]) -> None:
+        """`subscriptions` with the names of our topics."""
+        self.interval_us, self.states, self.subscriptions = interval_us, states, tuple(subscriptions)
         self.due_us = 0
-        self.subscriptions: list[Subscription] = []
-        self.places: list[int] = []
-        """Where in a snapshot their records are."""
-
-    def due(self, times_us: list[int]) -> list[int]:
-        """Which of these times are due."""
-        due = []
-        for number, time_us in enumerate(times_us):
-            if time_us >= self.due_us:
-                self.due_us = max(self.due_us + self.interval_us, time_us)
-                due.append(number)
-        return due
+        # attrgetter of one name returns the value, of several a tuple; the first one twice makes it always a tuple
+        sources = tuple(subscriptions.values())
+        self.records: Callable[[Topics], tuple[Any, ...]] = attrgetter(*sources, sources[0])
 
 
 class Logger:
@@ -150,12 +142,7 @@ class Logger:
         self._started_us = 0
         self._refused = False
         self._subscriptions: list[Subscription] = []
-        self._groups: list[Group] = []
-        self._snapshot: Callable[[Topics], tuple[Any, ...]] = lambda topics: ()
-        """The present records of the topics that are logged, but for those of every tick."""
-        self._snapshots: list[tuple[Any, ...]] = []
-        """Those of each of `_times_us`; what is due in them is sorted out later, for many at a fraction of the cost."""
-        self._times_us: list[int] = []
+        self._groups: tuple[Group, ...] = ()
         self._every_tick: tuple[tuple[Callable[[Any], None], str], ...] = ()
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
@@ -320,8 +307,7 @@ class Logger:
         """Subscribe anew, and log everything once."""
         parameters = self._parameters
         topics = self.topics(int(parameters["SDLOG_PROFILE"]))
-        groups: dict[tuple[int, bool], Group] = {}
-        sources = {"vehicle_status": 0, "sensor_combined": 1}  # two at least, or attrgetter returns no tuple
+        groups: dict[tuple[int, bool], dict[Subscription, str]] = {}
         self._subscriptions, every_tick = [], []
         for topic in topics:
             record = getattr(self._topics, topic.source)
@@ -335,11 +321,8 @@ class Logger:
                 continue
             states = topic.state or not timed
             interval_us = STATE_CHECK_US if states else max(topic.interval_ms * 1000, LOOK_US)
-            group = groups.setdefault((interval_us, states), Group(interval_us, states))
-            group.subscriptions.append(each)
-            group.places.append(sources.setdefault(topic.source, len(sources)))
-        self._groups = [groups[key] for key in sorted(groups)]
-        self._snapshot, self._snapshots, self._times_us = attrgetter(*sources), [], []
+            groups.setdefault((interval_us, states), {})[each] = topic.source
+        self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
         self._every_tick = tuple(every_tick)
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
@@ -404,46 +387,34 @@ class Logger:
     def _look(self, now_us: int) -> None:
         """Take what is due, write what has gathered."""
         self._gather_rare(now_us)
-        self._times_us.append(now_us)
-        self._snapshots.append(self._snapshot(self._topics))
+        for group in self._groups:
+            if now_us < group.due_us:
+                continue
+            group.due_us = max(group.due_us + group.interval_us, now_us)
+            pairs = zip(group.subscriptions, group.records(self._topics), strict=False)
+            if group.states:
+                self._look_at_states(now_us, pairs)
+                continue
+            for each, record in pairs:
+                if record is not each.last:
+                    each.last = record
+                    each.pending.append(record)
         if now_us >= self._flush_us:
             self._now_us = now_us
             self._flush_us = now_us + (SYNC_US if self.stream is None else STREAM_US)
             self._flush(now_us)
 
-    def _sort_out(self) -> None:
-        """Find what is due in the snapshots."""
-        times_us, columns = self._times_us, tuple(zip(*self._snapshots, strict=True))
-        self._times_us, self._snapshots = [], []
-        for group in self._groups:
-            due = group.due(times_us)
-            for each, place in zip(group.subscriptions, group.places, strict=True):
-                records = columns[place]
-                if group.states:
-                    self._sort_out_states(each, [(times_us[number], records[number]) for number in due])
-                    continue
-                last = each.last
-                for number in due:
-                    record = records[number]
-                    if record is not last:
-                        last = record
-                        each.pending.append(record)
-                each.last = last
-
-    def _sort_out_states(self, each: Subscription, states: Iterable[tuple[int, Any]]) -> None:
-        skipped = int(each.timed)
-        for time_us, record in states:
+    def _look_at_states(self, now_us: int, pairs: Iterable[tuple[Subscription, Any]]) -> None:
+        for each, record in pairs:
             last = each.last
-            if time_us < each.due_us and (record is last or record[skipped:] == last[skipped:]):
+            if now_us < each.due_us and (record is last or record[int(each.timed) :] == last[int(each.timed) :]):
                 continue
-            each.last, each.due_us = record, time_us + logged_topics.STATE_MS * 1000
+            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000
             if not each.timed or record.timestamp:
-                self._buffer.append(each.message(time_us, record))
+                self._buffer.append(each.message(now_us, record))
 
     def _flush(self, now_us: int) -> None:
         """Pack what has gathered, and write and stream it."""
-        if self._snapshots:
-            self._sort_out()
         buffer, self._buffer = self._buffer, []
         for each in self._subscriptions:
             if each.pending:
