@@ -174,11 +174,11 @@ class Mavlink:
 
     def configure_stream(self, now_us: int, link: Link, name: str, hz: float) -> bool:
         """Send a message so often on a link (0: never, negative: its default); whether there is such a message."""
-        stream = self.stream(name)
-        if stream is None:
+        message_id = getattr(mavlink, f"MAVLINK_MSG_ID_{name}", None)
+        if message_id is None:
             return False
         interval_us = 0 if hz < 0.0 else -1 if hz == 0.0 else rates.interval_us(hz)
-        return self._intervals.set(now_us, stream.codec.id, interval_us, link)
+        return self._intervals.set(now_us, message_id, interval_us, link)
 
     def plug_in(self, name: str, mode: str, device: Device) -> None:
         """Wire a device that speaks MAVLink to the autopilot; `mode` is the link's, as in `rates.RATES`."""

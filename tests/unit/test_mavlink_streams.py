@@ -139,6 +139,18 @@ def test_what_the_estimator_can_be_relied_on_for() -> None:
     assert flags == [good | 128 | 256 | 512, good | 256 | 512, good | 256, good | 256 | 512 | 1024]
 
 
+def test_which_fields_of_the_imu_are_new() -> None:
+    """Bits 6 to 8 are the magnetometer's, 9, 11 and 12 the barometer's."""
+    peer = Peer()
+    peer.now_us = 100_000
+    peer.fly()
+    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=60_000)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b111111111
+    peer.topics.sensor_mag = peer.topics.sensor_mag._replace(timestamp=60_000)
+    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=96_000)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b1101000111111
+
+
 def test_the_imu_tells_its_temperature() -> None:
     peer = Peer()
     peer.now_us = 1_000

@@ -5,8 +5,10 @@ from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIGHRES_IMU
-ALL_FIELDS = 0b1101111111111
-"""Everything but differential pressure (HIGHRES_IMU_UPDATED_FLAGS)."""
+IMU_FIELDS, MAG_FIELDS, BARO_FIELDS = 0b111111, 0b111 << 6, 0b1101 << 9
+"""HIGHRES_IMU_UPDATED_FLAGS; there is no differential pressure."""
+PERIOD_US = 20_000
+"""From one message to the next, at PX4's own rate: what is older was told before."""
 
 
 def fields(now_us: int, context: Context) -> Fields:
@@ -16,8 +18,11 @@ def fields(now_us: int, context: Context) -> Fields:
     status = topics.estimator_status
     (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, status.accel_bias
     (p, q, r), (bp, bq, br) = sample.gyro_rad_s, status.gyro_bias
-    mx, my, mz = topics.sensor_mag.magnetometer_ga
-    baro = topics.sensor_baro
+    mag, baro = topics.sensor_mag, topics.sensor_baro
+    mx, my, mz = mag.magnetometer_ga
+    updated = IMU_FIELDS
+    updated |= MAG_FIELDS if sample.timestamp - mag.timestamp < PERIOD_US else 0
+    updated |= BARO_FIELDS if sample.timestamp - baro.timestamp < PERIOD_US else 0
     pressure_hpa = baro.pressure_pa * 0.01
     temperature_c = baro.temperature_c
     altitude_m = baro.baro_alt_m
@@ -36,6 +41,6 @@ def fields(now_us: int, context: Context) -> Fields:
         0.0,
         altitude_m,
         temperature_c,
-        ALL_FIELDS,
+        updated,
         0,
     )

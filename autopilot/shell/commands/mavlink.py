@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from autopilot.mavlink import rates
 from autopilot.mavlink.link import Link
 from autopilot.shell.command import FAILURE, SUCCESS, Output, integer, number, usage, warning
+from sitl_emu.core import dialect as mavlink
 
 if TYPE_CHECKING:
     from autopilot.autopilot import Autopilot
@@ -83,6 +84,9 @@ def _streams(link: Link) -> Output:
             rate = "unlimited"
         size = item.parts * (item.stream.codec.size + FRAME_OVERHEAD_BYTES)
         yield f"\t{item.stream.name:<30}{rate:<16}" + (f" {size:3}\n" if size else "\n")
+    for message_id, interval_us in link.silent_intervals_us.items():
+        rate = f"{1e6 / interval_us:6.2f} (0.000)" if interval_us else "unlimited"
+        yield f"\t{mavlink.mavlink_map[message_id].msgname:<30}{rate:<16}\n"
     return SUCCESS
 
 
