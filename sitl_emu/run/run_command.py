@@ -12,7 +12,7 @@ from rich.console import Console
 
 import vehicles
 from missions.registry import MissionError, make_companion
-from sitl_emu.run import launcher, plans, score, worlds
+from sitl_emu.run import launcher, plans, preflight, score, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
 from sitl_emu.run.trouble import Trouble
@@ -34,7 +34,7 @@ def run_scenario(
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
     check(scenario, seed, path)
-    launcher.check(scenario, first_instance)
+    preflight.check(scenario, first_instance)
     console = Console()
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}

@@ -15,7 +15,8 @@ FILES = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py")) 
 CLOCK_FILES = {
     "autopilot/process.py": "paces a tick",
     "sitl_emu/run/world_process.py": "paces a run",
-    "sitl_emu/run/launcher.py": "gives processes time to end",
+    "sitl_emu/run/children.py": "gives processes time to end",
+    "sitl_emu/run/launcher.py": "gives the world time to say how it ends",
     "sitl_emu/run/run_command.py": "names a run's folder",
     "sitl_emu/run/serve_world.py": "paces a world",
     "missions/companion/main.py": "the companion on hardware",
@@ -28,6 +29,8 @@ SOCKET_FILES = {
     "sitl_emu/core/tcp_channel.py",
     "sitl_emu/run/control.py",
     "sitl_emu/run/launcher.py",
+    "sitl_emu/run/children.py",
+    "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",
     "sitl_emu/run/companion_process.py",
     "missions/companion/main.py",

@@ -1,0 +1,121 @@
+"""The processes of a run: how one is started, what is said of one that has died, and how all are ended."""
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sitl_emu.run.process import EXIT_EXPLAINED
+from sitl_emu.run.scenario import VehiclePart
+from sitl_emu.run.trouble import Trouble
+
+STOP_S = 2.0
+"""How long processes have to end by themselves when a run goes wrong; then they get SIGTERM, and at last SIGKILL."""
+LOG_LINES = 12
+THRIFT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "MALLOC_ARENA_MAX": "1",
+    "MALLOC_MMAP_THRESHOLD_": str(1 << 30),
+    "MALLOC_TRIM_THRESHOLD_": str(1 << 32),
+}
+"""The processes share the cores: numerical libraries that each take them all would only be in each other's way. And
+the C library (glibc) is told to keep the memory of a frame for the next one: handing it back and fetching it anew
+made 3000 page faults a frame, a third of a detector's time."""
+
+
+@dataclass
+class Child:
+    """A process of the run."""
+
+    title: str
+    process: subprocess.Popen[bytes]
+    log: Path
+    command: bool = False
+    """A companion of the user's; it may end when it likes."""
+
+
+def start_process(
+    title: str, module: str, config: dict[str, Any], end: socket.socket, more_fds: list[int], folder: Path
+) -> Child:
+    """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`."""
+    log = folder / "logs" / f"{title.replace(' ', '-')}.log"
+    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), json.dumps(config)]
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            arguments,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            pass_fds=[end.fileno(), *more_fds],
+            start_new_session=True,
+            env={**os.environ, **THRIFT},
+        )
+    return Child(title, process, log)
+
+
+def start_command(vehicle: VehiclePart, words: dict[str, str], folder: Path) -> Child:
+    """A companion of the user's. Raises Trouble if there is no such program."""
+    assert vehicle.companion is not None and vehicle.companion.command is not None
+    arguments = list(vehicle.companion.command)
+    for name, value in words.items():
+        arguments = [argument.replace("{" + name + "}", value) for argument in arguments]
+    title = f"companion {vehicle.name}"
+    log = folder / "logs" / f"companion-{vehicle.name}.log"
+    try:
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                arguments, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+            )
+    except OSError as error:
+        raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
+    return Child(title, process, log, command=True)
+
+
+def obituary(child: Child) -> str:
+    """How it ended, and the last that it said."""
+    status = child.process.returncode
+    last = child.log.read_text(errors="replace").strip().splitlines()[-LOG_LINES:]
+    if status < 0:
+        how = f"{child.title} (pid {child.process.pid}) was killed by {signal.Signals(-status).name}"
+        return f"{how}; its log is {child.log}"
+    if status == EXIT_EXPLAINED and last and not child.command:
+        return f"{child.title}: {last[-1]}"
+    said = "".join(f"\n  {line}" for line in last)
+    how = f"{child.title} (pid {child.process.pid}) ended with exit status {status}"
+    return f"{how}; its log {child.log} ends:{said}" if said else f"{how} without a word"
+
+
+def end_all(children: list[Child], patience_s: float) -> None:
+    """End all processes: by themselves when they see the world go, then by SIGTERM, then by SIGKILL."""
+    _signal([child for child in children if child.command or child.title == "world"], signal.SIGTERM)
+    if _wait(children, patience_s):
+        return
+    _signal(children, signal.SIGTERM)
+    if _wait(children, STOP_S / 2):
+        return
+    _signal(children, signal.SIGKILL)
+    _wait(children, STOP_S)
+
+
+def _signal(children: list[Child], number: signal.Signals) -> None:
+    for child in children:
+        if child.process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(child.process.pid, number)
+
+
+def _wait(children: list[Child], limit_s: float) -> bool:
+    until = time.monotonic() + limit_s
+    for child in children:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            child.process.wait(max(0.0, until - time.monotonic()))
+    return all(child.process.poll() is not None for child in children)
