@@ -18,8 +18,8 @@ from autopilot.constants import Severity
 TABLE = pathlib.Path(__file__).with_name("events.json")
 KEPT = 64
 """Events that wait for the links; a round of checks sends a few dozen at most."""
-PROTOCOL = 8
-"""The level of events that ground stations read and do not show."""
+PROTOCOL, DISABLED = 8, 9
+"""The levels of events that ground stations read and do not show, and of those that are not logged."""
 LEVELS: dict[str, tuple[int, int]] = {
     **dict.fromkeys(
         (
@@ -58,6 +58,27 @@ LEVELS: dict[str, tuple[int, int]] = {
         (Severity.ERROR, Severity.ERROR),
     ),
     "navigator_takeoff_already_higher": (Severity.ERROR, Severity.INFO),
+    **dict.fromkeys(
+        (
+            "navigator_mis_starts_w_landing",
+            "navigator_mis_takeoff_too_low",
+            "navigator_mis_takeoff_not_first",
+            "navigator_mis_vtol_items",
+            "navigator_mis_takeoff_missing",
+            "navigator_mis_land_missing",
+            "navigator_mis_takeoff_or_land_missing",
+            "navigator_mis_add_land_or_rm_to",
+            "navigator_mis_add_to_or_rm_land",
+            "feasibility_mis_in_air_landing_req",
+            "navigator_mis_geofence_violation",
+        ),
+        (Severity.ERROR, Severity.INFO),
+    ),
+    **dict.fromkeys(("mission_not_valid_refuse", "mission_not_valid_loiter"), (Severity.ERROR, DISABLED)),
+    "navigator_mis_unsup_cmd": (Severity.ERROR, Severity.WARNING),
+    "navigator_mis_first_wp_far": (Severity.WARNING, Severity.INFO),
+    "navigator_geofence_invalid_against_home": (Severity.CRITICAL, Severity.WARNING),
+    "navigator_geofence_invalid_against_cur_pos": (Severity.CRITICAL, Severity.WARNING),
     "mavlink_mission_req_ignored": (Severity.WARNING, Severity.WARNING),
     **dict.fromkeys(
         (
@@ -74,6 +95,7 @@ LEVELS: dict[str, tuple[int, int]] = {
             "mavlink_mission_item_partner_id_mismatch",
             "mavlink_mission_partner_id_mismatch",
             "mavlink_mission_wp_unexpected",
+            "mavlink_mission_wp_unexpected2",
             "mavlink_mission_seq_out_of_bounds",
             "mavlink_mission_storage_failure",
         ),

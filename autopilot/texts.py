@@ -23,7 +23,10 @@ class Say(Protocol):
     """Tells the ground a text, and sends the event that says the same in numbers."""
 
     def __call__(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
-        """PX4's texts that have an event end in a tab; `event` is its name, `arguments` are the event's."""
+        """PX4's texts that have an event end in a tab; `event` is its name, `arguments` are the event's.
+
+        An event that PX4 sends without a text has an empty one.
+        """
         ...
 
 
@@ -41,8 +44,9 @@ class Texts:
 
     def say(self, severity: Severity, text: str, event: str = "", *arguments: float, module: str = "commander") -> None:
         """Tell the ground; see Say."""
-        self.recent.append(Text(self.count, severity, text, module))
-        self.count += 1
+        if text:
+            self.recent.append(Text(self.count, severity, text, module))
+            self.count += 1
         if event:
             self.events.send(event, severity, *arguments)
 

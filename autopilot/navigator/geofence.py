@@ -29,6 +29,8 @@ CIRCLES = {
 TEXT_HORIZONTAL = "Geofence: exceeding maximum distance to Home\t"
 TEXT_VERTICAL = "Geofence: exceeding maximum altitude above Home\t"
 TEXT_FENCE = "Geofence: approaching or outside geofence\t"
+TEXT_WITHOUT_HOME = "Geofence invalid, doesn't contain Home position\t"
+TEXT_WITHOUT_VEHICLE = "Geofence invalid, doesn't contain current vehicle position\t"
 
 
 class Polygon(NamedTuple):
@@ -59,8 +61,8 @@ class Circle(NamedTuple):
     radius_m: float
 
     def contains(self, lat_deg: float, lon_deg: float) -> bool:
-        """Within the radius."""
-        return distance_m(self.lat_deg, self.lon_deg, lat_deg, lon_deg) < self.radius_m
+        """Within the radius, of which only the size counts."""
+        return distance_m(self.lat_deg, self.lon_deg, lat_deg, lon_deg) < abs(self.radius_m)
 
 
 Area = Polygon | Circle
@@ -106,7 +108,7 @@ class Geofence:
 
     def __init__(self, state: NavigatorState) -> None:
         self._state = state
-        self._plan = state.dataman.fence
+        self._plan: Plan | None = None
         self._areas: tuple[Area, ...] = ()
         self._due_us = 0
 
@@ -116,6 +118,7 @@ class Geofence:
         if state.now_us < self._due_us:
             return False
         self._due_us = state.now_us + CHECK_INTERVAL_US
+        self._take_plan()
         position = state.position
         text = ""
         if state.settings.gf_action and position.valid:
@@ -142,12 +145,33 @@ class Geofence:
         """Whether a place (altitude AMSL) is within the fence."""
         return not self._breach(lat_deg, lon_deg, alt_m)
 
+    def _take_plan(self) -> None:
+        """Notice a new fence. Areas that home, or the vehicle in flight, would break at once are not watched."""
+        state = self._state
+        if state.dataman.fence is self._plan:
+            return
+        self._plan = state.dataman.fence
+        home, position = state.topics.home_position, state.position
+        areas = []
+        for area in areas_of(self._plan):
+            at_home = not home.valid or area.contains(home.lat, home.lon) is area.inclusion
+            if not at_home:
+                state.say(Severity.CRITICAL, TEXT_WITHOUT_HOME, "navigator_geofence_invalid_against_home")
+            at_vehicle = (
+                not state.settings.gf_action
+                or state.landed
+                or area.contains(position.lat, position.lon) is area.inclusion
+            )
+            if not at_vehicle:
+                state.say(Severity.CRITICAL, TEXT_WITHOUT_VEHICLE, "navigator_geofence_invalid_against_cur_pos")
+            if at_home and at_vehicle:
+                areas.append(area)
+        self._areas = tuple(areas)
+
     def _breach(self, lat_deg: float, lon_deg: float, alt_m: float) -> str:
         """PX4's text for what the place breaks; empty when it is allowed."""
         state = self._state
-        if state.dataman.fence is not self._plan:
-            self._plan = state.dataman.fence
-            self._areas = areas_of(self._plan)
+        self._take_plan()
         settings, home = state.settings, state.topics.home_position
         if home.valid:
             if settings.gf_max_hor_dist_m > 0.0 and (

@@ -1,12 +1,13 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
 Items that need no flying are carried out at once behind the place before them, and of these only the last is announced
-as reached; of places, one is reached in a cycle. A takeoff on the ground climbs straight up first and then flies to its
-place; a landing that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION;
-in the air: hold, and the commander changes to HOLD.
+as reached; of places, one is reached in a cycle. A mission that begins or goes on below its next place climbs straight
+up first; a landing that is not below flies to its place at the present height first. At the end, landed: idle, in
+MISSION; in the air: hold, and the commander changes to HOLD. A mission that has ended begins again after a landing, or
+where the ground says; else there is none.
 
-Left out: mission landing patterns of fixed wings and VTOL, gripper, winch and actuator items (carried out without
-effect), terrain heights.
+Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights,
+commands of camera and gimbal that PX4 repeats when a mission goes on.
 """
 
 import math
@@ -14,7 +15,7 @@ from enum import Enum
 
 from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MissionItem, Plan
-from autopilot.navigator import mission_feasibility
+from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.mission_block import (
     LAND,
     LANDS,
@@ -23,18 +24,20 @@ from autopilot.navigator.mission_block import (
     LOITER_UNLIM,
     PLACED,
     RETURN_TO_LAUNCH,
+    TAKEOFF,
     TAKEOFFS,
     WAYPOINT,
     Reached,
     Target,
     target_of,
 )
+from autopilot.navigator.mission_feasibility import is_feasible
 from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import NavigatorState
-from autopilot.topics import PositionSetpoint, VehicleCommand
+from autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
@@ -50,43 +53,51 @@ STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
 MISSION_MODES = frozenset((NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_LAND))
 """In these PX4 calls a mission active (mavlink_mission.cpp, update_mission_state), armed or not."""
 HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
+MAX_JUMP_ITERATION = 10
+"""So many jumps in a row are followed."""
 
 
 class Work(Enum):
     """What is being done about the current item."""
 
     DEFAULT = "default"
-    TAKEOFF = "takeoff"
+    CLIMB = "climb"
     MOVE_TO_LAND = "move to land"
 
 
 class Mission:
     """AUTO_MISSION, and the progress of the mission in every mode."""
 
-    def __init__(self, state: NavigatorState, roi: Roi, payload: Payload) -> None:
+    def __init__(self, state: NavigatorState, roi: Roi, payload: Payload, geofence: Geofence) -> None:
         self._state = state
         self._roi = roi
         self._payload = payload
+        self._geofence = geofence
         self._precland = PrecLand(state)
         self._lands_precisely = False
         self._plan: Plan | None = None
+        self._fence: Plan | None = None
+        self._checked = False
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
+        self._climb_alt_m = math.nan
         self._target: Target | None = None
         self._rover_radius_m = math.nan
         self._reached = Reached()
-        self._running = False
+        self._active = False
+        self._executing = False
+        self._has_next_item = False
+        self._was_activated = False
+        self._was_disarmed = False
+        self._mission_state = 0
         self.valid = False
         self.ended = False
+        self.seq_current = 0
+        """The current item as it was told last; another mode does not tell it when the ground chooses one."""
         self.seq_reached = -1
         self.seq_reached_us = 0
         self.jumped = -1
         """The DO_JUMP item that was followed last, until it is told; else -1."""
-
-    @property
-    def seq_current(self) -> int:
-        """The item that is flown, or would be next."""
-        return self._state.dataman.current_seq
 
     @property
     def items(self) -> tuple[MissionItem, ...]:
@@ -95,57 +106,88 @@ class Mission:
 
     # --- from outside ---------------------------------------------------------------------------------------
 
-    def take_plan(self) -> bool:
-        """Notice a new plan; True when there is one. In flight, it goes on at once at the current item."""
-        plan = self._state.dataman.mission
-        if plan is self._plan:
-            return False
-        self._plan = plan
-        self._jumps.clear()
-        self.ended = False
-        self.seq_reached = -1
-        self.check()
-        if self._running:
+    def take_plan(self) -> None:
+        """Notice a new plan or fence, and check the mission as soon as home is known. In flight, it goes on at once."""
+        dataman = self._state.dataman
+        is_new = dataman.mission is not self._plan
+        if is_new:
+            self._plan = dataman.mission
+            self._jumps.clear()
+            self._was_activated = self._active
+        if dataman.fence is not self._fence or is_new:
+            self._fence = dataman.fence
+            self._checked = False
+        checks = not self._checked and self._state.topics.home_position.valid and self._state.position.valid
+        if checks:
+            self._check()
+        if (is_new or checks) and self._active:
             self._start()
-        return True
-
-    def check(self) -> None:
-        """Work out whether the mission can be flown."""
-        trouble = mission_feasibility.problem(self._state, self.items)
-        if trouble:
-            self._state.say(Severity.CRITICAL, trouble, mission_feasibility.EVENTS.get(trouble, ""))
-        self.valid = trouble is None
+        if is_new or checks:
+            self._has_next_item = self._is_valid()
 
     def set_current(self, seq: int) -> bool:
         """MISSION_SET_CURRENT; False for an item that is not there."""
         if not 0 <= seq < len(self.items):
             return False
+        changes = seq != self._state.dataman.current_seq
         self._state.dataman.current_seq = seq
-        self.ended = False
-        self._jumps.clear()
-        if self._running:
-            self._state.cruising_speed_m_s = -1.0
-            self._set_item()
+        if changes and self._active:
+            self._start()
+        self._has_next_item = self._is_valid()
         return True
+
+    def start_at(self, seq: int) -> None:
+        """MISSION_START: where the mission begins, if it can be flown and is elsewhere."""
+        if seq == self._state.dataman.current_seq or not self.valid:
+            return
+        place = self._behind_jumps(seq, follow=True)
+        if place is None:
+            return
+        self._state.dataman.current_seq = place
+        self._has_next_item = True
+        if self._active:
+            self._start()
+
+    def _check(self) -> None:
+        """Work out whether the mission can be flown, and forget what was reached of it."""
+        self._checked = True
+        self.valid = is_feasible(self._state, self._geofence, self.items)
+        self.seq_reached = -1
+        self._tell_progress()
+
+    def _is_valid(self) -> bool:
+        return self.valid and self._state.dataman.current_seq < len(self.items)
+
+    def _tell_progress(self) -> None:
+        self.ended = False
+        self.seq_current = self._state.dataman.current_seq
 
     # --- as a mode ------------------------------------------------------------------------------------------
 
     def on_inactive(self) -> None:
         """Another mode is flown, or the vehicle is not armed."""
-        self._running = False
+        self._active = self._executing = False
+        self._work = Work.DEFAULT
+        self._was_disarmed = self._was_disarmed or not self._state.armed
         self._payload.stop()
 
     def on_activation(self) -> None:
-        """Enter MISSION."""
-        self._running = False
+        """Enter MISSION: at its first item again if it was flown to the end before the last landing."""
+        state = self._state
+        self._active = True
+        self._check()
+        if self._was_disarmed and self._was_activated and state.dataman.current_seq + 1 == len(self.items):
+            state.dataman.current_seq = 0
+            self._jumps.clear()
+            self._has_next_item = self._is_valid()
+        self._was_activated, self._was_disarmed = True, False
+        self._replay_speed()
+        self._require_climb()
+        self._start()
 
     def on_active(self) -> None:
         """Every cycle in MISSION."""
         state = self._state
-        if not self._running:
-            if not self.valid:
-                return
-            self._start()
         for _ in range(len(self.items) + 1):
             if self.ended or self._target is None:
                 return
@@ -158,83 +200,130 @@ class Mission:
                 return
 
     def _start(self) -> None:
+        """The mission begins or goes on at its current item."""
         state = self._state
-        self._running = True
-        if not self.valid:
-            self._end()
-            return
-        if self.ended:
-            state.dataman.current_seq = 0
-            self._jumps.clear()
-        self.ended = False
+        state.triplet = PositionSetpointTriplet(state.now_us)
         state.finished = False
-        state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
-        self._replay_speed()
+        if not self._has_next_item or not self._is_valid():
+            self._executing = False
+            if state.landed:
+                text = "No valid mission available, refusing takeoff\t"
+                state.say(Severity.CRITICAL, text, "mission_not_valid_refuse")
+            else:
+                state.say(Severity.CRITICAL, "No valid mission available, loitering\t", "mission_not_valid_loiter")
+        else:
+            if not self._executing:
+                state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
+            self._executing = True
+        if self.valid:
+            if state.landed or self._work is Work.CLIMB:
+                self._require_climb()
+            self._work = Work.DEFAULT
+            self.seq_reached = -1
+        self._tell_progress()
         self._set_item()
 
     def _replay_speed(self) -> None:
         """A mission that goes on has the speed that its last item before this one gave."""
-        speeds = [item.param2 for item in self.items[: self.seq_current] if item.command == DO_CHANGE_SPEED]
+        before = self.items[: self._state.dataman.current_seq]
+        speeds = [item.param2 for item in before if item.command == DO_CHANGE_SPEED]
         change_speed(self._state, speeds[-1] if speeds else -1.0)
 
+    def _require_climb(self) -> None:
+        """Before it begins, a mission climbs to the height of its next place, if that is above the vehicle."""
+        state = self._state
+        self._climb_alt_m = math.nan
+        item = self._next_place(state.dataman.current_seq)
+        if item is None or state.rover:
+            return
+        alt_m = target_of(item, state.home_alt_m()).alt_m
+        if alt_m - state.position.alt > state.settings.nav_mc_alt_rad_m:
+            self._climb_alt_m = alt_m
+
     def _item_done(self) -> None:
-        if self._work is Work.TAKEOFF:
-            self._fly_to_item(self.items[self.seq_current], Work.DEFAULT)
-            return
-        self.seq_reached = self.seq_current
-        self.seq_reached_us = self._state.now_us
-        if self._work is Work.MOVE_TO_LAND:
-            self._fly_to_item(self.items[self.seq_current], Work.DEFAULT)
-            return
         assert self._target is not None
+        if self._work is not Work.CLIMB:
+            self.seq_reached = self._state.dataman.current_seq
+            self.seq_reached_us = self._state.now_us
         if self._target.autocontinue:
-            self._state.dataman.current_seq += 1
+            if self._work is Work.DEFAULT:
+                self._advance()
             self._set_item()
         else:
             self._target = Target(LOITER_UNLIM)
 
+    def _advance(self) -> None:
+        state = self._state
+        seq = self._behind_jumps(state.dataman.current_seq + 1, follow=True)
+        if seq is not None:
+            state.dataman.current_seq = seq
+            return
+        self._has_next_item = False
+        if state.landed:
+            state.say(Severity.INFO, "Mission finished, landed\t", "mission_finished")
+        else:
+            state.say(Severity.INFO, "Mission finished, loitering\t", "mission_finished_loiter")
+        if state.dataman.current_seq + 1 == len(self.items):
+            self._jumps.clear()
+
     # --- items ----------------------------------------------------------------------------------------------
 
     def _set_item(self) -> None:
-        """Begin with the current item, following jumps."""
-        state = self._state
-        seq = self._after_jumps(state.dataman.current_seq)
-        if seq >= len(self.items):
-            state.dataman.current_seq = max(len(self.items) - 1, 0)
+        """Begin with the current item, or with that behind it if it is a jump."""
+        dataman, work = self._state.dataman, self._work
+        self._work = Work.DEFAULT
+        ready = self._has_next_item and self._executing and self._is_valid()
+        seq = self._behind_jumps(dataman.current_seq, follow=False) if ready else None
+        if seq is None:
             self._end()
             return
-        state.dataman.current_seq = seq
+        dataman.current_seq = seq
+        self._tell_progress()
         item = self.items[seq]
         if item.command not in PLACED:
             self._carry_out(item)
-            return
-        if item.command in TAKEOFFS and state.landed and not state.rover:
-            self._take_off(item)
-        elif item.command in LANDS and not state.rover and not self._is_above(item):
+        elif work is Work.DEFAULT and math.isfinite(self._climb_alt_m):
+            self._climb()
+        elif work is Work.DEFAULT and item.command in LANDS and not self._state.rover and not self._is_above(item):
             self._move_to_land(item)
         else:
-            self._fly_to_item(item, Work.DEFAULT)
+            self._fly_to_item(item)
 
-    def _after_jumps(self, seq: int) -> int:
+    def _behind_jumps(self, seq: int, *, follow: bool) -> int | None:
+        """The item that is flown instead of `seq`; None where the mission ends. Jumps that are followed count."""
         items = self.items
-        for _ in range(2 * len(items) + 1):
-            if seq >= len(items) or items[seq].command != DO_JUMP:
-                return seq
+        for _ in range(MAX_JUMP_ITERATION):
+            if not 0 <= seq < len(items):
+                return None
             jump = items[seq]
-            repeat, done = int(jump.param2), self._jumps.get(seq, 0)
-            if repeat < 0 or done < repeat:
+            if jump.command != DO_JUMP:
+                return seq
+            target, done = int(jump.param1), self._jumps.get(seq, 0)
+            if not 0 <= target < len(items):
+                return None
+            if done >= jump.param2:
+                seq += 1
+                continue
+            if follow:
                 self._jumps[seq] = done + 1
                 self.jumped = seq
-                seq = int(jump.param1)
-            else:
-                self._jumps[seq] = 0
-                seq += 1
-        return len(items)
+            seq = target
+        return None
+
+    def _next_place(self, seq: int) -> MissionItem | None:
+        """The first item with a position from `seq` on, behind jumps and what is carried out on the way."""
+        for _ in range(len(self.items)):
+            place = self._behind_jumps(seq, follow=False)
+            if place is None:
+                return None
+            if self.items[place].command in PLACED:
+                return self.items[place]
+            seq = place + 1
+        return None
 
     def _carry_out(self, item: MissionItem) -> None:
         state = self._state
-        self._work = Work.DEFAULT
-        self._target = Target(item.command, hold_s=item.param1, autocontinue=True)
+        self._target = Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
         self._reached.restart(state.now_us)
         if item.command == DO_CHANGE_SPEED:
             change_speed(state, item.param2)
@@ -245,17 +334,17 @@ class Mission:
         elif item.command in PAYLOAD_COMMANDS:
             self._payload.issue(_payload_command_of(item))
 
-    def _take_off(self, item: MissionItem) -> None:
-        state = self._state
-        position = state.position
-        target = target_of(item, state.home_alt_m())
-        alt_m = max(target.alt_m, position.alt + state.settings.nav_mc_alt_rad_m)
-        above_home_m = alt_m - state.home_alt_m()
+    def _climb(self) -> None:
+        """Straight up to the height of the first place; from the ground, this is the takeoff."""
+        state, alt_m = self._state, self._climb_alt_m
+        position, above_home_m = state.position, alt_m - state.home_alt_m()
+        self._climb_alt_m = math.nan
         text = f"Climb to {above_home_m:.1f} meters above home\t"
         state.say(Severity.INFO, text, "mission_climb_before_start", above_home_m)
-        self._begin(target._replace(lat_deg=position.lat, lon_deg=position.lon, alt_m=alt_m), Work.TAKEOFF)
-        current = state.setpoint(SetpointType.TAKEOFF, position.lat, position.lon, alt_m, target.yaw_rad)
-        state.fly(current, previous=state.here())
+        command = TAKEOFF if state.landed else LOITER_TO_ALT
+        target = Target(command, position.lat, position.lon, alt_m)
+        self._begin(target, Work.CLIMB)
+        state.fly(self._setpoint_of(target), previous=state.here())
 
     def _is_above(self, item: MissionItem) -> bool:
         position = self._state.position
@@ -266,17 +355,19 @@ class Mission:
         state = self._state
         target = target_of(item, state.home_alt_m())
         current = state.triplet.current
-        alt_m = current.alt if current.valid and math.isfinite(current.alt) else state.position.alt
+        alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
         self._begin(Target(WAYPOINT, target.lat_deg, target.lon_deg, alt_m), Work.MOVE_TO_LAND)
         setpoint = state.setpoint(SetpointType.POSITION, target.lat_deg, target.lon_deg, alt_m)
         state.fly(setpoint, previous=self._previous(), following=self._setpoint_of(target))
 
-    def _fly_to_item(self, item: MissionItem, work: Work) -> None:
+    def _fly_to_item(self, item: MissionItem) -> None:
         state = self._state
         target = target_of(item, state.home_alt_m())
         if item.command in TAKEOFFS and not state.rover:
-            target = target._replace(command=WAYPOINT, hold_s=0.0)
-        self._begin(target, work)
+            target = target._replace(command=WAYPOINT, yaw_rad=math.nan)
+        elif item.command in LANDS:
+            target = target._replace(yaw_rad=math.nan)
+        self._begin(target, Work.DEFAULT)
         if item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and not state.rover:
             self._lands_precisely = True
             self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
@@ -320,34 +411,27 @@ class Mission:
         return self._state.here()
 
     def _following(self) -> PositionSetpoint:
-        """The next place, behind jumps and what is carried out on the way, to cut the corner; none after a hold."""
-        items, current = self.items, self.items[self.seq_current]
-        if current.command in HOLDING or current.command in LANDS or (not self._state.rover and current.param1 > 0.0):
+        """The next place, to cut the corner; none where the vehicle stays for a while."""
+        seq = self._state.dataman.current_seq
+        current = self.items[seq]
+        stays = current.command in HOLDING or current.command in LANDS or not current.autocontinue
+        if stays or (not self._state.rover and current.param1 > 0.0):
             return PositionSetpoint()
-        seq = self.seq_current + 1
-        for _ in range(2 * len(items)):
-            if seq >= len(items):
-                break
-            item = items[seq]
-            if item.command in PLACED:
-                return self._setpoint_of(target_of(item, self._state.home_alt_m()))
-            jumps = item.command == DO_JUMP and (item.param2 < 0 or self._jumps.get(seq, 0) < item.param2)
-            seq = int(item.param1) if jumps else seq + 1
-        return PositionSetpoint()
+        item = self._next_place(seq + 1)
+        return PositionSetpoint() if item is None else self._setpoint_of(target_of(item, self._state.home_alt_m()))
 
     def _end(self) -> None:
         state = self._state
         self.ended = True
+        self._executing = False
         self._target = None
         state.finished = True
         state.cruising_speed_m_s = -1.0
         if state.landed:
-            state.say(Severity.INFO, "Mission finished, landed\t", "mission_finished")
             state.idle()
             return
-        state.say(Severity.INFO, "Mission finished, loitering\t", "mission_finished_loiter")
         current = state.triplet.current
-        if current.valid and math.isfinite(current.lat):
+        if current.valid and current.type in (SetpointType.LOITER, SetpointType.POSITION):
             lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
         else:
             lat, lon = state.stop_point()
@@ -358,15 +442,18 @@ class Mission:
     # --- what MISSION_CURRENT says --------------------------------------------------------------------------
 
     def mission_state(self) -> int:
-        """MISSION_STATE."""
-        status = self._state.topics.vehicle_status
+        """MISSION_STATE; it stays as it was where PX4 knows no better."""
         if not self.items or not self.valid:
-            return STATE_NO_MISSION
-        if self.ended:
-            return STATE_COMPLETE
-        if status.nav_state in MISSION_MODES:
-            return STATE_ACTIVE
-        return STATE_PAUSED if self.seq_reached >= 0 else STATE_NOT_STARTED
+            self._mission_state = STATE_NO_MISSION
+        elif self.ended:
+            self._mission_state = STATE_COMPLETE
+        elif self._state.topics.vehicle_status.nav_state in MISSION_MODES:
+            self._mission_state = STATE_ACTIVE
+        elif self.seq_reached >= 0:
+            self._mission_state = STATE_PAUSED
+        elif self.seq_current < 1:
+            self._mission_state = STATE_NOT_STARTED
+        return self._mission_state
 
 
 def change_speed(state: NavigatorState, speed_m_s: float) -> None:

@@ -61,7 +61,7 @@ class Navigator:
         self.traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
-        self._mission = Mission(state, self._roi, Payload(state))
+        self._mission = Mission(state, self._roi, Payload(state), self._geofence)
         self._rtl = Rtl(state)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
@@ -136,7 +136,7 @@ class Navigator:
                 if self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
                     self._loiter.change_altitude(command.param1)
             elif command.command == mavlink.MAV_CMD_MISSION_START:
-                self._mission.set_current(int(command.param1))
+                self._mission.start_at(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
                 self._change_speed(command.param2)
             elif command.command in ROI_COMMANDS:

@@ -39,6 +39,7 @@ class Settings(NamedTuple):
     mis_yaw_tmt_s: float
     mis_command_tout_s: float
     mis_tko_land_req: int
+    mis_dist_1wp_m: float
     rtl_return_alt_m: float
     rtl_descend_alt_m: float
     rtl_cone_ang_deg: float
@@ -82,6 +83,7 @@ def settings_of(parameters: Parameters) -> Settings:
         mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),
         mis_command_tout_s=float(parameters["MIS_COMMAND_TOUT"]),
         mis_tko_land_req=int(parameters["MIS_TKO_LAND_REQ"]),
+        mis_dist_1wp_m=float(parameters["MIS_DIST_1WP"]),
         rtl_return_alt_m=float(parameters["RTL_RETURN_ALT"]),
         rtl_descend_alt_m=float(parameters["RTL_DESCEND_ALT"]),
         rtl_cone_ang_deg=float(parameters["RTL_CONE_ANG"]),

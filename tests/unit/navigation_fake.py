@@ -38,7 +38,9 @@ PLACE = MapProjection(HOME_LAT, HOME_LON)
 class FakeVehicle:
     """Commander and navigator on a point that moves straight to its setpoint at 5 m/s."""
 
-    def __init__(self, airframe_class: str = "multicopter", **parameters: float) -> None:
+    def __init__(
+        self, airframe_class: str = "multicopter", dataman: Dataman | None = None, **parameters: float
+    ) -> None:
         rover = airframe_class == "rover"
         base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}
         base |= {"RTL_RETURN_ALT": 30.0, "RTL_DESCEND_ALT": 10.0, "COM_RC_IN_MODE": 1}
@@ -46,7 +48,7 @@ class FakeVehicle:
         self.rover = rover
         self.parameters = Parameters(airframe_class, base | parameters)
         self.topics = Topics()
-        self.dataman = Dataman()
+        self.dataman = dataman or Dataman()
         self.said: list[str] = []
         self.events = Events()
         self.modes: list[str] = []
@@ -65,7 +67,8 @@ class FakeVehicle:
         self._on_ground_us = 0
 
     def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
-        self.said.append(text)
+        if text:
+            self.said.append(text)
         if event:
             self.events.send(event, severity, *arguments)
 

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import MISSION, MissionItem, Plan
+from autopilot.dataman import FENCE, MISSION, MissionItem, Plan
+from autopilot.events import layout
 from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import settings_of
 from autopilot.parameters import Parameters
@@ -182,7 +183,7 @@ def test_pause_and_go_on() -> None:
     assert vehicle.north == where
     vehicle.set_mode(4, 4)
     vehicle.run_until_disarmed()
-    assert vehicle.reached == [-1, 0, 1, 2, 3]
+    assert vehicle.reached == [-1, 0, 1, -1, 2, 3]
 
 
 def test_a_mission_that_goes_on_keeps_its_speed() -> None:
@@ -212,7 +213,7 @@ def test_set_current_goes_there_at_once() -> None:
     lat, _ = PLACE.reproject(40, 0)
     assert vehicle.topics.position_setpoint_triplet.current.lat == pytest.approx(lat, abs=1e-6)
     vehicle.run_until_disarmed()
-    assert vehicle.reached == [-1, 0, 1, 3, 4]
+    assert vehicle.reached == [-1, 0, 1, -1, 3, 4]
 
 
 def test_a_new_mission_in_flight_begins_at_once() -> None:
@@ -221,8 +222,67 @@ def test_a_new_mission_in_flight_begins_at_once() -> None:
     vehicle.take_texts()
     vehicle.upload(item(WAYPOINT, 0, 30, 8))
     vehicle.run(20.0)
-    assert vehicle.take_texts() == ["Executing Mission", "Mission finished, loitering"]
+    assert vehicle.take_texts() == ["Mission finished, loitering"]
     assert (round(vehicle.north), round(vehicle.east)) == (0, 30)
+
+
+def test_a_mission_that_has_ended_in_the_air_is_none_until_the_ground_says_where() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 30, 0, 8))
+    vehicle.run(20.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    vehicle.take_texts()
+    vehicle.set_mode(4, 4)
+    vehicle.run(0.2)
+    assert vehicle.take_texts() == ["No valid mission available, loitering"]
+    assert vehicle.mode is NavState.AUTO_LOITER
+    vehicle.navigator.set_current_mission_item(vehicle.now_us, 0)
+    assert mission_state(vehicle) == COMPLETE
+    vehicle.set_mode(4, 4)
+    vehicle.run(0.2)
+    assert vehicle.take_texts() == ["Executing Mission"]
+    assert mission_state(vehicle) == ACTIVE
+
+
+def test_a_mission_that_is_cleared_in_flight_ends_in_hold() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 90, 0, 8))
+    run_until(vehicle, 0)
+    vehicle.take_texts()
+    vehicle.dataman.store(MISSION, Plan(), 0)
+    vehicle.run(0.2)
+    assert vehicle.take_texts() == ["No valid mission available, loitering"]
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_paused_before_anything_was_reached_it_still_says_active() -> None:
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 90, 0, 8))
+    vehicle.navigator.set_current_mission_item(vehicle.now_us, 1)
+    assert mission_state(vehicle) == NOT_STARTED
+    vehicle.set_mode(4, 4)
+    vehicle.arm()
+    vehicle.run(5.0)
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.2)
+    assert mission_state(vehicle) == ACTIVE
+
+
+def test_a_mission_climbs_before_it_begins() -> None:
+    vehicle = started(item(WAYPOINT, 40, 0, 12))
+    vehicle.run(4.0)
+    assert vehicle.take_texts()[1:3] == ["Executing Mission", "Climb to 12.0 meters above home"]
+    assert SetpointType.TAKEOFF in vehicle.setpoints
+    vehicle.run(15.0)
+    assert vehicle.reached == [-1, 0]
+    hovering = FakeVehicle()
+    hovering.run(3.0)
+    hovering.take_off(5.0)
+    hovering.upload(item(WAYPOINT, 40, 0, 12))
+    hovering.run(0.1)
+    hovering.take_texts()
+    hovering.set_mode(4, 4)
+    hovering.run(0.5)
+    assert hovering.take_texts() == ["Executing Mission", "Climb to 12.0 meters above home"]
+    assert hovering.setpoints[-1] is SetpointType.LOITER
+    assert hovering.north == pytest.approx(0.0, abs=0.1)
 
 
 def test_once_more_after_landing() -> None:
@@ -236,7 +296,7 @@ def test_once_more_after_landing() -> None:
     assert vehicle.arm() == 0
     vehicle.run_until_disarmed()
     assert vehicle.current == [2, 0, 1, 2]
-    assert vehicle.reached == [2, 0, 1, 2]
+    assert vehicle.reached == [2, -1, 0, 1, 2]
 
 
 def test_uploading_does_not_start_anything() -> None:
@@ -261,20 +321,79 @@ def test_a_takeoff_item_in_the_air_is_a_waypoint() -> None:
     assert SetpointType.TAKEOFF not in vehicle.setpoints[3:]
 
 
+VTOL_TAKEOFF, DO_SET_ACTUATOR, CONDITION_DELAY = 84, 187, 112
+
+
 @pytest.mark.parametrize(
-    ("items", "parameters"),
+    ("items", "parameters", "event"),
     [
-        ((item(LAND),), {}),
-        ((item(WAYPOINT, 5, 0, 5), item(TAKEOFF, 0, 0, 5)), {}),
-        ((item(WAYPOINT, 5, 0, 5), item(JUMP, 0, 0, 0, 7, 1)), {}),
-        ((item(WAYPOINT, 5, 0, 5), item(LAND)), {"MIS_TKO_LAND_REQ": 1}),
-        ((item(TAKEOFF, 5, 0, 5),), {"MIS_TKO_LAND_REQ": 2}),
+        ((item(LAND),), {}, "navigator_mis_starts_w_landing"),
+        ((item(WAYPOINT, 5, 0, 5), item(TAKEOFF, 0, 0, 5)), {}, "navigator_mis_takeoff_not_first"),
+        ((item(TAKEOFF, 0, 0, 0),), {}, "navigator_mis_takeoff_too_low"),
+        ((item(VTOL_TAKEOFF, 0, 0, 5),), {}, "navigator_mis_vtol_items"),
+        ((item(CONDITION_DELAY), item(LAND)), {}, "navigator_mis_unsup_cmd"),
+        ((item(WAYPOINT, 5, 0, 5), item(LAND)), {"MIS_TKO_LAND_REQ": 1}, "navigator_mis_takeoff_missing"),
+        ((item(TAKEOFF, 5, 0, 5), item(RTL)), {"MIS_TKO_LAND_REQ": 2}, "navigator_mis_land_missing"),
+        ((item(TAKEOFF, 5, 0, 5),), {"MIS_TKO_LAND_REQ": 3}, "navigator_mis_takeoff_or_land_missing"),
+        ((item(TAKEOFF, 5, 0, 5),), {"MIS_TKO_LAND_REQ": 4}, "navigator_mis_add_land_or_rm_to"),
+        ((item(WAYPOINT, 5, 0, 5), item(LAND)), {"MIS_TKO_LAND_REQ": 5}, "navigator_mis_add_to_or_rm_land"),
     ],
 )
-def test_missions_that_cannot_be_flown(items: tuple[MissionItem, ...], parameters: dict[str, float]) -> None:
+def test_missions_that_cannot_be_flown(
+    items: tuple[MissionItem, ...], parameters: dict[str, float], event: str
+) -> None:
+    """PX4 tells it as an event without a text."""
     vehicle = uploaded(*items, **parameters)
     assert mission_state(vehicle) == NO_MISSION
+    assert layout(event)[0] in {told.id for told in vehicle.events.recent}
+    assert vehicle.take_texts() == []
     assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == 2
+
+
+@pytest.mark.parametrize("required", [1, 2, 3, 4, 5])
+def test_a_mission_with_takeoff_and_landing_is_what_all_want(required: int) -> None:
+    vehicle = uploaded(item(SPEED, 0, 0, 0, 1, 3.0), item(TAKEOFF, 0, 0, 5), item(LAND), MIS_TKO_LAND_REQ=required)
+    assert mission_state(vehicle) == NOT_STARTED
+
+
+def test_a_first_place_far_away_is_told_and_flown() -> None:
+    vehicle = uploaded(item(WAYPOINT, 500.5, 0, 5), MIS_DIST_1WP=400)
+    assert mission_state(vehicle) == NOT_STARTED
+    event = vehicle.events.recent[-1]
+    assert (event.id, int.from_bytes(event.arguments, "little")) == (layout("navigator_mis_first_wp_far")[0], 500)
+
+
+def test_a_mission_has_to_lie_within_the_fence() -> None:
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 5), item(SPEED), item(WAYPOINT, 30, 0, 5))
+    assert mission_state(vehicle) == NOT_STARTED
+    circle = item(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0, 20.0)
+    vehicle.dataman.store(FENCE, Plan((circle,)), 0)
+    vehicle.run(0.1)
+    assert vehicle.take_texts() == ["Geofence violation for waypoint 3"]
+    assert mission_state(vehicle) == NO_MISSION
+    vehicle.dataman.store(FENCE, Plan(), 0)
+    vehicle.run(0.1)
+    assert mission_state(vehicle) == NOT_STARTED
+
+
+def test_a_jump_to_nowhere_ends_the_mission_where_it_stands() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(JUMP, 0, 0, 0, 7, 1), item(LAND))
+    vehicle.run(15.0)
+    assert vehicle.reached == [-1, 0, 1]
+    assert vehicle.take_texts()[-1] == "Mission finished, loitering"
+
+
+def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 15, 0, 8),
+        item(WAYPOINT, 15, 15, 8),
+        item(JUMP, 0, 0, 0, 1, 1),
+        item(JUMP, 0, 0, 0, 1, 1),
+        item(LAND),
+    )
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 5]
 
 
 def test_a_region_of_interest_in_a_mission() -> None:

@@ -216,6 +216,7 @@ def fence(command: int, corners: list[tuple[float, float]], param1: float) -> tu
 
 
 SQUARE = [(30.0, 30.0), (30.0, -30.0), (-30.0, -30.0), (-30.0, 30.0)]
+AHEAD = [(30.0, 20.0), (30.0, -20.0), (60.0, -20.0), (60.0, 20.0)]
 INCLUSION = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION
 EXCLUSION = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION
 CIRCLE_OUT = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION
@@ -226,7 +227,7 @@ CIRCLE_IN = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
     ("items", "inside", "outside"),
     [
         (fence(INCLUSION, SQUARE, 4), (20.0, -20.0), (31.0, 0.0)),
-        (fence(EXCLUSION, SQUARE, 4), (31.0, 0.0), (20.0, -20.0)),
+        (fence(EXCLUSION, AHEAD, 4), (29.0, 0.0), (40.0, 5.0)),
         (fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), (17.0, 17.0), (0.0, 26.0)),
         (fence(CIRCLE_OUT, [(40.0, 0.0)], 10.0), (20.0, 0.0), (35.0, 5.0)),
     ],
@@ -249,10 +250,43 @@ def test_reposition_beyond_the_fence_is_refused(
     assert place(vehicle) == (*inside, 12.0)
 
 
+@pytest.mark.parametrize(
+    ("items", "north", "text"),
+    [
+        (fence(EXCLUSION, SQUARE, 4), 0.0, "Geofence invalid, doesn't contain Home position"),
+        (fence(CIRCLE_IN, [(40.0, 0.0)], -10.0), 40.0, "Geofence invalid, doesn't contain Home position"),
+        (fence(INCLUSION, SQUARE, 4), 40.0, "Geofence invalid, doesn't contain current vehicle position"),
+        (fence(CIRCLE_IN, [(0.0, 0.0)], -25.0), 10.0, None),
+    ],
+)
+def test_a_fence_that_is_broken_at_once_is_not_watched(
+    items: tuple[MissionItem, ...], north: float, text: str | None
+) -> None:
+    vehicle = flying(GF_ACTION=1)
+    vehicle.take_texts()
+    vehicle.north = north
+    vehicle.step()
+    vehicle.dataman.store(FENCE, Plan(items), 0)
+    vehicle.run(0.3)
+    texts = vehicle.take_texts()
+    assert texts[:1] == ([] if text is None else [text])
+    assert not vehicle.topics.geofence_result.breached
+
+
+def test_a_fence_of_before_the_start_is_watched() -> None:
+    vehicle = FakeVehicle(GF_ACTION=1)
+    vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0)), 0)
+    vehicle = FakeVehicle(GF_ACTION=1, dataman=vehicle.dataman)
+    vehicle.run(3.0)
+    vehicle.north = 30.0
+    vehicle.run(0.3)
+    assert vehicle.topics.geofence_result.breached
+
+
 def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
     vehicle = flying(GF_ACTION=2)
     vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4)), 0)
-    vehicle.topics.vehicle_roi = vehicle.topics.vehicle_roi
+    vehicle.run(0.2)
     vehicle.north = 30.5
     for _ in range(6):
         vehicle.step()
