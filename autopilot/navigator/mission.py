@@ -153,6 +153,7 @@ class Mission:
         self._checked = True
         self.valid = is_feasible(self._state, self._geofence, self.items)
         self.seq_reached = -1
+        self._state.mission_failure = False
         self._tell_progress()
 
     def _is_valid(self) -> bool:
@@ -220,6 +221,7 @@ class Mission:
                 self._require_climb()
             self._work = Work.DEFAULT
             self.seq_reached = -1
+            state.mission_failure = False
         self._tell_progress()
         self._set_item()
 

@@ -3,12 +3,15 @@
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
 waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the
-height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT. All other items are done at once.
+height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a winch, which is not
+there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and
+then the mission fails after that time.
 """
 
 import math
 from typing import NamedTuple
 
+from autopilot.constants import Severity
 from autopilot.dataman import MissionItem
 from autopilot.navigator.state import NavigatorState
 from sitl_emu.core import dialect as mavlink
@@ -35,6 +38,7 @@ VTOL_LAND = mavlink.MAV_CMD_NAV_VTOL_LAND
 RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
 DELAY = mavlink.MAV_CMD_NAV_DELAY
 DO_GRIPPER = mavlink.MAV_CMD_DO_GRIPPER
+DO_WINCH = mavlink.MAV_CMD_DO_WINCH
 CONDITION_GATE = mavlink.MAV_CMD_CONDITION_GATE
 TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
 LANDS = frozenset((LAND, VTOL_LAND))
@@ -53,6 +57,7 @@ class Target(NamedTuple):
     acceptance_radius_m: float = 0.0
     hold_s: float = 0.0
     autocontinue: bool = True
+    force_heading: bool = False
 
 
 def target_of(item: MissionItem, home_alt_m: float) -> Target:
@@ -60,7 +65,8 @@ def target_of(item: MissionItem, home_alt_m: float) -> Target:
     if item.command not in PLACED:
         return Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
     alt_m = item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z
-    yaw_rad = wrap_pi(math.radians(item.param4)) if math.isfinite(item.param4) else math.nan
+    yaw_deg = 0.0 if item.command == LOITER_TO_ALT else item.param4  # which has none: PX4 keeps zero
+    yaw_rad = wrap_pi(math.radians(yaw_deg)) if math.isfinite(yaw_deg) else math.nan
     return Target(
         item.command,
         item.lat_deg,
@@ -70,6 +76,7 @@ def target_of(item: MissionItem, home_alt_m: float) -> Target:
         item.param2 if item.command == WAYPOINT and math.isfinite(item.param2) else 0.0,
         item.param1 if item.command in (WAYPOINT, LOITER_TIME) and math.isfinite(item.param1) else 0.0,
         bool(item.autocontinue),
+        (item.command == LOITER_TIME and item.param2 > 0.0) or (item.command == LOITER_TO_ALT and item.param1 > 0.0),
     )
 
 
@@ -98,8 +105,10 @@ class Reached:
             return False
         if command == DELAY:
             return (state.now_us - self._started_us) * 1e-6 >= target.hold_s
-        if command == DO_GRIPPER:
+        if command in (DO_GRIPPER, DO_WINCH):
             waited_s = (state.now_us - self._started_us) * 1e-6
+            if command == DO_WINCH:
+                return waited_s > state.settings.mis_command_tout_s
             return state.topics.gripper.accepted_us >= self._started_us or waited_s > state.settings.mis_command_tout_s
         if command not in PLACED:
             return True
@@ -137,5 +146,13 @@ class Reached:
             return True
         settings = state.settings
         error = abs(wrap_pi(target.yaw_rad - state.topics.vehicle_local_position.heading))
+        if error < settings.mis_yaw_err_rad:
+            return True
+        if settings.mis_yaw_tmt_s <= 0.0:
+            return False
         waited_s = (state.now_us - self._position_reached_us) * 1e-6
-        return error < settings.mis_yaw_err_rad or 0.0 <= settings.mis_yaw_tmt_s < waited_s
+        if target.force_heading and waited_s >= settings.mis_yaw_tmt_s and not state.mission_failure:
+            state.mission_failure = True
+            text = "unable to reach heading within timeout\t"
+            state.say(Severity.CRITICAL, text, "navigator_mission_failure_heading")
+        return not target.force_heading

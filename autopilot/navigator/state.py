@@ -133,6 +133,8 @@ class NavigatorState:
         """What DO_CHANGE_SPEED asked for; below 0: the vehicle's own."""
         self.can_loiter_at_setpoint = False
         self.finished = False
+        self.mission_failure = False
+        """A heading that an item insists on was not reached in time."""
         self._commands = 0
 
     # --- where the vehicle is --------------------------------------------------------------------------------

@@ -256,6 +256,8 @@ def sent_back(sent: Any, kind: int = 0) -> Any:
         (item(0, 179, MISSION_FRAME, param4=7.0), {"x": 473977408, "y": 85455936, "param4": 7.0}),
         (item(0, 21, param2=1.9), {"param2": 1.0}),
         (item(0, 212, x=NOT_GIVEN, y=NOT_GIVEN, z=math.nan, param1=1.0), {"param1": 0.0}),
+        (item(0, 19, param2=4.0, param4=90.0), {"param2": 1.0, "param4": 1.0}),
+        (item(0, 19, param4=math.nan), {"param4": 0.0}),
         (item(0, 16, autocontinue=2), {"autocontinue": 0}),
         (item(0, 16, autocontinue=3), {"autocontinue": 1}),
     ],

@@ -159,6 +159,29 @@ def test_acceptance_radius_and_yaw_of_an_item() -> None:
     assert turning.reached == [-1, 0]  # the fake never turns
 
 
+@pytest.mark.parametrize(("insists", "reached", "failed"), [(0.0, [-1, 0, 1], False), (1.0, [-1, 0], True)])
+def test_with_a_time_limit_only_a_forced_heading_is_waited_for(
+    insists: float, reached: list[int], failed: bool
+) -> None:
+    """MIS_YAW_TMT; the fake never turns."""
+    place = item(LOITER_TIME, 40, 0, 8, 0.0, insists, 0.0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), place, item(WAYPOINT, 80, 0, 8), MIS_YAW_TMT=2.0)
+    vehicle.run(22.0)
+    assert vehicle.reached[: len(reached)] == reached
+    assert ("unable to reach heading within timeout" in vehicle.take_texts()) is failed
+    assert (2 in vehicle.reached) is not failed
+
+
+def test_a_winch_is_waited_for_though_there_is_none() -> None:
+    winch = item(mavlink.MAV_CMD_DO_WINCH, 0, 0, 0, 1.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), winch, item(WAYPOINT, 20, 0, 8), MIS_COMMAND_TOUT=5.0)
+    run_until(vehicle, 0)
+    vehicle.run(4.5)
+    assert vehicle.reached[-1] == 0
+    vehicle.run(1.0)
+    assert vehicle.reached[-1] == 1
+
+
 def test_rtl_item_ends_the_mission_then_returns() -> None:
     vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(RTL))
     vehicle.run_until_disarmed()

@@ -118,6 +118,8 @@ def sent_params(item: MissionItem) -> tuple[float, float, float, float]:
     """The first four parameters as PX4 sends them back."""
     if item.command in NOT_SENT_IN_GLOBAL and item.frame != FRAME_MISSION:
         return 0.0, 0.0, 0.0, 0.0
+    if item.command == LOITER_TIME:
+        return item.param1, item.param2, item.param3, float(item.param4 > 0.0)
     return item.param1, item.param2, item.param3, item.param4
 
 
@@ -176,7 +178,7 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
     elif command == DO_JUMP:
         first, second = (0.0, 0.0) if is_fence else (float(_signed16(first)), float(_unsigned16(second)))
     elif command == LOITER_TIME:
-        second, fourth = float(second > 0.0), float(fourth > 0.0)
+        second = float(second > 0.0)  # the fourth is a heading too, and comes back as the flag that it is as well
     elif command == LOITER_TO_ALT:
         first, fourth = float(first > 0.0), float(fourth > 0.0)
     elif command in YAW_IN_PARAM4:
