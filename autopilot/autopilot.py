@@ -11,6 +11,7 @@ from pathlib import Path
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
 from autopilot.commands import CommandResult, VehicleCommands
+from autopilot.control.actuator_group_test import ActuatorGroupTest
 from autopilot.control.mc_autotune import McAutotune
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
@@ -141,11 +142,11 @@ class Autopilot:
             mode |= MODE_FLAG_TEST_ENABLED
         return HilActuatorControls(now_us, 1, outputs.controls, mode)
 
-    def _started_modules(self) -> tuple[CameraTrigger | Gimbal | McAutotune, ...]:
+    def _started_modules(self) -> tuple[CameraTrigger | Gimbal | ActuatorGroupTest | McAutotune, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS)."""
-        modules: list[CameraTrigger | Gimbal | McAutotune] = []
+        modules: list[CameraTrigger | Gimbal | ActuatorGroupTest | McAutotune] = []
         if isinstance(self.control, MulticopterControl):
-            modules.append(self.control.autotune)
+            modules += [self.control.group_test, self.control.autotune]
         if self.parameters["TRIG_MODE"] > 0:
             modules.append(CameraTrigger(self.topics, self.parameters, self.outgoing))
         if self.parameters["MNT_MODE_IN"] >= 0:

@@ -5,6 +5,7 @@ writes the COMMAND_ACK. Nobody else writes acks. What takes its time (a gripper,
 answered at once, and again by `answer_later`.
 """
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
@@ -45,6 +46,11 @@ def obey_navigator(owner: CommandOwner, now_us: int, topics: Topics, seen: int) 
         if record.number > seen and record.command.command in owner.COMMANDS:
             owner.handle_command(now_us, record.command)
     return records[-1].number
+
+
+def nearest(value: float) -> int:
+    """As lroundf reads a parameter: the nearest whole number, halves away from zero; 0 for what is none."""
+    return int(math.copysign(math.floor(abs(value) + 0.5), value)) if math.isfinite(value) else 0
 
 
 def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult) -> None:

@@ -29,7 +29,7 @@ from autopilot.commander.custom_mode import (
 )
 from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, NAVIGATION_MODES
 from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands import CommandResult, answer_later
+from autopilot.commands import CommandResult, answer_later, nearest
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.parameter_storage import ParameterStorage
@@ -46,8 +46,6 @@ KEPT_COMMANDS = 8
 REFUSALS_APART_US = 1_000_000
 """A mode refused sooner after another is not said, as on PX4."""
 MISSION_START_DENIED = "commander_mission_start_denied_no_mission"
-ACTUATOR_GROUP_TEST = 309
-"""MAV_CMD_ACTUATOR_GROUP_TEST, of MAVLink's development dialect."""
 MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
 """ACTUATOR_OUTPUT_FUNCTION, as far as PX4 tests them."""
 OWN_FUNCTIONS = 1000
@@ -139,7 +137,6 @@ class CommandHandlers:
             mavlink.MAV_CMD_FIXED_MAG_CAL_YAW: self._fixed_mag_cal_yaw,
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
             mavlink.MAV_CMD_DO_SET_ACTUATOR: self._do_set_actuator,
-            ACTUATOR_GROUP_TEST: self._actuator_group_test,
         }
         self.commands = frozenset(self._handlers) | frozenset(FIXED)
 
@@ -194,7 +191,7 @@ class CommandHandlers:
     # --- arming ---------------------------------------------------------------------------------------------
 
     def _component_arm_disarm(self, now_us: int, command: VehicleCommand) -> int | None:
-        wanted, forced = _int8(command.param1), _nearest(command.param2) == FORCE_MAGIC
+        wanted, forced = _int8(command.param1), nearest(command.param2) == FORCE_MAGIC
         by = EXTERNAL_COMMAND if command.from_external else INTERNAL_COMMAND
         if wanted == 1:
             result = self._arming.arm(now_us, forced=forced, by=by)
@@ -253,7 +250,7 @@ class CommandHandlers:
         return TEMPORARILY_REJECTED
 
     def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
-        mode = STANDARD_MODES.get(_nearest(command.param1))
+        mode = STANDARD_MODES.get(nearest(command.param1))
         if mode is None or (self._rover and mode in AIRCRAFT_ONLY):
             return FAILED
         return ACCEPTED if self._intend(now_us, mode) else TEMPORARILY_REJECTED
@@ -394,7 +391,7 @@ class CommandHandlers:
         """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""
         if self._arming.armed:
             return DENIED
-        function = _output_function(_nearest(command.param5))
+        function = _output_function(nearest(command.param5))
         if function is None:
             return None
         seconds = command.param2 if math.isfinite(command.param2) else 0.0
@@ -409,9 +406,6 @@ class CommandHandlers:
             pairs = zip(asked, self._topics.actuator_set.values, strict=True)
             self._topics.actuator_set = ActuatorSet(tuple(new if math.isfinite(new) else old for new, old in pairs))
         return ACCEPTED
-
-    def _actuator_group_test(self, now_us: int, command: VehicleCommand) -> int | None:
-        return None if self._rover else TEMPORARILY_REJECTED
 
 
 def _output_function(number: int) -> int | None:
@@ -428,14 +422,9 @@ def _int(value: float) -> int:
     return int(value) if abs(value) <= -LEAST_INT else LEAST_INT
 
 
-def _nearest(value: float) -> int:
-    """As lroundf: the nearest whole number, halves away from zero; 0 for what is none."""
-    return int(math.copysign(math.floor(abs(value) + 0.5), value)) if math.isfinite(value) else 0
-
-
 def _int8(value: float) -> int:
     """The nearest whole number in the eight bits that PX4 has for an arming action."""
-    return (_nearest(value) + 128) % 256 - 128
+    return (nearest(value) + 128) % 256 - 128
 
 
 def _uint8(value: float) -> int:

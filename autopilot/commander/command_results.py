@@ -31,6 +31,7 @@ FIXED: dict[int, int | None] = {
             242,
             243,
             260,
+            309,  # ACTUATOR_GROUP_TEST: the control allocator's, which a rover has none of
             311,
             500,
             521,

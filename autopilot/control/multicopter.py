@@ -12,6 +12,7 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 import math
 
 from autopilot.constants import MOST_ROTORS, NavState, TakeoffState
+from autopilot.control.actuator_group_test import ActuatorGroupTest
 from autopilot.control.actuator_test import ActuatorTests
 from autopilot.control.control_allocator import ControlAllocator, Rotor
 from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
@@ -89,6 +90,7 @@ class MulticopterControl:
         self._yaw_sp = NAN
         self._ticks = 0
         self._tests = ActuatorTests(topics)
+        self.group_test = ActuatorGroupTest(topics, parameters)
         self.autotune = McAutotune(topics, parameters)
         self._motors_off: frozenset[int] = frozenset()
         self._failures = topics.failure_injection
@@ -361,7 +363,10 @@ class MulticopterControl:
         )
         if self.autotune.rates is not None:
             self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
-        motors = allocator.allocate(roll, pitch, yaw, setpoint.thrust_body[2])
+        thrust = setpoint.thrust_body[2]
+        if self.group_test.test is not None:
+            roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
+        motors = allocator.allocate(roll, pitch, yaw, thrust)
         if self._motors_off:
             motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
         controls = motors

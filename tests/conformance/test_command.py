@@ -8,6 +8,8 @@ from pymavlink.dialects.v20 import common
 
 PAGE = "https://mavlink.io/en/services/command.html"
 RUN_PREARM_CHECKS = 401
+ACTUATOR_GROUP_TEST, ROLL_TORQUE, COLLECTIVE_TILT = 309, 0, 3
+"""Of the development dialect."""
 HOLD = (4, 3)
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
 """MAV_RESULT."""
@@ -16,7 +18,7 @@ pytestmark = pytest.mark.covers("COMMAND_ACK", source=PAGE)
 
 ANSWERS = {
     ACCEPTED: "DO_CHANGE_SPEED DO_GO_AROUND DO_SET_ACTUATOR DO_SET_SAFETY_SWITCH_STATE NAV_ROI DO_SET_ROI_NONE",
-    DENIED: "DO_AUTOTUNE_ENABLE DO_FLIGHTTERMINATION",
+    DENIED: "DO_FLIGHTTERMINATION",
     CANCELLED: "DO_LAND_START",
     FAILED: "CONTROL_HIGH_LATENCY",
     UNSUPPORTED: """
@@ -102,6 +104,25 @@ def test_targets(station: Any, offset: int, component: int, answered: bool) -> N
     assert (ack is not None) == answered
     if answered:
         assert (ack.command, ack.result, ack.target_system, ack.target_component) == (401, 0, 255, 190)
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers("MAV_CMD_DO_AUTOTUNE_ENABLE", source="measured: denied unless param1 begins it")
+def test_autotune_is_only_begun(station: Any) -> None:
+    number = number_of("DO_AUTOTUNE_ENABLE")
+    assert (station.command(number), command_int(station, number)) == (DENIED, DENIED)
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers(source="measured: a torque needs a prearmed vehicle; PX4 parameter COM_PREARM_MODE")
+def test_a_group_of_actuators_is_not_tested_on_a_disarmed_vehicle(station: Any) -> None:
+    assert station.command(ACTUATOR_GROUP_TEST, ROLL_TORQUE, 0.3) == TEMPORARILY_REJECTED
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers(source="https://mavlink.io/en/messages/development.html#ACTUATOR_TEST_GROUP")
+def test_no_rotor_of_a_multicopter_tilts(station: Any) -> None:
+    assert station.command(ACTUATOR_GROUP_TEST, COLLECTIVE_TILT, 0.3) == UNSUPPORTED
 
 
 @pytest.mark.covers("COMMAND_LONG", "COMMAND_INT", source=PAGE)

@@ -4,6 +4,7 @@ Listed is what does something here; a command of PX4 that is missing is as unkno
 """
 
 from autopilot.camera_trigger import CameraTrigger
+from autopilot.control.mc_autotune import McAutotune
 from autopilot.gimbal import Gimbal
 from autopilot.shell.command import Command
 from autopilot.shell.commands import (
@@ -28,13 +29,14 @@ from autopilot.shell.commands import (
 )
 
 MODULES: dict[str, module.Runs] = {
-    "camera_trigger": module.has_payload(CameraTrigger),
+    "camera_trigger": module.was_started(CameraTrigger),
     "control_allocator": module.multicopter,
     "flight_mode_manager": module.multicopter,
-    "gimbal": module.has_payload(Gimbal),
+    "gimbal": module.was_started(Gimbal),
     "load_mon": module.always,
     "manual_control": module.always,
     "mc_att_control": module.multicopter,
+    "mc_autotune_attitude_control": module.was_started(McAutotune),
     "mc_hover_thrust_estimator": module.multicopter,
     "mc_pos_control": module.multicopter,
     "mc_rate_control": module.multicopter,

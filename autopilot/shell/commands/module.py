@@ -27,7 +27,7 @@ def rover(autopilot: "Autopilot") -> bool:
     return not multicopter(autopilot)
 
 
-def has_payload(kind: type) -> Runs:
+def was_started(kind: type) -> Runs:
     """Vehicles have it whose parameters start such a module."""
     return lambda autopilot: any(isinstance(module, kind) for module in autopilot.started)
 
