@@ -51,7 +51,7 @@ class FailureInjectionManager:
         """param1 unit, param2 type, param3 instance."""
         if not self._parameters["SYS_FAILURE_EN"]:
             return CommandResult(mavlink.MAV_RESULT_DENIED)
-        unit, kind, instance = (_whole(value) for value in (command.param1, command.param2, command.param3))
+        unit, kind, instance = (_byte(value) for value in (command.param1, command.param2, command.param3))
         if kind not in SUPPORTED.get(unit, ()):
             return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
         failures = inject(self._topics.failure_injection, unit, kind, instance)
@@ -81,6 +81,6 @@ def inject(failures: FailureInjection, unit: int, kind: int, instance: int) -> F
     return FailureInjection(tuple((unit, kind, instances) for (unit, kind), instances in entries.items()))
 
 
-def _whole(value: float) -> int:
-    """The nearest integer; what is none is a unit, type or instance that nobody has."""
-    return math.floor(value + 0.5) if math.isfinite(value) else -1
+def _byte(value: float) -> int:
+    """The nearest integer in eight bits, as PX4 keeps it; what is no number is 0."""
+    return int(math.copysign(math.floor(abs(value) + 0.5), value)) & 0xFF if math.isfinite(value) else 0
