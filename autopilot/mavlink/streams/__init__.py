@@ -51,10 +51,7 @@ class Stream:
             stamp = self._stamp(now_us, self._context)
             if self._sent_stamps.get(link.name) == stamp:
                 return ()
-            payloads = self.latest(now_us)
-            if payloads:
-                self._sent_stamps[link.name] = stamp
-            return payloads
+            self._sent_stamps[link.name] = stamp
         return self.latest(now_us)
 
     def forget(self, link: Link) -> None:
