@@ -4,24 +4,20 @@ Source: https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN: answer
 as it then is. PX4 keeps the one it has while its filter is in the air or fuses GPS.
 """
 
+from gcs.question import Question
 from sitl_emu.core import dialect as mavlink
 
-TIMEOUT_US = 500_000
-TRIES = 10
 AS_SET_DEG_E7, AS_SET_MM = 10, 100
 """As near as a place comes back that has been through an autopilot's own numbers."""
 
 
-class SetGpsGlobalOrigin:
+class SetGpsGlobalOrigin(Question):
     """Sets the origin; `origin` is what the vehicle answered, (lat, lon in 1e-7 deg, altitude in mm)."""
 
     def __init__(self, system: int, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
-        self.system = system
+        super().__init__(system)
         self.place = (round(lat_deg * 1e7), round(lon_deg * 1e7), round(alt_amsl_m * 1e3))
         self.origin: tuple[int, int, int] | None = None
-        self.done = False
-        self._sent = 0
-        self._due_us = 0
 
     @property
     def accepted(self) -> bool:
@@ -36,18 +32,10 @@ class SetGpsGlobalOrigin:
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
         """Hears the answer. One that names another place may be older than the question: it is asked again."""
         asked = self._sent > 0 and not self.done
-        if asked and msg.get_type() == "GPS_GLOBAL_ORIGIN" and msg.get_srcSystem() == self.system:
+        if asked and msg.get_type() == "GPS_GLOBAL_ORIGIN" and msg.get_srcSystem() == self.target[0]:
             self.origin = (msg.latitude, msg.longitude, msg.altitude)
             self.done = self.accepted
         return []
 
-    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
-        """Sends it, again after each time limit."""
-        if self.done or (self._sent and now_us < self._due_us):
-            return []
-        if self._sent >= TRIES:
-            self.done = True
-            return []
-        self._sent += 1
-        self._due_us = now_us + TIMEOUT_US
-        return [mavlink.MAVLink_set_gps_global_origin_message(self.system, *self.place)]
+    def _messages(self) -> list[mavlink.MAVLink_message]:
+        return [mavlink.MAVLink_set_gps_global_origin_message(self.target[0], *self.place)]

@@ -8,10 +8,9 @@ Source: https://mavlink.io/en/services/parameter.html and PX4 v1.18: integers tr
 import struct
 from typing import NamedTuple
 
+from gcs.question import TIMEOUT_US, Question
 from sitl_emu.core import dialect as mavlink
 
-TIMEOUT_US = 500_000
-TRIES = 10
 HOLES_AT_ONCE = 10
 NO_INDEX = 65535
 MAV_PARAM_TYPE_INT32 = 6
@@ -46,28 +45,8 @@ def parameter_of(msg: mavlink.MAVLink_message) -> Parameter:
     return Parameter(raw.rstrip("\0"), value_of(msg.param_value, msg.param_type), msg.param_type)
 
 
-class _Question:
-    """What is said to the autopilot again and again until it is answered or given up."""
-
-    def __init__(self, target_system: int, target_component: int) -> None:
-        self.target = (target_system, target_component)
-        self.done = False
-        self._sent = 0
-        self._due_us = 0
-
-    def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
-        """Asks, again after each time limit, TRIES times."""
-        if self.done or (self._sent and now_us < self._due_us):
-            return []
-        if self._sent >= TRIES:
-            self.done = True
-            return []
-        self._sent += 1
-        self._due_us = now_us + TIMEOUT_US
-        return self._messages()
-
-    def _messages(self) -> list[mavlink.MAVLink_message]:
-        raise NotImplementedError
+class _ParameterQuestion(Question):
+    """What is answered by a PARAM_VALUE."""
 
     def _answer(self, msg: mavlink.MAVLink_message) -> Parameter | None:
         """The parameter in a message, if it is a PARAM_VALUE of the autopilot that was asked."""
@@ -75,7 +54,7 @@ class _Question:
         return parameter_of(msg) if ours and msg.get_srcSystem() == self.target[0] else None
 
 
-class ParameterRead(_Question):
+class ParameterRead(_ParameterQuestion):
     """Reads one parameter by name; `parameter` is None if it ended without an answer."""
 
     def __init__(self, target_system: int, name: str, target_component: int = 1) -> None:
@@ -94,7 +73,7 @@ class ParameterRead(_Question):
         return [mavlink.MAVLink_param_request_read_message(*self.target, self.name.encode(), -1)]
 
 
-class ParameterSet(_Question):
+class ParameterSet(_ParameterQuestion):
     """Sets one parameter; `accepted` is True when the autopilot answered with the value that was set."""
 
     def __init__(self, target_system: int, name: str, value: float | int, target_component: int = 1) -> None:
@@ -119,7 +98,7 @@ class ParameterSet(_Question):
         return [mavlink.MAVLink_param_set_message(*self.target, self.name.encode(), value, self.type)]
 
 
-class ParameterList(_Question):
+class ParameterList(_ParameterQuestion):
     """Loads all parameters into `parameters`; `complete` tells whether none is missing."""
 
     def __init__(self, target_system: int, target_component: int = 1) -> None:
