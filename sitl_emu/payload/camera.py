@@ -10,13 +10,20 @@ image.
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
-from sitl_emu.core import attitude
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import Quaternion
-from sitl_emu.payload.component import COMMANDS, Command, Component, text
+from sitl_emu.payload.camera_messages import (
+    Settings,
+    camera_fov_status,
+    camera_information,
+    camera_settings,
+    storage_information,
+    video_stream_information,
+    video_stream_status,
+)
+from sitl_emu.payload.component import COMMANDS, Command, Component
+from sitl_emu.payload.whereabouts import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, Whereabouts
 from vehicles.description import Camera as CameraData
 
 ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
@@ -35,20 +42,7 @@ IMAGE_CAPTURED = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
 STREAM_INFORMATION = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION
 STREAM_STATUS = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_STATUS
 FOV_STATUS = mavlink.MAVLINK_MSG_ID_CAMERA_FOV_STATUS
-POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
-ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
-SYSTEM_TIME = mavlink.MAVLINK_MSG_ID_SYSTEM_TIME
-GIMBAL_ATTITUDE = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
 
-CAPABILITIES = (
-    mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
-    | mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
-    | mavlink.CAMERA_CAP_FLAGS_HAS_MODES
-    | mavlink.CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE
-    | mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS
-    | mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
-)
-FIRMWARE_VERSION = 1
 CAPTURED = 1
 NO_FILE = b""
 KEPT_IMAGES = 1000
@@ -60,28 +54,6 @@ ZOOM_PERCENT_S = 20.0
 """Speed of continuous zoom at its full rate."""
 ZOOM_UPDATE_US = 100_000
 NEVER_US = 1 << 62
-MOUNT_PITCH_RAD = {"nadir": math.radians(-90.0), "mast": math.radians(-60.0)}
-"""Camera axes against the body, as `sitl_emu/world/camera.py` mounts them."""
-BITRATE_PER_MIB_S = 8 * (1 << 20)
-
-
-class Geotag(NamedTuple):
-    """Where an image was taken; degrees 1e-7, mm, quaternion of the camera (w, x, y, z)."""
-
-    lat: int = 0
-    lon: int = 0
-    alt: int = 0
-    relative_alt: int = 0
-    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
-
-
-@dataclass
-class Settings:
-    """What RESET_CAMERA_SETTINGS puts back."""
-
-    mode: int = MODE_IMAGE
-    zoom_percent: float = 0.0
-    focus_percent: float = 0.0
 
 
 class Camera:
@@ -115,11 +87,7 @@ class Camera:
         self._recording_since_us: int | None = None
         self._status_every_us = 0
         self._status_us = NEVER_US
-        self._position: Any = None
-        self._attitude: Any = None
-        self._gimbal_q: Quaternion | None = None
-        self._gimbal_yaw_locked = False
-        self._boot_unix_us = 0
+        self._whereabouts = Whereabouts(data.mount)
         self._intervals: dict[int, tuple[int, int]] = {}
         """Messages sent by themselves (SET_MESSAGE_INTERVAL): interval and when they are due."""
         self._messages: dict[int, Callable[[int, Command], Any]] = {
@@ -164,9 +132,7 @@ class Camera:
             if message_id in COMMANDS:
                 self._on_command(now_us, message)
             elif message_id == GIMBAL_ATTITUDE:
-                w, x, y, z = message.q
-                self._gimbal_q = (w, x, y, z)
-                self._gimbal_yaw_locked = bool(message.flags & mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK)
+                self._whereabouts.on_message(message)
             elif message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1:
                 self._on_autopilot(now_us, message)
 
@@ -219,16 +185,10 @@ class Camera:
         self.due_us = now_us
 
     def _on_autopilot(self, now_us: int, message: Any) -> None:
-        message_id = message.get_msgId()
-        if message_id == SYSTEM_TIME:
-            self._boot_unix_us = message.time_unix_usec - message.time_boot_ms * 1000
-        elif message_id == POSITION:
-            self._position = message
-        elif message_id == ATTITUDE:
-            self._attitude = message
-            # It is asked for last, so now everything is there
-            if self._asked_us != NEVER_US:
-                self._keep_image(now_us)
+        self._whereabouts.on_message(message)
+        # The attitude is asked for last, so now everything is there
+        if message.get_msgId() == ATTITUDE and self._asked_us != NEVER_US:
+            self._keep_image(now_us)
 
     # --- images ---------------------------------------------------------------------------------------------
 
@@ -281,13 +241,13 @@ class Camera:
         self._next_us = NEVER_US if self._left == 0 else now_us + round(self._interval_s * 1e6)
         if self._left == 0:
             self._interval_s = 0.0
-        self._position = self._attitude = None
+        self._whereabouts.forget()
         self._asked_us = now_us
         self._ready_us = now_us + round(self._data.interval_min_s * 1e6)
         self._ask_where()
 
     def _ask_where(self) -> None:
-        if not self._boot_unix_us:
+        if not self._whereabouts.boot_unix_us:
             self._component.ask_autopilot(SYSTEM_TIME)
         self._component.ask_autopilot(POSITION)
         self._component.ask_autopilot(ATTITUDE)
@@ -297,29 +257,13 @@ class Camera:
         taken_us, self._asked_us = self._asked_us, NEVER_US
         self._used_mib += self._data.image_mib
         self._image_count += 1
-        tag = self._geotag()
-        utc_us = self._boot_unix_us + taken_us if self._boot_unix_us else 0
+        tag, boot_unix_us = self._whereabouts.geotag(), self._whereabouts.boot_unix_us
+        utc_us = boot_unix_us + taken_us if boot_unix_us else 0
         time_ms, index = taken_us // 1000, self._image_count - 1
         image = mavlink.MAVLink_camera_image_captured_message(time_ms, utc_us, 0, *tag, index, CAPTURED, NO_FILE)
         self._images.append(image)
         self._send(image)
         self.due_us = now_us
-
-    def _geotag(self) -> Geotag:
-        where = self._position
-        if where is None:
-            return Geotag(q=self._orientation())
-        return Geotag(where.lat, where.lon, where.alt, where.relative_alt, self._orientation())
-
-    def _orientation(self) -> Quaternion:
-        """Of the camera's axes (forward, right, down) in NED."""
-        how = self._attitude
-        body = (1.0, 0.0, 0.0, 0.0) if how is None else (how.q1, how.q2, how.q3, how.q4)
-        if self._gimbal_q is not None:
-            # The gimbal tells roll and pitch against the horizon, and yaw against north or the vehicle's heading
-            heading = 0.0 if self._gimbal_yaw_locked else attitude.euler(body)[2]
-            return attitude.product(attitude.quaternion(0.0, 0.0, heading), self._gimbal_q)
-        return attitude.product(body, attitude.quaternion(0.0, MOUNT_PITCH_RAD[self._data.mount], 0.0))
 
     def _image(self, index: int) -> Any:
         if not self._images:
@@ -479,49 +423,16 @@ class Camera:
     # --- messages ---------------------------------------------------------------------------------------------
 
     def _information(self, now_us: int) -> Any:
-        data = self._data
-        zooms = mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM if data.zoom_max > 1.0 else 0
-        return mavlink.MAVLink_camera_information_message(
-            now_us // 1000,
-            padded(data.vendor, 32),
-            padded(data.model, 32),
-            FIRMWARE_VERSION,
-            data.focal_length_mm,
-            data.sensor_width_mm,
-            data.sensor_height_mm,
-            data.resolution_h_px,
-            data.resolution_v_px,
-            0,
-            CAPABILITIES | zooms,
-            0,
-            b"",
-            self._gimbal,
-        )
+        return camera_information(now_us, self._data, self._gimbal)
 
     def _camera_settings(self, now_us: int) -> Any:
         if self._zoom_rate:
             self._zoom_on(now_us)
-        settings = self._settings
-        zoom = settings.zoom_percent if self._data.zoom_max > 1.0 else math.nan
-        return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus_percent)
+        return camera_settings(now_us, self._data, self._settings)
 
     def _storage(self, now_us: int) -> Any:
         used_mib = self._used_mib + min(self._recorded_mib(now_us), self._free_mib)
-        usage = mavlink.STORAGE_USAGE_FLAG_SET | mavlink.STORAGE_USAGE_FLAG_PHOTO | mavlink.STORAGE_USAGE_FLAG_VIDEO
-        return mavlink.MAVLink_storage_information_message(
-            now_us // 1000,
-            1,
-            1,
-            mavlink.STORAGE_STATUS_READY,
-            self._data.storage_mib,
-            used_mib,
-            self._data.storage_mib - used_mib,
-            math.nan,
-            math.nan,
-            mavlink.STORAGE_TYPE_SD,
-            text("camera", 32),
-            usage,
-        )
+        return storage_information(now_us, self._data, used_mib)
 
     def _capture_status(self, now_us: int) -> Any:
         recording_ms = 0 if self._recording_since_us is None else (now_us - self._recording_since_us) // 1000
@@ -537,72 +448,16 @@ class Camera:
         )
 
     def _stream_information(self, stream: int) -> Any:
-        if stream not in (0, 1):
-            return None
-        data = self._data
-        return mavlink.MAVLink_video_stream_information_message(
-            1,
-            1,
-            mavlink.VIDEO_STREAM_TYPE_RTSP,
-            0,
-            data.frame_rate_hz,
-            data.resolution_h_px,
-            data.resolution_v_px,
-            self._bitrate,
-            0,
-            self._hfov_deg,
-            text("not served", 32),
-            b"",
-        )
+        return video_stream_information(self._data, self._settings, stream)
 
     def _stream_status(self, stream: int) -> Any:
-        if stream not in (0, 1):
-            return None
-        data = self._data
-        return mavlink.MAVLink_video_stream_status_message(
-            1, 0, data.frame_rate_hz, data.resolution_h_px, data.resolution_v_px, self._bitrate, 0, self._hfov_deg
-        )
+        return video_stream_status(self._data, self._settings, stream)
 
     def _fov_status(self, now_us: int) -> Any:
-        """Where the camera is and looks; what lies in the middle of its image is not known here."""
-        tag = self._geotag()
-        unknown = INT32_MAX
-        tan_half = self._data.sensor_height_mm / 2.0 / self._focal_length_mm
-        return mavlink.MAVLink_camera_fov_status_message(
-            now_us // 1000,
-            tag.lat,
-            tag.lon,
-            tag.alt,
-            unknown,
-            unknown,
-            unknown,
-            tag.q,
-            math.degrees(2.0 * math.atan(self._data.sensor_width_mm / 2.0 / self._focal_length_mm)),
-            math.degrees(2.0 * math.atan(tan_half)),
-        )
-
-    @property
-    def _focal_length_mm(self) -> float:
-        zoom = 1.0 + (self._data.zoom_max - 1.0) * self._settings.zoom_percent / 100.0
-        return self._data.focal_length_mm * zoom
-
-    @property
-    def _hfov_deg(self) -> int:
-        half_rad = math.atan(self._data.sensor_width_mm / 2.0 / self._focal_length_mm)
-        return round(math.degrees(2.0 * half_rad))
-
-    @property
-    def _bitrate(self) -> int:
-        return round(self._data.video_mib_s * BITRATE_PER_MIB_S)
+        return camera_fov_status(now_us, self._data, self._settings, self._whereabouts.geotag())
 
 
-INT32_MAX = 0x7FFFFFFF
 BY_THEMSELVES = frozenset({SETTINGS, STORAGE, CAPTURE_STATUS, FOV_STATUS, INFORMATION})
 ANYBODYS = frozenset({mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL})
 """Commands that, sent to all components, concern the camera only if they are about a message of its own."""
 NOTHING_ASKED = Command(0, (0.0, 0.0, 0.0, 0.0), 0, 0, False)
-
-
-def padded(value: str, size: int) -> list[int]:
-    """A uint8[] field that holds text."""
-    return list(text(value, size).ljust(size, b"\0"))

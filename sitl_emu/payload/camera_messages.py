@@ -1,0 +1,142 @@
+"""What a camera says of itself, as messages, from its data and its state (https://mavlink.io/en/services/camera.html)."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.payload.component import text
+from sitl_emu.payload.whereabouts import Geotag
+from vehicles.description import Camera as CameraData
+
+CAPABILITIES = (
+    mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
+    | mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
+    | mavlink.CAMERA_CAP_FLAGS_HAS_MODES
+    | mavlink.CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE
+    | mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS
+    | mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
+)
+FIRMWARE_VERSION = 1
+STREAMS = (0, 1)
+"""Which may be asked for: all, and the only one."""
+BITRATE_PER_MIB_S = 8 * (1 << 20)
+UNKNOWN = 0x7FFFFFFF
+
+
+@dataclass
+class Settings:
+    """What RESET_CAMERA_SETTINGS puts back."""
+
+    mode: int = mavlink.CAMERA_MODE_IMAGE
+    zoom_percent: float = 0.0
+    focus_percent: float = 0.0
+
+
+def camera_information(now_us: int, data: CameraData, gimbal_device_id: int) -> Any:
+    """CAMERA_INFORMATION."""
+    zooms = mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM if data.zoom_max > 1.0 else 0
+    return mavlink.MAVLink_camera_information_message(
+        now_us // 1000,
+        _padded(data.vendor, 32),
+        _padded(data.model, 32),
+        FIRMWARE_VERSION,
+        data.focal_length_mm,
+        data.sensor_width_mm,
+        data.sensor_height_mm,
+        data.resolution_h_px,
+        data.resolution_v_px,
+        0,
+        CAPABILITIES | zooms,
+        0,
+        b"",
+        gimbal_device_id,
+    )
+
+
+def camera_settings(now_us: int, data: CameraData, settings: Settings) -> Any:
+    """CAMERA_SETTINGS."""
+    zoom = settings.zoom_percent if data.zoom_max > 1.0 else math.nan
+    return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus_percent)
+
+
+def storage_information(now_us: int, data: CameraData, used_mib: float) -> Any:
+    """STORAGE_INFORMATION."""
+    usage = mavlink.STORAGE_USAGE_FLAG_SET | mavlink.STORAGE_USAGE_FLAG_PHOTO | mavlink.STORAGE_USAGE_FLAG_VIDEO
+    return mavlink.MAVLink_storage_information_message(
+        now_us // 1000,
+        1,
+        1,
+        mavlink.STORAGE_STATUS_READY,
+        data.storage_mib,
+        used_mib,
+        data.storage_mib - used_mib,
+        math.nan,
+        math.nan,
+        mavlink.STORAGE_TYPE_SD,
+        text("camera", 32),
+        usage,
+    )
+
+
+def video_stream_information(data: CameraData, settings: Settings, stream: int) -> Any:
+    """VIDEO_STREAM_INFORMATION; None for a stream that there is not."""
+    if stream not in STREAMS:
+        return None
+    return mavlink.MAVLink_video_stream_information_message(
+        1,
+        1,
+        mavlink.VIDEO_STREAM_TYPE_RTSP,
+        0,
+        data.frame_rate_hz,
+        data.resolution_h_px,
+        data.resolution_v_px,
+        _bitrate(data),
+        0,
+        round(_fov_deg(data, settings)[0]),
+        text("not served", 32),
+        b"",
+    )
+
+
+def video_stream_status(data: CameraData, settings: Settings, stream: int) -> Any:
+    """VIDEO_STREAM_STATUS; None for a stream that there is not."""
+    if stream not in STREAMS:
+        return None
+    return mavlink.MAVLink_video_stream_status_message(
+        1,
+        0,
+        data.frame_rate_hz,
+        data.resolution_h_px,
+        data.resolution_v_px,
+        _bitrate(data),
+        0,
+        round(_fov_deg(data, settings)[0]),
+    )
+
+
+def camera_fov_status(now_us: int, data: CameraData, settings: Settings, tag: Geotag) -> Any:
+    """CAMERA_FOV_STATUS: where the camera is and looks; what lies in the middle of its image is not known here."""
+    return mavlink.MAVLink_camera_fov_status_message(
+        now_us // 1000, tag.lat, tag.lon, tag.alt, UNKNOWN, UNKNOWN, UNKNOWN, tag.q, *_fov_deg(data, settings)
+    )
+
+
+def _fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
+    """Horizontal and vertical field of view at the zoom that is set."""
+    zoom = 1.0 + (data.zoom_max - 1.0) * settings.zoom_percent / 100.0
+    focal_length_mm = data.focal_length_mm * zoom
+    horizontal, vertical = (
+        math.degrees(2.0 * math.atan(size_mm / 2.0 / focal_length_mm))
+        for size_mm in (data.sensor_width_mm, data.sensor_height_mm)
+    )
+    return horizontal, vertical
+
+
+def _bitrate(data: CameraData) -> int:
+    return round(data.video_mib_s * BITRATE_PER_MIB_S)
+
+
+def _padded(value: str, size: int) -> list[int]:
+    """A uint8[] field that holds text."""
+    return list(text(value, size).ljust(size, b"\0"))
