@@ -1,6 +1,5 @@
 """What PX4 logs of each topic, from our records: a row each, with PX4's names and meanings of fields."""
 
-import itertools
 import math
 import struct
 from collections.abc import Sequence
@@ -489,21 +488,26 @@ rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus, {"wheel_rate_inte
 manual_control_switches = by_name("manual_control_switches", ManualControlSwitches, SWITCHES)
 
 
+AXES_OF = {"gps_vel": ("gps_hvel", "gps_vvel"), "ev_vel": ("ev_hvel", "ev_vvel")}
+"""Our velocities have all three axes in one."""
+
+
 def _innovations(topic: str, value: str) -> Row:
     """A row of one value of the last innovations."""
-    place = Innovation._fields.index(value)
-    lengths = {name: array_length(kind)[1] for kind, name in FORMATS[topic][2:]}
+    place, names = Innovation._fields.index(value), []
+    for kind, name in FORMATS[topic]:
+        names += [name] * array_length(kind)[1]
+    unknown = [NAN] * len(names)
+    slots = {field: [n for n, name in enumerate(names) if name in told] for field, told in AXES_OF.items()}
+    slots |= {name: [n for n, other in enumerate(names) if other == name] for name in names}
 
     @row(topic)
     def innovations(pack: Pack, record: EstimatorInnovations) -> bytes:
-        values = [record.timestamp, record.timestamp, *itertools.repeat(NAN, sum(lengths.values()))]
-        at = 2
-        for name, length in lengths.items():
-            sensor, _, axes = name.partition("_")
-            told = record.by_field.get(f"{sensor}_vel" if axes in ("hvel", "vvel") else name, ())
-            for number, each in enumerate(told[2:] if axes == "vvel" else told[:length]):
-                values[at + number] = each[place]
-            at += length
+        values: list[float] = unknown.copy()
+        values[0] = values[1] = record.timestamp
+        for field, told in record.by_field.items():
+            for slot, each in zip(slots[field], told, strict=False):
+                values[slot] = each[place]
         return pack(*values)
 
     return innovations

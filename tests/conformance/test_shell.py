@@ -1,5 +1,6 @@
 """MAVLink shell: SERIAL_CONTROL of device SHELL."""
 
+import re
 from typing import Any
 
 import pytest
@@ -62,6 +63,22 @@ def test_a_line_may_come_in_pieces_and_may_be_longer_than_a_message(station: Any
 
 def test_a_carriage_return_before_the_line_feed_does_not_matter(station: Any) -> None:
     assert output(station, "ver hw\r\n") == "ver hw\r\nHW arch: PX4_SITL\n" + PROMPT
+
+
+def test_listener_prints_a_topic_field_by_field(station: Any) -> None:
+    """PX4: orb_print_message_internal (uORB.cpp); a time with its age, a quaternion with its angles."""
+    printed = output(station, "listener vehicle_attitude\n")
+    number, angle = r"-?\d+\.\d{5}", r"-?\d+\.\d deg"
+    four = ", ".join([number] * 4)
+    wanted = (
+        "\nTOPIC: vehicle_attitude\n vehicle_attitude\n"
+        r"    timestamp: \d+ \(\d+\.\d{6} seconds ago\)\n"
+        r"    timestamp_sample: \d+ \(\d+ us before timestamp\)\n"
+        rf"    q: \[{four}\] \(Roll: {angle}, Pitch: {angle}, Yaw: {angle}\)\n"
+        rf"    delta_q_reset: \[{four}\]\n"
+        r"    quat_reset_counter: \d+\n"
+    )
+    assert re.search(wanted, printed), printed
 
 
 def test_another_device_is_not_the_shell(station: Any) -> None:
