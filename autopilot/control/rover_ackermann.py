@@ -3,8 +3,8 @@
 Behaves as PX4's rover_ackermann (src/modules/rover_ackermann, v1.18), which runs its own modes: MANUAL, ACRO, STAB,
 POSCTL, AUTO_* and OFFBOARD with position or velocity. Pure pursuit to the target; it brakes by RO_DECEL_LIM and
 RO_JERK_LIM, slows down for corners and while it heads elsewhere by RO_SPEED_RED, and turns a yaw rate into a steering
-angle by the wheelbase and a PID. Its quirks are kept: a target passed is not sought, and a velocity of zero asks for a
-heading of north. ORBIT and modes of aircraft stop it. It does not reverse on its own.
+angle by the wheelbase and a PID, which rests while it reverses. Its quirks are kept: a target passed is not sought, and
+a velocity of zero asks for a heading of north. ORBIT and modes of aircraft stop it. It does not reverse on its own.
 """
 
 import math
@@ -20,6 +20,7 @@ from autopilot.control.rover_control import (
     approach_speed,
     arrival_speed,
     corner_angle,
+    least_cornering_speed,
     slew,
     speed_limited_by_course,
 )
@@ -43,8 +44,6 @@ OUTPUTS = 16
 PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
 LATENCY_US = 80_000
 """How long PX4's rover takes to act on another mode or triplet, as its drives show."""
-COURSE_AHEAD_M = 100.0
-"""How far ahead the line lies that POSCTL drives along when the steering stick is centred."""
 AUTO = frozenset(
     (
         NavState.AUTO_MISSION,
@@ -69,6 +68,13 @@ class Target(NamedTuple):
     """NaN for NAV_ACC_RAD."""
 
 
+class Course(NamedTuple):
+    """A line that POSCTL drives along: where it began, and its direction (unit vector, north and east)."""
+
+    start: Place
+    along: Place
+
+
 class RoverAckermannControl:
     """Writer of actuator_outputs for a rover."""
 
@@ -83,7 +89,7 @@ class RoverAckermannControl:
         self._waypoint: PositionSetpoint | None = None
         self._offboard: TrajectorySetpoint | None = None
         self._target: Target | None = None
-        self._course: Target | None = None
+        self._course: Course | None = None
         self._held_yaw = NAN
         self._nav_state: NavState | None = None
         self._updated_us = 0
@@ -115,8 +121,9 @@ class RoverAckermannControl:
             self._triplet = self._waypoint = self._offboard = self._target = self._course = None
             self._held_yaw = NAN
         heading = local.heading
-        speed = local.vx * math.cos(heading) + local.vy * math.sin(heading)
-        speed = speed if abs(speed) > self._speed_threshold else 0.0
+        forward = local.vx * math.cos(heading) + local.vy * math.sin(heading)
+        size = math.hypot(local.vx, local.vy)
+        speed = math.copysign(size, forward) if size > self._speed_threshold else 0.0
         if nav_state in AUTO:
             self._update_waypoint(topics.position_setpoint_triplet, local)
             throttle, steering = self._to_target(self._target, local, speed, dt_s)
@@ -162,7 +169,9 @@ class RoverAckermannControl:
         stops = current.type in (SetpointType.LAND, SetpointType.IDLE)
         cruising = current.cruising_speed if current.cruising_speed > 0.0 else self._speed_limit
         cruising = min(cruising, self._speed_limit)
-        leaving = 0.0 if stops else min(arrival_speed(angle, self._full_throttle_speed, self._reduction), cruising)
+        leaving = 0.0
+        if not stops:
+            leaving = arrival_speed(angle, self._full_throttle_speed, self._reduction, self._least_speed, cruising)
         self._target = Target(place, start, leaving, cruising, current.acceptance_radius)
 
     def _fly_offboard(self, local: VehicleLocalPosition, speed: float, dt_s: float) -> tuple[float, float]:
@@ -187,36 +196,39 @@ class RoverAckermannControl:
         throttle, roll = (sticks.throttle, sticks.roll) if sticks.valid else (0.0, 0.0)
         if nav_state == NavState.MANUAL:
             return throttle, roll
-        yaw_rate = self._yaw_rate_of_stick(roll)
+        direction = math.copysign(1.0, throttle) if throttle else 0.0
+        if nav_state == NavState.ACRO:
+            return throttle, self._steer(direction * self._yaw_rate_of_stick(roll, 0.0), dt_s)
+        yaw_rate = direction * self._yaw_rate_of_stick(roll, self._stick_dead_zone)
+        steers = bool(roll) or not throttle
         if nav_state in (NavState.POSCTL, NavState.POSITION_SLOW):
             wanted = throttle * self._speed_limit
-            wanted = wanted if abs(wanted) > self._speed_threshold else 0.0
-            if yaw_rate or not wanted:
+            if steers:
                 self._course = None
-                steering = self._steer(yaw_rate if wanted >= 0.0 else -yaw_rate, dt_s)
-                return self._speed_control.update(wanted, speed, dt_s), steering
+                return self._speed_control.update(wanted, speed, dt_s), self._steer(yaw_rate, dt_s)
             return self._along_course(wanted, local, speed, dt_s)
-        if nav_state == NavState.STAB and not yaw_rate and throttle:
-            if math.isnan(self._held_yaw):
-                self._held_yaw = local.heading
-            yaw_rate = self._turn(self._held_yaw, local.heading)
-        else:
+        if steers:
             self._held_yaw = NAN
-        return throttle, self._steer(yaw_rate, dt_s)
+            return throttle, self._steer(yaw_rate, dt_s)
+        if math.isnan(self._held_yaw):
+            self._held_yaw = local.heading
+        return throttle, self._steer(self._turn(self._held_yaw, local.heading), dt_s)
 
     def _along_course(
         self, wanted: float, local: VehicleLocalPosition, speed: float, dt_s: float
     ) -> tuple[float, float]:
-        """POSCTL with a centred steering stick: on along the line on which it was centred."""
-        here = (local.x, local.y)
+        """POSCTL with a centred steering stick: on along the line on which it was centred.
+
+        The place to drive to stays out of reach of the look-ahead.
+        """
         if self._course is None:
-            reach = math.copysign(COURSE_AHEAD_M, wanted)
-            along = (math.cos(local.heading) * reach, math.sin(local.heading) * reach)
-            self._course = Target((here[0] + along[0], here[1] + along[1]), here)
-        course = self._course
-        ahead_m = lookahead_m(wanted, self._ahead_gain, self._ahead_min_m, self._ahead_max_m)
-        bearing = target_bearing(course.place, course.start, here, ahead_m)
-        return self._to_course(wanted, bearing if wanted > 0.0 else bearing + math.pi, local.heading, speed, dt_s)
+            self._course = Course((local.x, local.y), (math.cos(local.heading), math.sin(local.heading)))
+        (start_n, start_e), (along_n, along_e) = self._course
+        gone = abs((local.x - start_n) * along_n + (local.y - start_e) * along_e)
+        reach = math.copysign(gone + self._ahead_max_m, wanted)
+        place = (start_n + reach * along_n, start_e + reach * along_e)
+        target = Target(place, self._course.start, cruising_speed=wanted)
+        return self._to_target(target, local, speed, dt_s)
 
     # --- controllers -------------------------------------------------------------------------------------
 
@@ -231,21 +243,22 @@ class RoverAckermannControl:
         acceptance_m = target.acceptance_m if math.isfinite(target.acceptance_m) else self._acceptance_m
         if distance <= acceptance_m:
             return self._to_course(0.0, local.heading, local.heading, speed, dt_s)
-        braking_m = distance - acceptance_m if target.arrival_speed > self._speed_threshold else distance
-        wanted = approach_speed(braking_m, target.arrival_speed, self._jerk, self._deceleration)
-        wanted = min(wanted, self._speed_limit)
-        if math.isfinite(target.cruising_speed):
-            wanted = min(wanted, target.cruising_speed)
+        if target.arrival_speed > 0.0:
+            distance -= acceptance_m
+        wanted = approach_speed(distance, target.arrival_speed, self._jerk, self._deceleration)
+        wanted = min(wanted, target.cruising_speed if math.isfinite(target.cruising_speed) else self._speed_limit)
         ahead_m = lookahead_m(wanted, self._ahead_gain, self._ahead_min_m, self._ahead_max_m)
         bearing = target_bearing(target.place, target.start, here, ahead_m)
+        error = bearing - local.heading
+        wanted = speed_limited_by_course(wanted, error, self._full_throttle_speed, self._reduction, self._least_speed)
+        if wanted < 0.0:
+            bearing += math.pi
         return self._to_course(wanted, bearing, local.heading, speed, dt_s)
 
     def _to_course(self, wanted: float, yaw: float, heading: float, speed: float, dt_s: float) -> tuple[float, float]:
         """Throttle and steering for a speed and a heading."""
         limit = self._speed_limit
         wanted = max(-limit, min(limit, wanted))
-        wanted = wanted if abs(wanted) > self._speed_threshold else 0.0
-        wanted = speed_limited_by_course(wanted, yaw - heading, self._full_throttle_speed, self._reduction)
         return self._speed_control.update(wanted, speed, dt_s), self._steer(self._turn(yaw, heading), dt_s)
 
     def _turn(self, yaw: float, heading: float) -> float:
@@ -268,15 +281,16 @@ class RoverAckermannControl:
         rate = self._yaw_acceleration if abs(yaw_rate) >= abs(measured) else self._yaw_deceleration
         setpoint = self._yaw_rate_setpoint = slew(self._yaw_rate_setpoint, yaw_rate, rate, dt_s)
         angle = math.atan(setpoint * self._yaw_rate_correction * self._wheel_base / speed)
-        angle += self._yaw_rate_pid.update(setpoint - measured, dt_s)
+        if speed > 0.0:
+            angle += self._yaw_rate_pid.update(setpoint - measured, dt_s)
         return max(-1.0, min(1.0, angle / self._max_angle))
 
-    def _yaw_rate_of_stick(self, stick: float) -> float:
+    def _yaw_rate_of_stick(self, stick: float, dead_zone: float) -> float:
         """Yaw rate for the steering stick: dead zone, curve (RO_YAW_EXPO, RO_YAW_SUPEXPO), limit."""
         size = abs(stick)
-        if size <= self._stick_dead_zone:
+        if size <= dead_zone:
             return 0.0
-        moved = (size - self._stick_dead_zone) / (1.0 - self._stick_dead_zone)
+        moved = (size - dead_zone) / (1.0 - dead_zone)
         curved = (1.0 - self._stick_expo) * moved + self._stick_expo * moved**3
         curved *= (1.0 - self._stick_super_expo) / (1.0 - moved * self._stick_super_expo)
         return math.copysign(curved * self._yaw_rate_limit, stick)
@@ -345,6 +359,7 @@ class RoverAckermannControl:
         self._yaw_gain = get("RO_YAW_P")
         self._yaw_rate_limit = math.radians(get("RO_YAW_RATE_LIM"))
         self._yaw_rate_threshold = math.radians(get("RO_YAW_RATE_TH"))
+        self._least_speed = least_cornering_speed(self._wheel_base, self._yaw_rate_limit, self._max_angle)
         self._yaw_acceleration = math.radians(get("RO_YAW_ACCEL_LIM"))
         self._yaw_deceleration = math.radians(get("RO_YAW_DECEL_LIM"))
         self._yaw_rate_correction = get("RO_YAW_RATE_CORR")

@@ -39,7 +39,10 @@ class SpeedControl:
     def update(self, wanted: float, speed: float, dt_s: float) -> float:
         """Throttle for a wanted and a measured speed in m/s."""
         limit = self.acceleration if abs(wanted) >= abs(speed) else self.deceleration
-        setpoint = self.setpoint = slew(self.setpoint, wanted, limit, dt_s)
+        setpoint = slew(self.setpoint, wanted, limit, dt_s)
+        if abs(setpoint - speed) > abs(wanted - speed):
+            setpoint = wanted  # the vehicle is nearer to what is wanted than to where the slew rate has come
+        self.setpoint = setpoint
         throttle = setpoint / self.full_throttle_speed if self.full_throttle_speed > 0.0 else 0.0
         if setpoint:
             throttle += self.pid.update(setpoint - speed, dt_s)
@@ -56,24 +59,40 @@ def slew(value: float, wanted: float, rate: float, dt_s: float) -> float:
     return value + max(-step, min(step, wanted - value))
 
 
-def arrival_speed(angle_rad: float, full_throttle_speed: float, reduction: float) -> float:
+def least_cornering_speed(wheel_base_m: float, yaw_rate_limit: float, max_steering_rad: float) -> float:
+    """Speed below which the largest steering angle does not reach the largest yaw rate: RO_SPEED_RED goes no lower."""
+    return wheel_base_m * yaw_rate_limit / math.tan(max_steering_rad)
+
+
+def arrival_speed(
+    angle_rad: float, full_throttle_speed: float, reduction: float, least_speed: float, cruising_speed: float
+) -> float:
     """Speed for a corner with this angle between the legs (π: straight on; NaN: it ends there), RO_SPEED_RED."""
-    return 0.0 if math.isnan(angle_rad) else _reduced(full_throttle_speed, math.pi - angle_rad, reduction)
+    if math.isnan(angle_rad):
+        return 0.0
+    if reduction <= 0.0:
+        return cruising_speed
+    return constrained(_reduced(full_throttle_speed, math.pi - angle_rad, reduction), least_speed, cruising_speed)
 
 
 def speed_limited_by_course(
-    wanted: float, course_error_rad: float, full_throttle_speed: float, reduction: float
+    wanted: float, course_error_rad: float, full_throttle_speed: float, reduction: float, least_speed: float
 ) -> float:
     """The wanted speed, reduced while the vehicle does not head where it is to go (RO_SPEED_RED)."""
     if reduction <= 0.0:
         return wanted
-    limit = _reduced(full_throttle_speed, abs(wrap_pi(course_error_rad)), reduction)
+    reduced = _reduced(full_throttle_speed, abs(wrap_pi(course_error_rad)), reduction)
+    limit = constrained(reduced, least_speed, full_throttle_speed)
     return max(-limit, min(limit, wanted))
 
 
+def constrained(value: float, least: float, most: float) -> float:
+    """PX4's math::constrain: the lower bound goes first, even where it is above the upper one."""
+    return least if value < least else min(value, most)
+
+
 def _reduced(speed: float, error_rad: float, reduction: float) -> float:
-    """A speed reduced by an error in course; beyond 90 degrees no further, as PX4's rover drives."""
-    return speed * max(0.0, 1.0 - max(reduction, 0.0) * min(error_rad, 0.5 * math.pi) / math.pi)
+    return speed * max(0.0, 1.0 - reduction * error_rad / math.pi)
 
 
 def approach_speed(distance_m: float, arrival: float, jerk: float, deceleration: float) -> float:

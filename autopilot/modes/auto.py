@@ -36,7 +36,7 @@ WANT_TAKEOFF_SPEED = -0.3
 THRUST_OFF_M_S2 = 100.0
 """Acceleration down that leaves no thrust."""
 ROOM_TO_CORRECT = 1.2
-"""Share of the trajectory's vertical speed which the position controller may ask for, to correct the height."""
+"""Share of the trajectory's speed down which the position controller may ask for, to correct the height."""
 EXCESS = 1.3
 """Speed over its limit by which the vehicle brakes before it goes on."""
 STOPPED_M_S = 0.01
@@ -156,7 +156,7 @@ class Auto:
         heading.update(yaw, dt_s)
         self._yaw = yaw
         constraints = VehicleConstraints(
-            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
+            self._limit_up,
             max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
             smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
         )

@@ -1,10 +1,11 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
-Items that need no flying are carried out at once behind the place before them, and of these only the last is announced
-as reached; of places, one is reached in a cycle. A mission that begins or goes on below its next place climbs straight
-up first; a landing that is not below flies to its place at the present height first. At the end, landed: idle, in
-MISSION; in the air: hold, and the commander changes to HOLD. A mission that has ended begins again after a landing, or
-where the ground says; else there is none.
+Items that need no flying, and places where the vehicle is already, are done at once behind the one before them (PX4's
+navigator runs again as soon as it has told the mission's progress, faster than its links look), so of these only the
+last is announced as reached. A mission that begins or goes on below its next place climbs straight up first; a landing
+that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the air:
+hold, and the commander changes to HOLD. A mission that has ended begins again after a landing, or where the ground
+says; else there is none.
 
 Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights,
 commands of camera and gimbal that PX4 repeats when a mission goes on.
@@ -197,8 +198,6 @@ class Mission:
             if not self._reached.update(state, self._target, self._rover_radius_m):
                 return
             self._item_done()
-            if self._target is not None and self._target.command in PLACED:
-                return
 
     def _start(self) -> None:
         """The mission begins or goes on at its current item."""

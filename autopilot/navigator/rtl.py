@@ -1,10 +1,11 @@
 """RTL: climb, return to home or to a rally point, descend, land. PX4's RTL and RtlDirect (v1.18).
 
-RTL_TYPE 0 and 1 go to home or the nearest rally point (5: only to a rally point where there is one); 2 to 4, which
-follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination, less within the cone
-RTL_CONE_ANG, and within RTL_MIN_DIST the present height. With RTL_LAND_DELAY 0 the vehicle lands as soon as it is
-within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). A rover
-drives straight home. RTL_PLD_MD makes the landing a precision landing.
+RTL_TYPE 0 goes to home or to a rally point that is nearer, 1 and 5 to a rally point where there is one; 2 to 4, which
+follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination; with RTL_CONE_ANG less within
+RTL_MIN_DIST, and twice the distance within NAV_ACC_RAD; it is never less than the present one. With RTL_LAND_DELAY 0
+the vehicle lands as soon as it is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits
+there (negative: for good). On the ground it stays there. A rover drives straight home. RTL_PLD_MD makes the landing a
+precision landing.
 """
 
 import math
@@ -29,6 +30,10 @@ from sitl_emu.core.geodesy import distance_m
 
 SLOWEST_M_S = 0.1
 """Below this a speed is none, and would make a return endless."""
+NEARER_M = 2.0
+"""A rally point has to be nearer by this."""
+AT_HOME_M = 10.0
+"""A rally point this close to home is not another place."""
 
 
 class Phase(IntEnum):
@@ -79,9 +84,9 @@ class Rtl:
         state = self._state
         if not self._started:
             self._start()
-        assert self._target is not None
         if self._phase is Phase.LANDED:
             return
+        assert self._target is not None
         if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
             self._precland.on_active()
         if self._reached.update(state, self._target):
@@ -148,40 +153,53 @@ class Rtl:
             state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
             return
         state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
-        self._phase = (
-            Phase.CLIMB if state.position.alt < self._return_alt_m - state.settings.nav_mc_alt_rad_m else Phase.RETURN
-        )
+        if state.landed:
+            self._phase, state.finished = Phase.LANDED, True
+            state.idle()
+            return
+        self._phase = Phase.CLIMB if state.position.alt < self._return_alt_m else Phase.RETURN
         self._fly_phase()
 
     def _nearest_destination(self) -> Destination:
-        state = self._state
+        """Home, or a rally point; the heading to arrive with is home's in any case."""
+        state, kind = self._state, self._state.settings.rtl_type
         home, position = state.topics.home_position, state.position
-        at_home = Destination(home.lat, home.lon, home.alt, home.yaw)
-        rally = [
-            Destination(item.lat_deg, item.lon_deg, item.z + home.alt if item.frame in RELATIVE_FRAMES else item.z)
-            for item in state.dataman.rally.items
-            if item.command == mavlink.MAV_CMD_NAV_RALLY_POINT
-        ]
-        if state.settings.rtl_type == 5 and rally:
-            places = rally
-        elif state.settings.rtl_type in (0, 1, 3):
-            places = [at_home, *rally]
-        else:
-            places = [at_home]
-        return min(places, key=lambda place: distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon))
+        best = Destination(home.lat, home.lon, home.alt, home.yaw)
+        if kind in (2, 4):
+            return best
+        away_m = distance_m(home.lat, home.lon, position.lat, position.lon) if kind in (0, 3) else math.inf
+        for item in state.dataman.rally.items:
+            if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT:
+                continue
+            if distance_m(item.lat_deg, item.lon_deg, home.lat, home.lon) <= AT_HOME_M:
+                continue
+            rally_m = distance_m(item.lat_deg, item.lon_deg, position.lat, position.lon)
+            if rally_m + NEARER_M < away_m:
+                alt_m = item.z + home.alt if item.frame in RELATIVE_FRAMES else item.z
+                best, away_m = Destination(item.lat_deg, item.lon_deg, alt_m, home.yaw), rally_m
+        return best
+
+    def _away_m(self) -> float:
+        place, position = self._destination, self._state.position
+        return distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
+
+    def _yaw_rad(self) -> float:
+        """Heading to fly with: the destination's near it and above it."""
+        close = self._phase is Phase.RETURN and self._away_m() < self._state.settings.rtl_min_dist_m
+        return self._destination.yaw_rad if close or self._phase >= Phase.DESCEND else math.nan
 
     def _return_altitude_m(self) -> float:
-        state, settings, destination = self._state, self._state.settings, self._destination
-        position = state.position
-        away_m = distance_m(destination.lat_deg, destination.lon_deg, position.lat, position.lon)
-        height_m = settings.rtl_return_alt_m
-        if not state.rover:
-            if away_m <= settings.rtl_min_dist_m:
-                return position.alt
-            if settings.rtl_cone_ang_deg > 0.0:
-                slope = math.tan(math.radians(min(max(settings.rtl_cone_ang_deg, 1.0), 89.0)))
-                height_m = min(height_m, settings.rtl_descend_alt_m + away_m / slope)
-        return max(destination.alt_m + height_m, position.alt)
+        state, settings = self._state, self._state.settings
+        away_m, height_m = self._away_m(), settings.rtl_return_alt_m
+        if settings.rtl_cone_ang_deg > 0.0 and not state.rover:
+            if away_m <= settings.nav_acc_rad_m:
+                height_m = 2.0 * away_m
+            else:
+                if away_m <= settings.rtl_min_dist_m:
+                    half_angle = math.radians(min(max(settings.rtl_cone_ang_deg, 1.0), 89.0))
+                    height_m = min(height_m, away_m / math.tan(half_angle))
+                height_m = max(height_m, 2.0 * settings.nav_acc_rad_m)
+        return max(self._destination.alt_m + height_m, state.position.alt)
 
     def _next_phase(self) -> Phase:
         settings = self._state.settings
@@ -195,16 +213,15 @@ class Rtl:
 
     def _fly_phase(self) -> None:
         state, place, phase = self._state, self._destination, self._phase
-        settings = state.settings
+        settings, yaw = state.settings, self._yaw_rad()
         kind = SetpointType.POSITION
         if phase is Phase.CLIMB:
-            lat, lon = state.stop_point()
-            target = Target(WAYPOINT, lat, lon, self._return_alt_m)
+            target = Target(WAYPOINT, state.position.lat, state.position.lon, self._return_alt_m)
         elif phase is Phase.RETURN:
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m)
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw)
         elif phase is Phase.DESCEND:
             alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, acceptance_radius_m=settings.nav_acc_rad_m)
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, yaw, settings.nav_acc_rad_m)
         elif phase is Phase.WAIT:
             kind = SetpointType.LOITER
             command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
@@ -219,5 +236,4 @@ class Rtl:
         if phase is Phase.LAND and self._precision is not Precision.DISABLED:
             self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
             return
-        yaw = place.yaw_rad if phase >= Phase.DESCEND else math.nan
         state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())

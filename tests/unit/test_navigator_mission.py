@@ -318,8 +318,8 @@ def test_once_more_after_landing() -> None:
     assert vehicle.set_mode(4, 4) == 0
     assert vehicle.arm() == 0
     vehicle.run_until_disarmed()
-    assert vehicle.current == [2, 0, 1, 2]
-    assert vehicle.reached == [2, -1, 0, 1, 2]
+    assert vehicle.current == [2, 0, 2]
+    assert vehicle.reached == [2, -1, 1, 2]
 
 
 def test_uploading_does_not_start_anything() -> None:
@@ -409,8 +409,8 @@ def test_a_jump_to_nowhere_ends_the_mission_where_it_stands() -> None:
 def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
     vehicle = started(
         item(TAKEOFF, 0, 0, 8),
-        item(WAYPOINT, 15, 0, 8),
-        item(WAYPOINT, 15, 15, 8),
+        item(WAYPOINT, 30, 0, 8),
+        item(WAYPOINT, 30, 30, 8),
         item(JUMP, 0, 0, 0, 1, 1),
         item(JUMP, 0, 0, 0, 1, 1),
         item(LAND),

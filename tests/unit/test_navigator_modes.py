@@ -114,8 +114,11 @@ def test_land_ends_in_hold_disarmed() -> None:
         (40.0, 45.0, {}, 45),
         (4.0, 8.0, {}, 8),
         (50.0, 10.0, {"RTL_RETURN_ALT": 20.0}, 20),
-        (12.0, 10.0, {}, 22),
-        (12.0, 10.0, {"RTL_CONE_ANG": 0}, 30),
+        (12.0, 10.0, {}, 30),
+        (12.0, 10.0, {"RTL_MIN_DIST": 20.0}, 20),
+        (18.0, 10.0, {"RTL_MIN_DIST": 20.0, "RTL_CONE_ANG": 40}, 22),
+        (8.0, 10.0, {}, 16),
+        (8.0, 10.0, {"RTL_CONE_ANG": 0}, 30),
     ],
 )
 def test_return_height(north: float, up: float, parameters: dict[str, float], return_up: int) -> None:

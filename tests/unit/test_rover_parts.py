@@ -10,6 +10,7 @@ from autopilot.control.rover_control import (
     approach_speed,
     arrival_speed,
     corner_angle,
+    least_cornering_speed,
     slew,
     speed_limited_by_course,
 )
@@ -61,17 +62,25 @@ def test_the_angle_between_two_legs() -> None:
 
 
 def test_a_corner_is_taken_slower_the_sharper_it_is_and_an_end_is_stopped_at() -> None:
-    assert arrival_speed(math.pi, 3.0, 1.0) == pytest.approx(3.0)
-    assert arrival_speed(math.pi / 2, 3.0, 1.0) == pytest.approx(1.5)
-    assert arrival_speed(math.nan, 3.0, 1.0) == 0.0
-    assert arrival_speed(math.pi / 2, 3.0, -1.0) == 3.0
+    assert arrival_speed(math.pi, 3.0, 1.0, 0.5, 2.5) == pytest.approx(2.5)
+    assert arrival_speed(math.pi / 2, 3.0, 1.0, 0.5, 2.5) == pytest.approx(1.5)
+    assert arrival_speed(math.nan, 3.0, 1.0, 0.5, 2.5) == 0.0
+    assert arrival_speed(math.pi / 2, 3.0, -1.0, 0.5, 2.5) == 2.5
 
 
 def test_a_wrong_course_is_driven_slowly() -> None:
-    assert speed_limited_by_course(3.0, math.radians(90.0), 3.2, 1.0) == pytest.approx(1.6)
-    assert speed_limited_by_course(-3.0, math.radians(-90.0), 3.2, 1.0) == pytest.approx(-1.6)
-    assert speed_limited_by_course(3.0, math.pi, 3.2, 1.0) == pytest.approx(1.6)
-    assert speed_limited_by_course(3.0, math.pi, 3.2, 0.0) == 3.0
+    assert speed_limited_by_course(3.0, math.radians(90.0), 3.2, 1.0, 0.5) == pytest.approx(1.6)
+    assert speed_limited_by_course(-3.0, math.radians(-90.0), 3.2, 1.0, 0.5) == pytest.approx(-1.6)
+    assert speed_limited_by_course(3.0, math.pi, 3.2, 0.0, 0.5) == 3.0
+
+
+def test_but_no_slower_than_it_takes_to_turn_as_fast_as_it_may() -> None:
+    # sihsim_rover_ackermann: 0.321 m of wheelbase, 180 deg/s, 30 degrees of steering
+    least = least_cornering_speed(0.321, math.pi, math.radians(30.0))
+    assert least == pytest.approx(1.747, abs=1e-3)
+    assert speed_limited_by_course(3.0, math.pi, 3.2, 1.0, least) == least
+    assert arrival_speed(0.1, 3.2, 1.0, least, 3.0) == least
+    assert arrival_speed(0.1, 3.2, 1.0, least, 1.0) == least
 
 
 def test_the_approach_slows_down_only_with_limits_to_plan_by() -> None:
