@@ -11,7 +11,7 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 
 import math
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult, obey_navigator
+from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult, nearest, obey_navigator
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import (
@@ -114,7 +114,7 @@ class Gimbal:
 
     def _controller(self, value: float, index: int, source: int) -> int:
         present = self._control[index]
-        wanted = round(value) if math.isfinite(value) else UNCHANGED
+        wanted = nearest(value) if math.isfinite(value) else UNCHANGED
         if wanted == ITSELF:
             return self._itself[index]
         if wanted == RELEASE:
@@ -134,9 +134,7 @@ class Gimbal:
     def _mount_configure(self, command: VehicleCommand) -> None:
         kinds = (command.param5, command.param6, command.param7)
         locks = (ROLL_LOCK, PITCH_LOCK, YAW_LOCK)
-        self._flags = sum(
-            lock for lock, kind in zip(locks, kinds, strict=True) if math.isfinite(kind) and round(kind) == OLD_ABSOLUTE
-        )
+        self._flags = sum(lock for lock, kind in zip(locks, kinds, strict=True) if nearest(kind) == OLD_ABSOLUTE)
 
     # --- every cycle ----------------------------------------------------------------------------------------
 
@@ -185,6 +183,8 @@ class Gimbal:
     def _take_roi(self) -> None:
         roi = self._roi = self._topics.vehicle_roi
         if not self._takes_roi:
+            return
+        if roi.mode not in (ROI_NONE, ROI_WPNEXT, ROI_LOCATION):
             return
         self._follows_waypoint = roi.mode == ROI_WPNEXT
         if roi.mode == ROI_LOCATION:

@@ -26,17 +26,18 @@ class Roi:
         self._state = state
 
     def take(self, command: VehicleCommand) -> None:
-        """A DO_SET_ROI command; lat/lon in degrees, altitude AMSL."""
-        number = command.command
-        located = number == mavlink.MAV_CMD_DO_SET_ROI_LOCATION or (
-            number in (mavlink.MAV_CMD_DO_SET_ROI, mavlink.MAV_CMD_NAV_ROI) and command.param1 in (0.0, MODE_LOCATION)
-        )
-        if located:
-            self._state.topics.vehicle_roi = VehicleRoi(MODE_LOCATION, command.param5, command.param6, command.param7)
+        """A DO_SET_ROI command; lat/lon in degrees, altitude AMSL.
+
+        The deprecated ones choose a mode alone: their place is dropped, so that a location is where both are 0.
+        """
+        number, topics = command.command, self._state.topics
+        if number == mavlink.MAV_CMD_DO_SET_ROI_LOCATION:
+            topics.vehicle_roi = VehicleRoi(MODE_LOCATION, command.param5, command.param6, command.param7)
         elif number == mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET:
             pitch, roll, yaw = (math.radians(value) for value in (command.param5, command.param6, command.param7))
-            self._state.topics.vehicle_roi = VehicleRoi(
-                MODE_WPNEXT, roll_offset=roll, pitch_offset=pitch, yaw_offset=yaw
-            )
+            topics.vehicle_roi = VehicleRoi(MODE_WPNEXT, roll_offset=roll, pitch_offset=pitch, yaw_offset=yaw)
+        elif number == mavlink.MAV_CMD_DO_SET_ROI_NONE:
+            topics.vehicle_roi = VehicleRoi()
         else:
-            self._state.topics.vehicle_roi = VehicleRoi()
+            mode = int(command.param1) & 0xFF if math.isfinite(command.param1) else 0
+            topics.vehicle_roi = VehicleRoi(mode, 0.0, 0.0, 0.0)

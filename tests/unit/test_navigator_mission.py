@@ -420,7 +420,7 @@ def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
 
 
 def test_a_region_of_interest_in_a_mission() -> None:
-    roi = item(mavlink.MAV_CMD_DO_SET_ROI, 20, 20, 0, 3.0)
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 20, 20, 0)
     vehicle = started(item(TAKEOFF, 0, 0, 8), roi, item(WAYPOINT, 40, 0, 8))
     run_until(vehicle, 1)
     assert vehicle.topics.vehicle_roi.mode == 3

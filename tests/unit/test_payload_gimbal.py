@@ -164,6 +164,9 @@ def test_a_region_of_interest_needs_no_control() -> None:
     rig.topics.vehicle_roi = VehicleRoi(3, 47.0, 8.0 + 20.0 / (111_195.0 * math.cos(math.radians(47.0))), 500.0)
     rig.run(3.0)
     assert rig.looks() == pytest.approx((0.0, -45.0, 90.0), abs=0.2)
+    rig.topics.vehicle_roi = VehicleRoi(2)  # a waypoint's index: PX4 knows nothing about it
+    rig.run(1.0)
+    assert rig.looks()[1] == pytest.approx(-45.0, abs=0.2)
     rig.topics.vehicle_roi = VehicleRoi()
     rig.run(3.0)
     assert rig.looks()[1] == pytest.approx(0.0, abs=0.2)
