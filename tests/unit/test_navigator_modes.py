@@ -164,18 +164,42 @@ def test_a_vehicle_on_the_ground_has_no_return() -> None:
     assert (vehicle.topics.rtl_time_estimate.valid, vehicle.topics.rtl_time_estimate.safe_time_estimate) == (False, 0.0)
 
 
-def test_return_goes_to_the_nearest_rally_point() -> None:
-    vehicle = flying()
-    lat, lon = PLACE.reproject(60.0, 0.0)
+@pytest.mark.parametrize(
+    ("rally_north", "north", "parameters", "end_north"),
+    [
+        (60.0, 50.0, {}, 60.0),
+        (60.0, 31.0, {}, 0.0),  # no nearer by 2 m
+        (60.0, 5.0, {"RTL_TYPE": 1}, 60.0),
+        (60.0, 50.0, {"RTL_TYPE": 2}, 0.0),
+        (8.0, 20.0, {}, 0.0),  # at home
+    ],
+)
+def test_return_goes_to_a_rally_point(
+    rally_north: float, north: float, parameters: dict[str, float], end_north: float
+) -> None:
+    vehicle = flying(**parameters)
+    lat, lon = PLACE.reproject(rally_north, 0.0)
     rally = MissionItem(
         0, 3, mavlink.MAV_CMD_NAV_RALLY_POINT, 1, 0.0, 0.0, 0.0, NAN, round(lat * 1e7), round(lon * 1e7), 0.0
     )
     vehicle.dataman.store(RALLY, Plan((rally,)), 0)
-    vehicle.reposition(50.0, 0.0, 10.0)
+    vehicle.reposition(north, 0.0, 10.0)
     vehicle.run(15.0)
     vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
     vehicle.run_until_disarmed()
-    assert place(vehicle)[0] == 60.0
+    assert place(vehicle)[0] == end_north
+
+
+def test_a_return_on_the_ground_goes_nowhere() -> None:
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.arm()
+    vehicle.take_texts()
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run(3.0)
+    assert vehicle.up == 0.0
+    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.IDLE
+    assert "RTL: land at destination" not in vehicle.take_texts()
 
 
 def test_a_rover_returns_straight_home() -> None:

@@ -1,6 +1,7 @@
 """A ground station's heartbeat within COM_DL_LOSS_T (the data link half of PX4's rcAndDataLinkCheck).
 
-PX4's links notice a missing heartbeat only after a while of their own; COM_DL_LOSS_T counts from then.
+PX4's links go on telling that there is a station until its last heartbeat is 2.5 s old (telemetry_status,
+HEARTBEAT_TIMEOUT_US; they look every 1.25 s), and COM_DL_LOSS_T counts from the last time that they told so.
 """
 
 from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
