@@ -19,13 +19,13 @@ def test_one_service_alone_twice_and_another_on_another_vehicle(tmp_path: Path) 
     report = tmp_path / "page.html"
     with launched("rover", "--instance", str(INSTANCE)):
         url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
-        first = conformance(url, "--service", "ping", "--service", "heartbeat", "--report", str(report))
+        first = conformance(url, "--service", "ping", "--service", "gimbal_manager", "--report", str(report))
         second = conformance(url, "--service", "ping")
     assert (first.returncode, second.returncode) == (0, 0), first.stdout + first.stderr + second.stderr
     lines = first.stdout.splitlines()
     assert lines[0].split() == ["ping", "..", "2", "of", "2", "passed"]
-    assert lines[2] == "skipped: 1: holds for MAV_TYPE_HEXAROTOR"
-    assert f"MAV_TYPE_GROUND_ROVER, system {INSTANCE + 1} on {url}: 2 of 3 passed, 0 failed, 1 skipped" in lines[3]
+    assert lines[2] == "skipped: 1: this vehicle has no gimbal"
+    assert f"MAV_TYPE_GROUND_ROVER, system {INSTANCE + 1} on {url}: 3 of 4 passed, 0 failed, 1 skipped" in lines[3]
     assert "MAV_TYPE_GROUND_ROVER" in report.read_text()
 
 
