@@ -1,7 +1,7 @@
 """Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
 
-One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. While the
-vehicle is landed the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
+One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the
+rotors' ramp begins the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
 and termination publish no setpoint.
 """
 
@@ -22,6 +22,8 @@ from autopilot.topics import Topics, TrajectorySetpoint, Vector3
 LONGEST_STEP_S = 0.1
 NAN = math.nan
 AT_REST = (0.0, 0.0, 0.0)
+AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
+"""FlightTaskAuto's trajectory begins downwards, so that it takes its time to lift the vehicle off."""
 
 
 class FlightModes:
@@ -49,6 +51,7 @@ class FlightModes:
             NavState.AUTO_FOLLOW_TARGET: FollowTargetTask(topics, parameters),
             NavState.OFFBOARD: Offboard(topics, parameters),
         }
+        self._auto = auto
         self._task: FlightTask | None = None
         self._updated_us = 0
         self._version = parameters.version
@@ -74,8 +77,9 @@ class FlightModes:
                 task.activate(topics.trajectory_setpoint)
         if task is None:
             return
-        if topics.takeoff_status.state < TakeoffState.RAMPUP or topics.vehicle_land_detected.landed:
-            task.activate(_on_ground(topics.trajectory_setpoint.velocity if status.armed else AT_REST))
+        if topics.takeoff_status.state < TakeoffState.RAMPUP:
+            velocity = topics.trajectory_setpoint.velocity if status.armed else AT_REST
+            task.activate(AUTO_ON_GROUND if task is self._auto else _on_ground(velocity))
         topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
 
 

@@ -138,17 +138,23 @@ def test_a_takeoff_climbs_at_mpc_tko_speed_near_the_ground() -> None:
     assert follower.topics.vehicle_constraints.want_takeoff
 
 
-@pytest.mark.parametrize(("state", "landed"), [(TakeoffState.SPOOLUP, False), (TakeoffState.RAMPUP, True)])
-def test_on_the_ground_it_begins_anew_until_the_rotors_lift_it(state: TakeoffState, landed: bool) -> None:
+def test_on_the_ground_it_begins_anew_until_the_ramp_begins() -> None:
     follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF)
-    follower.topics.takeoff_status = TakeoffStatus(state=state)
-    follower.topics.vehicle_land_detected = VehicleLandDetected(landed=landed)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.SPOOLUP)
+    follower.topics.vehicle_land_detected = VehicleLandDetected(landed=True)
     follower.go((0.0, 0.0, 30.0), kind=SetpointType.TAKEOFF)
-    for _ in range(500):
-        follower.now_us += 8000
-        follower.modes.update(follower.now_us)
-    assert abs(follower.topics.trajectory_setpoint.velocity[2]) < 0.15
+
+    def run(seconds: float) -> float:
+        for _ in range(round(seconds / 0.008)):
+            follower.now_us += 8000
+            follower.modes.update(follower.now_us)
+        return follower.topics.trajectory_setpoint.velocity[2]
+
+    assert run(4.0) == pytest.approx(0.7, abs=0.01)
     assert follower.topics.vehicle_constraints.want_takeoff
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.RAMPUP)
+    # Then MPC_TKO_SPEED over MPC_TKO_RAMP_T, 0.5 m/s², lifts it, landed or not.
+    assert run(2.4) == pytest.approx(0.7 - 0.5 * 2.4, abs=0.05)
 
 
 def test_a_landing_slows_down_by_height_and_crawls_by_the_range_sensor() -> None:
