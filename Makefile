@@ -16,7 +16,7 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 	$(PYTHON) -m venv .venv
 
 # compileall: the dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
-.venv/.run-ready: pyproject.toml | .venv/bin/python
+.venv/.run-ready: pyproject.toml setup.py | .venv/bin/python
 	$(PIP) install -e .
 	$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
 	@touch $@
