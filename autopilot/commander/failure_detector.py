@@ -32,17 +32,16 @@ class FailureDetector:
         topics = self._topics
         roll, pitch, _ = topics.vehicle_attitude.euler
         watches = topics.vehicle_status.nav_state not in WITHOUT_ATTITUDE
-        fd_roll, fd_pitch = (
-            self._failed(now_us, axis, watches and 0.0 < limit < abs(angle))
-            for axis, (angle, limit) in enumerate(zip((roll, pitch), self._limits_rad, strict=True))
-        )
+        roll_limit, pitch_limit = self._limits_rad
+        fd_roll = self._failed(now_us, 0, watches and 0.0 < roll_limit < abs(roll))
+        fd_pitch = self._failed(now_us, 1, watches and 0.0 < pitch_limit < abs(pitch))
         status = topics.failure_detector_status
         if (status.fd_roll, status.fd_pitch) != (fd_roll, fd_pitch):
             topics.failure_detector_status = FailureDetectorStatus(now_us, fd_roll, fd_pitch)
 
     def _copy_parameters(self) -> None:
         value = self._parameters
-        self._limits_rad = tuple(math.radians(abs(value[name])) for name in ("FD_FAIL_R", "FD_FAIL_P"))
+        self._limits_rad = math.radians(abs(value["FD_FAIL_R"])), math.radians(abs(value["FD_FAIL_P"]))
         self._times_us = tuple(int(value[name] * 1e6) for name in ("FD_FAIL_R_TTRI", "FD_FAIL_P_TTRI"))
 
     def _failed(self, now_us: int, axis: int, beyond: bool) -> bool:

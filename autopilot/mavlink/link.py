@@ -19,8 +19,11 @@ DATAGRAM_BYTES = 1400
 """A datagram is closed before it would grow longer: it must fit an Ethernet frame."""
 RETRY_US = 8_000
 """A stream that had nothing to say is asked again after this long."""
-RESTS_AFTER_US, RESTING_US = 1_000_000, 40_000
-"""One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle."""
+RESTS_AFTER_US, RESTING_US, SLOW_RESTING_US = 1_000_000, 40_000, 100_000
+"""One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle; and
+still less often one of a second or more."""
+WINDOW_US = 40_000
+"""Streams are looked through this often for those that are due before the next time; the others wait unseen."""
 NEVER_US = 1 << 62
 RESCALE_US = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
@@ -102,6 +105,8 @@ class Link:
         self._pending_bytes = 0
         self._schedule: dict[int, ScheduledStream] = {}
         self._due_us = NEVER_US
+        self._in_window: list[ScheduledStream] = []
+        self._window_end_us = 0
         self._limit_bytes_per_s = 0.0
         self.rate_multiplier = 1.0
         """What a limited link's rates are multiplied with."""
@@ -157,25 +162,29 @@ class Link:
         """
         first_us = NEVER_US if interval_us == 1 else now_us + interval_us
         self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, first_us)
-        self._due_us = 0
+        self._look_again()
 
     def unschedule(self, message_id: int) -> None:
         """Stop a stream; not an error if it was not running."""
         stopped = self._schedule.pop(message_id, None)
         if stopped is not None:
             stopped.stream.forget(self)
+            self._look_again()
 
     def update_streams(self, now_us: int) -> None:
         """Send every stream that is due; costs next to nothing when none is."""
         if now_us < self._due_us:
             return
+        if now_us >= self._window_end_us:
+            self._window_end_us = now_us + WINDOW_US
+            self._in_window = [item for item in self._schedule.values() if item.due_us < self._window_end_us]
         if now_us >= self._rescale_us:
             self._count_rates(now_us)
             self._rescale_us = now_us + RESCALE_US
             if self._limit_bytes_per_s:
                 self._rescale()
-        next_due_us = NEVER_US
-        for item in self._schedule.values():
+        next_due_us = self._window_end_us
+        for item in self._in_window:
             if now_us >= item.due_us:
                 stream = item.stream
                 payloads = stream.payloads(now_us, self)
@@ -193,7 +202,8 @@ class Link:
                     if silent_us > item.interval_us:
                         item.parts = 0
                     rests = silent_us > RESTS_AFTER_US and not 0 < item.interval_us <= RESTING_US
-                    item.due_us = now_us + (RESTING_US if rests else RETRY_US)
+                    slow = item.interval_us >= RESTS_AFTER_US
+                    item.due_us = now_us + ((SLOW_RESTING_US if slow else RESTING_US) if rests else RETRY_US)
             if item.due_us < next_due_us:
                 next_due_us = item.due_us
         self._due_us = next_due_us
@@ -206,7 +216,11 @@ class Link:
         """Send a running stream's message in this tick, whatever its interval."""
         item = self._schedule.get(message_id)
         if item is not None:
-            item.due_us = self._due_us = 0
+            item.due_us = 0
+            self._look_again()
+
+    def _look_again(self) -> None:
+        self._due_us = self._window_end_us = 0
 
     def limit_rate(self, bytes_per_s: float) -> None:
         """Keep the streams within a data rate by scaling them all."""

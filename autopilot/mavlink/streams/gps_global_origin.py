@@ -10,11 +10,11 @@ ID = mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
 
 
 def stamp(now_us: int, context: Context) -> int:
-    """Once per origin, to a thousandth of a metre."""
+    """Once per origin."""
     local = context.topics.vehicle_local_position
     if not math.isfinite(local.ref_lat):
         return 0
-    return hash((local.ref_timestamp, *(round(value * 1e7) for value in (local.ref_lat, local.ref_lon)), local.ref_alt))
+    return hash((local.ref_timestamp, local.ref_lat, local.ref_lon, local.ref_alt))
 
 
 def requested(now_us: int, context: Context, param2: float) -> list[Fields] | None:

@@ -27,5 +27,8 @@ def fields(now_us: int, context: Context) -> Fields | None:
         setpoint.yaw,
         setpoint.yawspeed,
     )
-    mask = sum(bit for bit, value in zip(IGNORE_BITS, values, strict=True) if not math.isfinite(value))
+    mask = 0
+    for bit, value in zip(IGNORE_BITS, values, strict=True):
+        if not math.isfinite(value):
+            mask |= bit
     return (setpoint.timestamp // 1000, *values, mask, mavlink.MAV_FRAME_LOCAL_NED)
