@@ -2,10 +2,10 @@
 
 Items that need no flying, and places where the vehicle is already, are done at once behind the one before them (PX4's
 navigator runs again as soon as it has told the mission's progress, faster than its links look), so of these only the
-last is announced as reached. A mission that begins or goes on below its next place climbs straight up first; a landing
-that is not below flies to its place at the present height first. At the end, landed: idle, in MISSION; in the air:
-hold, and the commander changes to HOLD. A mission that has ended begins again after a landing, or where the ground
-says; else there is none.
+last is announced as reached. Behind a climb the next place takes a cycle of its own: a takeoff is announced. A mission
+that begins or goes on below its next place climbs straight up first; a landing that is not below flies to its place at
+the present height first. At the end, landed: idle, in MISSION; in the air: hold, and the commander changes to HOLD. A
+mission that has ended begins again after a landing, or where the ground says; else there is none.
 
 Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights,
 commands of camera and gimbal that PX4 repeats when a mission goes on.
@@ -82,6 +82,8 @@ class Mission:
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
         self._climb_alt_m = math.nan
+        self._climbed = False
+        """A climb ended in the cycle before."""
         self._target: Target | None = None
         self._rover_radius_m = math.nan
         self._reached = Reached()
@@ -196,8 +198,13 @@ class Mission:
             if self._lands_precisely:
                 self._precland.on_active()
             if not self._reached.update(state, self._target, self._rover_radius_m):
+                self._climbed = False
                 return
+            climbed, was_climbed = self._work is Work.CLIMB, self._climbed
             self._item_done()
+            self._climbed = climbed
+            if climbed or was_climbed:
+                return
 
     def _start(self) -> None:
         """The mission begins or goes on at its current item."""
