@@ -13,8 +13,8 @@ GIVEN = (
 )
 """Message ids; ESC_EEPROM (292) is accepted, and nothing comes."""
 GIVEN_ONCE = {24: 200_000, 441: 1_000_000, 12904: 1_000_000}
-"""GPS_RAW_INT, GNSS_INTEGRITY and OPEN_DRONE_ID_SYSTEM are sent once per fix, so that a stream may have been faster; and
-their intervals."""
+"""GPS_RAW_INT, GNSS_INTEGRITY and OPEN_DRONE_ID_SYSTEM are sent once per fix, so that a stream may have been
+faster; and their intervals."""
 GIVEN_BY_A_MULTICOPTER = (83, 93, 375)
 NOT_GIVEN = (22, 27, 42, 77, 259, 260, 263, 269, 345, 390, 396, 9999, 70000, -1)
 """Those of the camera's component, no stream of that name (MISSION_CURRENT, for one), no such message."""
