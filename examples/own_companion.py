@@ -92,9 +92,9 @@ class UpAndDown:
         """No camera."""
         return None
 
-    def detect(self, image: object, gsd_m: float) -> list[object]:
+    def detect(self, image: object, gsd_m: float) -> tuple[()]:
         """No detector."""
-        return []
+        return ()
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[object]) -> Outgoing:
         """Never called."""

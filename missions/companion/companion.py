@@ -77,7 +77,7 @@ class Companion(Protocol):
         """
         ...
 
-    def detect(self, image: "Image", gsd_m: float) -> "list[Detection]":
+    def detect(self, image: "Image", gsd_m: float) -> "Sequence[Detection]":
         """Runs the mission's detector on a picture that was wanted. The one method that another thread may call."""
         ...
 

@@ -114,7 +114,7 @@ class Looked(NamedTuple):
     frame: Frame
     due_us: int
     """Simulated time at which its detections are there."""
-    detections: "Future[list[Detection]]"
+    detections: "Future[Sequence[Detection]]"
 
 
 class Eyes:

@@ -41,7 +41,7 @@ def receive(station: Any) -> Reply:
     assert message is not None
     raw = bytes(message.payload)
     head = struct.unpack("<HBBBBBBI", raw[:12])
-    return Reply(*head, raw[12 : 12 + head[3]])
+    return Reply._make((*head, raw[12 : 12 + head[3]]))
 
 
 def ask(

@@ -21,7 +21,7 @@ PAGE = "https://mavlink.io/en/services/parameter.html"
 pytestmark = pytest.mark.covers("PARAM_VALUE", source=PAGE)
 
 
-def value_of(message: Any) -> float | int:
+def value_of(message: Any) -> Any:
     """PX4 sends an integer as its four bytes in the float field."""
     raw = bytes(message.get_msgbuf())[HEADER_BYTES : HEADER_BYTES + 4]
     layout = {REAL32: "<f", UINT32: "<I"}.get(message.param_type, "<i")

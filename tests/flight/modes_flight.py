@@ -57,7 +57,7 @@ class Flight:
         self.parameters = Parameters("multicopter", {**vehicle.airframe, **changes})
         shared = (self.topics, self.parameters)
         self.sensors, self.estimator, self.land_detector = Sensors(*shared), Estimator(*shared), LandDetector(*shared)
-        self.modes, self.control = FlightModes(*shared), MulticopterControl(*shared, lambda severity, text: None)
+        self.modes, self.control = FlightModes(*shared), MulticopterControl(*shared, lambda *_: None)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround())
         self.controls: HilActuatorControls | None = None
         self.ticks = 0

@@ -39,7 +39,7 @@ class Rig:
         self.topics = Topics()
         shared = (self.topics, self.parameters)
         self.sensors, self.estimator, self.land_detector = Sensors(*shared), Estimator(*shared), LandDetector(*shared)
-        self.control = MulticopterControl(*shared, lambda severity, text: None)
+        self.control = MulticopterControl(*shared, lambda *_: None)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround(), name=model)
         self.ground_down_m = self.simulator.pose().down_m
         self.answer: HilActuatorControls | None = None

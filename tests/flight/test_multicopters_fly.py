@@ -17,7 +17,7 @@ from tests.flight.multicopter_rig import Rig, Sample, tilt
 
 
 def spread(samples: list[Sample], field: str, axis: int) -> float:
-    return statistics.pstdev(getattr(sample, field)[axis] for sample in samples)
+    return statistics.pstdev(float(getattr(sample, field)[axis]) for sample in samples)
 
 
 def first(samples: list[Sample], after: float) -> float:

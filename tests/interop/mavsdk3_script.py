@@ -13,12 +13,12 @@ from mavsdk.offboard import OffboardError, PositionNedYaw
 NAN = float("nan")
 
 
-def item(lat_deg, lon_deg):
+def item(lat_deg: float, lon_deg: float) -> MissionItem:
     camera, vehicle = MissionItem.CameraAction.NONE, MissionItem.VehicleAction.NONE
     return MissionItem(lat_deg, lon_deg, 12, 5, True, NAN, NAN, camera, NAN, NAN, NAN, NAN, NAN, vehicle)
 
 
-async def main(address, port):
+async def main(address: str, port: int) -> None:
     drone = System(port=port)
     await drone.connect(system_address=address)
     async for state in drone.core.connection_state():

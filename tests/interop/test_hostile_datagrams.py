@@ -9,6 +9,7 @@ import pytest
 from pymavlink import mavutil
 
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core import framing
 from tests import hostile
 from tests.launched import launched
 
@@ -85,7 +86,7 @@ def test_a_vehicle_bears_hostile_datagrams_and_answers_afterwards(station: Peer)
     for _ in range(40):
         for _ in range(50):
             frame = nonsense.frame()
-            number = hostile.framing.message_id(frame)
+            number = framing.message_id(frame)
             # A key or the end of the process would be obeyed, and this test is about what is not.
             if number not in (mavlink.MAVLINK_MSG_ID_SETUP_SIGNING, 75, 76):
                 station.send(frame)

@@ -7,6 +7,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -80,6 +81,16 @@ def clients(connected: Clients, request: pytest.FixtureRequest) -> Iterator[Clie
     connected.lose(0.0)
 
 
+def is_ack_or_beyond(seq: int, message: Any) -> bool:
+    """The mission's end, or a question for a later item."""
+    return bool(message.get_type() == "MISSION_ACK" or message.seq > seq)
+
+
+def is_item(seq: int, message: Any) -> bool:
+    """The item of this number."""
+    return bool(message.seq == seq)
+
+
 def ask_until(link: Any, ask: Callable[[], None], accept: Callable[[Any], bool], *names: str) -> Any:
     """Ask, and ask again after a silence, until an answer is accepted."""
     end_s = time.monotonic() + TRANSFER_LIMIT_S
@@ -127,8 +138,8 @@ def test_pymavlink_uploads_and_downloads_a_mission(clients: Clients) -> None:
         # Said again after a silence: the vehicle asks four times a second, so it is its last word that was lost.
         asked = ask_until(
             link,
-            lambda seq=asked.seq: link.mav.mission_item_int_send(*item(seq)),
-            lambda message, seq=asked.seq: message.get_type() == "MISSION_ACK" or message.seq > seq,
+            partial(link.mav.mission_item_int_send, *item(asked.seq)),
+            partial(is_ack_or_beyond, asked.seq),
             *replies,
         )
     assert asked.type == 0
@@ -137,8 +148,8 @@ def test_pymavlink_uploads_and_downloads_a_mission(clients: Clients) -> None:
     for seq in range(ITEMS):
         got = ask_until(
             link,
-            lambda seq=seq: link.mav.mission_request_int_send(*me, seq, 0),
-            lambda message, seq=seq: message.seq == seq,
+            partial(link.mav.mission_request_int_send, *me, seq, 0),
+            partial(is_item, seq),
             "MISSION_ITEM_INT",
         )
         assert (got.x, got.y) == (X + seq, Y)

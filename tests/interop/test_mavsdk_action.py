@@ -1,6 +1,8 @@
 """MAVSDK action: arm, fly, orbit, return, and what is refused; a restart and a shutdown are real."""
 
 import math
+from functools import partial
+from typing import Any
 
 import pytest
 from mavsdk.plugins.action import ActionError, ActionResult, OrbitYawBehavior, RelayCommand
@@ -21,6 +23,11 @@ def test_altitudes_are_kept_in_parameters(vehicle: Vehicle) -> None:
     action.set_return_to_launch_altitude(before)
 
 
+def beyond(lat_deg: float, side: float, place: Any) -> bool:
+    """Six metres north (1) or south (-1) of a latitude."""
+    return bool(side * (place.latitude_deg - lat_deg) * METRES_PER_DEGREE > 6.0)
+
+
 def test_a_whole_flight(vehicle: Vehicle) -> None:
     action, telemetry = vehicle.action, vehicle.telemetry
     start = vehicle.take_off(10.0)
@@ -39,7 +46,7 @@ def test_a_whole_flight(vehicle: Vehicle) -> None:
     centre = telemetry.position()
     centre.latitude_deg, centre.longitude_deg = lat, lon
     for side in (1.0, -1.0):
-        until(telemetry, "position", lambda now, side=side: side * (now.latitude_deg - lat) * METRES_PER_DEGREE > 6.0)
+        until(telemetry, "position", partial(beyond, lat, side))
         assert distance_m(telemetry.position(), centre) == pytest.approx(8.0, abs=2.0)
     action.hold()
     vehicle.until_mode(FlightMode.HOLD)

@@ -60,12 +60,13 @@ def test_the_metadata_is_where_px4_has_it(ftp: Ftp, tmp_path: Path) -> None:
 
 
 def test_a_refusal_is_the_error_that_it_says(ftp: Ftp, tmp_path: Path) -> None:
-    for call, result in (
+    refusals: list[tuple[Callable[[], object], FtpResult]] = [
         (lambda: ftp.create_directory(FOLDER), FtpResult.FILE_EXISTS),
         (lambda: ftp.remove_file(f"{FOLDER}/none"), FtpResult.FILE_DOES_NOT_EXIST),
         (lambda: ftp.list_directory("no_such_folder"), FtpResult.FILE_DOES_NOT_EXIST),
         (lambda: ftp.list_directory("../.."), FtpResult.FILE_PROTECTED),
-    ):
+    ]
+    for call, result in refusals:
         with pytest.raises(FtpError) as refusal:
             call()
         assert refusal.value.result == result

@@ -24,7 +24,7 @@ def test_a_transfer_tells_its_progress(vehicle: Vehicle) -> None:
     plan = MissionPlan([item(47.3977 + number * 1e-5, 8.5456) for number in range(50)])
     told: queue.Queue[Any] = queue.Queue()
     mission.upload_mission_with_progress_async(plan, lambda result, progress, _user: told.put((result, progress)))
-    seen = []
+    seen: list[Any] = []
     while not seen or seen[-1][0] == MissionResult.NEXT:
         seen.append(told.get(timeout=TRANSFER_LIMIT_S))
     assert seen[-1][0] == MissionResult.SUCCESS

@@ -91,7 +91,7 @@ def same(ours: Any, theirs: Any) -> bool:
         return ours.rstrip("\0") == str(theirs).rstrip("\0")
     if isinstance(ours, float):
         return math.isnan(ours) if theirs == "NaN" else theirs is None or ours == pytest.approx(float(theirs), rel=1e-6)
-    return int(theirs) == ours
+    return bool(int(theirs) == ours)
 
 
 def samples(data: bytes) -> Iterator[tuple[int, int, Any]]:

@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -143,7 +144,7 @@ def test_a_port_in_use_is_named_before_anything_starts(tmp_path: Path) -> None:
 
 def test_any_command_may_be_a_companion_and_ends_the_run_when_it_ends(tmp_path: Path) -> None:
     talk = "import sys, time; print(sys.argv[1:]); time.sleep(1); sys.exit(3)"
-    uas = {"name": "uas", "model": "iris", "start": "home"}
+    uas: dict[str, Any] = {"name": "uas", "model": "iris", "start": "home"}
     uas["companion"] = {"command": ["python3", "-c", talk, "{connect}", "{out}"]}
     scenario = {"name": "own", "world": {"kind": "flat"}, "vehicles": [uas], "time_limit_s": LONG_S}
     (tmp_path / "own.yaml").write_text(yaml.safe_dump(scenario))

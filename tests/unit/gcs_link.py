@@ -16,7 +16,8 @@ def converse(
     lost: frozenset[str] = frozenset(),
 ) -> list[Any]:
     """Let a service talk to the autopilot of `peer`; what it heard. Messages named in `lost` do not come, once each."""
-    heard, still_lost = [], set(lost)
+    heard: list[Any] = []
+    still_lost = set(lost)
     for _ in range(round(seconds / STEP_S)):
         to_send = service.on_time(peer.now_us)
         while to_send:

@@ -39,7 +39,7 @@ class FakeVehicle:
     """Commander and navigator on a point that moves straight to its setpoint at 5 m/s."""
 
     def __init__(
-        self, airframe_class: str = "multicopter", dataman: Dataman | None = None, **parameters: float
+        self, airframe_class: str = "multicopter", dataman: Dataman | None = None, /, **parameters: float
     ) -> None:
         rover = airframe_class == "rover"
         base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}

@@ -4,10 +4,10 @@ import math
 
 import vehicles
 from autopilot.autopilot import Autopilot
-from autopilot.topics import VehicleCommand
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
+from tests.unit.vehicle_command import vehicle_command
 
 DO_SET_ACTUATOR, DO_GRIPPER, ARM_DISARM, FORCE = 187, 211, 400, 21196.0
 ACCEPTED, IN_PROGRESS = 0, 5
@@ -33,7 +33,7 @@ class Bench:
 
     def command(self, number: int, *values: float) -> int | None:
         """The result, a moment later."""
-        answer = self.autopilot.commands.handle(self.autopilot.now_us, VehicleCommand(number, *values))
+        answer = self.autopilot.commands.handle(self.autopilot.now_us, vehicle_command(number, *values))
         self.run(0.1)
         return None if answer is None else answer.result
 

@@ -7,6 +7,7 @@ import pytest
 from autopilot.commander.commander import Commander
 from autopilot.outgoing_commands import OutgoingCommands
 from sitl_emu.core import dialect as mavlink
+from tests.typed import now
 
 from .navigation_fake import FakeVehicle
 
@@ -48,7 +49,7 @@ def test_the_arming_command_is_answered_when_leave_is_given() -> None:
     assert (request.command, request.target_system, request.target_component) == (REQUEST, AUTHORIZER, 0)
     vehicle.answer(IN_PROGRESS)
     vehicle.answer(ACCEPTED, number=60, to=2)
-    assert not vehicle.armed and vehicle.later() == []
+    assert not now(vehicle.armed) and vehicle.later() == []
     vehicle.answer(ACCEPTED, number=60)
     assert vehicle.armed
     assert vehicle.later() == [ACCEPTED]

@@ -31,6 +31,8 @@ from autopilot.topics import (
     VehicleCommand,
 )
 from sitl_emu.core.geomagnetism import magnetic_field
+from tests.typed import now
+from tests.unit.vehicle_command import vehicle_command
 
 TICK_US = 4_000
 G = 9.80665
@@ -67,8 +69,8 @@ class Table:
 
     def command(self, *params: float, armed: bool = False) -> int | None:
         """The result of a PREFLIGHT_CALIBRATION."""
-        padded = (*params, *(0.0,) * (7 - len(params)))
-        return self.worker.preflight_calibration(self.now_us, VehicleCommand(241, *padded), armed=armed)
+        command = vehicle_command(241, *params, rest=0.0)
+        return self.worker.preflight_calibration(self.now_us, command, armed=armed)
 
     def run(self, seconds: float) -> None:
         """Let time go by."""
@@ -107,7 +109,7 @@ def table() -> Table:
 @pytest.mark.parametrize("asked", [GYRO, MAG, BARO, ACCEL, LEVEL, AIRSPEED, (0, 0, 0, 0, 0, 2)])
 def test_each_says_that_it_begins(table: Table, asked: tuple[float, ...]) -> None:
     assert table.command(*asked) == ACCEPTED
-    sensors = {GYRO: "gyro", MAG: "mag", BARO: "baro", ACCEL: "accel", LEVEL: "level"}
+    sensors: dict[tuple[float, ...], str] = {GYRO: "gyro", MAG: "mag", BARO: "baro", ACCEL: "accel", LEVEL: "level"}
     assert table.said[0] == f"[cal] calibration started: 2 {sensors.get(asked, 'airspeed')}"
 
 
@@ -134,7 +136,7 @@ def test_nothing_begins_while_armed_or_while_another_runs(table: Table) -> None:
 
 def test_the_remote_control_is_shut_off_and_given_back(table: Table) -> None:
     assert table.command(*REMOTE_CONTROL) == ACCEPTED
-    assert table.worker.calibrating and not table.worker.busy
+    assert now(table.worker.calibrating) and not table.worker.busy
     assert table.command(*REST) == ACCEPTED
     assert not table.worker.calibrating
     assert table.said == ["Calibration: Disabling RC input", "Calibration: Restoring RC input"]

@@ -10,6 +10,7 @@ from autopilot.constants import NavState
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from tests.typed import now
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
 
@@ -57,7 +58,7 @@ def test_arm_and_disarm_by_command(vehicle: FakeVehicle) -> None:
     assert vehicle.arm() == ACCEPTED
     assert vehicle.arm() == ACCEPTED
     vehicle.step()
-    assert vehicle.armed
+    assert now(vehicle.armed)
     assert vehicle.topics.actuator_armed.armed
     assert vehicle.topics.vehicle_status.system_status == ACTIVE
     assert vehicle.result(ARM_DISARM, 0) == ACCEPTED
@@ -94,7 +95,7 @@ def test_not_a_number_is_no_action(vehicle: FakeVehicle, command: int) -> None:
 def test_disarms_itself_when_nobody_takes_off(vehicle: FakeVehicle) -> None:
     vehicle.arm()
     vehicle.run(10.8)  # COM_DISARM_PRFLT and COM_SPOOLUP_TIME
-    assert vehicle.armed
+    assert now(vehicle.armed)
     vehicle.run(0.4)
     assert not vehicle.armed
     assert vehicle.take_texts()[-1] == "Disarmed by auto preflight disarming"
@@ -356,7 +357,7 @@ def test_change_altitude_is_for_who_holds_and_keeps_the_place(vehicle: FakeVehic
     vehicle.set_mode(4, 5)
     vehicle.step()
     assert vehicle.result(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, HOME_ALT + 15.0) == TEMPORARILY_REJECTED
-    assert vehicle.mode is NavState.AUTO_RTL
+    assert now(vehicle.mode) is NavState.AUTO_RTL
     vehicle.set_mode(4, 3)
     vehicle.step()
     assert vehicle.result(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, HOME_ALT + 15.0) == ACCEPTED

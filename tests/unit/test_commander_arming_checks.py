@@ -7,7 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from autopilot.commander import arming_checks
-from autopilot.commander.arming_checks.checks import CHECKS, LOGGING, PREARM_CHECK
+from autopilot.commander.arming_checks.checks import CHECKS
+from autopilot.commander.arming_checks.findings import LOGGING, PREARM_CHECK
 from autopilot.constants import NavState
 from autopilot.topics import (
     BatteryStatus,
@@ -166,11 +167,17 @@ def test_without_a_traffic_avoidance_system_a_mission_alone_is_refused() -> None
     assert vehicle.arm() == 0
 
 
+def all_are_heard(vehicle: FakeVehicle) -> None:
+    now_us = vehicle.now_us
+    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(
+        onboard_us=now_us, parachute_us=now_us, open_drone_id_us=now_us, adsb_us=now_us
+    )
+
+
 def test_components_come_and_go() -> None:
     """PX4's Commander::dataLinkCheck: a heartbeat counts 2.5 s, and is missed 3 s later."""
     vehicle = ready()
-    heard = dict.fromkeys(("onboard_us", "parachute_us", "open_drone_id_us", "adsb_us"), vehicle.now_us)
-    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(**heard)
+    all_are_heard(vehicle)
     vehicle.run(4.9)
     assert vehicle.take_texts() == []
     vehicle.run(1.0)
@@ -180,8 +187,7 @@ def test_components_come_and_go() -> None:
         "Remote ID system lost",
         "Traffic avoidance system lost",
     ]
-    heard = dict.fromkeys(heard, vehicle.now_us)
-    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(**heard)
+    all_are_heard(vehicle)
     vehicle.run(1.0)
     assert vehicle.take_texts() == [
         "Onboard controller regained",

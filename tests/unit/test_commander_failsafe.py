@@ -10,6 +10,7 @@ from autopilot.constants import NavState
 from autopilot.parameters import Parameters
 from autopilot.topics import FailsafeFlags, GcsHeartbeats, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
 from sitl_emu.core import dialect as mavlink
+from tests.typed import now
 
 from .navigation_fake import FakeVehicle
 
@@ -66,10 +67,10 @@ def test_a_pilot_who_lands_takes_over_and_the_mode_of_before_comes_back() -> Non
         vehicle.step()
     vehicle.set_mode(3)
     vehicle.run(8.0)
-    assert vehicle.mode is NavState.AUTO_RTL
+    assert now(vehicle.mode) is NavState.AUTO_RTL
     assert vehicle.result(NAV_LAND) == 0
     vehicle.step()
-    assert vehicle.mode is NavState.AUTO_LAND
+    assert now(vehicle.mode) is NavState.AUTO_LAND
     assert status(vehicle) == ACTIVE
     vehicle.run_until_disarmed()
     assert vehicle.mode is NavState.POSCTL
@@ -101,7 +102,7 @@ def test_a_link_that_comes_back_within_the_hold_ends_the_failsafe() -> None:
     vehicle = flying(NAV_DLL_ACT=2)
     vehicle.gcs = False
     vehicle.run(14.0)
-    assert vehicle.topics.vehicle_status.failsafe
+    assert now(vehicle.topics.vehicle_status.failsafe)
     vehicle.gcs = True
     vehicle.run(10.0)
     assert not vehicle.topics.vehicle_status.failsafe

@@ -27,6 +27,7 @@ from autopilot.control.takeoff import TakeoffHandling
 from autopilot.parameters import Parameters
 from autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
 from sitl_emu.core.attitude import quaternion
+from tests.typed import now
 
 G = 9.80665
 QUAD = [
@@ -303,20 +304,20 @@ def test_integrator_is_limited() -> None:
 def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
     takeoff = TakeoffHandling()
     takeoff.update_state(0, True, True, True, 1.0)
-    assert takeoff.state == TakeoffState.SPOOLUP
+    assert now(takeoff.state) is TakeoffState.SPOOLUP
     assert takeoff.update_ramp(0.01, 1.5, 3.0, 4.0) == 0.0
     takeoff.update_state(1_000_000, True, True, False, 1.0)
-    assert takeoff.state == TakeoffState.READY_FOR_TAKEOFF
+    assert now(takeoff.state) is TakeoffState.READY_FOR_TAKEOFF
     takeoff.update_state(1_100_000, True, True, True, 1.0)
-    assert takeoff.state == TakeoffState.RAMPUP
+    assert now(takeoff.state) is TakeoffState.RAMPUP
     speeds = [takeoff.update_ramp(0.01, 1.5, 3.0, 4.0) for _ in range(300)]
     assert speeds[0] == pytest.approx(-G / 4.0, abs=0.05) and speeds == sorted(speeds)
     assert speeds[-1] == pytest.approx(1.5, abs=0.02)
     takeoff.update_ramp(0.01, 1.5, 3.0, 4.0)
     takeoff.update_state(5_000_000, True, False, True, 1.0)
-    assert takeoff.state == TakeoffState.FLIGHT
+    assert now(takeoff.state) is TakeoffState.FLIGHT
     takeoff.update_state(6_000_000, True, True, False, 1.0)
-    assert takeoff.state == TakeoffState.READY_FOR_TAKEOFF
+    assert now(takeoff.state) is TakeoffState.READY_FOR_TAKEOFF
     takeoff.update_state(6_100_000, False, True, False, 1.0)
     assert takeoff.state == TakeoffState.DISARMED
 

@@ -6,7 +6,7 @@ import pytest
 
 from autopilot.commander.arming_checks.estimator import UNSTABLE_US
 from autopilot.estimator.commands import EstimatorCommands
-from autopilot.topics import VehicleCommand
+from tests.unit.vehicle_command import vehicle_command
 
 from .estimator_feed import LAT, LON, Feed
 
@@ -18,9 +18,9 @@ NAN = math.nan
 
 def give(feed: Feed, number: int, *params: float) -> int:
     """The result of a command."""
-    padded = (*params, *(0.0,) * (7 - len(params)))
+    command = vehicle_command(number, *params, rest=0.0)
     now_us = feed.topics.sensor_combined.timestamp
-    return EstimatorCommands(feed.estimator, feed.topics).handle_command(now_us, VehicleCommand(number, *padded)).result
+    return EstimatorCommands(feed.estimator, feed.topics).handle_command(now_us, command).result
 
 
 def north_m(feed: Feed) -> float:

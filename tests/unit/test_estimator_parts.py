@@ -18,6 +18,7 @@ from autopilot.estimator.terrain import Terrain
 from autopilot.parameters import Parameters
 from autopilot.topics import SensorGps, Vector3
 from sitl_emu.core.attitude import quaternion
+from tests.typed import now
 
 G = 9.80665
 RANGE_NOISE = (0.1, 0.05, 5.0, 5.0, 0.5)
@@ -216,9 +217,9 @@ def test_gps_checks_want_good_fixes_without_a_break(bad: dict[str, float]) -> No
     checks = GpsChecks(parameters)
     checks.update(0, fix())
     checks.update(400_000, fix())
-    assert not checks.passed
+    assert not now(checks.passed)
     checks.update(500_000, fix())
-    assert checks.passed
+    assert now(checks.passed)
     checks.update(600_000, fix(**bad))
     assert not checks.passed
     checks.update(700_000, fix())

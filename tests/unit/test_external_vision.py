@@ -315,7 +315,8 @@ def test_the_sensors_own_rotation_is_taken_off() -> None:
     peer = Peer()
     peer.send(flow_message(0.02, 0.03, 0.01))
     flow = peer.topics.vehicle_optical_flow
-    assert (flow.x, flow.y, flow.quality) == (pytest.approx(0.2), pytest.approx(0.4), 200)
+    assert (flow.x, flow.y) == pytest.approx((0.2, 0.4))
+    assert flow.quality == 200
     for nonsense in (flow_message(math.nan, 0.0), flow_message(0.1, math.inf), flow_message(0.1, 0.1, time_us=0)):
         peer.send(nonsense)
         assert peer.topics.vehicle_optical_flow is flow

@@ -10,8 +10,6 @@ from gcs.command import Command
 from .gcs_link import converse
 from .test_payload_camera import DATA, Rig
 
-assert DATA is not None
-
 
 def introduced(rig: Rig, **how: Any) -> Camera:
     camera = Camera(1)

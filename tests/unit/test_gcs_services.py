@@ -35,7 +35,7 @@ def talk(service: Any, server: Any, lost: Callable[[], bool] = lambda: False, li
         to_client = server.on_time(now_us) if hasattr(server, "on_time") else []
         while to_server or to_client:
             answers = [server.on_message(now_us, on_the_wire(msg, 255, 190)) for msg in to_server if not lost()]
-            to_client += itertools.chain.from_iterable(answers)
+            to_client.extend(itertools.chain.from_iterable(answers))
             to_server = [
                 answer
                 for msg in to_client

@@ -9,6 +9,7 @@ from autopilot.events import layout
 from autopilot.manual_control import ManualControl
 from autopilot.rc_update import Channel, RcUpdate
 from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
+from tests.typed import now
 
 from .navigation_fake import FakeVehicle
 
@@ -173,9 +174,9 @@ def test_gestures_arm_and_disarm() -> None:
     pilot.run(3.0)
     pilot.joystick = (0.0, 0.0, 1.0, -1.0)
     pilot.run(0.8)
-    assert not pilot.armed
+    assert not now(pilot.armed)
     pilot.run(0.5)
-    assert pilot.armed
+    assert now(pilot.armed)
     assert "Armed by stick gesture" in pilot.take_texts()
     pilot.joystick = (0.0, 0.0, -1.0, -1.0)
     pilot.run(1.5)
@@ -188,10 +189,10 @@ def test_sticks_that_move_take_over() -> None:
     pilot.joystick = (0.0, 0.0, 0.0, 0.0)
     pilot.run(3.0)
     pilot.take_off(10.0)
-    assert pilot.mode is NavState.AUTO_LOITER
+    assert now(pilot.mode) is NavState.AUTO_LOITER
     pilot.joystick = (0.05, 0.0, 0.0, 0.0)
     pilot.run(0.5)
-    assert pilot.mode is NavState.AUTO_LOITER
+    assert now(pilot.mode) is NavState.AUTO_LOITER
     pilot.joystick = (0.8, 0.0, 0.0, 0.0)
     pilot.run(0.2)
     assert pilot.mode is NavState.POSCTL
@@ -212,29 +213,29 @@ def test_switches_choose_modes_arm_and_kill() -> None:
     pilot = Pilot(**RC, **SWITCHES, **MODES)
     pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
     pilot.run(3.0)
-    assert pilot.mode is NavState.STAB  # the first slot, when RC is first seen
+    assert now(pilot.mode) is NavState.STAB  # the first slot, when RC is first seen
     pilot.channels[4] = 1600
     pilot.run(0.5)
-    assert pilot.mode is NavState.ALTCTL
+    assert now(pilot.mode) is NavState.ALTCTL
     pilot.channels[4] = HIGH
     pilot.run(0.5)
-    assert pilot.mode is NavState.POSCTL
+    assert now(pilot.mode) is NavState.POSCTL
     pilot.channels[6] = HIGH
     pilot.run(0.5)
-    assert pilot.armed
+    assert now(pilot.armed)
     pilot.channels[7] = HIGH
     pilot.run(0.5)
-    assert pilot.mode is NavState.AUTO_RTL
+    assert now(pilot.mode) is NavState.AUTO_RTL
     pilot.channels[7] = LOW
     pilot.run(0.5)
     assert pilot.mode is NavState.POSCTL
     pilot.channels[5] = HIGH
     pilot.run(0.2)
-    assert pilot.topics.actuator_armed.manual_lockdown
+    assert now(pilot.topics.actuator_armed.manual_lockdown)
     pilot.channels[5] = LOW
     pilot.run(0.2)
     assert not pilot.topics.actuator_armed.manual_lockdown
-    assert pilot.armed
+    assert now(pilot.armed)
     pilot.channels[6] = LOW
     pilot.run(0.5)
     assert not pilot.armed

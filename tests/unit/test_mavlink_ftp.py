@@ -95,7 +95,7 @@ class Station:
             assert (message.target_system, message.target_component) == (255, 190)
             raw = bytes(message.payload)
             head = HEADER.unpack_from(raw)
-            replies.append(Reply(*head, raw[12 : 12 + head[3]]))
+            replies.append(Reply._make((*head, raw[12 : 12 + head[3]])))
         return replies
 
 
@@ -131,31 +131,29 @@ def test_a_file_is_created_written_and_read_back(station: Station, root: Path) -
 
 
 def test_the_writing_steps_that_were_measured_on_px4(station: Station) -> None:
-    said = [
-        station.ask(*step[:2], **(step[2] if len(step) > 2 else {})).said
-        for step in (
-            (MKDIR, "probe"),
-            (MKDIR, "probe"),
-            (CREATE, "probe/file"),
-            (WRITE, b"0123456789"),
-            (TERMINATE, ""),
-            (OPEN_WO, "probe/file"),
-            (READ, "", {"size": 5}),
-            (TERMINATE, ""),
-            (TRUNCATE, "probe/file", {"offset": 5}),
-            (TRUNCATE, "probe/none", {"offset": 5}),
-            (CRC32, "probe/none"),
-            (RMDIR, "probe"),
-            (RENAME, "probe/file\0probe/other\0"),
-            (RENAME, "probe/file\0probe/x\0"),
-            (REMOVE, "probe/file"),
-            (REMOVE, "probe"),
-            (REMOVE, "probe/other"),
-            (RMDIR, "probe"),
-            (RMDIR, "probe"),
-            (CREATE, "no_such_dir/file"),
-        )
+    steps: list[tuple[int, bytes | str, int | None, int]] = [
+        (MKDIR, "probe", None, 0),
+        (MKDIR, "probe", None, 0),
+        (CREATE, "probe/file", None, 0),
+        (WRITE, b"0123456789", None, 0),
+        (TERMINATE, "", None, 0),
+        (OPEN_WO, "probe/file", None, 0),
+        (READ, "", 5, 0),
+        (TERMINATE, "", None, 0),
+        (TRUNCATE, "probe/file", None, 5),
+        (TRUNCATE, "probe/none", None, 5),
+        (CRC32, "probe/none", None, 0),
+        (RMDIR, "probe", None, 0),
+        (RENAME, "probe/file\0probe/other\0", None, 0),
+        (RENAME, "probe/file\0probe/x\0", None, 0),
+        (REMOVE, "probe/file", None, 0),
+        (REMOVE, "probe", None, 0),
+        (REMOVE, "probe/other", None, 0),
+        (RMDIR, "probe", None, 0),
+        (RMDIR, "probe", None, 0),
+        (CREATE, "no_such_dir/file", None, 0),
     ]
+    said = [station.ask(opcode, data, size=size, offset=offset).said for opcode, data, size, offset in steps]
     assert said == [
         "ACK",
         f"NAK {EXISTS}",
@@ -414,12 +412,11 @@ def test_requests_at_random_break_nothing_and_leave_the_folder_alone_that_is_not
     chance = random.Random(11)
     paths = ["", "/", ".", "..", "a", "a/b", "out/x", "../outside/x", "etc/extras/one.json.xz", "x" * 300, "\xff\0y"]
     for _ in range(4000):
-        data = chance.choice(
-            [chance.choice(paths), f"{chance.choice(paths)}\0{chance.choice(paths)}", chance.randbytes(30)]
-        )
+        words = chance.choice([chance.choice(paths), f"{chance.choice(paths)}\0{chance.choice(paths)}"]).encode()
+        data = chance.choice([words, words, chance.randbytes(30)])
         station.ask_all(
             chance.choice([*range(17), chance.randrange(256)]),
-            data[:239] if isinstance(data, bytes) else data.encode()[:239],
+            data[:239],
             offset=chance.choice([0, 1, 239, 5000, 1 << 31, 0xFFFFFFFF]),
             size=chance.choice([None, None, 0, 1, 239, 255]),
             session=chance.choice([0, 0, 0, 1, 255]),

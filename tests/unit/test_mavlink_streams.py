@@ -24,7 +24,7 @@ from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer, command_long, only
 
 SECONDS = 6.0
-EXPECTED_HZ = {
+EXPECTED_HZ: dict[int, dict[str, float]] = {
     GCS: {"ATTITUDE": 50, "GPS_RAW_INT": 5, "SERVO_OUTPUT_RAW": 50, "VFR_HUD": 4, "ESC_STATUS": 2, "HEARTBEAT": 1},
     ONBOARD: {
         "ATTITUDE": 100,

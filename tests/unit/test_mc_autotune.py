@@ -9,6 +9,7 @@ from autopilot.control.mc_autotune import McAutotune, State
 from autopilot.control.system_identification import SystemIdentification, pid_gains
 from autopilot.parameters import Parameters
 from autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
+from tests.unit.vehicle_command import vehicle_command
 
 from .test_actuator_test import Bench
 
@@ -114,8 +115,7 @@ def test_a_hexacopter_tunes_itself_in_flight_and_keeps_the_gains_when_it_is_disa
     autopilot = bench.autopilot
 
     def give(number: int, *params: float) -> tuple[int, int]:
-        padded = (*params, *(0.0,) * (7 - len(params)))
-        answer = autopilot.commands.handle(autopilot.now_us, VehicleCommand(number, *padded))
+        answer = autopilot.commands.handle(autopilot.now_us, vehicle_command(number, *params, rest=0.0))
         assert answer is not None
         return answer.result, answer.progress
 

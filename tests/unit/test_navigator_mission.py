@@ -25,18 +25,18 @@ NO_MISSION, NOT_STARTED, ACTIVE, PAUSED, COMPLETE = 1, 2, 3, 4, 5
 FLIGHT_TEXTS = ["Armed by external command", "Executing Mission", "Climb to 8.0 meters above home", "Takeoff detected"]
 
 
-def uploaded(*items: MissionItem, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+def uploaded(*items: MissionItem, rover: bool = False, **parameters: float) -> FakeVehicle:
     """On the ground, with a mission."""
-    vehicle = FakeVehicle(airframe_class, **parameters)
+    vehicle = FakeVehicle("rover" if rover else "multicopter", **parameters)
     vehicle.run(3.0)
     vehicle.upload(*items)
     vehicle.run(0.1)
     return vehicle
 
 
-def started(*items: MissionItem, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+def started(*items: MissionItem, rover: bool = False, **parameters: float) -> FakeVehicle:
     """Armed in MISSION."""
-    vehicle = uploaded(*items, airframe_class=airframe_class, **parameters)
+    vehicle = uploaded(*items, rover=rover, **parameters)
     assert vehicle.set_mode(4, 4) == 0
     assert vehicle.arm() == 0
     return vehicle
@@ -374,7 +374,7 @@ def test_missions_that_cannot_be_flown(
     items: tuple[MissionItem, ...], parameters: dict[str, float], event: str
 ) -> None:
     """PX4 tells it as an event without a text."""
-    vehicle = uploaded(*items, **parameters)
+    vehicle = uploaded(*items, rover=False, **parameters)
     assert mission_state(vehicle) == NO_MISSION
     assert layout(event)[0] in {told.id for told in vehicle.events.recent}
     assert vehicle.take_texts() == []
@@ -445,7 +445,7 @@ def test_a_rover_drives_a_square_without_holding_at_waypoints() -> None:
         item(WAYPOINT, 12, 0, 0, 60.0),
         item(WAYPOINT, 12, 12),
         item(WAYPOINT, 0, 12),
-        airframe_class="rover",
+        rover=True,
         **ROVER,
     )
     run_until(rover, 2)
@@ -467,7 +467,7 @@ def test_a_rover_never_reaches_a_landing() -> None:
         item(WAYPOINT, 12, 0),
         item(LOITER_TIME, 12, 8, 0, 3.0),
         item(LAND, 4, 8),
-        airframe_class="rover",
+        rover=True,
     )
     rover.run(30.0)
     assert rover.reached == [-1, 0, 1, 2]
@@ -499,10 +499,10 @@ def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> 
         item(JUMP, 0, 0, 0, 0, 1),
         item(LOITER_TIME, 0, 8, 0, 3.0),
         item(WAYPOINT, 0, 0),
-        airframe_class="rover",
+        rover=True,
         **ROVER,
     )
-    following = {}
+    following: dict[int, set[tuple[int, int]]] = {}
     for _ in range(25 * 60):
         rover.step()
         triplet = rover.topics.position_setpoint_triplet

@@ -303,7 +303,7 @@ def test_a_fence_that_is_broken_at_once_is_not_watched(
 def test_a_fence_of_before_the_start_is_watched() -> None:
     vehicle = FakeVehicle(GF_ACTION=1)
     vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0)), 0)
-    vehicle = FakeVehicle(GF_ACTION=1, dataman=vehicle.dataman)
+    vehicle = FakeVehicle("multicopter", vehicle.dataman, GF_ACTION=1)
     vehicle.run(3.0)
     vehicle.north = 30.0
     vehicle.run(0.3)

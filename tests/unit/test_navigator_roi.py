@@ -7,14 +7,15 @@ from typing import Any, cast
 import pytest
 
 from autopilot.navigator.roi import Roi
-from autopilot.topics import Topics, VehicleCommand, VehicleRoi
+from autopilot.topics import Topics, VehicleRoi
+from tests.unit.vehicle_command import vehicle_command
 
 NAV_ROI, LOCATION, WPNEXT_OFFSET, NONE, SET_ROI = 80, 195, 196, 197, 201
 
 
 def made_of(number: int, *params: float) -> VehicleRoi:
     topics = Topics()
-    Roi(cast(Any, SimpleNamespace(topics=topics))).take(VehicleCommand(number, *params))
+    Roi(cast(Any, SimpleNamespace(topics=topics))).take(vehicle_command(number, *params))
     return topics.vehicle_roi
 
 

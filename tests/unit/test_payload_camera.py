@@ -9,6 +9,7 @@ import pytest
 import vehicles
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.payload.camera import Camera
+from tests.typed import present
 from vehicles.description import Camera as CameraData
 
 from .mavlink_peer import Peer, names, only
@@ -17,7 +18,7 @@ ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 REQUEST_MESSAGE, IMAGE_START, IMAGE_STOP, VIDEO_START, VIDEO_STOP = 512, 2000, 2001, 2500, 2501
 SET_MODE, SET_ZOOM, SET_FOCUS, RESET, FORMAT = 530, 531, 532, 529, 526
 CAMERA = 100
-DATA = vehicles.load("m600").camera
+DATA = present(vehicles.load("m600").camera)
 assert DATA is not None
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from autopilot.parameters import Parameters
 from autopilot.payload_deliverer import PayloadDeliverer
-from autopilot.topics import Topics, VehicleCommand
+from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
 
 from .navigation_fake import STEP_US, FakeVehicle, item
 
@@ -27,7 +27,7 @@ class Gripper:
 
     def run(self, seconds: float) -> list[tuple[int, ...]]:
         """Later answers within a time."""
-        self.topics.vehicle_command_acks = ()
+        self.topics.vehicle_command_acks = tuple[VehicleCommandAck, ...]()
         for _ in range(round(seconds * 50)):
             self.now_us += 20_000
             self.deliverer.update(self.now_us)

@@ -15,11 +15,12 @@ from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosit
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
 from sitl_emu.payload.gimbal import Gimbal
+from tests.typed import present
 
 from .mavlink_peer import Peer, only
 
 CONFIGURE, PITCHYAW, MOUNT_CONTROL, REQUEST_MESSAGE = 1001, 1000, 205, 512
-DATA = vehicles.load("m600").gimbal
+DATA = present(vehicles.load("m600").gimbal)
 assert DATA is not None
 RATE_DEG_S = DATA.rate_max_deg_s
 

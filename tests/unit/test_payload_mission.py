@@ -16,6 +16,7 @@ from autopilot.texts import Texts
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.payload.camera import Camera
+from tests.typed import present
 
 from .mavlink_peer import only
 from .navigation_fake import STEP_US, FakeVehicle, item
@@ -23,7 +24,7 @@ from .navigation_fake import STEP_US, FakeVehicle, item
 TAKEOFF, WAYPOINT, LAND = 22, 16, 21
 TRIGGER_DISTANCE, DIGICAM, IMAGE_START, IMAGE_STOP = 206, 203, 2000, 2001
 CAMERA = 100
-DATA = vehicles.load("m600").camera
+DATA = present(vehicles.load("m600").camera)
 assert DATA is not None
 
 

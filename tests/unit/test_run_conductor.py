@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import HilActuatorControls, HilSensor, SimulatorMessage
-from sitl_emu.run.conductor import CameraInRun, Conductor, VehicleInRun
+from sitl_emu.run.conductor import CameraInRun, Conductor, Control, VehicleInRun
+from tests.typed import now
 
 
 class FakePose(NamedTuple):
@@ -22,7 +23,7 @@ class FakeSimulator:
     def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
         assert (controls is None) == (self.ticks == 0)
         self.ticks += 1
-        return [HilSensor(self.ticks * 4000, *[0.0] * 13, 0, 0)]
+        return [HilSensor._make((self.ticks * 4000, *[0.0] * 13, 0, 0))]
 
     def pose(self) -> FakePose:
         return FakePose(self.north_m)
@@ -53,7 +54,7 @@ class FakeControl:
         self.told.append(message)
 
     def receive(self) -> dict[str, Any]:
-        return next(self._answers)  # type: ignore[no-any-return]
+        return next(self._answers)
 
 
 class FakePeer:
@@ -92,6 +93,12 @@ def vehicle(
     return VehicleInRun(name, FakeSimulator(north_m), FakeChannel(), autopilot, FakeControl(iter(replies)), peer=peer)
 
 
+def told(control: Control | None) -> list[dict[str, Any]]:
+    """What a process was told, whose control is a fake."""
+    assert isinstance(control, FakeControl)
+    return control.told
+
+
 def run_ticks(conductor: Conductor, ticks: int) -> None:
     for _ in range(ticks):
         conductor.tick()
@@ -100,7 +107,7 @@ def run_ticks(conductor: Conductor, ticks: int) -> None:
 def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() -> None:
     one = vehicle("one", [reply(), reply()])
     run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 14)
-    assert one.companion.told == [
+    assert told(one.companion) == [
         {"step": 20000, "autopilot": 1, "peer": 0, "frames": []},
         {"step": 40000, "autopilot": 2, "peer": 0, "frames": []},
     ]
@@ -109,7 +116,7 @@ def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() 
 def test_what_a_companion_sent_in_one_step_is_read_by_its_autopilot_at_the_next_barrier() -> None:
     one = vehicle("one", [reply(autopilot=3), reply(autopilot=0), reply(autopilot=5)])
     run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 20)
-    assert one.autopilot.told == [{"read": 0}, {"read": 3}, {"read": 0}, {"read": 5}]
+    assert told(one.autopilot) == [{"read": 0}, {"read": 3}, {"read": 0}, {"read": 5}]
 
 
 def test_datagrams_cross_the_radio_after_its_latency() -> None:
@@ -118,7 +125,7 @@ def test_datagrams_cross_the_radio_after_its_latency() -> None:
     two = vehicle("two", [reply()] * 10, north_m=50.0, peer=far)
     settings = RadioSettings(range_m=100.0, latency_s=0.05, bandwidth_bit_s=1e9)
     run_ticks(Conductor([one, two], settings, 1, FakeRecorder()), 25)
-    assert [step["peer"] for step in two.companion.told] == [0, 0, 0, 0, 1]
+    assert [step["peer"] for step in told(two.companion)] == [0, 0, 0, 0, 1]
     assert far.from_radio == [b"hello"] and not near.from_radio
 
 
@@ -127,7 +134,7 @@ def test_beyond_the_range_nothing_arrives() -> None:
     two = vehicle("two", [reply()] * 10, north_m=101.0, peer=FakePeer([]))
     conductor = Conductor([one, two], RadioSettings(range_m=100.0, latency_s=0.0), 1, FakeRecorder())
     run_ticks(conductor, 40)
-    assert sum(step["peer"] for step in two.companion.told) == 0
+    assert sum(step["peer"] for step in told(two.companion)) == 0
     assert conductor.radio_counts == {"one>two": (1, 1), "two>one": (0, 0)}
 
 
@@ -136,9 +143,9 @@ def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_
     one.camera = CameraInRun(FakeControl({"done": index} for index in range(10)), 15.0, 100_000)
     conductor = Conductor([one], RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 75)
-    taken = {message["render"]: message["time"] for message in one.camera.control.told}
+    taken = {message["render"]: message["time"] for message in told(one.camera.control)}
     assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
-    delivered = [(frame, step["step"]) for step in one.companion.told for frame in step["frames"]]
+    delivered = [(frame, step["step"]) for step in told(one.companion) for frame in step["frames"]]
     assert delivered == [((0, 68000), 180000), ((1, 132000), 240000), ((2, 200000), 300000)]
 
 
@@ -154,6 +161,6 @@ def test_a_run_is_done_when_all_companions_are_and_fails_as_the_first_that_faile
     two = vehicle("two", [reply(), reply(done=True, outcome="peer link lost")])
     conductor = Conductor([one, two], RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 10)
-    assert not conductor.done
+    assert not now(conductor.done)
     run_ticks(conductor, 5)
     assert conductor.done and conductor.outcome == "peer link lost"

@@ -33,7 +33,8 @@ def test_messages_cross_a_control_channel_whole_and_in_order() -> None:
     assert there.poll() is None
     here.send({"done": 1})
     assert there.poll() == {"done": 1}
-    here.close(), there.close()
+    here.close()
+    there.close()
 
 
 def test_a_channel_names_the_process_that_has_gone() -> None:

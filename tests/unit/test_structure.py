@@ -107,7 +107,7 @@ def services() -> set[str]:
             names = {ast.unparse(node.target)} if isinstance(node, ast.AnnAssign) else set[str]()
             if isinstance(node, ast.Assign):
                 names = {ast.unparse(target) for target in node.targets}
-            if names & {"MESSAGES", "COMMANDS"} and node.value is not None:
+            if names & {"MESSAGES", "COMMANDS"} and not (isinstance(node, ast.AnnAssign) and node.value is None):
                 found.add(path.stem)
     return found | {"camera"}
 

@@ -10,6 +10,7 @@ import vehicles
 from autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
+    AutopilotChannel,
     ChannelClosed,
     DistanceSensor,
     HilActuatorControls,
@@ -18,6 +19,8 @@ from sitl_emu.core.simulator_api import (
     HilStateQuaternion,
     MemoryChannel,
     SimulatedBattery,
+    SimulatorChannel,
+    SimulatorMessage,
     actuators_as_on_the_wire,
     as_on_the_wire,
 )
@@ -30,20 +33,22 @@ from sitl_emu.core.tcp_channel import (
     connect,
 )
 from sitl_emu.world.ground import FlatGround
-from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.world.simulator import Home, Pose, VehicleSimulator
+from tests.typed import now
 
 HOME = Home(40.47, -86.99, 215.0, 30.0)
 ARM_TICK, AIRBORNE_TICK = 2500, 3750
 
 
-def unsigned(bits: int):
+def unsigned(bits: int) -> st.SearchStrategy[int]:
     return st.integers(0, 2**bits - 1)
 
 
-def signed(bits: int):
+def signed(bits: int) -> st.SearchStrategy[int]:
     return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
 
 
+Record = SimulatorMessage | HilActuatorControls
 f32 = st.floats(width=32, allow_nan=False)
 quaternions = st.tuples(f32, f32, f32, f32)
 records = st.one_of(
@@ -66,7 +71,7 @@ records = st.one_of(
 )  # fmt: skip
 
 
-def wire(record):
+def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
     return as_on_the_wire(record)
@@ -74,7 +79,7 @@ def wire(record):
 
 @given(st.lists(records, max_size=5), st.integers(1, 300))
 @settings(max_examples=150, deadline=None)
-def test_round_trip_in_pieces_of_any_size(messages, piece):
+def test_round_trip_in_pieces_of_any_size(messages: list[Record], piece: int) -> None:
     sender, receiver = Framer(1, 200), Framer(1, 1)
     stream = b"".join(sender.encode(message) for message in messages)
     received = [record for at in range(0, len(stream), piece) for record in receiver.decode(stream[at : at + piece])]
@@ -83,7 +88,7 @@ def test_round_trip_in_pieces_of_any_size(messages, piece):
 
 @given(records)
 @settings(max_examples=60, deadline=None)
-def test_pymavlink_reads_and_writes_the_same_bytes(record):
+def test_pymavlink_reads_and_writes_the_same_bytes(record: Record) -> None:
     frame = Framer(1, 200).encode(record)
     link = mavlink.MAVLink(None, srcSystem=1, srcComponent=200)
     message = link.parse_buffer(bytearray(frame))[0]
@@ -91,7 +96,7 @@ def test_pymavlink_reads_and_writes_the_same_bytes(record):
     assert bytes(message.pack(link)) == frame
 
 
-def test_foreign_messages_and_noise_are_skipped():
+def test_foreign_messages_and_noise_are_skipped() -> None:
     link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     heartbeat = link.heartbeat_encode(2, 12, 0, 0, 0).pack(link)
     interval = link.command_long_encode(1, 1, 511, 0, 107, 4000, 0, 0, 0, 0, 0).pack(link)
@@ -113,17 +118,20 @@ def pair() -> tuple[TcpSimulatorChannel, TcpAutopilotChannel]:
 
 
 @pytest.mark.parametrize("model", ["m600", "rover"])
-def test_memory_and_tcp_carry_identical_records(model):
-    def fly(simulator_end, autopilot_end):
+def test_memory_and_tcp_carry_identical_records(model: str) -> None:
+    def fly(simulator_end: SimulatorChannel, autopilot_end: AutopilotChannel) -> list[Record]:
         simulator = VehicleSimulator(vehicles.load(model), HOME, 5, FlatGround(), name="one")
-        answer, log = None, []
+        answer: HilActuatorControls | None = None
+        log: list[Record] = []
         for tick in range(500):
             simulator_end.send(simulator.tick(answer))
             messages = autopilot_end.receive()
             log += messages
             # what is answered depends on what came, so that a difference would grow
-            level = 0.6 + 0.01 * messages[-1].xacc
-            autopilot_end.send(HilActuatorControls(messages[-1].time_usec, 1, (level, tick / 1000.0) * 3, 128))
+            sensor = messages[-1]
+            assert isinstance(sensor, HilSensor)
+            level = 0.6 + 0.01 * sensor.xacc
+            autopilot_end.send(HilActuatorControls(sensor.time_usec, 1, (level, tick / 1000.0) * 3, 128))
             answer = simulator_end.receive()
             log.append(answer)
         return log
@@ -137,8 +145,8 @@ def test_memory_and_tcp_carry_identical_records(model):
             end.close()
 
 
-def test_the_autopilot_flies_identically_over_memory_and_tcp():
-    def fly(simulator_end, autopilot_end):
+def test_the_autopilot_flies_identically_over_memory_and_tcp() -> None:
+    def fly(simulator_end: SimulatorChannel, autopilot_end: AutopilotChannel) -> tuple[list[HilActuatorControls], Pose]:
         vehicle = vehicles.load("iris")
         autopilot = Autopilot(vehicle.airframe, 0)
         simulator = VehicleSimulator(vehicle, HOME, 5, FlatGround(), name="one")
@@ -146,7 +154,8 @@ def test_the_autopilot_flies_identically_over_memory_and_tcp():
         takeoff = ground.command_long_encode(1, 1, mavlink.MAV_CMD_NAV_TAKEOFF, 0, *[math.nan] * 7)
         arm = ground.command_long_encode(1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, 0, 0, 0, 0, 0, 0)
         said = {ARM_TICK: takeoff.pack(ground) + arm.pack(ground)}
-        answer, log = None, []
+        answer: HilActuatorControls | None = None
+        log: list[HilActuatorControls] = []
         for tick in range(AIRBORNE_TICK):
             simulator_end.send(simulator.tick(answer))
             if tick in said:
@@ -169,14 +178,14 @@ def test_the_autopilot_flies_identically_over_memory_and_tcp():
             end.close()
 
 
-def test_autopilot_gets_one_tick_at_a_time():
+def test_autopilot_gets_one_tick_at_a_time() -> None:
     simulator_end, autopilot_end = pair()
     try:
         simulator = VehicleSimulator(vehicles.load("iris"), HOME, 5, FlatGround())
         first, second = simulator.tick(None), simulator.tick(None)
         simulator_end.send(first + second)
         assert autopilot_end.receive() == [as_on_the_wire(message) for message in first]
-        assert autopilot_end.ready
+        assert now(autopilot_end.ready)
         assert autopilot_end.receive() == [as_on_the_wire(message) for message in second]
         assert not autopilot_end.ready
         assert simulator_end.poll(0.01) is None
@@ -185,7 +194,7 @@ def test_autopilot_gets_one_tick_at_a_time():
         autopilot_end.close()
 
 
-def test_a_closed_peer_is_named():
+def test_a_closed_peer_is_named() -> None:
     simulator_end, autopilot_end = pair()
     simulator_end.close()
     with pytest.raises(ChannelClosed, match="simulator on TCP port"):
@@ -198,14 +207,14 @@ def test_a_closed_peer_is_named():
     simulator_end.close()
 
 
-def test_port_in_use_names_the_port():
+def test_port_in_use_names_the_port() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(OSError, match=f"TCP port {port} is in use"):
             SimulatorListener(port)
 
 
-def test_listener_accepts_one_and_gives_up_in_time():
+def test_listener_accepts_one_and_gives_up_in_time() -> None:
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
     listener = SimulatorListener(port)

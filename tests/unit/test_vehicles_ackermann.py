@@ -1,8 +1,10 @@
 import math
+from typing import TypeVar
 
 import pytest
 
 import vehicles
+from tests.typed import present
 from vehicles.ackermann import Ackermann
 from vehicles.multicopter import from_body_down
 from vehicles.sih_ackermann import SihAckermann
@@ -11,61 +13,62 @@ G = 9.80665
 ROVER = vehicles.load("rover")
 SIH = vehicles.load("sihsim_rover_ackermann")
 HOME = (47.397742, 8.545594)
+CHASSIS = present(ROVER.chassis)
+Body = TypeVar("Body", Ackermann, SihAckermann)
 
 
-def flat(north, east):
+def flat(north: float, east: float) -> float:
     return 0.0
 
 
-def drive(body, steering, throttle, seconds):
+def drive(body: Body, steering: float, throttle: float, seconds: float) -> Body:
     for _ in range(round(seconds * 250)):
         body.step((steering, throttle), 0.0, 0.0, 0.0)
     return body
 
 
-def speed(body):
+def speed(body: Ackermann | SihAckermann) -> float:
     return math.hypot(body.vn_m_s, body.ve_m_s)
 
 
-def test_straight_on_along_its_heading():
+def test_straight_on_along_its_heading() -> None:
     body = drive(Ackermann(ROVER, flat, yaw_rad=0.5), 0.0, 0.8, 5.0)
     assert math.atan2(body.east_m, body.north_m) == pytest.approx(0.5, abs=1e-6)
     assert math.atan2(body.ve_m_s, body.vn_m_s) == pytest.approx(0.5, abs=1e-6)
 
 
-def test_full_throttle_speed_is_what_the_airframe_says():
+def test_full_throttle_speed_is_what_the_airframe_says() -> None:
     body = drive(Ackermann(ROVER, flat), 0.0, 1.0, 8.0)
     assert speed(body) == pytest.approx(ROVER.airframe["RO_MAX_THR_SPEED"], abs=0.1)
 
 
 @pytest.mark.parametrize("steering", [0.3, -0.6, 1.0])
-def test_turn_radius_is_wheelbase_over_tan_steer(steering):
+def test_turn_radius_is_wheelbase_over_tan_steer(steering: float) -> None:
     body = drive(Ackermann(ROVER, flat), steering, 0.3, 10.0)
     radius = speed(body) / abs(body.r_rad_s)
-    chassis = ROVER.chassis
-    rear_axle = chassis.wheelbase_m / math.tan(chassis.max_steer_angle_rad * abs(steering))
-    expected = math.hypot(rear_axle, chassis.centre_to_rear_axle_m)
+    rear_axle = CHASSIS.wheelbase_m / math.tan(CHASSIS.max_steer_angle_rad * abs(steering))
+    expected = math.hypot(rear_axle, CHASSIS.centre_to_rear_axle_m)
     assert radius == pytest.approx(expected, rel=0.06)
     assert math.copysign(1.0, body.r_rad_s) == math.copysign(1.0, steering), "positive steers right"
 
 
-def test_tyres_slide_when_too_fast_for_the_curve():
+def test_tyres_slide_when_too_fast_for_the_curve() -> None:
     body = drive(Ackermann(ROVER, flat), 0.0, 1.0, 4.0)
     worst = 0.0
     for _ in range(500):
         body.step((1.0, 1.0), 0.0, 0.0, 0.0)
         worst = max(worst, abs(body.ay_m_s2))
-    assert worst <= ROVER.chassis.tyre_friction * G * 1.02
+    assert worst <= CHASSIS.tyre_friction * G * 1.02
     assert speed(body) > 0.5
 
 
-def test_reverse_steers_like_a_car():
+def test_reverse_steers_like_a_car() -> None:
     body = drive(Ackermann(ROVER, flat), 0.5, -0.4, 4.0)
     assert body.r_rad_s < 0.0
     assert body.north_m < 0.0 or body.east_m != 0.0
 
 
-def test_stops_at_zero_throttle_and_stays():
+def test_stops_at_zero_throttle_and_stays() -> None:
     body = drive(Ackermann(ROVER, flat), 0.0, 0.8, 4.0)
     before = body.north_m
     drive(body, 0.0, 0.0, 3.0)
@@ -77,7 +80,7 @@ def test_stops_at_zero_throttle_and_stays():
     assert not body.running
 
 
-def test_brake_stops_a_slow_rover_on_a_slope():
+def test_brake_stops_a_slow_rover_on_a_slope() -> None:
     body = drive(Ackermann(ROVER, lambda north, east: -0.15 * north), 0.0, 0.1, 2.0)
     assert speed(body) > 0.2
     before = body.north_m
@@ -87,7 +90,7 @@ def test_brake_stops_a_slow_rover_on_a_slope():
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 2.5, -1.2])
-def test_parks_on_a_slope_and_lies_on_it(yaw):
+def test_parks_on_a_slope_and_lies_on_it(yaw: float) -> None:
     rise_n, rise_e = 0.2, -0.1
     body = Ackermann(ROVER, lambda n, e: 5.0 + rise_n * n + rise_e * e, 3.0, 4.0, yaw, G)
     start = (body.north_m, body.east_m, body.down_m)
@@ -98,20 +101,20 @@ def test_parks_on_a_slope_and_lies_on_it(yaw):
     assert (body.ax_m_s2, body.ay_m_s2, body.az_m_s2) == pytest.approx((-G * x, -G * y, -G * z), abs=1e-9)
 
 
-def test_climbs_slower_than_it_descends_and_follows_the_ground():
-    def hill(north, east):
+def test_climbs_slower_than_it_descends_and_follows_the_ground() -> None:
+    def hill(north: float, east: float) -> float:
         return 0.15 * north
 
     up = drive(Ackermann(ROVER, hill), 0.0, 0.7, 6.0)
     down = drive(Ackermann(ROVER, hill, yaw_rad=math.pi), 0.0, 0.7, 6.0)
     assert 0.5 < speed(up) < speed(down)
     for body in (up, down):
-        assert -body.down_m - hill(body.north_m, body.east_m) == pytest.approx(ROVER.chassis.centre_height_m, abs=0.05)
+        assert -body.down_m - hill(body.north_m, body.east_m) == pytest.approx(CHASSIS.centre_height_m, abs=0.05)
         assert body.vd_m_s == pytest.approx(-0.15 * body.vn_m_s, abs=0.02)
 
 
-def test_gyro_and_attitude_agree_on_rough_ground():
-    def rough(north, east):
+def test_gyro_and_attitude_agree_on_rough_ground() -> None:
+    def rough(north: float, east: float) -> float:
         return 0.2 * math.sin(0.8 * north) + 0.1 * math.sin(1.1 * east)
 
     body = Ackermann(ROVER, rough)
@@ -131,7 +134,7 @@ def test_gyro_and_attitude_agree_on_rough_ground():
     assert 2 * math.acos(min(1.0, dot)) < 0.01, "integrated rates give the attitude"
 
 
-def test_wrong_vehicle():
+def test_wrong_vehicle() -> None:
     with pytest.raises(ValueError, match="iris has no chassis"):
         Ackermann(vehicles.load("iris"), flat)
     with pytest.raises(ValueError, match="iris is no SIH rover"):
@@ -141,21 +144,21 @@ def test_wrong_vehicle():
 # --- PX4's SIH rover: figures measured on PX4 v1.18 ---
 
 
-def sih(yaw=0.0):
+def sih(yaw: float = 0.0) -> SihAckermann:
     return SihAckermann(SIH, flat, 0.0, 0.0, yaw, 9.8079, *HOME)
 
 
 @pytest.mark.parametrize(("yaw", "measured"), [(0.0, 3.0), (math.pi, 3.0), (math.pi / 2, 2.55), (math.pi / 4, 3.2)])
-def test_sih_speed_depends_on_direction(yaw, measured):
+def test_sih_speed_depends_on_direction(yaw: float, measured: float) -> None:
     # RO_SPEED_LIM 3 of RO_MAX_THR_SPEED 3.2 is throttle 0.94
     assert speed(drive(sih(yaw), 0.0, 3.0 / 3.2, 6.0)) == pytest.approx(measured, abs=0.12)
 
 
-def test_sih_throttle_0_4_drives_as_measured():
+def test_sih_throttle_0_4_drives_as_measured() -> None:
     assert speed(drive(sih(), 0.0, 0.4, 4.0)) == pytest.approx(1.68, abs=0.05)
 
 
-def test_sih_stops_and_stands():
+def test_sih_stops_and_stands() -> None:
     body = drive(sih(), 0.0, 0.4, 4.0)
     before = body.north_m
     drive(body, 0.0, 0.0, 3.0)
@@ -163,11 +166,11 @@ def test_sih_stops_and_stands():
     assert body.north_m - before == pytest.approx(0.4, abs=0.2)
 
 
-def test_sih_static_friction_holds_a_little_throttle():
+def test_sih_static_friction_holds_a_little_throttle() -> None:
     assert speed(drive(sih(), 0.0, 0.2, 3.0)) < 0.01
     assert speed(drive(sih(), 0.0, 0.3, 3.0)) > 0.5
 
 
-def test_sih_steers_right_for_positive_steering():
+def test_sih_steers_right_for_positive_steering() -> None:
     body = drive(sih(), 0.5, 0.6, 3.0)
     assert body.r_rad_s > 0.3

@@ -7,7 +7,7 @@ import vehicles
 from vehicles.battery import LoadBattery, Px4Battery, battery_model
 
 
-def test_sags_under_load_and_recovers():
+def test_sags_under_load_and_recovers() -> None:
     data = vehicles.load("iris").battery
     battery = LoadBattery(data)
     full = battery.voltage_v
@@ -22,7 +22,7 @@ def test_sags_under_load_and_recovers():
 
 
 @pytest.mark.parametrize("model", ["iris", "m600", "rover"])
-def test_energy_taken_is_the_energy_it_holds(model):
+def test_energy_taken_is_the_energy_it_holds(model: str) -> None:
     data = vehicles.load(model).battery
     battery, power, seconds = LoadBattery(data), 5.0 * data.capacity_ah * data.cells, 0.0
     while battery.remaining > 0.0:
@@ -35,7 +35,7 @@ def test_energy_taken_is_the_energy_it_holds(model):
     assert battery.remaining == 0.0
 
 
-def test_voltage_falls_with_charge():
+def test_voltage_falls_with_charge() -> None:
     battery = LoadBattery(dataclasses.replace(vehicles.load("iris").battery, capacity_ah=0.1))
     seen = [battery.voltage_v]
     for _ in range(600):
@@ -44,13 +44,13 @@ def test_voltage_falls_with_charge():
     assert all(later <= earlier + 1e-9 for earlier, later in itertools.pairwise(seen))
 
 
-def test_px4s_battery_drains_as_measured():
+def test_px4s_battery_drains_as_measured() -> None:
     """PX4 v1.18, SIM_BAT_DRAIN 60, SIM_BAT_MIN_PCT 0: 1.67 %/s; 15.99 V at 90 %, 15.27 V at 50 %, 14.73 V at 20 %."""
     battery = battery_model(vehicles.load("sihsim_hex").battery)
     assert isinstance(battery, Px4Battery)
     battery.sim_bat_min_pct = 0.0
     assert battery.voltage_v == pytest.approx(16.2)
-    seen = {}
+    seen: dict[int, float] = {}
     for tick in range(1, 301):
         battery.step(0.2, 0.0, True)
         seen.setdefault(round(100 * battery.remaining), battery.voltage_v)
@@ -60,7 +60,7 @@ def test_px4s_battery_drains_as_measured():
     assert battery.remaining == 1.0
 
 
-def test_px4s_battery_stops_at_its_minimum():
+def test_px4s_battery_stops_at_its_minimum() -> None:
     battery = Px4Battery(vehicles.load("sihsim_hex").battery)
     for _ in range(1000):
         battery.step(0.2, 0.0, True)

@@ -1,18 +1,19 @@
 import json
-import pathlib
 import shutil
+from pathlib import Path
 
 import pytest
 
 import vehicles
 from autopilot.parameters import Parameters
+from tests.typed import present
 from vehicles import VehicleError, inertia
 from vehicles.inertia import Cuboid
 
 MODELS = ["iris", "m600", "rover", "sihsim_hex", "sihsim_rover_ackermann"]
 
 
-def test_models_and_unknown_model():
+def test_models_and_unknown_model() -> None:
     assert vehicles.models() == MODELS
     with pytest.raises(vehicles.UnknownModel) as caught:
         vehicles.load("zeppelin")
@@ -21,7 +22,7 @@ def test_models_and_unknown_model():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_airframe_is_known_to_the_autopilot(model):
+def test_airframe_is_known_to_the_autopilot(model: str) -> None:
     airframe = vehicles.load(model).airframe
     rover = airframe["MAV_TYPE"] == 10
     parameters = Parameters("rover" if rover else "multicopter", airframe)
@@ -29,10 +30,10 @@ def test_airframe_is_known_to_the_autopilot(model):
 
 
 @pytest.mark.parametrize("model", ["iris", "m600", "sihsim_hex"])
-def test_airframe_and_rotors_tell_the_same_geometry(model):
+def test_airframe_and_rotors_tell_the_same_geometry(model: str) -> None:
     vehicle = vehicles.load(model)
     parameters = Parameters("multicopter", vehicle.airframe)
-    rotors = vehicle.propulsion.rotors
+    rotors = present(vehicle.propulsion).rotors
     assert parameters["CA_ROTOR_COUNT"] == len(rotors)
     assert parameters["THR_MDL_FAC"] == 1.0, "thrust grows with the square of the control"
     scale = None
@@ -48,38 +49,40 @@ def test_airframe_and_rotors_tell_the_same_geometry(model):
 
 
 @pytest.mark.parametrize("model", ["iris", "m600"])
-def test_hover_thrust_parameter_is_the_vehicles(model):
+def test_hover_thrust_parameter_is_the_vehicles(model: str) -> None:
     vehicle = vehicles.load(model)
-    hover = vehicle.mass_kg * 9.80665 / (vehicle.propulsion.thrust_max_n * len(vehicle.propulsion.rotors))
+    propulsion = present(vehicle.propulsion)
+    hover = vehicle.mass_kg * 9.80665 / (propulsion.thrust_max_n * len(propulsion.rotors))
     assert vehicle.airframe["MPC_THR_HOVER"] == pytest.approx(hover, abs=0.02)
 
 
-def test_m600_is_djis():
+def test_m600_is_djis() -> None:
     m600 = vehicles.load("m600")
     assert m600.mass_kg == pytest.approx(9.6 + 0.8, abs=0.01)
-    arm = m600.propulsion.rotors[1].position_m[1]
+    propulsion = present(m600.propulsion)
+    arm = propulsion.rotors[1].position_m[1]
     assert 2 * arm == pytest.approx(1.133)
     hover_u3 = (9.6 * 9.80665 / 300.0) ** 1.5
-    power = 6 * hover_u3 * m600.propulsion.power_max_w
+    power = 6 * hover_u3 * propulsion.power_max_w
     assert 6 * 129.96 / power * 60.0 == pytest.approx(40.0, abs=1.0), "minutes of hover without payload"
     assert m600.battery.capacity_ah * 22.8 == pytest.approx(6 * 129.96, rel=0.01)
 
 
-def test_rover_fits_between_rows():
-    chassis = vehicles.load("rover").chassis
+def test_rover_fits_between_rows() -> None:
+    chassis = present(vehicles.load("rover").chassis)
     assert chassis.track_m < 0.75
     airframe = vehicles.load("rover").airframe
     assert airframe["RA_WHEEL_BASE"] == chassis.wheelbase_m
     assert airframe["RA_MAX_STR_ANG"] == pytest.approx(chassis.max_steer_angle_rad)
 
 
-def test_cuboid_and_parallel_axis():
+def test_cuboid_and_parallel_axis() -> None:
     # the paper's formula, by hand: m = 12 so that m/12 is 1
     assert inertia.cuboid(12.0, (1.0, 2.0, 3.0)) == (9.0 + 4.0, 1.0 + 9.0, 1.0 + 4.0)
     assert inertia.parallel_axis((1.0, 1.0, 1.0), 2.0, (1.0, 2.0, 3.0)) == (27.0, 21.0, 11.0)
 
 
-def test_total_of_two_halves_is_the_whole():
+def test_total_of_two_halves_is_the_whole() -> None:
     halves = [Cuboid(3.0, (1.0, 0.5, 0.2), (x, 0.0, 1.0)) for x in (-0.5, 0.5)]
     whole = inertia.total(halves)
     assert whole.mass_kg == 6.0
@@ -87,7 +90,7 @@ def test_total_of_two_halves_is_the_whole():
     assert whole.inertia_kg_m2 == pytest.approx(inertia.cuboid(6.0, (2.0, 0.5, 0.2)))
 
 
-def test_total_refuses_what_is_not_symmetric():
+def test_total_refuses_what_is_not_symmetric() -> None:
     with pytest.raises(ValueError, match="not symmetric"):
         inertia.total([Cuboid(1.0, (0.1, 0.1, 0.1), (1.0, 1.0, 0.0)), Cuboid(1.0, (0.1, 0.1, 0.1), (0.0, 0.0, 0.0))])
     with pytest.raises(ValueError, match="at least one part"):
@@ -95,9 +98,9 @@ def test_total_refuses_what_is_not_symmetric():
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder(tmp_path: Path) -> Path:
     copy = tmp_path / "mine"
-    shutil.copytree(pathlib.Path(vehicles.__file__).parent / "iris", copy)
+    shutil.copytree(Path(vehicles.__file__).parent / "iris", copy)
     return copy
 
 
@@ -118,7 +121,7 @@ def folder(tmp_path):
         ("[battery]", "[battery", "mine/vehicle.toml: "),
     ],
 )
-def test_wrong_fields_are_named(folder, old, new, error):
+def test_wrong_fields_are_named(folder: Path, old: str, new: str, error: str) -> None:
     toml = folder / "vehicle.toml"
     text = toml.read_text()
     assert old in text
@@ -127,7 +130,7 @@ def test_wrong_fields_are_named(folder, old, new, error):
         vehicles.read(folder)
 
 
-def test_wrong_airframe_is_named(folder):
+def test_wrong_airframe_is_named(folder: Path) -> None:
     (folder / "airframe.json").write_text(json.dumps({"MAV_TYPE": "quad"}))
     with pytest.raises(VehicleError, match=r"mine/airframe.json: MAV_TYPE = 'quad' must be a number"):
         vehicles.read(folder)

@@ -1,10 +1,14 @@
 import dataclasses
 import math
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 import vehicles
 from sitl_emu.core.attitude import quaternion
+from tests.typed import present
+from vehicles.description import Vehicle
 from vehicles.dynamics import STEP_S
 from vehicles.multicopter import Multicopter, from_body_down
 
@@ -12,27 +16,28 @@ G = 9.80665
 MODELS = ["iris", "m600", "sihsim_hex"]
 
 
-def flat(north, east):
+def flat(north: float, east: float) -> float:
     return 0.0
 
 
-def in_the_air(model, **changes):
+def in_the_air(model: str, **changes: Any) -> tuple[Multicopter, Vehicle]:
     """A vehicle high above the ground, at rest and level, with rotors still."""
     vehicle = dataclasses.replace(vehicles.load(model), **changes)
     return Multicopter(vehicle, lambda north, east: 0.0, gravity_m_s2=G), vehicle
 
 
-def lift_off(body):
+def lift_off(body: Multicopter) -> None:
     body.down_m = -1000.0
     body.q = (1.0, 0.0, 0.0, 0.0)
 
 
-def hover_control(vehicle):
-    return math.sqrt(vehicle.mass_kg * G / (vehicle.propulsion.thrust_max_n * len(vehicle.propulsion.rotors)))
+def hover_control(vehicle: Vehicle) -> float:
+    propulsion = present(vehicle.propulsion)
+    return math.sqrt(vehicle.mass_kg * G / (propulsion.thrust_max_n * len(propulsion.rotors)))
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_hover_thrust_equals_weight(model):
+def test_hover_thrust_equals_weight(model: str) -> None:
     body, vehicle = in_the_air(model)
     lift_off(body)
     u = hover_control(vehicle)
@@ -44,8 +49,10 @@ def test_hover_thrust_equals_weight(model):
     assert (body.p_rad_s, body.q_rad_s, body.r_rad_s) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_free_fall_without_air():
-    air = dataclasses.replace(vehicles.load("iris").aerodynamics, linear_n_s_m=(0.0,) * 3, quadratic_n_s2_m2=(0.0,) * 3)
+def test_free_fall_without_air() -> None:
+    air = dataclasses.replace(
+        present(vehicles.load("iris").aerodynamics), linear_n_s_m=(0.0,) * 3, quadratic_n_s2_m2=(0.0,) * 3
+    )
     body, _ = in_the_air("iris", aerodynamics=air)
     lift_off(body)
     for _ in range(250):
@@ -56,18 +63,18 @@ def test_free_fall_without_air():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_terminal_velocity(model):
+def test_terminal_velocity(model: str) -> None:
     body, vehicle = in_the_air(model)
     lift_off(body)
     body.down_m = -20000.0
     for _ in range(15000):
         body.step((), 0.0, 0.0, 0.0)
-    air, v = vehicle.aerodynamics, body.vd_m_s
+    air, v = present(vehicle.aerodynamics), body.vd_m_s
     drag = (air.linear_n_s_m[2] + air.quadratic_n_s2_m2[2] * v) * v
     assert drag == pytest.approx(vehicle.mass_kg * G, rel=1e-3)
 
 
-def test_wind_carries_and_sih_wind_leans_as_measured():
+def test_wind_carries_and_sih_wind_leans_as_measured() -> None:
     body, vehicle = in_the_air("sihsim_hex")
     lift_off(body)
     u = hover_control(vehicle)
@@ -78,14 +85,15 @@ def test_wind_carries_and_sih_wind_leans_as_measured():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_torque_signs_follow_the_airframe(model):
+def test_torque_signs_follow_the_airframe(model: str) -> None:
     """As PX4 allocates: more thrust right rolls left, more in front pitches up, ccw rotors (KM > 0) yaw right."""
     _, vehicle = in_the_air(model)
-    for axis, sign_of in (
-        ("p_rad_s", lambda i: -vehicle.airframe.get(f"CA_ROTOR{i}_PY", 0.0)),
-        ("q_rad_s", lambda i: vehicle.airframe.get(f"CA_ROTOR{i}_PX", 0.0)),
-        ("r_rad_s", lambda i: vehicle.airframe.get(f"CA_ROTOR{i}_KM", 0.05)),
-    ):
+    signs_of: dict[str, Callable[[int], float]] = {
+        "p_rad_s": lambda i: -vehicle.airframe.get(f"CA_ROTOR{i}_PY", 0.0),
+        "q_rad_s": lambda i: vehicle.airframe.get(f"CA_ROTOR{i}_PX", 0.0),
+        "r_rad_s": lambda i: vehicle.airframe.get(f"CA_ROTOR{i}_KM", 0.05),
+    }
+    for axis, sign_of in signs_of.items():
         body, _ = in_the_air(model)
         lift_off(body)
         signs = [sign_of(i) for i in range(len(body.speeds))]
@@ -95,16 +103,16 @@ def test_torque_signs_follow_the_airframe(model):
         assert getattr(body, axis) > 0.0
 
 
-def test_rotor_lag_is_first_order():
+def test_rotor_lag_is_first_order() -> None:
     body, vehicle = in_the_air("sihsim_hex")
     lift_off(body)
-    steps = round(vehicle.propulsion.time_constant_s / STEP_S)
+    steps = round(present(vehicle.propulsion).time_constant_s / STEP_S)
     for _ in range(steps):
         body.step((1.0,) * 6, 0.0, 0.0, 0.0)
     assert body.speeds[0] == pytest.approx(1.0 - math.exp(-steps * STEP_S / 0.05))
 
 
-def test_motor_off_stops_one_rotor():
+def test_motor_off_stops_one_rotor() -> None:
     body, _ = in_the_air("iris")
     body.motor_off[2] = True
     for _ in range(100):
@@ -113,15 +121,15 @@ def test_motor_off_stops_one_rotor():
     assert body.speeds[0] > 0.9
 
 
-def test_spinning_body_keeps_angular_momentum_and_energy():
+def test_spinning_body_keeps_angular_momentum_and_energy() -> None:
     """Torque-free, without damping: Euler's equations keep |I ω| and the energy of rotation."""
-    air = dataclasses.replace(vehicles.load("m600").aerodynamics, angular_n_m_s=(0.0,) * 3)
+    air = dataclasses.replace(present(vehicles.load("m600").aerodynamics), angular_n_m_s=(0.0,) * 3)
     body, vehicle = in_the_air("m600", aerodynamics=air)
     lift_off(body)
     body.p_rad_s, body.q_rad_s, body.r_rad_s = 1.0, 0.4, -0.7
     moments = vehicle.inertia_kg_m2
 
-    def state():
+    def state() -> tuple[float, float]:
         rates = (body.p_rad_s, body.q_rad_s, body.r_rad_s)
         energy = sum(moment * rate**2 for moment, rate in zip(moments, rates, strict=True))
         return energy, math.hypot(*(moment * rate for moment, rate in zip(moments, rates, strict=True)))
@@ -133,7 +141,7 @@ def test_spinning_body_keeps_angular_momentum_and_energy():
     assert math.hypot(*body.q) == pytest.approx(1.0)
 
 
-def test_attitude_integrates_the_rates():
+def test_attitude_integrates_the_rates() -> None:
     body, _ = in_the_air("sihsim_hex")
     lift_off(body)
     body._angular = (0.0, 0.0, 0.0)
@@ -145,7 +153,7 @@ def test_attitude_integrates_the_rates():
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("slopes", [(0.0, 0.0), (0.15, -0.1), (-0.2, 0.05)])
-def test_stands_still_on_slopes(model, slopes):
+def test_stands_still_on_slopes(model: str, slopes: tuple[float, float]) -> None:
     rise_n, rise_e = slopes
     vehicle = vehicles.load(model)
     body = Multicopter(vehicle, lambda n, e: 3.0 + rise_n * n + rise_e * e, 12.0, -7.0, 0.6, G)
@@ -161,7 +169,7 @@ def test_stands_still_on_slopes(model, slopes):
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("tilt", [0.0, 0.15])
-def test_touches_down_softly_and_rests(model, tilt):
+def test_touches_down_softly_and_rests(model: str, tilt: float) -> None:
     vehicle = vehicles.load(model)
     body = Multicopter(vehicle, flat, gravity_m_s2=G)
     rest = body.down_m
@@ -187,7 +195,7 @@ def test_touches_down_softly_and_rests(model, tilt):
     assert math.acos(min(1.0, from_body_down(body.q)[2])) < 1e-3
 
 
-def test_takes_off_again():
+def test_takes_off_again() -> None:
     body, vehicle = in_the_air("iris")
     u = 1.1 * hover_control(vehicle)
     for _ in range(500):
@@ -196,7 +204,7 @@ def test_takes_off_again():
     assert from_body_down(body.q)[2] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_below_hover_it_stays_on_the_ground():
+def test_below_hover_it_stays_on_the_ground() -> None:
     body, vehicle = in_the_air("iris")
     start = body.north_m, body.east_m
     u = 0.95 * hover_control(vehicle)
@@ -208,7 +216,7 @@ def test_below_hover_it_stays_on_the_ground():
     assert from_body_down(body.q)[2] > 0.999
 
 
-def test_ground_is_found_from_any_height_in_time():
+def test_ground_is_found_from_any_height_in_time() -> None:
     body, _ = in_the_air("iris")
     body.down_m, body.vd_m_s = -30.0, 8.0
     for _ in range(3000):
@@ -216,6 +224,6 @@ def test_ground_is_found_from_any_height_in_time():
     assert body.down_m == pytest.approx(-0.11, abs=0.015)
 
 
-def test_no_multicopter():
+def test_no_multicopter() -> None:
     with pytest.raises(ValueError, match="rover is no multicopter"):
         Multicopter(vehicles.load("rover"), flat)

@@ -18,12 +18,13 @@ from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
 from sitl_emu.world.sensors.lidar import Lidar, beam
 from sitl_emu.world.sensors.magnetometer import Magnetometer
+from tests.typed import present
 
 IRIS, M600 = vehicles.load("iris").sensors, vehicles.load("m600").sensors
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
-def gps_errors(seed, name, minutes=60):
+def gps_errors(seed: int, name: str, minutes: int = 60) -> list[tuple[float, float, float]]:
     projection = MapProjection(40.47, -86.99)
     gps, fixes = Gps(IRIS.gps, projection, 215.0, seed, name), []
     for tick in range(round(minutes * 60 * IRIS.gps.rate_hz)):
@@ -33,19 +34,19 @@ def gps_errors(seed, name, minutes=60):
     return fixes
 
 
-def test_gps_is_half_a_metre_off_in_all():
+def test_gps_is_half_a_metre_off_in_all() -> None:
     squares = [north**2 + east**2 for seed in range(12) for north, east, _ in gps_errors(seed, "uas", 10)]
     assert math.sqrt(statistics.fmean(squares)) == pytest.approx(0.5, abs=0.1)
 
 
-def test_gps_error_is_mostly_slow():
+def test_gps_error_is_mostly_slow() -> None:
     errors = gps_errors(3, "uas", 30)
     steps = [later[0] - earlier[0] for earlier, later in itertools.pairwise(errors)]
     assert statistics.pstdev(steps) < 0.16
     assert statistics.pstdev([error[0] for error in errors]) > 0.2
 
 
-def test_gps_drift_is_each_vehicles_own():
+def test_gps_drift_is_each_vehicles_own() -> None:
     a, b = gps_errors(3, "uas", 20), gps_errors(3, "ugv", 20)
     assert a != b
     apart = [(one[0] - two[0]) ** 2 + (one[1] - two[1]) ** 2 for one, two in zip(a, b, strict=True)]
@@ -53,7 +54,7 @@ def test_gps_drift_is_each_vehicles_own():
     assert a == gps_errors(3, "uas", 20), "same seed, same errors"
 
 
-def test_gps_says_what_it_knows():
+def test_gps_says_what_it_knows() -> None:
     gps = Gps(IRIS.gps, MapProjection(40.47, -86.99), 215.0, 1, "uas")
     fix = gps.read(125_000, 0.0, 0.0, 0.0, 3.0, -3.0, 1.0)
     assert (fix.fix_type, fix.satellites_visible, fix.eph, fix.epv) == (3, 16, 60, 100)
@@ -65,7 +66,7 @@ def test_gps_says_what_it_knows():
     assert lost.eph > 5000
 
 
-def test_imu_noise_and_bias():
+def test_imu_noise_and_bias() -> None:
     still, running = [], []
     imu = Imu(M600.imu, 1, "uas")
     for _ in range(3000):
@@ -81,7 +82,7 @@ def test_imu_noise_and_bias():
 
 
 @pytest.mark.parametrize("yaw_deg", [0, 90, 200])
-def test_magnetometer_points_to_magnetic_north(yaw_deg):
+def test_magnetometer_points_to_magnetic_north(yaw_deg: float) -> None:
     field = MagneticField(math.radians(-4.8), math.radians(67.5), 0.52)
     magnetometer = Magnetometer(M600.magnetometer, field, 1, "uas")
     attitude = quaternion(0.0, 0.0, math.radians(yaw_deg))
@@ -93,7 +94,7 @@ def test_magnetometer_points_to_magnetic_north(yaw_deg):
     assert z == pytest.approx(0.52 * math.sin(math.radians(67.5)), abs=0.02)
 
 
-def test_magnetometer_keeps_the_field_when_tilted():
+def test_magnetometer_keeps_the_field_when_tilted() -> None:
     field = MagneticField(0.1, 1.1, 0.5)
     magnetometer = Magnetometer(vehicles.load("sihsim_hex").sensors.magnetometer, field, 1, "uas")
     magnetometer._noise = (0.0, 0.0, 0.0)
@@ -103,7 +104,7 @@ def test_magnetometer_keeps_the_field_when_tilted():
     assert magnetometer.read(quaternion(0.0, -1.1, 0.1)) == pytest.approx((0.5, 0.0, 0.0), abs=1e-9)
 
 
-def test_standard_atmosphere():
+def test_standard_atmosphere() -> None:
     assert pressure_hpa(0.0) == 1013.25
     assert pressure_hpa(1000.0) == pytest.approx(898.76, abs=0.02)
     assert pressure_hpa(5000.0) == pytest.approx(540.2, abs=0.1)
@@ -111,7 +112,7 @@ def test_standard_atmosphere():
     assert gravity_m_s2(45.0) == pytest.approx(9.8062, abs=1e-4)
 
 
-def test_barometer_noise_is_the_data_sheets():
+def test_barometer_noise_is_the_data_sheets() -> None:
     barometer = Barometer(IRIS.barometer, 1, "uas")
     readings = [barometer.read(215.0)[0] for _ in range(2000)]
     steps = [later - earlier for earlier, later in itertools.pairwise(readings)]
@@ -130,9 +131,11 @@ def test_barometer_noise_is_the_data_sheets():
     st.floats(-0.3, 0.3),
 )
 @settings(max_examples=80, deadline=None)
-def test_lidar_beam_meets_an_inclined_plane(height, roll, pitch, yaw, rise_n, rise_e):
+def test_lidar_beam_meets_an_inclined_plane(
+    height: float, roll: float, pitch: float, yaw: float, rise_n: float, rise_e: float
+) -> None:
     class Plane:
-        def height_m(self, north, east):
+        def height_m(self, north: float, east: float) -> float:
             return 4.0 + rise_n * north + rise_e * east
 
     north, east = 3.0, -5.0
@@ -145,8 +148,8 @@ def test_lidar_beam_meets_an_inclined_plane(height, roll, pitch, yaw, rise_n, ri
     assert beam(Plane(), north, east, down, attitude, 50.0) == pytest.approx(expected, abs=0.03)
 
 
-def test_lidar_reads_in_range_and_says_so_out_of_it():
-    lidar = Lidar(M600.lidar, FlatGround(2.0), 1, "uas")
+def test_lidar_reads_in_range_and_says_so_out_of_it() -> None:
+    lidar = Lidar(present(M600.lidar), FlatGround(2.0), 1, "uas")
     shots = [lidar.read(tick * 50_000, 0.0, 0.0, -10.0, LEVEL) for tick in range(2000)]
     assert statistics.fmean(shot.current_distance for shot in shots) == pytest.approx(800, abs=0.5)
     assert statistics.pstdev(shot.current_distance for shot in shots) == pytest.approx(5.0, rel=0.1)
@@ -158,7 +161,7 @@ def test_lidar_reads_in_range_and_says_so_out_of_it():
         assert blind.signal_quality == 1
 
 
-def test_noise_sources_are_independent_and_repeatable():
+def test_noise_sources_are_independent_and_repeatable() -> None:
     a, again, b = normals(1, "uas", "imu"), normals(1, "uas", "imu"), normals(1, "ugv", "imu")
     first = [a() for _ in range(3000)]
     assert first == [again() for _ in range(3000)]
@@ -167,7 +170,7 @@ def test_noise_sources_are_independent_and_repeatable():
     assert generator(2, "uas", "imu").standard_normal() != first[0]
 
 
-def test_gauss_markov_has_its_spread_and_memory():
+def test_gauss_markov_has_its_spread_and_memory() -> None:
     process = GaussMarkov(2.0, 1.0, 0.1, normals(1, "x"))
     values = [process.step() for _ in range(20000)]
     assert statistics.pstdev(values) == pytest.approx(2.0, rel=0.1)

@@ -13,28 +13,39 @@ from sitl_emu.core.simulator_api import (
     HilSensor,
     HilStateQuaternion,
     SimulatedBattery,
+    SimulatorMessage,
     as_on_the_wire,
 )
 from sitl_emu.run.simulated_parameters import SimulatedParameters
-from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.wind import Wind
+from vehicles.multicopter import Multicopter
 
 HOME = Home(40.47, -86.99, 215.0, 60.0)
 HILL = type("Hill", (), {"height_m": lambda self, north, east: 1.5 + 0.1 * north})()
 
 
-def simulate(model, ticks, controls=None, seed=1, name="uas", terrain=None, wind=None, **start):
+def simulate(
+    model: str,
+    ticks: int,
+    controls: HilActuatorControls | None = None,
+    seed: int = 1,
+    name: str = "uas",
+    terrain: Terrain | None = None,
+    wind: Wind | None = None,
+    **start: float,
+) -> tuple[VehicleSimulator, list[SimulatorMessage]]:
     simulator = VehicleSimulator(vehicles.load(model), HOME, seed, terrain or FlatGround(), wind, name=name, **start)
     messages = [message for _ in range(ticks) for message in simulator.tick(controls)]
     return simulator, messages
 
 
-def count(messages, kind):
+def count(messages: list[SimulatorMessage], kind: type[SimulatorMessage]) -> int:
     return sum(isinstance(message, kind) for message in messages)
 
 
-def test_rates():
+def test_rates() -> None:
     _, messages = simulate("m600", 2500)
     assert count(messages, HilSensor) == 2500
     assert count(messages, HilGps) == 81
@@ -47,7 +58,7 @@ def test_rates():
     assert [sensor.time_usec for sensor in sensors] == [4000 * (tick + 1) for tick in range(2500)]
 
 
-def test_every_tick_ends_with_hil_sensor():
+def test_every_tick_ends_with_hil_sensor() -> None:
     simulator, _ = simulate("iris", 0)
     for _ in range(100):
         *before, last = simulator.tick(None)
@@ -56,7 +67,7 @@ def test_every_tick_ends_with_hil_sensor():
 
 
 @pytest.mark.parametrize("model", vehicles.models())
-def test_records_fit_on_the_wire(model):
+def test_records_fit_on_the_wire(model: str) -> None:
     controls = HilActuatorControls(0, 1, (0.9,) * 6, 128)
     _, messages = simulate(model, 200, controls)
     for message in messages:
@@ -66,7 +77,7 @@ def test_records_fit_on_the_wire(model):
                 assert mine == its
 
 
-def test_same_arguments_same_run_and_other_seeds_other_noise():
+def test_same_arguments_same_run_and_other_seeds_other_noise() -> None:
     controls = HilActuatorControls(0, 1, (0.7,) * 6, 128)
     gusts = [Wind(2.0, 1.0, 0.5, seed=1) for _ in range(3)]
     one = simulate("m600", 600, controls, wind=gusts[0])[1]
@@ -75,7 +86,7 @@ def test_same_arguments_same_run_and_other_seeds_other_noise():
     assert simulate("iris", 10)[1] != simulate("iris", 10, name="other")[1]
 
 
-def test_stands_at_its_place_with_its_heading():
+def test_stands_at_its_place_with_its_heading() -> None:
     simulator, _ = simulate("m600", 100, terrain=HILL, start_north_m=20.0, start_east_m=-5.0)
     pose = simulator.pose()
     assert (pose.north_m, pose.east_m) == pytest.approx((20.0, -5.0), abs=1e-3)
@@ -86,13 +97,13 @@ def test_stands_at_its_place_with_its_heading():
     assert pose.time_usec == 400_000
 
 
-def test_lidar_on_the_ground_reads_the_gear():
+def test_lidar_on_the_ground_reads_the_gear() -> None:
     _, messages = simulate("m600", 500, terrain=HILL)
     heights = [message.current_distance for message in messages if isinstance(message, DistanceSensor)]
     assert sum(heights) / len(heights) == pytest.approx(41.5, abs=2.0)
 
 
-def test_failures():
+def test_failures() -> None:
     simulator, _ = simulate("m600", 10)
     simulator.gps_off = simulator.baro_off = simulator.mag_off = simulator.lidar_off = True
     messages = [message for _ in range(500) for message in simulator.tick(None)]
@@ -106,10 +117,11 @@ def test_failures():
     assert {message.fix_type for message in messages if isinstance(message, HilGps)} == {0}
     simulator.motor_off[0] = True
     simulator.tick(HilActuatorControls(0, 1, (1.0,) * 6, 128))
+    assert isinstance(simulator.dynamics, Multicopter)
     assert simulator.dynamics.speeds[0] == 0.0 < simulator.dynamics.speeds[1]
 
 
-def test_sih_wind_follows_px4s_sign():
+def test_sih_wind_follows_px4s_sign() -> None:
     """PX4 v1.18 with SIH_WIND_N -4 leans 21 degrees nose up, against air that moves north."""
     simulator, _ = simulate("sihsim_hex", 1)
     simulator.sih_wind_n = -4.0
@@ -119,14 +131,14 @@ def test_sih_wind_follows_px4s_sign():
     assert simulator.pose().vn_m_s > 1.0
 
 
-def test_reference_vehicles_do_not_know_the_worlds_wind():
+def test_reference_vehicles_do_not_know_the_worlds_wind() -> None:
     u = math.sqrt(9.81 / 30.0) * 1.01
     controls = HilActuatorControls(0, 1, (u,) * 6, 128)
     simulator, _ = simulate("sihsim_hex", 500, controls, wind=Wind(5.0, 0.0))
     assert simulator.pose().vn_m_s == pytest.approx(0.0, abs=1e-6)
 
 
-def test_px4s_battery_parameters_reach_the_battery():
+def test_px4s_battery_parameters_reach_the_battery() -> None:
     simulator, _ = simulate("sihsim_hex", 1)
     simulator.sim_bat_drain, simulator.sim_bat_min_pct = 10.0, 20.0
     controls = HilActuatorControls(0, 1, (0.1,) * 6, 128)
@@ -138,7 +150,7 @@ def test_px4s_battery_parameters_reach_the_battery():
     assert math.isnan(other.sim_bat_drain)
 
 
-def test_flying_drains_the_battery_as_djis_hover_time_says():
+def test_flying_drains_the_battery_as_djis_hover_time_says() -> None:
     simulator, _ = simulate("m600", 1)
     hover = math.sqrt(10.4 * 9.8 / 300.0)
     controls = HilActuatorControls(0, 1, (hover,) * 6, 128)
@@ -150,7 +162,7 @@ def test_flying_drains_the_battery_as_djis_hover_time_says():
     assert used_wh == pytest.approx(power / 60.0, rel=0.03)
 
 
-def test_sih_rover_coasts_when_disarmed_as_px4s_does():
+def test_sih_rover_coasts_when_disarmed_as_px4s_does() -> None:
     """A disarmed PX4 writes no outputs, and SIH goes on with the last ones."""
     simulator, _ = simulate("sihsim_rover_ackermann", 1)
     for _ in range(1000):
@@ -164,7 +176,7 @@ def test_sih_rover_coasts_when_disarmed_as_px4s_does():
     assert math.hypot(simulator.dynamics.vn_m_s, simulator.dynamics.ve_m_s) < 0.05
 
 
-def test_truth_message():
+def test_truth_message() -> None:
     simulator, _ = simulate("m600", 50, HilActuatorControls(0, 1, (0.9,) * 6, 128))
     truth, pose = simulator.truth(), simulator.pose()
     assert truth.lat * 1e-7 == pytest.approx(pose.lat_deg, abs=1e-7)
@@ -173,7 +185,7 @@ def test_truth_message():
     assert truth.attitude_quaternion == pytest.approx(pose.q, abs=1e-6)
 
 
-def test_px4s_sensor_offsets_reach_the_sensors():
+def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     """SIM_BARO_OFF_P in Pa, SIM_BARO_OFF_T in degrees, SIM_MAG_OFFSET_* in gauss, as PX4's sensor_*_sim add them."""
     reads = []
     for offsets in ({}, {"SIM_BARO_OFF_P": 120.0, "SIM_BARO_OFF_T": 10.0, "SIM_MAG_OFFSET_Y": 0.25}):
