@@ -8,12 +8,11 @@ those of the text that goes with it, but for the events in LEVELS.
 import functools
 import json
 import pathlib
-import struct
 from collections import deque
 from typing import Any, NamedTuple
 
-from autopilot.c_types import STRUCT_CODES, fitted
 from autopilot.constants import Severity
+from sitl_emu.core.c_types import STRUCT_CODES, Layout
 
 TABLE = pathlib.Path(__file__).with_name("events.json")
 KEPT = 64
@@ -136,7 +135,7 @@ class Events:
 
 def pack(formats: str, arguments: tuple[float, ...]) -> bytes:
     """Arguments as the wire wants them: one after the other, little-endian."""
-    return struct.pack(f"<{formats}", *fitted(formats, arguments))
+    return Layout(formats).pack(*arguments)
 
 
 @functools.cache

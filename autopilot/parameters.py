@@ -13,15 +13,15 @@ import functools
 import json
 import math
 import pathlib
-import struct
 from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
+from sitl_emu.core.c_types import float32, integer
+
 TABLE = pathlib.Path(__file__).with_name("parameters.json")
 SMALLEST_CHANGE = 2.0**-23
 """PX4 takes two floats that differ by no more (FLT_EPSILON) for the same value."""
-INT32_RANGE = 1 << 32
 Value = float | int
 
 
@@ -129,8 +129,8 @@ class Parameters:
     def typed(self, name: str, value: Value) -> Value:
         """A value as the parameter would hold it: whole, or rounded to float32."""
         if self._table[name]["type"] != "REAL32":
-            return (int(value) + INT32_RANGE // 2) % INT32_RANGE - INT32_RANGE // 2
-        return _float32(float(value))
+            return integer("i", value)
+        return float32(value)
 
     def _started_modules(self) -> tuple[str, ...]:
         """Groups of parameters whose module runs in this airframe alone: PX4 announces what is in use (rcS)."""
@@ -157,13 +157,3 @@ def table() -> dict[str, dict[str, Any]]:
 def _differs(one: Value, other: Value) -> bool:
     """Whether PX4 takes two values of a type for different; nothing differs from NaN."""
     return abs(one - other) > SMALLEST_CHANGE
-
-
-def _float32(value: float) -> float:
-    if not math.isfinite(value):
-        return value
-    try:
-        rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
-    except OverflowError:
-        return math.copysign(math.inf, value)
-    return rounded

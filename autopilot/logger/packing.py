@@ -13,16 +13,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
 
-from autopilot import c_types
 from autopilot.logger import ulog
+from sitl_emu.core import c_types
 
 FORMATS: Mapping[str, tuple[ulog.Field, ...]] = {
     name: ulog.parse_fields(text)
     for name, text in json.loads(pathlib.Path(__file__).with_name("formats.json").read_text()).items()
 }
-PACKING_ERRORS = (struct.error, OverflowError)
-"""A number does not fit into its field."""
-
 Value = float | int | bool
 Row = Callable[[Any], bytes]
 """The data of a topic from our record."""
@@ -68,7 +65,7 @@ def by_name(
             parts += [(code, places[name] + n) for n in range(length)]
         else:
             unknown = math.nan if code in "fd" else 0
-            parts += [(code, struct.pack(f"<{code}", unknown if other is None else other))] * length
+            parts += [(code, c_types.Layout(code).pack(unknown if other is None else other))] * length
     codes: list[str] = []
     order: list[int] = []
     constants: list[bytes] = []
@@ -89,18 +86,8 @@ def by_name(
 
 
 def _packed(codes: Sequence[str], fill: Fill) -> Row:
-    pack = struct.Struct("<" + "".join(codes)).pack
-
-    def fitting(*values: c_types.Value) -> bytes:
-        return pack(*c_types.fitted(codes, values))
-
-    def packed(record: Any) -> bytes:
-        try:
-            return fill(pack, record)
-        except PACKING_ERRORS:
-            return fill(fitting, record)
-
-    return packed
+    pack = c_types.Layout(codes).pack
+    return lambda record: fill(pack, record)
 
 
 def unpacked(topic: str, data: bytes) -> list[tuple[str, str, Any]]:

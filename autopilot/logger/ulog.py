@@ -7,7 +7,7 @@ parameters), then subscriptions, data, texts and sync marks in the order of time
 import struct
 from collections.abc import Mapping
 
-from autopilot.c_types import STRUCT_CODES
+from sitl_emu.core.c_types import STRUCT_CODES
 
 Field = tuple[str, str]
 """ULog type and name of a field, as ("float[4]", "q")."""

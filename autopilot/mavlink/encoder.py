@@ -5,13 +5,11 @@ The layout of every message comes from the dialect's class tables (pymavlink's c
 order* (as `ordered_fieldnames`), arrays flattened. Links sign their frames themselves.
 """
 
-import math
-import re
-import struct
 from typing import Any
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
+from sitl_emu.core.c_types import Layout
 
 AUTOPILOT_COMPONENT = 1
 EXTENSIONS = {
@@ -24,28 +22,21 @@ EXTENSIONS = {
 
 
 class Codec:
-    """One message of one sender: payload packer, end of the header, CRC_EXTRA."""
+    """One message of one sender: payload packer, end of the header, CRC_EXTRA.
 
-    __slots__ = ("_layout", "crc_extra", "header_tail", "id", "size")
+    `pack(*fields)` returns the full-length payload; a number that its field can't hold becomes what C makes of it.
+    """
+
+    __slots__ = ("crc_extra", "header_tail", "id", "pack", "size")
 
     def __init__(self, message_id: int, system_id: int) -> None:
         """Raises KeyError for a message that the dialect does not know."""
         table: Any = mavlink.mavlink_map[message_id]
         self.id = message_id
-        self._layout = struct.Struct(table.unpacker.format + EXTENSIONS.get(message_id, ""))
-        self.size = self._layout.size
+        layout = Layout(table.unpacker.format.removeprefix("<") + EXTENSIONS.get(message_id, ""))
+        self.pack, self.size = layout.pack, layout.size
         self.header_tail = framing.header_tail(system_id, AUTOPILOT_COMPONENT, message_id)
         self.crc_extra = bytes((table.crc_extra,))
-
-    def pack(self, *fields: Any) -> bytes:
-        """The full-length payload. A whole number that its field can't hold wraps around, as it does in PX4's C++.
-
-        A float that is too large for its field becomes the largest.
-        """
-        try:
-            return self._layout.pack(*fields)
-        except (struct.error, OverflowError):
-            return self._layout.pack(*_wrapped(self._layout.format, fields))
 
     def frame(self, payload: bytes, sequence: int, flags: int = 0) -> bytes:
         """A MAVLink 2 frame around a full-length payload, trailing zeros cut as the wire wants it."""
@@ -66,27 +57,3 @@ class Encoder:
         if codec is None:
             codec = self._codecs[message_id] = Codec(message_id, self.system_id)
         return codec
-
-
-BITS = {"b": 8, "B": 8, "h": 16, "H": 16, "i": 32, "I": 32, "q": 64, "Q": 64}
-LARGEST_FLOAT32 = (2.0 - 2.0**-23) * 2.0**127
-
-
-def _wrapped(layout: str, fields: tuple[Any, ...]) -> list[Any]:
-    """The fields with numbers made to fit the layout's places; what is no number stays as it is."""
-    places = [
-        code
-        for count, code in re.findall(r"(\d*)([a-zA-Z])", layout)
-        for _ in range(1 if code == "s" else int(count or 1))
-    ]
-    wrapped = []
-    for code, value in zip(places, fields, strict=True):
-        bits = BITS.get(code)
-        if bits is not None and isinstance(value, int):
-            value &= (1 << bits) - 1
-            if code.islower() and value >> (bits - 1):
-                value -= 1 << bits
-        elif code == "f":
-            value = max(-LARGEST_FLOAT32, min(LARGEST_FLOAT32, value)) if math.isfinite(value) else value
-        wrapped.append(value)
-    return wrapped

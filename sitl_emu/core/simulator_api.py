@@ -6,9 +6,10 @@ which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry 
 bit-identically. BATTERY_STATUS travels beside the API: a real PX4 simulates its own battery and ignores it.
 """
 
-import struct
 from collections import deque
 from typing import NamedTuple, Protocol
+
+from sitl_emu.core.c_types import Layout
 
 FIELDS_UPDATED_ACCEL = 0b111
 FIELDS_UPDATED_GYRO = 0b111000
@@ -120,10 +121,10 @@ class HilActuatorControls(NamedTuple):
 
 SimulatorMessage = HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery
 
-HIL_SENSOR_LAYOUT = struct.Struct("<Q13fIB")
-HIL_GPS_LAYOUT = struct.Struct("<QiiiHHHhhhHBBBH")
-DISTANCE_SENSOR_LAYOUT = struct.Struct("<IHHHBBBBff4fB")
-HIL_ACTUATOR_CONTROLS_LAYOUT = struct.Struct("<QQ16fB")
+HIL_SENSOR_LAYOUT = Layout("Q13fIB")
+HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")
+DISTANCE_SENSOR_LAYOUT = Layout("IHHHBBBBff4fB")
+HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
 CONTROLS = 16
 
 

@@ -10,13 +10,13 @@ Packed and parsed by prepared struct formats, since this runs 250 times a simula
 import contextlib
 import errno
 import socket
-import struct
 from collections import deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from fastcrc import crc16
 
+from sitl_emu.core.c_types import Layout
 from sitl_emu.core.framing import frame, header_tail
 from sitl_emu.core.simulator_api import (
     DISTANCE_SENSOR_LAYOUT,
@@ -37,8 +37,8 @@ from sitl_emu.core.simulator_api import (
     unpack_distance,
 )
 
-HIL_STATE_QUATERNION_LAYOUT = struct.Struct("<Q4ffffiiihhhHHhhh")
-BATTERY_STATUS_LAYOUT = struct.Struct("<iih10HhBBBbiB4HBI")
+HIL_STATE_QUATERNION_LAYOUT = Layout("Q4ffffiiihhhHHhhh")
+BATTERY_STATUS_LAYOUT = Layout("iih10HhBBBbiB4HBI")
 
 MAGIC = 0xFD
 HEADER_BYTES = 10

@@ -15,6 +15,7 @@ from typing import Any
 from autopilot.dataman import FENCE, MISSION, MissionItem
 from autopilot.mavlink.command_params import IN_PLANS, P1, P3, P4, P5, P6, P12, P1234, used_params
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import float32, integer, rounded
 
 ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
 ERROR: int = mavlink.MAV_MISSION_ERROR
@@ -72,7 +73,6 @@ KEPT_IN_FENCE = frozenset((16, 19, 5003, 5004)) | POLYGONS
 NOT_SENT_IN_GLOBAL = frozenset((SET_ROI, 212, 400))
 """PX4 carries these out with the parameters that it kept, and sends them back without."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
-FLOAT32 = struct.Struct("<f")
 CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
 
 
@@ -91,9 +91,9 @@ def parse(message: Any, kind: int, *, rover: bool) -> tuple[MissionItem | None, 
     x, y = message.x, message.y
     is_fence = kind == FENCE
     if not in_global:
-        x, y = (0, 0) if is_fence else (_whole(_float32(x)), _whole(_float32(y)))
+        x, y = (0, 0) if is_fence else (rounded(float32(x)), rounded(float32(y)))
     elif is_float:
-        x, y = _whole(x * 1e7), _whole(y * 1e7)
+        x, y = rounded(x * 1e7), rounded(y * 1e7)
     params = _kept_params(message, in_global, is_fence)
     return MissionItem(
         message.seq,
@@ -162,7 +162,7 @@ def _is_of_other_plan(command: int, kind: int) -> bool:
 
 
 def _is_too_small(message: Any) -> bool:
-    return message.command in POLYGONS and _unsigned16(message.param1 + 0.5) < SMALLEST_POLYGON
+    return message.command in POLYGONS and integer("H", message.param1 + 0.5) < SMALLEST_POLYGON
 
 
 def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, float, float, float]:
@@ -174,15 +174,15 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
         kept = KEPT_IN_GLOBAL[command] if in_global else P1234
     first, second, third, fourth = (value if kept >> place & 1 else 0.0 for place, value in enumerate(params))
     if command in POLYGONS:
-        first = float(_unsigned16(first + 0.5))
+        first = float(integer("H", first + 0.5))
     elif command == DO_JUMP:
-        first, second = (0.0, 0.0) if is_fence else (float(_signed16(first)), float(_unsigned16(second)))
+        first, second = (0.0, 0.0) if is_fence else (float(integer("h", first)), float(integer("H", second)))
     elif command == LOITER_TIME:
         second = float(second > 0.0)  # the fourth is a heading too, and comes back as the flag that it is as well
     elif command == LOITER_TO_ALT:
         first, fourth = float(first > 0.0), float(fourth > 0.0)
     elif command in YAW_IN_PARAM4:
-        second = float(_unsigned16(second)) if command == LAND else second
+        second = float(integer("H", second)) if command == LAND else second
         fourth = _wrapped(fourth)
     return first, second, third, fourth
 
@@ -190,23 +190,3 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
 def _wrapped(degrees: float) -> float:
     """A heading within 0 and 360."""
     return degrees if 0.0 <= degrees < 360.0 or not math.isfinite(degrees) else degrees % 360.0
-
-
-def _whole(value: float) -> int:
-    """The nearest int32; the least one for what has none, as x86 converts it."""
-    return round(value) if -0x80000000 <= value < 0x7FFFFFFF + 0.5 else -0x80000000
-
-
-def _unsigned16(value: float) -> int:
-    """C++'s conversion on x86: by way of an int32, without its fraction."""
-    return (math.trunc(value) if -0x80000000 <= value < 0x80000000 else 0) & 0xFFFF
-
-
-def _signed16(value: float) -> int:
-    whole = _unsigned16(value)
-    return whole - 0x10000 if whole & 0x8000 else whole
-
-
-def _float32(value: float) -> float:
-    kept: float = FLOAT32.unpack(FLOAT32.pack(value))[0]
-    return kept
