@@ -24,6 +24,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.run import payload, state
+from sitl_emu.run.loss_timeouts import loss_timeouts
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -113,6 +114,8 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
     """
     data = vehicles.load(vehicle.model)
     autopilot = Autopilot(data.airframe, vehicle.instance, root)
+    for name, value in loss_timeouts(options.speed).items():
+        autopilot.parameters.set(name, value)
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
     payload.plug_in(data, autopilot)
     sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
