@@ -140,7 +140,7 @@ class Autopilot:
         mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
         if outputs.test_mode:
             mode |= MODE_FLAG_TEST_ENABLED
-        return HilActuatorControls(now_us, 1, outputs.controls, mode)
+        return HilActuatorControls(outputs.timestamp, 1, outputs.controls, mode)
 
     def _started_modules(self) -> tuple[CameraTrigger | Gimbal | ActuatorGroupTest | McAutotune, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS)."""

@@ -10,7 +10,12 @@ Body x forward, y right; v = (vx, vy) in the body frame, r the yaw rate, u₀ st
 - drag: k_v v², squared *per axis of the Earth-fixed frame*: the same throttle drives 3.0 m/s north and 2.55 m/s east
 - ω̇ = (M_z - k_w r)/I_z
 
-It stands level, whatever the terrain: SIH's ground is flat. Steps of 2 ms, since SIH runs at 400 Hz.
+It stands level, whatever the terrain: SIH's ground is flat. A step is SIH's: explicit Euler over 4 ms (IMU_INTEG_RATE
+250 in init.d-posix/px4-rc.simulator). That is too long for the slip of a rover that hardly rolls ahead, which
+overshoots from step to step, and so it does here: it is what makes PX4's rover wander where it stands.
+The lag counts once for every output that comes (Sih::read_motors), not for the time that has passed: with a rover's
+100 Hz it is 2.5 times as long as SIH_T_TAU says, and where no output comes, because the vehicle is disarmed, nothing
+changes.
 """
 
 import math
@@ -18,11 +23,14 @@ import math
 from vehicles.description import Vehicle
 from vehicles.dynamics import STEP_S, Height, Quaternion
 
-SUBSTEPS = 2
 ROLLING_M_S = 0.05
 STATIC_M_S = 0.01
-FASTEST_M_S, FASTEST_RAD_S = 50.0, 50.0
-"""Sliding sideways with next to no speed ahead, SIH's equations can overshoot from step to step: they stay within."""
+FRICTION_GRAVITY_M_S2 = 9.81
+"""Of Sih::generate_rover_ackermann_dynamics, wherever the vehicle is."""
+FASTEST_RAD_S = 6.0 * math.pi
+"""Sih::equations_of_motion."""
+FASTEST_M_S = 50.0
+"""Ours: what overshoots stays within."""
 
 
 class SihAckermann:
@@ -44,7 +52,7 @@ class SihAckermann:
             raise ValueError(f"{vehicle.model} is no SIH rover")
         self._rover = vehicle.sih_rover
         self._mass, self._izz = vehicle.mass_kg, vehicle.inertia_kg_m2[2]
-        self._height, self._gravity = height, gravity_m_s2
+        self._height = height
         lat, lon = math.radians(lat_deg), math.radians(lon_deg)
         # rows: Earth-fixed axes in north and east components
         self._earth = (
@@ -52,7 +60,7 @@ class SihAckermann:
             (-math.sin(lat) * math.sin(lon), math.cos(lon)),
             (math.cos(lat), 0.0),
         )
-        self._lag = 1.0 - math.exp(-STEP_S / self._rover.thrust_time_constant_s)
+        self._lag = STEP_S / self._rover.thrust_time_constant_s
         self._steering = self._throttle = 0.0
         self._yaw = yaw_rad
         self.north_m, self.east_m, self.down_m = north_m, east_m, -height(north_m, east_m)
@@ -65,26 +73,21 @@ class SihAckermann:
         self.running = False
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
-        """Advance by 4 ms. The rover's drag does not know wind, as SIH's does not."""
-        if len(controls) < 2:
-            controls = (0.0, 0.0)
-        self._steering += self._lag * (controls[0] - self._steering)
-        self._throttle += self._lag * (controls[1] - self._throttle)
-        ax = ay = 0.0
-        for _ in range(SUBSTEPS):
-            fx, fy = self._substep(STEP_S / SUBSTEPS)
-            ax, ay = ax + fx, ay + fy
-        mass = self._mass * SUBSTEPS
-        self.ax_m_s2, self.ay_m_s2 = ax / mass, ay / mass
+        """Advance by 4 ms; too few controls: none came. The rover's drag does not know wind, as SIH's does not."""
+        if len(controls) >= 2:
+            self._steering += self._lag * (controls[0] - self._steering)
+            self._throttle += self._lag * (controls[1] - self._throttle)
+        fx, fy = self._move(STEP_S)
+        self.ax_m_s2, self.ay_m_s2 = fx / self._mass, fy / self._mass
         down = -self._height(self.north_m, self.east_m)
         self.vd_m_s, self.down_m = (down - self.down_m) / STEP_S, down
         half = 0.5 * self._yaw
         self.q = (math.cos(half), 0.0, 0.0, math.sin(half))
 
-    def _substep(self, dt: float) -> tuple[float, float]:
-        """Advance by `dt`; the sum of forces in the body frame."""
+    def _move(self, dt: float) -> tuple[float, float]:
+        """Advance by `dt` s; the sum of forces in the body frame."""
         rover, mass = self._rover, self._mass
-        weight = mass * self._gravity
+        weight = mass * FRICTION_GRAVITY_M_S2
         c, s = math.cos(self._yaw), math.sin(self._yaw)
         vn, ve, r = self.vn_m_s, self.ve_m_s, self.r_rad_s
         vx, vy = c * vn + s * ve, c * ve - s * vn

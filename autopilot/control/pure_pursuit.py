@@ -7,13 +7,16 @@ than the look-ahead follows it further on.
 
 import math
 
+from autopilot.control.rover_control import clamp
+from autopilot.control.rover_parameters import EPSILON
+
 Place = tuple[float, float]
 """North and east in metres."""
 
 
 def lookahead_m(speed: float, gain: float, least_m: float, most_m: float) -> float:
     """Look-ahead distance for a speed in m/s."""
-    return max(least_m, min(most_m, gain * abs(speed)))
+    return clamp(gain * abs(speed), least_m, most_m)
 
 
 def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) -> float:
@@ -21,7 +24,7 @@ def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) ->
     to_n, to_e = target[0] - place[0], target[1] - place[1]
     leg_n, leg_e = target[0] - start[0], target[1] - start[1]
     leg = math.hypot(leg_n, leg_e)
-    if leg < 1e-7 or math.hypot(to_n, to_e) < ahead_m:
+    if leg < EPSILON or math.hypot(to_n, to_e) < ahead_m:
         return math.atan2(to_e, to_n)
     u_n, u_e = leg_n / leg, leg_e / leg
     off_n, off_e = place[0] - start[0], place[1] - start[1]
@@ -29,6 +32,10 @@ def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) ->
     path_n, path_e = along * u_n - off_n, along * u_e - off_e
     across = math.hypot(path_n, path_e)
     if across > ahead_m:
+        if (path_n + off_n) * leg_n + (path_e + off_e) * leg_e < EPSILON:
+            return math.atan2(-off_e, -off_n)
+        if (path_n - to_n) * leg_n + (path_e - to_e) * leg_e > EPSILON:
+            return math.atan2(to_e, to_n)
         return math.atan2(path_e, path_n)
     onwards = math.sqrt(ahead_m * ahead_m - across * across)
     return math.atan2(path_e + onwards * u_e, path_n + onwards * u_n)

@@ -36,7 +36,6 @@ from autopilot.navigator.mission_feasibility import is_feasible
 from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
-from autopilot.navigator.rover_acceptance import acceptance_radius_m
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -85,7 +84,6 @@ class Mission:
         self._climbed = False
         """A climb ended in the cycle before."""
         self._target: Target | None = None
-        self._rover_radius_m = math.nan
         self._reached = Reached()
         self._active = False
         self._executing = False
@@ -197,7 +195,7 @@ class Mission:
                 return
             if self._lands_precisely:
                 self._precland.on_active()
-            if not self._reached.update(state, self._target, self._rover_radius_m):
+            if not self._reached.update(state, self._target):
                 self._climbed = False
                 return
             climbed, was_climbed = self._work is Work.CLIMB, self._climbed
@@ -357,7 +355,7 @@ class Mission:
     def _is_above(self, item: MissionItem) -> bool:
         position = self._state.position
         away_m = distance_m(item.lat_deg, item.lon_deg, position.lat, position.lon)
-        return self._state.landed or away_m <= self._state.settings.nav_acc_rad_m
+        return self._state.landed or away_m <= self._state.acceptance_radius_m()
 
     def _move_to_land(self, item: MissionItem) -> None:
         state = self._state
@@ -380,18 +378,7 @@ class Mission:
             self._lands_precisely = True
             self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
             return
-        current = self._setpoint_of(target)
-        following = self._following()
-        previous = self._previous()
-        if state.rover:
-            self._rover_radius_m = acceptance_radius_m(
-                state.settings,
-                (previous.lat, previous.lon) if previous.valid else None,
-                (current.lat, current.lon),
-                (following.lat, following.lon) if following.valid else None,
-            )
-            current = current._replace(acceptance_radius=self._rover_radius_m)
-        state.fly(current, previous=previous, following=following)
+        state.fly(self._setpoint_of(target), previous=self._previous(), following=self._following())
         state.can_loiter_at_setpoint = False
 
     def _begin(self, target: Target, work: Work) -> None:

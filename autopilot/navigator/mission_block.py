@@ -2,10 +2,10 @@
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
-waypoints, and takes its radius from the corner that it has to drive. Landing is done when landed, takeoff when the
-height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a winch, which is not
-there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and
-then the mission fails after that time.
+waypoints, and takes the radius that its control works out for a corner where that is larger. Landing is done when
+landed, takeoff when the height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a
+winch, which is not there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item
+insists on it, and then the mission fails after that time.
 """
 
 import math
@@ -96,8 +96,8 @@ class Reached:
         self._position_reached_us = 0
         self._started_us = now_us
 
-    def update(self, state: NavigatorState, target: Target, rover_radius_m: float = math.nan) -> bool:
-        """Whether the target is done; `rover_radius_m` is a rover's acceptance radius for it."""
+    def update(self, state: NavigatorState, target: Target) -> bool:
+        """Whether the target is done."""
         command = target.command
         if command in LANDS:
             return state.landed
@@ -113,7 +113,7 @@ class Reached:
         if command not in PLACED:
             return True
         if not self._position_reached:
-            if not self._is_there(state, target, rover_radius_m):
+            if not self._is_there(state, target):
                 return False
             self._position_reached = True
             self._position_reached_us = state.now_us
@@ -122,16 +122,16 @@ class Reached:
         hold_s = 0.0 if state.rover and command == WAYPOINT else max(target.hold_s, 0.0)
         return (state.now_us - self._position_reached_us) * 1e-6 >= hold_s
 
-    def _is_there(self, state: NavigatorState, target: Target, rover_radius_m: float) -> bool:
+    def _is_there(self, state: NavigatorState, target: Target) -> bool:
         position = state.position
         if not position.valid:
             return False
         away_m = self._away_m(target, position.lat, position.lon)
         if state.rover:
-            return away_m <= (rover_radius_m if rover_radius_m == rover_radius_m else state.settings.nav_acc_rad_m)
+            return away_m <= state.acceptance_radius_m()
         if target.command in TAKEOFFS:
             return position.alt > target.alt_m - state.settings.nav_mc_alt_rad_m
-        radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.settings.nav_acc_rad_m
+        radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.acceptance_radius_m()
         return away_m <= radius_m and abs(target.alt_m - position.alt) <= state.settings.nav_mc_alt_rad_m
 
     def _away_m(self, target: Target, lat_deg: float, lon_deg: float) -> float:

@@ -63,10 +63,6 @@ class Settings(NamedTuple):
     gf_max_ver_dist_m: float
     mpc_acc_hor_m_s2: float
     mpc_jerk_auto_m_s3: float
-    rover_acc_rad_gain: float
-    rover_acc_rad_max_m: float
-    rover_wheel_base_m: float
-    rover_max_str_ang_rad: float
 
 
 def settings_of(parameters: Parameters) -> Settings:
@@ -107,10 +103,6 @@ def settings_of(parameters: Parameters) -> Settings:
         gf_max_ver_dist_m=float(parameters["GF_MAX_VER_DIST"]),
         mpc_acc_hor_m_s2=float(parameters["MPC_ACC_HOR"]),
         mpc_jerk_auto_m_s3=float(parameters["MPC_JERK_AUTO"]),
-        rover_acc_rad_gain=float(parameters["RA_ACC_RAD_GAIN"]),
-        rover_acc_rad_max_m=float(parameters["RA_ACC_RAD_MAX"]),
-        rover_wheel_base_m=float(parameters["RA_WHEEL_BASE"]),
-        rover_max_str_ang_rad=float(parameters["RA_MAX_STR_ANG"]),
     )
 
 
@@ -153,6 +145,11 @@ class NavigatorState:
     def armed(self) -> bool:
         """Motors may turn."""
         return self.topics.vehicle_status.armed
+
+    def acceptance_radius_m(self) -> float:
+        """How near a place counts as reached: NAV_ACC_RAD, or what a rover's control needs for its corner."""
+        radius_m = self.settings.nav_acc_rad_m
+        return max(radius_m, self.topics.position_controller_status.acceptance_radius) if self.rover else radius_m
 
     def home_alt_m(self) -> float:
         """AMSL altitude that relative altitudes count from; the reference's where home is unknown."""

@@ -24,6 +24,7 @@ from autopilot.topics.control import (
     ActuatorTest,
     HoverThrustEstimate,
     OffboardSetpoint,
+    PositionControllerStatus,
     RateCtrlStatus,
     TakeoffStatus,
     TrajectorySetpoint,
@@ -161,6 +162,7 @@ __all__ = [
     "ObstacleDistance",
     "OffboardSetpoint",
     "OrbitStatus",
+    "PositionControllerStatus",
     "PositionSetpoint",
     "PositionSetpointTriplet",
     "Quaternion",
@@ -254,6 +256,7 @@ class Topics:
         self.geofence_result = GeofenceResult()
         self.rtl_time_estimate = RtlTimeEstimate()
         self.trajectory_setpoint = TrajectorySetpoint()
+        self.position_controller_status = PositionControllerStatus()
         self.vehicle_constraints = VehicleConstraints()
         self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
         self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()

@@ -24,6 +24,13 @@ class VehicleConstraints(NamedTuple):
     want_takeoff: bool = False
 
 
+class PositionControllerStatus(NamedTuple):
+    """Writer: rover_ackermann: how near it takes a waypoint for reached, in metres; 0 before it was told."""
+
+    timestamp: int = 0
+    acceptance_radius: float = 0.0
+
+
 class VehicleLocalPositionSetpoint(NamedTuple):
     """Writer: mc_pos_control: what it really tracks (POSITION_TARGET_LOCAL_NED)."""
 

@@ -110,7 +110,8 @@ class SimulatedBattery(NamedTuple):
 class HilActuatorControls(NamedTuple):
     """HIL_ACTUATOR_CONTROLS (93): outputs in the order of PWM_MAIN_FUNCn; motors 0..1, servos -1..1.
 
-    `mode` is MAV_MODE_FLAG (bit 128: armed, bit 2: actuators are tested); an unarmed motor that is not tested is 0.
+    `time_usec` says when the outputs were made: the same ones come again until there are new ones. `mode` is
+    MAV_MODE_FLAG (bit 128: armed, bit 2: actuators are tested); an unarmed motor that is not tested is 0.
     """
 
     time_usec: int

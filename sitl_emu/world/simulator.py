@@ -120,7 +120,8 @@ class VehicleSimulator:
         self._due_at = 0
         self._mag = self.magnetometer.read(self.dynamics.q)
         self._pressure = self.barometer.read(home.alt_amsl_m - self.dynamics.down_m)
-        self._coasts = vehicle.sih_rover is not None
+        self._by_output = vehicle.sih_rover is not None
+        self._output_us = -1
         self._controls: tuple[float, ...] = ()
         self._armed = False
 
@@ -157,9 +158,12 @@ class VehicleSimulator:
         """Advance by 4 ms under these controls (None: none came, the last ones hold); HIL_SENSOR comes last."""
         if controls is not None:
             self._armed = controls.mode & MODE_FLAG_SAFETY_ARMED != 0
-            # PX4 says nothing to a disarmed vehicle's actuators: SIH's rover keeps its last throttle and steering
-            if controls.mode & (MODE_FLAG_SAFETY_ARMED | MODE_FLAG_TEST_ENABLED) or not self._coasts:
-                self._controls = controls.controls
+            # SIH's rover moves its actuators only when an output comes: between two, and disarmed, they stay
+            told_before = self._by_output and controls.time_usec == self._output_us
+            self._controls = () if told_before else controls.controls
+            self._output_us = controls.time_usec
+        elif self._by_output:
+            self._controls = ()
         now_us = self.time_usec = self.time_usec + TICK_US
         wind = self._wind
         if wind.calm:

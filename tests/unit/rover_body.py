@@ -24,7 +24,7 @@ from autopilot.topics import (
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)
-DT_US = 8000
+DT_US = 4000
 VEHICLES = pathlib.Path(autopilot.__file__).parent.parent / "vehicles"
 
 
@@ -43,13 +43,13 @@ class RoverBody:
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state, vehicle_type="rover")
         self.publish(0.0)
 
-    def go(self, *points: tuple[float, float], speed: float = -1.0, acceptance_m: float = math.nan) -> None:
+    def go(self, *points: tuple[float, float], speed: float = -1.0) -> None:
         """Publish the triplet: (north, east) of current, or previous and current, or previous, current and next."""
         setpoints = []
         for point in points:
             lat, lon = HOME.reproject(*point)
             setpoints.append(PositionSetpoint(self.now_us, True, SetpointType.POSITION, lat, lon, 488.0,
-                                              acceptance_radius=acceptance_m, cruising_speed=speed))  # fmt: skip
+                                              cruising_speed=speed))  # fmt: skip
         if len(setpoints) == 1:
             setpoints.insert(0, PositionSetpoint())
         if len(setpoints) == 2:
@@ -67,7 +67,6 @@ class RoverBody:
         wheel_base, most = float(self.parameters["RA_WHEEL_BASE"]), float(self.parameters["RA_MAX_STR_ANG"])
         for _ in range(round(seconds * 1e6 / DT_US)):
             self.now_us += DT_US
-            self.control.update_position(self.now_us)
             self.control.update_rate(self.now_us)
             steering, throttle = self.topics.actuator_outputs.controls
             dt = DT_US * 1e-6

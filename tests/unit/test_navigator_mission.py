@@ -7,9 +7,6 @@ import pytest
 from autopilot.constants import NavState, SetpointType
 from autopilot.dataman import FENCE, MISSION, MissionItem, Plan
 from autopilot.events import layout
-from autopilot.navigator.rover_acceptance import acceptance_radius_m
-from autopilot.navigator.state import settings_of
-from autopilot.parameters import Parameters
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import PLACE, FakeVehicle, item
@@ -473,18 +470,6 @@ def test_a_rover_never_reaches_a_landing() -> None:
     assert rover.reached == [-1, 0, 1, 2]
     assert rover.mode is NavState.AUTO_MISSION
     assert rover.armed
-
-
-@pytest.mark.parametrize(("following", "radius"), [((0.0, 12.0), 0.5), ((12.0, 12.0), 1.28), ((-12.0, 1.0), 3.0)])
-def test_a_rovers_acceptance_radius(following: tuple[float, float], radius: float) -> None:
-    """Straight on, a right angle, a reversal."""
-    settings = settings_of(Parameters("rover", {"NAV_ACC_RAD": 0.5, **ROVER}))
-    previous, current = PLACE.reproject(0.0, -12.0), PLACE.reproject(0.0, 0.0)
-    ahead = PLACE.reproject(following[0] if following[1] == 12.0 else 0.5, following[1] if following[0] >= 0 else -12.0)
-    if following == (12.0, 12.0):
-        ahead = PLACE.reproject(12.0, 0.0)
-    assert acceptance_radius_m(settings, previous, current, ahead) == pytest.approx(radius, abs=0.02)
-    assert acceptance_radius_m(settings, None, current, ahead) == 0.5
 
 
 def test_positions_are_kept_to_a_ten_millionth_degree() -> None:
