@@ -16,7 +16,15 @@ from autopilot.control.rover_control import (
     corner_angle,
     speed_limited_by_course,
 )
-from autopilot.control.rover_control_mode import ALL, DIRECT, FROM_ATTITUDE, FROM_RATES, FROM_VELOCITY, control_mode
+from autopilot.control.rover_control_mode import (
+    ALL,
+    DIRECT,
+    FROM_ATTITUDE,
+    FROM_RATES,
+    FROM_VELOCITY,
+    ControlMode,
+    control_mode,
+)
 from autopilot.control.rover_parameters import rover_parameters
 from autopilot.parameters import Parameters
 from autopilot.topics import OffboardSetpoint, TrajectorySetpoint, VehicleAttitudeSetpoint, VehicleRatesSetpoint
@@ -157,11 +165,14 @@ def test_each_mode_has_its_controllers() -> None:
     assert {control_mode(mode, offboard) for mode in (NavState.POSCTL, NavState.AUTO_MISSION, NavState.ORBIT)} == {ALL}
 
 
-def test_what_offboard_controls_follows_from_its_setpoint() -> None:
-    def mode(**what: TrajectorySetpoint | VehicleAttitudeSetpoint | VehicleRatesSetpoint) -> object:
-        return control_mode(NavState.OFFBOARD, OffboardSetpoint(1)._replace(**what))
-
-    assert mode(trajectory=TrajectorySetpoint(position=(1.0, 2.0, NAN))) == ALL
-    assert mode(trajectory=TrajectorySetpoint(velocity=(1.0, 2.0, NAN))) == FROM_VELOCITY
-    assert mode(attitude=VehicleAttitudeSetpoint()) == FROM_ATTITUDE
-    assert mode(rates=VehicleRatesSetpoint()) == FROM_RATES
+@pytest.mark.parametrize(
+    ("setpoint", "controllers"),
+    [
+        (OffboardSetpoint(1, trajectory=TrajectorySetpoint(position=(1.0, 2.0, NAN))), ALL),
+        (OffboardSetpoint(1, trajectory=TrajectorySetpoint(velocity=(1.0, 2.0, NAN))), FROM_VELOCITY),
+        (OffboardSetpoint(1, attitude=VehicleAttitudeSetpoint()), FROM_ATTITUDE),
+        (OffboardSetpoint(1, rates=VehicleRatesSetpoint()), FROM_RATES),
+    ],
+)
+def test_what_offboard_controls_follows_from_its_setpoint(setpoint: OffboardSetpoint, controllers: ControlMode) -> None:
+    assert control_mode(NavState.OFFBOARD, setpoint) == controllers
