@@ -45,6 +45,19 @@ from autopilot.topics.estimator import (
     VehicleLocalPosition,
     WindEstimate,
 )
+from autopilot.topics.estimator_records import (
+    EstimatorAidSource1d,
+    EstimatorAidSource2d,
+    EstimatorAidSource3d,
+    EstimatorBias,
+    EstimatorEventFlags,
+    EstimatorFusionControl,
+    EstimatorGpsStatus,
+    EstimatorSensorBias,
+    EstimatorStates,
+    EstimatorStatusFlags,
+    YawEstimatorStatus,
+)
 from autopilot.topics.manual_control import (
     NO_AUX,
     SOURCE_MAVLINK_0,
@@ -133,8 +146,18 @@ __all__ = [
     "DebugValue",
     "DebugVect",
     "DistanceSensorSample",
+    "EstimatorAidSource1d",
+    "EstimatorAidSource2d",
+    "EstimatorAidSource3d",
+    "EstimatorBias",
+    "EstimatorEventFlags",
+    "EstimatorFusionControl",
+    "EstimatorGpsStatus",
     "EstimatorInnovations",
+    "EstimatorSensorBias",
+    "EstimatorStates",
     "EstimatorStatus",
+    "EstimatorStatusFlags",
     "FailsafeFlags",
     "FailureDetectorStatus",
     "FailureInjection",
@@ -195,6 +218,7 @@ __all__ = [
     "VehicleStatus",
     "VehicleTorqueSetpoint",
     "WindEstimate",
+    "YawEstimatorStatus",
     "batteries",
     "queue_transponder_report",
 ]
@@ -235,6 +259,30 @@ class Topics:
         self.vehicle_global_position = VehicleGlobalPosition()
         self.estimator_status = EstimatorStatus()
         self.estimator_innovations = EstimatorInnovations()
+        self.estimator_aid_src_baro_hgt = EstimatorAidSource1d()
+        self.estimator_aid_src_fake_hgt = EstimatorAidSource1d()
+        self.estimator_aid_src_gnss_hgt = EstimatorAidSource1d()
+        self.estimator_aid_src_rng_hgt = EstimatorAidSource1d()
+        self.estimator_aid_src_ev_hgt = EstimatorAidSource1d()
+        self.estimator_aid_src_ev_yaw = EstimatorAidSource1d()
+        self.estimator_aid_src_fake_pos = EstimatorAidSource2d()
+        self.estimator_aid_src_gnss_pos = EstimatorAidSource2d()
+        self.estimator_aid_src_ev_pos = EstimatorAidSource2d()
+        self.estimator_aid_src_optical_flow = EstimatorAidSource2d()
+        self.estimator_aid_src_drag = EstimatorAidSource2d()
+        self.estimator_aid_src_gnss_vel = EstimatorAidSource3d()
+        self.estimator_aid_src_mag = EstimatorAidSource3d()
+        self.estimator_aid_src_gravity = EstimatorAidSource3d()
+        self.estimator_aid_src_ev_vel = EstimatorAidSource3d()
+        self.estimator_baro_bias = EstimatorBias()
+        self.estimator_gnss_hgt_bias = EstimatorBias()
+        self.estimator_states = EstimatorStates()
+        self.estimator_status_flags = EstimatorStatusFlags()
+        self.estimator_event_flags = EstimatorEventFlags()
+        self.estimator_gps_status = EstimatorGpsStatus()
+        self.estimator_fusion_control = EstimatorFusionControl()
+        self.estimator_sensor_bias = EstimatorSensorBias()
+        self.yaw_estimator_status = YawEstimatorStatus()
         self.wind = WindEstimate()
         self.vehicle_land_detected = VehicleLandDetected()
         self.vehicle_status = VehicleStatus()
