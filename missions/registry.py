@@ -1,8 +1,10 @@
-"""The missions a companion can run, by name."""
+"""The missions a companion can run, by name, and the score of the runs they were flown in."""
 
+from collections.abc import Collection
 from typing import Any
 
 from missions.companion.companion import Companion
+from missions.scoring import MissionScore, RunRecord
 
 NAMES = ("agriculture-scout", "agriculture-inspect")
 
@@ -28,3 +30,12 @@ def make_companion(name: str, options: dict[str, Any]) -> Companion:
     except ValueError as error:
         raise MissionError(f"mission {name}: {error}") from error
     raise MissionError(f"there is no mission {name!r}; there are: {', '.join(NAMES)}")
+
+
+def score_of(names: Collection[str], record: RunRecord) -> MissionScore | None:
+    """The score of a run in which companions ran these missions; None where none of them has one."""
+    if not {"agriculture-scout", "agriculture-inspect"}.isdisjoint(names):
+        from missions.agriculture.score import score
+
+        return score(record)
+    return None

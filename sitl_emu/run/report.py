@@ -6,6 +6,7 @@ Map of the field with tracks, true and reported targets; heights over time; erro
 import base64
 import html
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from missions.scoring import Track
 from sitl_emu.run import score
 
 matplotlib.use("Agg")
@@ -46,7 +48,7 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: n
     events = score.read_events(folder)
     names = sorted(path.stem.removeprefix("truth-") for path in folder.glob("truth-*.csv"))
     tracks = {name: score.read_track(folder, name) for name in names}
-    verdict = "success" if summary["outcome"] == "success" else "failure"
+    verdict = "failure" if score.exit_status(summary) else "success"
     parts = [
         f"<h1>{html.escape(summary['scenario'])}, seed {summary['seed']}</h1>",
         f"<p class={verdict}><b>Outcome: {html.escape(summary['outcome'])}</b></p>",
@@ -59,7 +61,7 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: n
             "<h2>Heights</h2>",
             _image(_heights(tracks)),
         ]
-    if summary["targets"]:
+    if summary.get("targets"):
         parts += ["<h2>Targets</h2>", _targets(summary["targets"]), _image(_errors(summary["targets"]))]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
     page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(summary['scenario'])}</title>"
@@ -67,7 +69,7 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: n
 
 
 def draw_map(
-    summary: dict[str, Any], truth: dict[str, Any], tracks: dict[str, score.Track], photo: np.ndarray | None
+    summary: dict[str, Any], truth: dict[str, Any], tracks: dict[str, Track], photo: np.ndarray | None
 ) -> Figure:
     """Field, true tracks, what is really there, and what was reported."""
     figure = Figure(figsize=(9, 8), layout="constrained")
@@ -97,7 +99,7 @@ def draw_map(
         )
     for (name, track), colour in zip(tracks.items(), TRACK_COLOURS * len(tracks), strict=False):
         axes.plot(track.east_m, track.north_m, color=colour, linewidth=1.3, label=f"{name}, true track", zorder=2)
-    for number, one in enumerate(summary["reported"]):
+    for number, one in enumerate(summary.get("reported", [])):
         axes.scatter(
             one["east_m"],
             one["north_m"],
@@ -114,7 +116,7 @@ def draw_map(
     return figure
 
 
-def _heights(tracks: dict[str, score.Track]) -> Figure:
+def _heights(tracks: dict[str, Track]) -> Figure:
     figure = Figure(figsize=(9, 3), layout="constrained")
     axes = figure.add_subplot()
     for (name, track), colour in zip(tracks.items(), TRACK_COLOURS * len(tracks), strict=False):
@@ -145,14 +147,22 @@ def _errors(targets: list[dict[str, Any]]) -> Figure:
 
 
 def _targets(targets: list[dict[str, Any]]) -> str:
-    keys = ("geolocation_error_m", "ugv_stop_error_m", "ugv_target_error_m")
-    head = ("", "kind", "radius, m", "seen as", "score", "geolocation error, m", "UGV to waypoint, m", "to target, m")
+    columns: dict[str, Callable[[dict[str, Any]], object]] = {
+        "kind": lambda target: target["kind"],
+        "radius, m": lambda target: target["radius_m"],
+        "confirmed": lambda target: "yes" if target["confirmed"] else "no",
+        "seen as": lambda target: target["label"],
+        "score": lambda target: target["score"],
+        "inspection by the UGV": lambda target: (target["inspection"] or "none").replace("_", " "),
+        "geolocation error, m": lambda target: target["geolocation_error_m"],
+        "UGV to waypoint, m": lambda target: target["ugv_stop_error_m"],
+        "to target, m": lambda target: target["ugv_target_error_m"],
+    }
     rows = []
     for number, target in enumerate(targets, 1):
-        seen = target["label"] if target["confirmed"] else "not confirmed"
-        cells = (number, target["kind"], target["radius_m"], seen, target["score"], *(target[key] for key in keys))
+        cells = (number, *(cell(target) for cell in columns.values()))
         rows.append("".join(f"<td>{'–' if cell is None else html.escape(str(cell))}</td>" for cell in cells))
-    return _table("".join(f"<th>{cell}</th>" for cell in head), rows)
+    return _table("".join(f"<th>{head}</th>" for head in ("", *columns)), rows)
 
 
 def _events(events: list[dict[str, Any]]) -> str:

@@ -18,7 +18,6 @@ from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
 from sitl_emu.run.trouble import Trouble
 
 MOUNTS = ("nadir", "mast")
-SUCCESS, FAILED = 0, 1
 
 
 def run_scenario(
@@ -50,14 +49,15 @@ def run_scenario(
         ending = launcher.run(wanted, view)
     finally:
         view.close()
-    summary = score.summary(folder, scenario.name, seed, ending)
+    missions = [vehicle.companion.mission for vehicle in scenario.vehicles if vehicle.companion is not None]
+    summary = score.summary(folder, scenario.name, seed, ending, [name for name in missions if name is not None])
     try:
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         _report(folder, summary, ending.truth, scenario, seed)
     except OSError as error:
         raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
-    return SUCCESS if summary["outcome"] == "success" else FAILED
+    return score.exit_status(summary)
 
 
 def check(scenario: Scenario, seed: int, path: Path) -> None:
