@@ -49,12 +49,13 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     return events
 
 
-def record_of(folder: Path, truth: dict[str, Any], home: list[float]) -> RunRecord:
-    """What a run left, for its missions' score."""
+def record_of(folder: Path, ending: Ending) -> RunRecord:
+    """What a run left, for its missions' score; a run whose world never stood has no truth and no events."""
     names = [path.stem.removeprefix("truth-") for path in sorted(folder.glob("truth-*.csv"))]
     tracks = {name: track for name in names if (track := read_track(folder, name)).time_s}
-    objects = [TrueObject(**thing) for thing in truth.get("objects", [])]
-    return RunRecord(read_events(folder), objects, tracks, MapProjection(home[0], home[1]).project)
+    objects = [TrueObject(**thing) for thing in ending.truth.get("objects", [])]
+    lat0_deg, lon0_deg = ending.home[:2] or (0.0, 0.0)
+    return RunRecord(read_events(folder), objects, tracks, MapProjection(lat0_deg, lon0_deg).project)
 
 
 def outcome_of(ended: str, score: MissionScore | None) -> str:
@@ -71,7 +72,7 @@ def outcome_of(ended: str, score: MissionScore | None) -> str:
 def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Collection[str] = ()) -> dict[str, Any]:
     """The contents of summary.json. `missions`: names of those that the run's companions ran."""
     figures = ending.figures
-    score = score_of(missions, record_of(folder, ending.truth, ending.home)) if ending.home else None
+    score = score_of(missions, record_of(folder, ending))
     return {
         "scenario": scenario,
         "seed": seed,
