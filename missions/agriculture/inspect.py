@@ -1,62 +1,60 @@
-"""The UGV's companion: takes a target from the peer link, drives there, looks, reports back.
+"""The UGV's companion: takes targets from its peers, drives to one after the other, looks, reports back.
 
-The mission protocol from a peer passes through to the autopilot (`router.py`). When the autopilot has accepted a
-mission of a peer, the companion starts it: mode MISSION, arm. It has arrived when it stands still within `arrival_m`
-of the last waypoint. The target is then expected `approach_m` ahead, on the line on which it came (the waypoint is an
-approach point, `scout.py`), and its camera looks for it: a detection within `match_m` of there, confirmed over 3
-consecutive frames, ends the inspection. If that does not happen in `look_s`, the vehicle turns: an Ackermann rover
-can't on the spot, so it drives `turn_m` on past the target, by DO_REPOSITION, and comes back to face it from the
-other side, twice at most. The report (`report.py`) goes to the companion that sent the mission, until it is
-acknowledged; the vehicle then holds and is disarmed until the next target.
+Scouts upload what they want inspected to this companion, as missions (`companion/mission_server.py`); `jobs.py` keeps
+the queue and says which of them are the same target. For each job the companion gives its own autopilot a mission of
+one waypoint, the approach point, and starts it: mode MISSION, arm. A peer never changes what the autopilot drives.
 
-A pilot who chooses another mode takes the vehicle over; the sender is told, and the inspection goes on when the mode is
-given back.
+**The approach point** lies `approach_m` (0.6 m) short of the target, on the line from where the vehicle starts. A rover
+stops a little before its waypoint by itself (0.25 m), so the target's middle comes to lie before the front wheels and
+in view of the mast camera, which sees from its foot to 4.7 m ahead. It has arrived when it stands still within
+`arrival_m` of that point.
+
+**The inspection**: a detection within `match_m` of where the target should be, confirmed over 3 consecutive frames and
+of the label that the scout gave, ends it. If that does not happen in `look_s`, the vehicle turns: an Ackermann rover
+can't on the spot, so it drives `turn_m` on past the target, by DO_REPOSITION, and comes back to face it from the other
+side, twice at most. Something of another label that was seen there all the while is WRONG_LABEL, nothing is NOT_SEEN.
+The report (`report.py`) goes to every scout that asked, until it is acknowledged; the vehicle meanwhile goes on with
+the next job, or holds and is disarmed.
+
+A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
+on when the mode is given back.
 
 Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeout_s`.
 """
 
 import math
-from collections.abc import Generator, Sequence
-from typing import Any, NamedTuple
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from typing import Any
 
-from gcs.command import arm, disarm, reposition
+from gcs.command import Command, arm, disarm, reposition
 from gcs.geodesy import distance_m, from_metres, to_metres
+from gcs.mission import MissionItem, MissionUpload
 from gcs.set_mode import set_mode
 from gcs.statustext import WARNING
 from gcs.telemetry import Pose, Telemetry
-from missions.agriculture.report import Report, Result, command_of
+from missions.agriculture.jobs import NAV_WAYPOINT, Asker, Job, JobQueue, Sight, wanted_of
+from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
 from missions.companion.camera import Image
 from missions.companion.camera_model import MAST, CameraModel, camera_pose, gsd_m
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
-from missions.companion.confirmation import Confirmation
+from missions.companion.confirmation import Confirmation, Target
 from missions.companion.detector import ClassicalDetector, Detection, Detector
+from missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
 from sitl_emu.core import dialect as mavlink
 
-NAV_WAYPOINT = 16
-AUTOPILOT_COMPONENT = 1
-MAV_MISSION_ACCEPTED = 0
 STILL_M_S = 0.15
 STILL_US = 1_500_000
 ARM_TRIES = 10
 PAUSE_US = 1_500_000
 DISARM_US = 3_000_000
 TURNS = 2
-UPLOAD_US = 10_000_000
-"""An upload of which nothing has passed for so long was given up."""
 
 
 class CantDrive(Exception):
     """The autopilot does not do what is needed; the text says what."""
-
-
-class Job(NamedTuple):
-    """A mission that a peer has given: who, and its last waypoint (1e-7 deg)."""
-
-    sender: int
-    x: int
-    y: int
 
 
 class Inspect:
@@ -79,18 +77,16 @@ class Inspect:
         self._look_us, self._drive_timeout_us = round(look_s * 1e6), round(drive_timeout_s * 1e6)
         self._camera = camera or CameraModel()
         self._onboard = Onboard()
+        self._missions = MissionServer(self._asked)
+        self._queue = JobQueue()
+        self._reports: defaultdict[int, deque[Report]] = defaultdict(deque)
+        """What each system is still to be told, in order."""
+        self._telling: dict[int, Command] = {}
+        """The report that each system is being told."""
         self._now_us = 0
         self._phase, self._text = "connecting", "waiting for the autopilot"
-        self._uploading: tuple[int, dict[int, tuple[int, int]]] | None = None
-        """Who sends a mission now, and its waypoints so far."""
-        self._uploading_us = 0
-        self._jobs: list[Job] = []
-        self._job: Job | None = None
-        self._expected: tuple[float, float] | None = None
-        """Where the target should be: metres north and east of the waypoint."""
         self._confirmation: Confirmation | None = None
-        self._seen: tuple[str, float, float] | None = None
-        self._told_pilot = False
+        self._told_taken = False
         self._script: Script | None = self._run()
 
     @classmethod
@@ -117,22 +113,23 @@ class Inspect:
     @property
     def status(self) -> Status:
         """Idle is done: there is nothing left to do until a peer sends the next target."""
-        uploading = self._uploading is not None and self._now_us - self._uploading_us < UPLOAD_US
-        idle = self._job is None and not self._jobs and not uploading
+        queue = self._queue
+        untold = any(self._reports.values()) or bool(self._telling)
+        resting = self._phase in ("connecting", "waiting") and not queue.waiting
+        idle = resting and not self._missions.busy and not untold
         phase = "yielded" if self._onboard.yielding.yielded_to is not None else self._phase
-        return Status(phase, float(idle), idle, "success" if idle else "", self._text)
+        return Status(phase, float(idle), idle, self._outcome() if idle else "", self._text)
 
     def events(self) -> list[Event]:
         """The events since the last call."""
         return self._onboard.events()
 
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
-        """Routes, and watches missions pass from a peer to the autopilot."""
+        """Hears the autopilot, and what the peers ask for."""
         self._now_us = now_us
-        _, out = self._onboard.on_message(now_us, link, msg)
-        kind = msg.get_type()
-        if kind.startswith("MISSION_") and any(passed is msg for _, passed in out):
-            self._watch_upload(kind, msg)
+        mine, out = self._onboard.on_message(now_us, link, msg)
+        if mine and link == PEER_LINK:
+            out += [(PEER_LINK, answer) for answer in self._missions.on_message(now_us, msg)]
         return out
 
     def wants_frame(self, frame_time_us: int) -> float | None:
@@ -149,81 +146,112 @@ class Inspect:
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Confirms the expected target."""
         self._now_us = now_us
-        pose = self._telemetry.pose_at(frame_time_us)
-        if pose is None or self._confirmation is None or self._job is None or self._expected is None:
+        pose, job = self._telemetry.pose_at(frame_time_us), self._queue.current
+        if pose is None or self._confirmation is None or job is None:
             return []
-        seen_from = camera_pose(self._position(pose), pose.q, MAST)
+        north, east = self._from_target(job, pose)
+        seen_from = camera_pose((north, east, 0.0), pose.q, MAST)
         for target in self._confirmation.update(frame_time_us, seen_from, detections):
-            away = math.hypot(target.north_m - self._expected[0], target.east_m - self._expected[1])
-            if away <= self.match_m and self._seen is None:
-                north, east, _ = self._position(pose)
-                distance = math.hypot(target.north_m - north, target.east_m - east)
-                self._seen = (target.label, target.score, distance)
-                lat, lon = from_metres(target.north_m, target.east_m, self._job.x * 1e-7, self._job.y * 1e-7)
-                box = target.detection
-                self._onboard.note(
-                    now_us,
-                    "inspected",
-                    f"{target.label} seen {distance:.1f} m ahead",
-                    label=target.label,
-                    score=target.score,
-                    lat_deg=lat,
-                    lon_deg=lon,
-                    distance_m=distance,
-                    frame_time_us=target.frame_time_us,
-                    x=box.x,
-                    y=box.y,
-                    w=box.w,
-                    h=box.h,
-                )
+            near = math.hypot(target.north_m, target.east_m) <= self.match_m
+            if near and target.label not in {sight.label for sight in job.sights}:
+                self._see(job, target, math.hypot(target.north_m - north, target.east_m - east))
         return []
 
     def on_time(self, now_us: int) -> Outgoing:
-        """Goes on with the target at hand, unless a pilot has the vehicle."""
+        """Goes on with the job at hand, unless a pilot or a failsafe has the vehicle."""
         self._now_us = now_us
         if not self._onboard.watch_pilot(now_us):
-            self._told_pilot = False
+            self._told_taken = False
             self._script = advanced(self._script)
-        elif self._job is not None and not self._told_pilot:
-            self._told_pilot = True
-            self._onboard.start(PEER_LINK, command_of(self._job.sender, self._report(Result.PILOT_TOOK_OVER)))
-        return self._onboard.on_time(now_us)
+        elif self._queue.current is not None and not self._told_taken:
+            self._told_taken = True
+            failsafe = self._onboard.yielding.to_failsafe
+            self._tell(self._queue.current, Result.FAILSAFE if failsafe else Result.PILOT_TOOK_OVER)
+        self._send_reports()
+        out: Outgoing = [(PEER_LINK, msg) for msg in self._missions.on_time(now_us)] if self.system_id else []
+        return out + self._onboard.on_time(now_us)
 
-    # One target after the other
+    # What the scouts ask for, and are told
+
+    def _asked(self, system: int, items: Sequence[MissionItem]) -> int:
+        """A peer has uploaded a mission; a MAV_MISSION_RESULT."""
+        wanted = wanted_of(items)
+        if wanted is None:
+            return UNSUPPORTED
+        known = len(self._queue.jobs)
+        job = self._queue.ask(system, wanted)
+        how = "new" if len(self._queue.jobs) > known else "known" if job.result is not None else "same"
+        text = f"job {job.number}, {how}: {wanted.label or 'a target'} for system {system}"
+        self._onboard.note(self._now_us, "target_accepted", text, job=job.number, system=system, label=wanted.label)
+        asker = Asker(system, wanted.x, wanted.y)
+        if job.result is not None:
+            self._reports[system].append(job.report_to(asker, job.result))
+        elif job is self._queue.current:
+            self._reports[system].append(job.report_to(asker, Result.STARTED))
+        return ACCEPTED
+
+    def _tell(self, job: Job, result: Result) -> None:
+        """All who asked for a job are to be told how it stands."""
+        for asker in job.askers:
+            self._reports[asker.system].append(job.report_to(asker, result))
+
+    def _send_reports(self) -> None:
+        """One report at a time to each system, as an acknowledgement does not say which it is for."""
+        for system, command in list(self._telling.items()):
+            if command.outcome is not None:
+                del self._telling[system]
+                if not command.outcome.accepted:
+                    text = f"report to system {system}: {command.outcome.text}"
+                    self._onboard.note(self._now_us, "failed", text, system=system)
+        for system, reports in self._reports.items():
+            if reports and system not in self._telling:
+                self._telling[system] = command_of(system, reports.popleft())
+                self._onboard.start(PEER_LINK, self._telling[system])
+
+    def _outcome(self) -> str:
+        """Success if every job was: the target seen, with its label."""
+        bad = next((job for job in self._queue.jobs if job.result is not Result.CONFIRMED), None)
+        if bad is None or bad.result is None:
+            return "success"
+        return f"job {bad.number}: {bad.result.name.lower().replace('_', ' ')}"
+
+    # One job after the other
 
     def _run(self) -> Script:
         while not self._telemetry.system:
             yield
         while True:
             self._enter("waiting", "for a target")
-            while not self._jobs:
+            while (job := self._queue.begin()) is None:
                 yield
-            self._job = self._jobs.pop(0)
+            self._tell(job, Result.STARTED)
             try:
-                result = yield from self._visit(self._job)
+                yield from self._visit(job)
+                result = job.found
             except CantDrive as failure:
                 self._onboard.say(self._now_us, f"Target not reached: {failure}", WARNING)
-                self._onboard.note(self._now_us, "failed", str(failure))
+                self._onboard.note(self._now_us, "failed", f"job {job.number}: {failure}", job=job.number)
                 result = Result.NOT_REACHED
             self._confirmation = None
-            self._enter("reporting", result.name.lower())
-            report = yield from self._onboard.do(PEER_LINK, command_of(self._job.sender, self._report(result)))
-            if report.outcome is None or not report.outcome.accepted:
-                text = report.outcome.text if report.outcome is not None else "no answer"
-                self._onboard.note(self._now_us, "failed", f"report: {text}")
+            self._queue.finish(result)
+            self._tell(job, result)
+            self._enter("reporting", f"job {job.number}: {result.name.lower().replace('_', ' ')}")
             yield from self._park()
-            self._job, self._expected, self._seen = None, None, None
 
-    def _visit(self, job: Job) -> Generator[None, None, Result]:
-        lat, lon = job.x * 1e-7, job.y * 1e-7
-        place = self._telemetry.place
-        start = to_metres(place.lat_deg, place.lon_deg, lat, lon) if place is not None else (0.0, 0.0)
+    def _visit(self, job: Job) -> Script:
+        while (place := self._telemetry.place) is None:
+            yield
+        start = to_metres(place.lat_deg, place.lon_deg, job.lat_deg, job.lon_deg)
         way = math.hypot(*start)
-        course = (-start[0] / way, -start[1] / way) if way > 0.5 else None
-        self._enter("starting", "mission mode, arming")
-        yield from self._start_mission()
-        self._onboard.note(self._now_us, "target_started", f"driving {way:.0f} m", lat_deg=lat, lon_deg=lon)
-        self._enter("driving", f"{way:.0f} m to the target")
+        course = (-start[0] / way, -start[1] / way) if way > 0.5 else self._heading()
+        # Where the vehicle is nearer than the approach point already, that is behind it: it stays where it is.
+        short = min(self.approach_m, way)
+        lat, lon = from_metres(-course[0] * short, -course[1] * short, job.lat_deg, job.lon_deg)
+        self._enter("starting", f"job {job.number}: mission, arming")
+        yield from self._start_mission(lat, lon)
+        text = f"job {job.number}: driving {way:.0f} m"
+        self._onboard.note(self._now_us, "target_started", text, job=job.number, lat_deg=lat, lon_deg=lon)
+        self._enter("driving", f"job {job.number}: {way:.0f} m to the target")
         yield from self._until_standing(lat, lon)
         stopped = self._telemetry.place
         assert stopped is not None
@@ -231,29 +259,36 @@ class Inspect:
             self._now_us,
             "stopped",
             f"{distance_m(stopped.lat_deg, stopped.lon_deg, lat, lon):.2f} m from the waypoint",
+            job=job.number,
             lat_deg=stopped.lat_deg,
             lon_deg=stopped.lon_deg,
             waypoint_lat_deg=lat,
             waypoint_lon_deg=lon,
         )
-        attitude = self._telemetry.pose_at(stopped.time_us)
-        if course is None:
-            yaw = attitude.yaw_rad if attitude is not None else 0.0
-            course = (math.cos(yaw), math.sin(yaw))
-        self._expected = (course[0] * self.approach_m, course[1] * self.approach_m)
-        self._enter("inspecting", "looking for the target")
-        yield from self._look()
+        yield from self._look(job)
         for _ in range(TURNS):
-            if self._seen is not None:
+            if job.found is Result.CONFIRMED:
                 break
             yield from self._turn(job, course)
             course = (-course[0], -course[1])
-            yield from self._look()
-        return Result.CONFIRMED if self._seen is not None else Result.NOT_SEEN
+            yield from self._look(job)
 
-    def _start_mission(self) -> Script:
+    def _heading(self) -> tuple[float, float]:
+        """The direction (north, east) that the vehicle faces."""
+        place = self._telemetry.place
+        pose = self._telemetry.pose_at(place.time_us) if place is not None else None
+        yaw = pose.yaw_rad if pose is not None else 0.0
+        return math.cos(yaw), math.sin(yaw)
+
+    def _start_mission(self, lat: float, lon: float) -> Script:
         system = self._telemetry.system
         self._onboard.yielding.expect(())
+        waypoint = MissionItem(
+            FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=round(lat * 1e7), y=round(lon * 1e7)
+        )
+        upload = yield from self._onboard.do(AUTOPILOT_LINK, MissionUpload(system, [waypoint]))
+        if upload.outcome is None or not upload.outcome.accepted:
+            raise CantDrive(f"mission: {upload.outcome.text if upload.outcome else 'no answer'}")
         mode = yield from self._onboard.do(AUTOPILOT_LINK, set_mode(system, "mission"))
         if mode.outcome is None or not mode.outcome.accepted:
             raise CantDrive(f"mission mode: {mode.outcome.text if mode.outcome else 'no answer'}")
@@ -290,23 +325,21 @@ class Inspect:
                 self._onboard.yielding.expect({"mission", "hold"})  # PX4 holds by itself at a mission's end
             yield
 
-    def _look(self) -> Script:
+    def _look(self, job: Job) -> Script:
         """Until the target is confirmed, or the time is over."""
+        self._enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
         self._confirmation = Confirmation(self._camera, self._ground_down_m(), settle=False)
         since_us = self._now_us
-        while self._seen is None and self._now_us - since_us < self._look_us:
+        while job.found is not Result.CONFIRMED and self._now_us - since_us < self._look_us:
             yield
         self._confirmation = None
 
     def _turn(self, job: Job, course: tuple[float, float]) -> Script:
         """Past the target, and back to face it from the other side."""
-        assert self._expected is not None
-        self._enter("turning", "to bring the target into view")
-        north, east = self._expected
+        self._enter("turning", f"job {job.number}: to see the target from the other side")
         self._onboard.yielding.expect(())
         for ahead_m in (self.turn_m, self.approach_m):
-            goal = (north + course[0] * ahead_m, east + course[1] * ahead_m)
-            lat, lon = from_metres(*goal, job.x * 1e-7, job.y * 1e-7)
+            lat, lon = from_metres(course[0] * ahead_m, course[1] * ahead_m, job.lat_deg, job.lon_deg)
             place = self._telemetry.place
             altitude = place.alt_amsl_m if place is not None else 0.0
             move = yield from self._onboard.do(AUTOPILOT_LINK, reposition(self._telemetry.system, lat, lon, altitude))
@@ -314,7 +347,6 @@ class Inspect:
                 raise CantDrive(f"reposition: {move.outcome.text if move.outcome else 'no answer'}")
             self._onboard.yielding.expect({"hold"})
             yield from self._until_standing(lat, lon)
-        self._enter("inspecting", "looking for the target")
 
     def _park(self) -> Script:
         """Holds and disarms, so that people may come near."""
@@ -332,35 +364,32 @@ class Inspect:
     def _telemetry(self) -> Telemetry:
         return self._onboard.telemetry
 
-    def _watch_upload(self, kind: str, msg: mavlink.MAVLink_message) -> None:
-        """Follows an upload of mission items that passes through."""
-        if getattr(msg, "mission_type", 0) != 0:
-            return
-        self._uploading_us = self._now_us
-        if kind == "MISSION_COUNT" and msg.get_srcSystem() != self.system_id:
-            if self._uploading is None or self._uploading[0] != msg.get_srcSystem():
-                self._uploading = (msg.get_srcSystem(), {})
-        elif kind == "MISSION_ITEM_INT" and self._uploading is not None:
-            if msg.command == NAV_WAYPOINT and msg.get_srcSystem() == self._uploading[0]:
-                self._uploading[1][msg.seq] = (msg.x, msg.y)
-        elif kind == "MISSION_ACK" and self._uploading is not None and msg.get_srcSystem() == self.system_id:
-            sender, waypoints = self._uploading
-            if msg.type == MAV_MISSION_ACCEPTED and waypoints:
-                x, y = waypoints[max(waypoints)]
-                self._jobs.append(Job(sender, x, y))
-                self._onboard.note(self._now_us, "target_accepted", f"from system {sender}", system=sender)
-            self._uploading = None
+    def _see(self, job: Job, target: Target, away_m: float) -> None:
+        """Something was confirmed where the target should be."""
+        job.sights.append(Sight(target.label, target.score, away_m))
+        lat, lon = from_metres(target.north_m, target.east_m, job.lat_deg, job.lon_deg)
+        box = target.detection
+        self._onboard.note(
+            self._now_us,
+            "inspected",
+            f"job {job.number}: {target.label} seen {away_m:.1f} m ahead",
+            job=job.number,
+            label=target.label,
+            score=target.score,
+            lat_deg=lat,
+            lon_deg=lon,
+            distance_m=away_m,
+            frame_time_us=target.frame_time_us,
+            x=box.x,
+            y=box.y,
+            w=box.w,
+            h=box.h,
+        )
 
-    def _report(self, result: Result) -> Report:
-        assert self._job is not None
-        label, score, distance = self._seen or ("", 0.0, math.nan)
-        return Report(result, score, label, distance, self._job.x, self._job.y)
-
-    def _position(self, pose: Pose) -> tuple[float, float, float]:
-        """Metres north and east of the waypoint; the height is the vehicle's own: it stands on the ground."""
-        assert self._job is not None
-        north, east = to_metres(pose.lat_deg, pose.lon_deg, self._job.x * 1e-7, self._job.y * 1e-7)
-        return north, east, 0.0
+    @staticmethod
+    def _from_target(job: Job, pose: Pose) -> tuple[float, float]:
+        """Metres north and east of where the target should be."""
+        return to_metres(pose.lat_deg, pose.lon_deg, job.lat_deg, job.lon_deg)
 
     @staticmethod
     def _ground_down_m() -> float:

@@ -3,8 +3,9 @@
 MAVLink has no message for it, but a command for one's own use that carries a place: MAV_CMD_SPATIAL_USER_1
 (https://mavlink.io/en/messages/common.html#MAV_CMD_SPATIAL_USER_1), sent from component 191 to component 191:
 param1 is the result, param2 the detector's score, param3 the class (index in `LABELS`, -1 none), param4 the distance in
-m between target and vehicle as its camera saw it (NaN if it did not); x and y repeat the waypoint's latitude and
-longitude exactly as they were sent: they tell which target is meant.
+m between target and vehicle as its camera saw it (NaN if it did not); x and y repeat the latitude and longitude of the
+NAV_WAYPOINT that was sent, exactly: they tell which target is meant. A target may be reported on more than once:
+STARTED when the UGV sets out, PILOT_TOOK_OVER or FAILSAFE while somebody else has it, then what became of it.
 """
 
 import math
@@ -22,16 +23,21 @@ TRIES = 40
 
 
 class Result(IntEnum):
-    """What became of the inspection."""
+    """What became of the inspection, or how it stands."""
 
     NOT_SEEN = 0
     CONFIRMED = 1
+    """Seen, with the label that the scout gave it."""
     NOT_REACHED = 2
     PILOT_TOOK_OVER = 3
+    FAILSAFE = 4
+    WRONG_LABEL = 5
+    """Something was seen where the target should be, but with another label."""
+    STARTED = 6
 
 
 class Report(NamedTuple):
-    """One report. `x`, `y`: the waypoint, 1e-7 deg."""
+    """One report. `x`, `y`: the place of the target as it was asked for, 1e-7 deg."""
 
     result: Result
     score: float

@@ -2,22 +2,23 @@
 
 It uploads the plan's mission, fence and rally points as a ground station would, waits until the autopilot is ready,
 arms and flies it. Frames taken over the field go through the detector; a target that `confirmation.py` reports is
-sent to the UGV's autopilot over the peer link by the mission protocol, as a mission of one waypoint, one target after
-the other, the next when the UGV has reported. The scan goes on meanwhile. After the plan's end it waits, landed, for
-the last report.
+sent to the UGV's companion over the peer link by the mission protocol (`jobs.py`), one target after the other, the next
+when the UGV has reported. The scan goes on meanwhile. After the plan's end it waits, landed, for the last report.
 
-**The waypoint** is the approach point: `approach_m` (0.6 m) short of the target, on the line from where the UGV last
-said it was. A rover stops a little before its waypoint by itself (0.25 m), so the target's middle comes to lie before
-the front wheels and in view of the mast camera, which sees from its foot to 4.7 m ahead.
+The UGV may have other scouts to serve: a target waits there until its turn, at most `queue_timeout_s`; when the UGV has
+said that it sets out, it has `report_timeout_s` to report.
+
+**The mission is a success** when the whole field was seen, and the UGV has seen every target that was found there, with
+the label that the scout gave it.
 
 **The peer link** counts as lost when the UGV is needed (a target is to be sent, or a report awaited) and nothing was
 heard of it for `peer_timeout_s` (20 s). Then the mission says so, the UAS returns home and the outcome is "peer link
 lost".
 
-**A pilot** who chooses another mode takes the UAS over: no more commands to it until the mode is MISSION again.
-Targets go on being sent; the mission ends when the vehicle is disarmed.
+**A pilot or a failsafe** that chooses another mode takes the UAS over: no more commands to it until the mode is MISSION
+again. Targets go on being sent; the mission ends when the vehicle is disarmed, with which of the two it was as outcome.
 
-Options: `plan` (a .plan file; needed), `approach_m`, `peer_timeout_s`, `report_timeout_s`, `ready_timeout_s`,
+Options: `plan` (a .plan file; needed), `peer_timeout_s`, `report_timeout_s`, `queue_timeout_s`, `ready_timeout_s`,
 `return_altitude_m` (sets RTL_RETURN_ALT first; 0 leaves it), `scan_altitude_m` (frames from below are not looked at).
 """
 
@@ -29,16 +30,17 @@ from typing import Any
 
 from gcs.command import Command, arm
 from gcs.geodesy import from_metres, to_metres
-from gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
+from gcs.mission import FENCE, MISSION, RALLY, MissionUpload
 from gcs.parameter import ParameterSet
 from gcs.plan_file import FlightPlan, PlanError, read_plan
 from gcs.set_mode import set_mode
 from gcs.statustext import CRITICAL, WARNING
 from gcs.telemetry import Pose, Telemetry
-from missions.agriculture.report import Report, ack_of, report_of
+from missions.agriculture.jobs import Wanted, items_of
+from missions.agriculture.report import Report, Result, ack_of, report_of
 from missions.companion.camera import Image
 from missions.companion.camera_model import NADIR, CameraModel, camera_pose, gsd_m
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
+from missions.companion.companion import AUTOPILOT_LINK, COMPONENT_ID, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
 from missions.companion.detector import ClassicalDetector, Detection, Detector
 from missions.companion.onboard import Onboard, Script, advanced
@@ -46,7 +48,6 @@ from missions.companion.options import Options
 from sitl_emu.core import dialect as mavlink
 
 NAV_WAYPOINT, NAV_LAND, NAV_RETURN_TO_LAUNCH = 16, 21, 20
-FRAME_GLOBAL_RELATIVE_ALT = 3
 GROUND_ROVER = 10
 ARM_TRIES = 20
 ARM_PAUSE_US = 1_000_000
@@ -70,9 +71,18 @@ class Job:
 
     target: Target
     state: str = "queued"
-    """queued, sending, driving, then a Result's name, or what failed."""
-    waypoint: tuple[int, int] = (0, 0)
+    """queued (here), sending, waiting (there), driving, then a Result's name, or what failed."""
+    place: tuple[int, int] = (0, 0)
+    """Where the UGV was told that the target is, 1e-7 deg."""
     report: Report | None = None
+    """What the UGV last reported of it, but that it has started."""
+    started_us: int | None = None
+    """When the UGV said that it has started."""
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the UGV has seen the target, with its label."""
+        return self.report is not None and self.report.result is Result.CONFIRMED
 
 
 class Scout:
@@ -83,17 +93,18 @@ class Scout:
         plan: FlightPlan,
         detector: Detector,
         *,
-        approach_m: float = 0.6,
         peer_timeout_s: float = 20.0,
         report_timeout_s: float = 300.0,
+        queue_timeout_s: float = 1800.0,
         ready_timeout_s: float = 120.0,
         return_altitude_m: float = 0.0,
         scan_altitude_m: float = 8.0,
         camera: CameraModel | None = None,
     ) -> None:
         self.plan, self.detector = plan, detector
-        self.approach_m, self.scan_altitude_m, self.return_altitude_m = approach_m, scan_altitude_m, return_altitude_m
+        self.scan_altitude_m, self.return_altitude_m = scan_altitude_m, return_altitude_m
         self._report_timeout_us, self._ready_timeout_us = round(report_timeout_s * 1e6), round(ready_timeout_s * 1e6)
+        self._queue_timeout_us = round(queue_timeout_s * 1e6)
         self._camera = camera or CameraModel()
         self._confirmation = Confirmation(self._camera, 0.0, inside=self._in_area)
         self._last_waypoint = max((i for i, item in enumerate(plan.mission) if item.command == NAV_WAYPOINT), default=0)
@@ -118,9 +129,9 @@ class Scout:
         scout = cls(
             plan,
             ClassicalDetector(),
-            approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             peer_timeout_s=given.number("peer_timeout_s", 20.0, 5.0, 600.0),
             report_timeout_s=given.number("report_timeout_s", 300.0, 10.0, 3600.0),
+            queue_timeout_s=given.number("queue_timeout_s", 1800.0, 10.0, 36000.0),
             ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
             return_altitude_m=given.number("return_altitude_m", 0.0, 0.0, 150.0),
             scan_altitude_m=given.number("scan_altitude_m", 8.0, 0.0, 100.0),
@@ -186,7 +197,7 @@ class Scout:
             except MissionFailed as failure:
                 self._fail("failed", str(failure))
         elif self._phase not in ("connecting", "uploading", "waiting for health") and not self._telemetry.armed:
-            self._end(self._failure or "pilot took over")
+            self._end(self._failure or self._onboard.taken_by)
         try:
             self._delivery = advanced(self._delivery)
         except PeerLost as lost:
@@ -309,10 +320,8 @@ class Scout:
         while (ugv := self._ugv()) is None:
             self._check_peer(None, since_us)
             yield
-        self._place_waypoint(job)
-        lat, lon = (value * 1e-7 for value in job.waypoint)
-        target_lat, target_lon = self._global(job.target)
-        job.state = "sending"
+        wanted = self._wanted(job)
+        job.state, job.place = "sending", (wanted.x, wanted.y)
         self._onboard.note(
             self._now_us,
             "target_sent",
@@ -320,27 +329,30 @@ class Scout:
             target=job.target.id,
             label=job.target.label,
             score=job.target.score,
-            lat_deg=target_lat,
-            lon_deg=target_lon,
-            waypoint_lat_deg=lat,
-            waypoint_lon_deg=lon,
+            lat_deg=wanted.x * 1e-7,
+            lon_deg=wanted.y * 1e-7,
             system=ugv,
         )
-        x, y = job.waypoint
-        item = MissionItem(FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=x, y=y)
-        upload = MissionUpload(ugv, [item], tries=1000)
+        upload = MissionUpload(ugv, items_of(wanted), target_component=COMPONENT_ID, tries=1000)
         self._onboard.start(PEER_LINK, upload)
         while upload.outcome is None:
             self._check_peer(ugv, since_us)
             yield
         if not upload.outcome.accepted:
             raise MissionFailed(f"refused by the UGV: {upload.outcome.text}")
-        job.state = "driving"
+        if job.report is None:
+            job.state = "waiting"
         self._onboard.note(self._now_us, "target_accepted", f"the UGV has target {job.target.id}", target=job.target.id)
+        yield from self._until_reported(job, ugv)
+
+    def _until_reported(self, job: Job, ugv: int) -> Script:
+        """Until the UGV has reported on a target that it has: first its turn comes, then it drives."""
         since_us = self._now_us
         while job.report is None:
             self._check_peer(ugv, since_us)
-            if self._now_us - since_us > self._report_timeout_us:
+            if job.started_us is None and self._now_us - since_us > self._queue_timeout_us:
+                raise MissionFailed("the UGV did not start")
+            if job.started_us is not None and self._now_us - job.started_us > self._report_timeout_us:
                 raise MissionFailed("no report from the UGV")
             yield
         job.state = job.report.result.name
@@ -367,37 +379,33 @@ class Scout:
         north, east = to_metres(place.lat_deg, place.lon_deg, *self._origin[:2])
         return min(queued, key=lambda job: math.hypot(job.target.north_m - north, job.target.east_m - east))
 
-    def _place_waypoint(self, job: Job) -> None:
-        """Takes the target's latest estimate, and the approach point on the UGV's way to it."""
+    def _wanted(self, job: Job) -> Wanted:
+        """What the UGV is asked for: the target's latest estimate."""
         job.target = next((t for t in self._confirmation.targets if t.id == job.target.id), job.target)
-        ugv = self._ugv()
-        place = self._onboard.peer.peers[ugv].place if ugv is not None else None
-        if place is None or self._origin is None:
-            raise MissionFailed("the UGV's place is not known")
-        north, east = to_metres(place.lat_deg, place.lon_deg, *self._origin[:2])
-        to_north, to_east = job.target.north_m - north, job.target.east_m - east
-        way = math.hypot(to_north, to_east)
-        share = max(0.0, way - self.approach_m) / way if way > 0.0 else 0.0
-        lat, lon = from_metres(north + share * to_north, east + share * to_east, *self._origin[:2])
-        job.waypoint = (round(lat * 1e7), round(lon * 1e7))
+        lat, lon = self._global(job.target)
+        return Wanted(round(lat * 1e7), round(lon * 1e7), job.target.label, job.target.score)
 
     def _take_report(self, report: Report) -> bool:
-        for job in self.jobs:
-            if job.waypoint == (report.x, report.y):
-                if job.report != report:
-                    job.report = report
-                    self._onboard.say(self._now_us, f"Target {job.target.id}: {report.result.name.lower()}")
-                    self._onboard.note(
-                        self._now_us,
-                        "report_received",
-                        f"target {job.target.id}: {report.result.name.lower()}",
-                        target=job.target.id,
-                        result=report.result.name.lower(),
-                        score=report.score,
-                        label=report.label,
-                    )
-                return True
-        return False
+        job = next((job for job in self.jobs if job.place == (report.x, report.y)), None)
+        if job is None:
+            return False
+        if report.result is Result.STARTED:
+            job.started_us = self._now_us if job.started_us is None else job.started_us
+            job.state = "driving" if job.report is None else job.state
+        elif job.report != report:
+            job.report, job.state = report, report.result.name
+            result = report.result.name.lower()
+            self._onboard.say(self._now_us, f"Target {job.target.id}: {result.replace('_', ' ')}")
+            self._onboard.note(
+                self._now_us,
+                "report_received",
+                f"target {job.target.id}: {result.replace('_', ' ')}",
+                target=job.target.id,
+                result=result,
+                score=report.score,
+                label=report.label,
+            )
+        return True
 
     # Bookkeeping
 
@@ -424,15 +432,15 @@ class Scout:
             self._onboard.say(self._now_us, f"Mission ended: {outcome}", WARNING if outcome != "success" else 6)
 
     def _verdict(self) -> str:
-        if not self.jobs:
-            return "no target found"
-        bad = [job for job in self.jobs if job.report is None or job.report.result not in (0, 1)]
+        bad = [job for job in self.jobs if not job.succeeded]
         if bad:
             return f"target {bad[0].target.id}: {bad[0].state.lower().replace('_', ' ')}"
         return "success"
 
     def _open_jobs(self) -> list[Job]:
-        return [job for job in self.jobs if job.report is None and job.state in ("queued", "sending", "driving")]
+        return [
+            job for job in self.jobs if job.report is None and job.state in ("queued", "sending", "waiting", "driving")
+        ]
 
     def _progress(self) -> float:
         if self._done:

@@ -1,4 +1,4 @@
-"""A companion's standing on its vehicle: telemetry, heartbeats, routing, running services, texts and events.
+"""A companion's standing on its vehicle: telemetry, heartbeats, running services, yielding, texts and events.
 
 What every mission needs, put together; a mission holds one `Onboard` and decides what to do.
 """
@@ -6,13 +6,14 @@ What every mission needs, put together; a mission holds one `Onboard` and decide
 from collections.abc import Generator
 from typing import TypeVar
 
+from gcs.failsafe import FailsafeWatch
 from gcs.heartbeat import Heartbeat
 from gcs.service import Service
 from gcs.statustext import INFO, WARNING, messages_of
 from gcs.telemetry import Telemetry
 from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
 from missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
-from missions.companion.router import route
+from missions.companion.router import is_for_companion
 from missions.companion.yielding import Yielding
 from sitl_emu.core import dialect as mavlink
 
@@ -32,12 +33,14 @@ def advanced(script: Script | None) -> Script | None:
 
 
 class Onboard:
-    """Routes, answers for itself, and runs the services that a mission starts."""
+    """Hears, answers for itself, and runs the services that a mission starts."""
 
     def __init__(self, peer_lost_after_us: int = LOST_AFTER_US) -> None:
         self.telemetry = Telemetry()
         self.peer = PeerLink(peer_lost_after_us)
         self.yielding = Yielding()
+        self.failsafe: FailsafeWatch | None = None
+        """Whether a failsafe has the vehicle, and which; None until its autopilot was heard."""
         self._heartbeats = {link: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER) for link in (AUTOPILOT_LINK, PEER_LINK)}
         self._services: list[tuple[str, Service]] = []
         self._outbox: Outgoing = []
@@ -60,13 +63,27 @@ class Onboard:
             yield
         return service
 
+    @property
+    def taken_by(self) -> str:
+        """Who has taken the vehicle: "pilot took over" or "failsafe (its cause)"; "" while it is ours."""
+        if self.yielding.yielded_to is None:
+            return ""
+        if self.yielding.to_failsafe and self.failsafe is not None:
+            return f"failsafe ({self.failsafe.cause})"
+        return "pilot took over"
+
     def watch_pilot(self, now_us: int) -> bool:
-        """True while a pilot has the vehicle; says so when that changes. Services to the autopilot rest meanwhile."""
-        if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode):
-            pilot_mode = self.yielding.yielded_to
-            if pilot_mode is not None:
-                self.say(now_us, f"Companion yields: pilot chose {pilot_mode}", WARNING)
-                self.note(now_us, "yielded", f"pilot chose {pilot_mode}", mode=pilot_mode)
+        """True while a pilot or a failsafe has the vehicle; says which, and when it is given back.
+
+        Services to the autopilot rest meanwhile.
+        """
+        acts = self.failsafe is not None and self.failsafe.active
+        if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode, acts):
+            mode = self.yielding.yielded_to
+            if mode is not None:
+                by = "failsafe" if self.yielding.to_failsafe else "pilot"
+                self.say(now_us, f"Companion yields: {self.taken_by}, mode {mode}", WARNING)
+                self.note(now_us, "yielded", f"{self.taken_by}, mode {mode}", mode=mode, by=by)
             else:
                 self.say(now_us, f"Companion resumes in {self.telemetry.mode}")
                 self.note(now_us, "resumed", f"in {self.telemetry.mode}")
@@ -93,16 +110,15 @@ class Onboard:
         if link == PEER_LINK:
             self.peer.heard(now_us, msg)
         system = self.telemetry.system
+        out: Outgoing = []
         if link == AUTOPILOT_LINK and msg.get_srcComponent() == 1 and system in (0, msg.get_srcSystem()):
             self.telemetry.on_message(now_us, msg)
             system = self.telemetry.system
-        if system == 0:
-            return False, []
-        way = route(link, msg, system, self.peer.peers)
-        out: Outgoing = []
-        if way.forward is not None:
-            out.append((way.forward, msg))
-        if not way.mine:
+            if self.failsafe is None and system:
+                self.failsafe = FailsafeWatch(system)
+            if self.failsafe is not None:
+                out += [(AUTOPILOT_LINK, asked) for asked in self.failsafe.on_message(now_us, msg)]
+        if system == 0 or not is_for_companion(msg, system):
             return False, out
         if link == AUTOPILOT_LINK and msg.get_srcSystem() == system and msg.get_srcComponent() == 1:
             out += self.peer.share(now_us, msg)

@@ -3,7 +3,7 @@
 Each companion sends its HEARTBEAT (type ONBOARD_CONTROLLER, component 191) and, for its autopilot, HEARTBEAT and
 GLOBAL_POSITION_INT once a second, so that a peer knows who is there and where. A peer that was silent for
 `lost_after_us` (20 s) is taken for lost: with 30 % loss each way and two messages a second, chance makes that silence
-once in 10^20. Missions and their answers are routed by `router.py`; reports are addressed to component 191.
+once in 10^20. Whatever else peers say is addressed to the other's companion, component 191 (`router.py`).
 """
 
 from typing import NamedTuple

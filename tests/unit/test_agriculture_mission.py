@@ -20,7 +20,7 @@ from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pos
 from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
 from missions.companion.detector import Detection
 from missions.companion.wire import Wire
-from tests.unit.companion_px4 import HOLD, MISSION, POSITION, STEP_US, FakePx4
+from tests.unit.companion_px4 import HOLD, MISSION, POSITION, RETURN, STEP_US, FakePx4
 
 US = 1_000_000
 HOME = (40.47, -86.99, 215.0)
@@ -53,6 +53,8 @@ class Node:
         self.ground: list[Any] = []
         self.frame_us: int | None = None
         self.blind = False
+        self.labels = {label: label for label, _, _ in TARGETS}
+        """What the detector takes each kind of target for."""
 
     def send(self, now_us: int, outgoing: Any) -> None:
         for link, msg in outgoing:
@@ -96,7 +98,7 @@ class Node:
         for label, north, east in TARGETS:
             if in_view(CAMERA, pose, (north, east, 0.0)) and not self.blind:
                 x, y = project(CAMERA, pose, (north, east, 0.0)) or (0.0, 0.0)
-                found.append(Detection(label, 0.9, x, y, 30.0, 30.0))
+                found.append(Detection(self.labels[label], 0.9, x, y, 30.0, 30.0))
         self.send(now_us, self.companion.on_detections(now_us, frame_us, found))
 
     def of(self, kind: str) -> list[Event]:
@@ -125,17 +127,36 @@ def fly(
     limit_s: float = 400.0,
 ) -> float:
     """Runs both until the scout is done and the other idle; `lost(now_us)` says whether a peer frame is lost."""
+    return fly_all([scout, inspect], lost, each, limit_s)
+
+
+def fly_all(
+    nodes: list[Node],
+    lost: Callable[[int], bool] = lambda now_us: False,
+    each: Callable[[int], None] = lambda now_us: None,
+    limit_s: float = 400.0,
+) -> float:
+    """Runs all until they are done; what one sends by radio all others hear."""
     for now_us in range(0, round(limit_s * US), STEP_US):
         each(now_us)
-        for one, other in ((scout, inspect), (inspect, scout)):
+        for one in nodes:
             one.step(now_us)
             frames, one.peer_out = one.peer_out, []
             for frame in frames:
-                if not lost(now_us):
-                    other.receive(now_us, frame)
-        if scout.companion.status.done and inspect.companion.status.done:
+                for other in nodes:
+                    if other is not one and not lost(now_us):
+                        other.receive(now_us, frame)
+        if all(node.companion.status.done for node in nodes):
             return now_us / US
-    raise AssertionError(f"not done: {scout.companion.status}, {inspect.companion.status}")
+    raise AssertionError(f"not done: {[node.companion.status for node in nodes]}")
+
+
+def three_scouts() -> tuple[list[Node], Node]:
+    """Three scouts that fly the same lines, one after the other by a few metres, and the one UGV they share."""
+    scouts = [
+        Node(Scout(plan(), NoDetector()), FakePx4(system, 13, 0.0, 4.0 * system, 5.0), NADIR) for system in (1, 3, 4)
+    ]
+    return scouts, Node(Inspect(NoDetector()), FakePx4(2, 10, -30.0, 40.0, 2.5), MAST)
 
 
 @pytest.mark.parametrize("pattern", [".", THIRTY_PERCENT])
@@ -261,6 +282,60 @@ def test_a_pilot_on_the_ugv_is_reported_to_the_scout() -> None:
     assert scout.of("report_received")[1].data["result"] == "confirmed"
 
 
+def test_a_failsafe_that_takes_the_uas_home_is_told_apart_from_a_pilot() -> None:
+    scout, inspect = pair()
+
+    def low_battery(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.enter_failsafe(now_us, RETURN, cause=3)
+
+    fly(scout, inspect, each=low_battery)
+    yielded = scout.of("yielded")
+    assert [(event.data["by"], event.data["mode"]) for event in yielded] == [("failsafe", "return")]
+    said = [str(msg.text) for msg in scout.ground if msg.get_type() == "STATUSTEXT"]
+    assert "Companion yields: failsafe (low battery), mode" in " ".join(said)
+    assert not any("pilot" in text for text in said)
+    assert scout.companion.status.outcome == "failsafe (low battery)"
+
+
+def test_a_pilot_who_takes_over_from_a_failsafe_is_told_too() -> None:
+    scout, inspect = pair()
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.enter_failsafe(now_us, RETURN, cause=2)
+        if now_us == 18 * US:
+            scout.px4.choose(POSITION)
+        if now_us == 25 * US:
+            scout.px4.choose(MISSION)
+
+    fly(scout, inspect, each=pilot)
+    assert [event.text for event in scout.of("yielded")] == [
+        "failsafe (ground station lost), mode return",
+        "pilot took over, mode position",
+    ]
+    assert scout.of("resumed")
+    assert scout.companion.status.outcome == "success"
+
+
+def test_a_failsafe_of_the_ugv_is_reported_to_the_scout_as_one() -> None:
+    scout, inspect = pair()
+    taken: list[int] = []
+
+    def link_lost(now_us: int) -> None:
+        if not taken and inspect.of("target_started") and now_us > inspect.of("target_started")[0].time_us + 2 * US:
+            taken.append(now_us)
+            inspect.px4.enter_failsafe(now_us, HOLD, cause=2)
+        if taken and now_us == taken[0] + 10 * US:
+            assert scout.of("report_received")[0].data["result"] == "failsafe"
+            inspect.px4.choose(MISSION)
+
+    fly(scout, inspect, each=link_lost)
+    assert taken
+    assert inspect.of("yielded")[0].text == "failsafe (ground station lost), mode hold"
+    assert [event.data["result"] for event in scout.of("report_received")][:2] == ["failsafe", "confirmed"]
+
+
 def test_a_target_that_the_ugv_does_not_see_makes_it_turn_and_then_say_so() -> None:
     scout, inspect = pair()
     inspect.blind = True
@@ -268,6 +343,8 @@ def test_a_target_that_the_ugv_does_not_see_makes_it_turn_and_then_say_so() -> N
     assert {event.data["result"] for event in scout.of("report_received")} == {"not_seen"}
     turned = [event for event in inspect.of("phase") if event.data["phase"] == "turning"]
     assert len(turned) == 2 * len(TARGETS)
+    assert scout.companion.status.outcome == f"target {scout.companion.jobs[0].target.id}: not seen"
+    assert inspect.companion.status.outcome == "job 1: not seen"
 
 
 def test_a_refused_arming_is_tried_again_and_then_told() -> None:
@@ -278,12 +355,81 @@ def test_a_refused_arming_is_tried_again_and_then_told() -> None:
     assert sum(command == 400 for command, _ in scout.px4.commands) == 20
 
 
-def test_a_mission_that_the_ugv_refuses_is_told() -> None:
+def test_a_mission_that_the_ugvs_autopilot_refuses_is_told() -> None:
     scout, inspect = pair()
     inspect.px4.missions.refuse = 14
     fly(scout, inspect)
-    assert "refused by the ugv: denied" in scout.companion.status.outcome
+    assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
+    assert "mission: denied" in inspect.of("failed")[0].text
+    assert scout.companion.status.outcome == f"target {scout.companion.jobs[0].target.id}: not reached"
     assert inspect.px4.missions.accepted == 0
+
+
+def test_one_ugv_serves_what_three_scouts_ask_for_once_each_and_tells_all_of_them() -> None:
+    scouts, inspect = three_scouts()
+    fly_all([*scouts, inspect], limit_s=600.0)
+    assert [scout.companion.status.outcome for scout in scouts] == ["success"] * 3
+    for scout in scouts:
+        assert [event.data["result"] for event in scout.of("report_received")] == ["confirmed", "confirmed"]
+        assert sorted(str(event.data["label"]) for event in scout.of("report_received")) == ["disease", "weed"]
+    assert [event.data["job"] for event in inspect.of("target_started")] == [1, 2]
+    assert [event.data["job"] for event in inspect.of("stopped")] == [1, 2]
+    assert inspect.px4.missions.accepted == 2
+    accepted = inspect.of("target_accepted")
+    assert sorted((event.data["job"], event.data["system"]) for event in accepted) == [
+        (job, system) for job in (1, 2) for system in (1, 3, 4)
+    ]
+    assert not inspect.px4.armed
+
+
+def test_with_loss_each_way_three_scouts_are_served_all_the_same() -> None:
+    scouts, inspect = three_scouts()
+    signs = itertools.cycle(THIRTY_PERCENT)
+    fly_all([*scouts, inspect], lambda now_us: next(signs) == "x", limit_s=600.0)
+    assert [scout.companion.status.outcome for scout in scouts] == ["success"] * 3
+    assert inspect.px4.missions.accepted == 2
+
+
+def test_an_upload_during_a_drive_leaves_the_drive_alone() -> None:
+    scouts, inspect = three_scouts()
+    heading: dict[int, set[tuple[int, int]]] = {}
+
+    def watch(now_us: int) -> None:
+        """Where the UGV's autopilot is sent while each job is at hand."""
+        started, driving = inspect.of("target_started"), inspect.companion.status.phase == "driving"
+        if driving and inspect.px4.missions.items[0]:
+            item = inspect.px4.missions.items[0][0]
+            heading.setdefault(int(started[-1].data["job"]) if started else 0, set()).add((item.x, item.y))
+
+    fly_all([*scouts, inspect], each=watch, limit_s=600.0)
+    others = [event.time_us for event in inspect.of("target_accepted")]
+    first, stopped = inspect.of("target_started")[0].time_us, inspect.of("stopped")[0].time_us
+    assert any(first < time_us < stopped for time_us in others)  # or nothing has been tested
+    assert {job: len(places) for job, places in heading.items()} == {1: 1, 2: 1}
+
+
+def test_a_scout_that_has_gone_does_not_keep_the_others_waiting() -> None:
+    scouts, inspect = three_scouts()
+    gone, *others = scouts
+
+    def leave(now_us: int) -> None:
+        if inspect.of("target_started"):
+            gone.receive = gone.step = lambda *_: None  # type: ignore[method-assign, assignment]
+
+    with pytest.raises(AssertionError, match="not done"):
+        fly_all([gone, *others, inspect], each=leave)
+    assert [scout.companion.status.outcome for scout in others] == ["success"] * 2
+    assert inspect.companion.status.done
+    assert {event.data["system"] for event in inspect.of("failed")} == {gone.px4.system}
+
+
+def test_a_label_that_the_ugv_sees_otherwise_is_no_success() -> None:
+    scout, inspect = pair()
+    inspect.labels = {"weed": "disease", "disease": "disease"}
+    fly(scout, inspect)
+    reports = {event.data["result"]: event.data["label"] for event in scout.of("report_received")}
+    assert reports == {"wrong_label": "disease", "confirmed": "disease"}
+    assert scout.companion.status.outcome.endswith("wrong label")
 
 
 def test_the_same_run_twice_is_the_same() -> None:

@@ -7,7 +7,7 @@ import pytest
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK
 from missions.companion.onboard import Onboard
 from missions.companion.peer_link import PeerLink
-from missions.companion.router import Route, route
+from missions.companion.router import is_for_companion
 from missions.companion.wire import Wire
 from missions.companion.yielding import SETTLE_US, Yielding
 from sitl_emu.core import dialect as mavlink
@@ -58,35 +58,48 @@ def test_streams_that_nobody_reads_are_not_decoded() -> None:
     assert len(Wire(skip=()).decode(frame)) == 1
 
 
-ROUTES = [
-    (PEER_LINK, count(ME, 1), Route(False, AUTOPILOT_LINK)),
-    (PEER_LINK, count(ME, 191), Route(True, None)),
-    (PEER_LINK, count(9, 1), Route(False, None)),
-    (PEER_LINK, mavlink.MAVLink_command_long_message(ME, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0), Route(False, None)),
-    (PEER_LINK, mavlink.MAVLink_set_mode_message(ME, 1, 0), Route(True, None)),
-    (PEER_LINK, mavlink.MAVLink_command_long_message(ME, 191, 400, 0, 1, 0, 0, 0, 0, 0, 0), Route(True, None)),
-    (PEER_LINK, mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), Route(True, None)),
-    (AUTOPILOT_LINK, mavlink.MAVLink_mission_ack_message(PEER, 191, 0, 0), Route(False, PEER_LINK)),
-    (AUTOPILOT_LINK, mavlink.MAVLink_mission_ack_message(255, 190, 0, 0), Route(False, None)),
-    (AUTOPILOT_LINK, mavlink.MAVLink_mission_ack_message(ME, 191, 0, 0), Route(True, None)),
-    (AUTOPILOT_LINK, mavlink.MAVLink_heartbeat_message(13, 12, 0, 0, 4, 3), Route(True, None)),
+ADDRESSED = [
+    (count(ME, 191), True),
+    (count(ME, 0), True),
+    (count(ME, 1), False),
+    (count(9, 1), False),
+    (count(9, 191), False),
+    (mavlink.MAVLink_command_long_message(ME, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0), False),
+    (mavlink.MAVLink_command_long_message(ME, 191, 400, 0, 1, 0, 0, 0, 0, 0, 0), True),
+    (mavlink.MAVLink_mission_ack_message(255, 190, 0, 0), False),
+    (mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), True),
 ]
 
 
 @pytest.mark.parametrize(
-    ("link", "msg", "way"), ROUTES, ids=[f"{r[0]}-{r[1].get_type()}-{i}" for i, r in enumerate(ROUTES)]
+    ("msg", "mine"), ADDRESSED, ids=[f"{msg.get_type()}-{i}" for i, (msg, _) in enumerate(ADDRESSED)]
 )
-def test_messages_go_where_their_target_says_and_peers_get_missions_only(link: str, msg: Any, way: Route) -> None:
-    assert route(link, msg, ME, {PEER}) == way
+def test_a_companion_hears_what_is_addressed_to_it_or_to_all(msg: Any, mine: bool) -> None:
+    assert is_for_companion(msg, ME) is mine
 
 
-def test_the_answers_of_the_autopilot_go_back_to_the_peer_that_asked() -> None:
+@pytest.mark.parametrize(
+    "asked",
+    [
+        count(ME, 1),
+        mavlink.MAVLink_mission_clear_all_message(ME, 1, 0),
+        mavlink.MAVLink_command_long_message(ME, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_set_mode_message(ME, 1, 0),
+    ],
+    ids=lambda msg: str(msg.get_type()),
+)
+def test_nothing_that_a_peer_sends_reaches_our_autopilot(asked: Any) -> None:
     onboard = Onboard()
     onboard.on_message(0, AUTOPILOT_LINK, on_the_wire(mavlink.MAVLink_heartbeat_message(10, 12, 0, 0, 4, 3), ME, 1))
-    asked = on_the_wire(count(ME, 1), PEER, 191)
-    assert onboard.on_message(0, PEER_LINK, asked) == (False, [(AUTOPILOT_LINK, asked)])
+    _, out = onboard.on_message(0, PEER_LINK, on_the_wire(asked, PEER, 191))
+    assert out == []
+
+
+def test_what_the_autopilot_says_to_others_stays_on_its_side() -> None:
+    onboard = Onboard()
+    onboard.on_message(0, AUTOPILOT_LINK, on_the_wire(mavlink.MAVLink_heartbeat_message(10, 12, 0, 0, 4, 3), ME, 1))
     answer = on_the_wire(mavlink.MAVLink_mission_request_int_message(PEER, 191, 0, 0), ME, 1)
-    assert onboard.on_message(0, AUTOPILOT_LINK, answer) == (False, [(PEER_LINK, answer)])
+    assert onboard.on_message(0, AUTOPILOT_LINK, answer) == (False, [])
 
 
 def test_nothing_is_sent_before_the_autopilot_is_known() -> None:
@@ -114,6 +127,25 @@ def test_a_silent_peer_is_lost_only_while_it_is_needed() -> None:
     assert link.lost(111 * US, 9, since_us=90 * US)
 
 
+def test_a_peers_place_is_what_its_autopilot_said() -> None:
+    link = PeerLink()
+    said = mavlink.MAVLink_global_position_int_message(0, 404_712_345, -869_912_345, 215_250, 0, 0, 0, 0, 0)
+    link.heard(0, on_the_wire(said, PEER, 1))
+    place = link.peers[PEER].place
+    assert place is not None
+    assert place == pytest.approx((40.4712345, -86.9912345, 215.25), abs=1e-9)
+    assert not link.peers[PEER].companion_heard
+
+
+def test_a_companions_own_message_gives_its_vehicle_no_place_and_no_type() -> None:
+    link = PeerLink()
+    said = mavlink.MAVLink_global_position_int_message(0, 404_712_345, -869_912_345, 215_250, 0, 0, 0, 0, 0)
+    link.heard(0, on_the_wire(said, PEER, 191))
+    link.heard(0, on_the_wire(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), PEER, 191))
+    peer = link.peers[PEER]
+    assert (peer.place, peer.mav_type, peer.companion_heard) == (None, 0, True)
+
+
 def test_a_strange_mode_yields_and_the_commanded_one_resumes() -> None:
     watch = Yielding()
     assert not watch.on_mode(0, "position")
@@ -127,4 +159,18 @@ def test_a_strange_mode_yields_and_the_commanded_one_resumes() -> None:
     assert not watch.on_mode(3 * SETTLE_US, "position")
     assert watch.yielded_to == "position"
     assert watch.on_mode(3 * SETTLE_US, "mission")
+    assert watch.yielded_to is None
+
+
+def test_a_pilot_who_ends_a_failsafe_is_told_apart_from_it() -> None:
+    watch = Yielding()
+    watch.expect({"mission"})
+    assert not watch.on_mode(0, "return", failsafe=True)
+    assert watch.on_mode(SETTLE_US, "return", failsafe=True)
+    assert (watch.yielded_to, watch.to_failsafe) == ("return", True)
+    assert not watch.on_mode(SETTLE_US + 1, "land", failsafe=True)
+    assert watch.on_mode(SETTLE_US + 2, "position", failsafe=False)
+    assert (watch.yielded_to, watch.to_failsafe) == ("position", False)
+    assert watch.on_mode(SETTLE_US + 3, "return", failsafe=True)
+    assert watch.on_mode(SETTLE_US + 4, "mission", failsafe=False)
     assert watch.yielded_to is None

@@ -1,0 +1,86 @@
+"""Whether a failsafe has the vehicle, and which: how to tell it from a pilot on the wire of a real PX4.
+
+Sources, PX4 v1.18: while a failsafe acts, `vehicle_status.failsafe` is set and HEARTBEAT.system_status of the armed
+vehicle is CRITICAL (mavlink/streams/HEARTBEAT.hpp); after a pilot's change of mode it is ACTIVE, also where that ended
+a failsafe (user takeover, commander/failsafe/framework.cpp). A terminated vehicle is FLIGHT_TERMINATION whoever did it;
+then CURRENT_MODE tells: a failsafe leaves `intended_custom_mode`, what was asked for last, as it was
+(mavlink/streams/CURRENT_MODE.hpp). Why a failsafe acts is in the events `commander_failsafe_enter…`
+(FailsafeBase::notifyUser): their last argument is PX4's failsafe_cause_t (src/lib/events/enums.json). A geofence or a
+lost offboard signal has cause "generic" there, and is told by an event of the health and arming checks.
+"""
+
+from gcs.event import Event, EventReceiver
+from sitl_emu.core import dialect as mavlink
+
+CAUSES = {
+    1: "manual control lost",
+    2: "ground station lost",
+    3: "low battery",
+    4: "critical battery",
+    5: "emergency battery",
+    6: "low flight time",
+}
+"""failsafe_cause_t; 0 is generic."""
+ENTERED = {26528394: 5, 30481910: 7, 31382480: None, 21279712: None, 29547634: None}
+"""Events of a failsafe that acts, by id: where in their arguments failsafe_cause_t lies, None if they have none.
+
+They are commander_failsafe_enter (mode uint32, action uint8, cause), …_hold (mode uint32, action uint8, delay uint16,
+cause), …_generic, …_generic_hold and …_autopilot_disengaged.
+"""
+CHECKS = {16920235: "geofence", 30700832: "geofence", 20842799: "geofence", 28241790: "offboard signal lost"}
+"""Events of the arming checks that say what a generic failsafe is about: check_gf_violation_custom_gf, …_max_alt,
+…_max_hor_dist, check_modes_offboard_signal_lost."""
+NEAR_MS = 3_000
+"""So far apart a failsafe and the check that it is about may be told: PX4 reports its checks right after it told of a
+failsafe, or up to 2 s before (HealthAndArmingChecks)."""
+CRITICAL, FLIGHT_TERMINATION = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_FLIGHT_TERMINATION
+
+
+class FailsafeWatch:
+    """Hears an autopilot's HEARTBEAT, CURRENT_MODE and events. Hand it what the autopilot sends, and the time."""
+
+    def __init__(self, system: int) -> None:
+        self.active = False
+        """Whether a failsafe has the vehicle, by its last heartbeat."""
+        self._events = EventReceiver(system)
+        self._source = (system, 1)
+        self._intended: int | None = None
+        self._entered: tuple[int, str] | None = None
+        """The last failsafe that was told: the autopilot's time in ms, and its cause ("" generic)."""
+        self._checked: tuple[int, str] | None = None
+        """The same of the last check in `CHECKS`."""
+
+    @property
+    def cause(self) -> str:
+        """Why, for people; "cause unknown" where the autopilot did not say."""
+        if self._entered is None:
+            return "cause unknown"
+        time_ms, cause = self._entered
+        if not cause and self._checked is not None and abs(self._checked[0] - time_ms) <= NEAR_MS:
+            return self._checked[1]
+        return cause or "cause unknown"
+
+    def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
+        """Takes a message; returns requests for events that were lost."""
+        if (msg.get_srcSystem(), msg.get_srcComponent()) != self._source:
+            return []
+        kind = msg.get_type()
+        if kind == "CURRENT_MODE":
+            self._intended = msg.intended_custom_mode
+        elif kind == "HEARTBEAT":
+            terminated = msg.system_status == FLIGHT_TERMINATION and self._intended not in (None, msg.custom_mode)
+            acts = msg.system_status == CRITICAL or terminated
+            if self.active and not acts:
+                self._entered = None
+            self.active = acts
+        asked = self._events.on_message(now_us, msg)
+        for event in self._events.take():
+            self._take(event)
+        return asked
+
+    def _take(self, event: Event) -> None:
+        if event.id in ENTERED:
+            at = ENTERED[event.id]
+            self._entered = (event.time_boot_ms, CAUSES.get(event.arguments[at], "") if at is not None else "")
+        elif event.id in CHECKS:
+            self._checked = (event.time_boot_ms, CHECKS[event.id])
