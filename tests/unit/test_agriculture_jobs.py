@@ -83,9 +83,10 @@ def test_each_asker_is_told_by_the_place_that_it_asked_for() -> None:
 def test_what_was_found_is_judged_by_the_label_that_was_asked_for() -> None:
     queue = JobQueue()
     job = queue.ask(1, wanted(0.0, 0.0, "weed"))
-    assert job.found is Result.NOT_SEEN
+    found = [job.found]
     job.sights.append(Sight("disease", 0.8, 1.0))
-    assert job.found is Result.WRONG_LABEL
+    found.append(job.found)
+    assert found == [Result.NOT_SEEN, Result.WRONG_LABEL]
     assert job.report_to(job.askers[0], job.found).label == "disease"
     assert queue.ask(1, wanted(30.0, 0.0, "")).found is Result.NOT_SEEN
 
