@@ -58,7 +58,7 @@ test-others:
 evaluate: .venv/.dev-ready ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
 	$(BIN)/python tools/evaluate.py
 
-bench: .venv/.dev-ready ## cost of a tick: physics, autopilot, rendering
+bench: .venv/.dev-ready ## cost of a tick (physics, autopilot, rendering), memory of a fleet
 	for bench in tools/bench_*.py; do $(BIN)/python $$bench || exit 1; done
 
 clean: ## remove .venv and caches, keep runs

@@ -144,7 +144,7 @@ def launch(
     from sitl_emu.run import launch as launching
     from sitl_emu.run.state import default_folder
     from sitl_emu.run.trouble import Trouble
-    from sitl_emu.world.simulator import Home
+    from sitl_emu.world.home import Home
 
     numbered = [launching.Wanted(model, instance + place) for place, model in enumerate(wanted)]
     try:

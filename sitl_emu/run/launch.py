@@ -1,11 +1,11 @@
 """`sitl-emu launch`: autopilots with the simulator in the same process, one process per vehicle.
 
-The lightest way to fly: for ground stations, MAVSDK and swarms. Everything is imported once, then a process is forked
-for each vehicle; each runs unthrottled until it is armable, and at the asked speed from then on. Stays until Ctrl-C.
+The lightest way to fly: for ground stations, MAVSDK and swarms. What a process does is `launched_vehicle`. For a fleet
+everything is imported and read from files once, then a process is forked for each vehicle, so that they share it; a
+single vehicle flies in the launcher's own process. Stays until Ctrl-C.
 """
 
 import gc
-import math
 import os
 import signal
 import sys
@@ -16,36 +16,16 @@ from types import FrameType
 from typing import NamedTuple, NoReturn
 
 import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.process import Pacer, serve, unix_time_us
-from autopilot.sockets import LinkSockets, PortInUseError
-from autopilot.topics import CommandRecord
-from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
-from sitl_emu.core.simulator_api import MemoryChannel
-from sitl_emu.run import payload, state
-from sitl_emu.run.loss_timeouts import loss_timeouts
-from sitl_emu.run.simulated_parameters import SimulatedParameters
-from sitl_emu.world.ground import FlatGround
-from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.run import state
+from sitl_emu.world.home import Home
 
 SPACING_M = 3.0
 """Vehicles of one launch stand side by side, eastwards."""
-BOOT_LIMIT_US = 20_000_000
-"""An autopilot that is not armable after so much simulated time gets its asked speed all the same."""
-STANDBY = 3
-SHUT_DOWN = 2
-"""PREFLIGHT_REBOOT_SHUTDOWN.param1; 1 is a reboot."""
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
+"""Else NumPy's linear algebra takes a buffer for each core, which matrices as small as a filter's never use."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 """PX4's default home, near Zürich (SIH_LOC_LAT0, SIH_LOC_LON0, SIH_LOC_H0)."""
-
-
-class ShutDownError(Exception):
-    """The vehicle was told to shut down."""
-
-
-class OrphanedError(Exception):
-    """The launcher has died, and so its vehicles end too."""
 
 
 class Wanted(NamedTuple):
@@ -76,17 +56,45 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     for model in {vehicle.model for vehicle in wanted}:
         vehicles.load(model)
     roots = [state.prepare(options.state, *vehicle, fresh=options.fresh) for vehicle in wanted]
+    os.environ.setdefault(*ONE_THREAD)
+    children = _fork(wanted, roots, options) if len(wanted) > 1 else {}
+    say(port_table(wanted))
+    say(f"parameters, missions and logs are kept in {options.state}")
+    return _wait_for(children, say) if children else _fly_alone(wanted[0], roots[0], options, say)
+
+
+def _fly_alone(vehicle: Wanted, root: Path, options: Options, say: Callable[[str], None]) -> int:
+    """A single vehicle needs no other process; Ctrl-C and SIGTERM shut it down."""
+    from sitl_emu.run import launched_vehicle
+
+    signal.signal(signal.SIGINT, launched_vehicle.shut_down)
+    status = launched_vehicle.main(vehicle, 0, root, options)
+    if status == 0:
+        say(f"{vehicle.model} (instance {vehicle.instance}) was shut down")
+    return status
+
+
+def _fork(wanted: Sequence[Wanted], roots: Sequence[Path], options: Options) -> dict[int, Wanted]:
+    """A process for each vehicle of a fleet, by its number."""
+    _preload({vehicle.model for vehicle in wanted})
+    launcher = os.getpid()
     children = {}
-    gc.collect()
-    gc.freeze()
     for place, vehicle in enumerate(wanted):
         pid = os.fork()
         if pid == 0:
-            _child(vehicle, place, roots[place], options)
+            _child(vehicle, place, roots[place], options, launcher)
         children[pid] = vehicle
-    say(port_table(wanted))
-    say(f"parameters, missions and logs are kept in {options.state}")
-    return _wait_for(children, say)
+    return children
+
+
+def _preload(models: set[str]) -> None:
+    """Import and read what all vehicles have in common, and keep the garbage collector from writing into it."""
+    from sitl_emu.run import launched_vehicle
+
+    for model in models:
+        launched_vehicle.preload(model)
+    gc.collect()
+    gc.freeze()
 
 
 def port_table(wanted: Sequence[Wanted]) -> str:
@@ -107,92 +115,20 @@ def port_table(wanted: Sequence[Wanted]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def fly(vehicle: Wanted, place: int, root: Path, options: Options) -> None:
-    """Run one vehicle from power-on: simulator and autopilot, tick by tick, until it is told to reboot.
-
-    Raises PortInUseError, ShutDownError and OrphanedError.
-    """
-    data = vehicles.load(vehicle.model)
-    autopilot = Autopilot(data.airframe, vehicle.instance, root)
-    for name, value in loss_timeouts(options.speed).items():
-        autopilot.parameters.set(name, value)
-    autopilot.mavlink.context.boot_unix_us = unix_time_us()
-    payload.plug_in(data, autopilot)
-    sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
-    simulator = VehicleSimulator(
-        data,
-        options.home,
-        seed=vehicle.instance,
-        terrain=FlatGround(),
-        start_east_m=place * SPACING_M,
-        name=vehicle.model,
-    )
-    try:
-        _fly_on(autopilot, sockets, simulator, options.speed)
-    finally:
-        sockets.close()
-        autopilot.close()
-
-
-def _fly_on(autopilot: Autopilot, sockets: LinkSockets, simulator: VehicleSimulator, speed: float) -> None:
-    """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
-    parent = os.getppid()
-    simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
-    channel = MemoryChannel()
-    boot, pacer = Pacer(math.inf), Pacer(speed)
-    pace, controls, commands = boot, None, autopilot.topics.vehicle_commands
-    while True:
-        simulated_parameters.update()
-        channel.simulator.send(simulator.tick(controls))
-        channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
-        controls = channel.simulator.receive()
-        if pace is boot and _booted(autopilot):
-            pace = pacer
-            pacer.start()
-        serve(autopilot, sockets, pace)
-        if autopilot.topics.vehicle_commands is not commands:
-            commands = autopilot.topics.vehicle_commands
-            if (wanted := power_wanted(commands)) is not None:
-                if wanted == SHUT_DOWN:
-                    raise ShutDownError
-                return
-        if os.getppid() != parent:
-            raise OrphanedError
-
-
-def power_wanted(commands: tuple[CommandRecord, ...]) -> int | None:
-    """REBOOT or SHUT_DOWN when the newest accepted command asks for it (MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN.param1)."""
-    if not commands or commands[-1].command.command != mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
-        return None
-    return int(commands[-1].command.param1)
-
-
-def _booted(autopilot: Autopilot) -> bool:
-    return autopilot.topics.vehicle_status.system_status >= STANDBY or autopilot.now_us > BOOT_LIMIT_US
-
-
-def _child(vehicle: Wanted, place: int, root: Path, options: Options) -> NoReturn:
+def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int) -> NoReturn:
     """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _shut_down)
     status = 1
     try:
-        while True:
-            fly(vehicle, place, root, options)
-    except PortInUseError as error:
-        print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
-    except (OrphanedError, ShutDownError):
-        status = 0
+        from sitl_emu.run import launched_vehicle
+
+        status = launched_vehicle.main(vehicle, place, root, options, launcher)
     except Exception:  # a fault of ours: os._exit would hide it
         traceback.print_exc()
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
-
-
-def _shut_down(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise ShutDownError
 
 
 def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:

@@ -26,6 +26,7 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.world.atmosphere import gravity_m_s2
 from sitl_emu.world.ground import Terrain
+from sitl_emu.world.home import Home as Home
 from sitl_emu.world.sensors.barometer import Barometer
 from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
@@ -48,15 +49,6 @@ IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
 UNKNOWN_CURRENT_CA = -1
 MILLI_G = 9.80665e-3
 _FLOATS = struct.Struct("<7f")
-
-
-class Home(NamedTuple):
-    """The world's origin: latitude, longitude (deg), altitude AMSL (m); and the heading (deg) vehicles start with."""
-
-    lat_deg: float
-    lon_deg: float
-    alt_amsl_m: float
-    heading_deg: float
 
 
 class Pose(NamedTuple):
