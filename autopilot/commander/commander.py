@@ -29,8 +29,6 @@ from autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US = 100_000
-NAVIGATOR_COMMAND_LATENCY_US = 80_000
-"""So that a mission that ends with a command ends first: its RTL item leads over HOLD to RTL."""
 MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3
 STATE_UNINIT: int = mavlink.MAV_STATE_UNINIT
@@ -126,13 +124,13 @@ class Commander:
             self._checks.update(now_us)
             self._tell_changes(now_us)
             self._follow_home(now_us)
-        self._take_navigator_commands(now_us)
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
         self._leave_finished_modes()
         self._disarm_by_itself(now_us)
         self._choose_nav_state(now_us)
         self._publish_vehicle_status(now_us)
+        self._take_navigator_commands(now_us)
 
     def _tell_changes(self, now_us: int) -> None:
         flags = self._topics.failsafe_flags
@@ -170,12 +168,12 @@ class Commander:
             topics.home_position = home_position.at_vehicle(now_us, topics) or home
 
     def _take_navigator_commands(self, now_us: int) -> None:
+        """Last in a cycle, as in PX4's Commander::run: an RTL item at a mission's end leads over HOLD to RTL."""
         records = self._topics.navigator_commands
         if not records or records[-1].number == self._navigator_commands_seen:
             return
         for record in records:
-            waits = now_us - record.timestamp < NAVIGATOR_COMMAND_LATENCY_US
-            if record.number > self._navigator_commands_seen and not waits:
+            if record.number > self._navigator_commands_seen:
                 self._navigator_commands_seen = record.number
                 if record.command.command in self.COMMANDS:
                     self.handle_command(now_us, record.command)

@@ -1,21 +1,26 @@
 """The fence: polygons and circles, inside or outside of them, and GF_MAX_HOR_DIST and GF_MAX_VER_DIST from home.
 
-PX4's Geofence (src/modules/navigator/geofence.cpp, v1.18), with its texts. Checked at 10 Hz while the vehicle is armed
-and flies. Where a breach leads to, is decided by the commander's failsafe by GF_ACTION.
-
-Left out: GF_SOURCE 1 (raw GPS), prediction of a breach ahead.
+PX4's Geofence (src/modules/navigator/geofence.cpp, v1.18) and Navigator::geofence_breach_check, with its texts. Checked
+every 200 ms, by the estimator's position or, with GF_SOURCE 1, the GNSS receiver's own; nothing is predicted. Where a
+breach leads to, is decided by the commander's failsafe by GF_ACTION. After one that leads to HOLD, nothing is taken
+back while the vehicle holds there.
 """
 
 from typing import NamedTuple
 
-from autopilot.constants import Severity
+from autopilot.constants import NavState, Severity
 from autopilot.dataman import Plan
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import GeofenceResult
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
-CHECK_INTERVAL_US = 100_000
+CHECK_INTERVAL_US = 200_000
+"""Navigator::geofence_breach_check, GEOFENCE_CHECK_INTERVAL_US."""
+HOLD_BEGINS_US = 100_000
+"""Navigator::geofence_breach_check: so long after a breach the mode may still be another than HOLD."""
+ACTION_HOLD = 2
+SOURCE_GPS = 1
 BREACH_MAXALT = mavlink.FENCE_BREACH_MAXALT
 BREACH_BOUNDARY = mavlink.FENCE_BREACH_BOUNDARY
 POLYGONS = {
@@ -110,24 +115,24 @@ class Geofence:
         self._state = state
         self._plan: Plan | None = None
         self._areas: tuple[Area, ...] = ()
-        self._due_us = 0
+        self._checked_us = 0
+        self._held_since_us: int | None = None
 
     def update(self) -> bool:
-        """Compare the vehicle with the fence, at 10 Hz; True when it has just broken it."""
+        """Compare the vehicle with the fence, at most every 200 ms; True when it has just broken it."""
         state = self._state
-        if state.now_us < self._due_us:
-            return False
-        self._due_us = state.now_us + CHECK_INTERVAL_US
         self._take_plan()
-        position = state.position
-        text = ""
-        if state.settings.gf_action and position.valid:
-            text = self._breach(position.lat, position.lon, position.alt)
+        self._forget_hold_that_was_left()
+        if state.now_us - self._checked_us <= CHECK_INTERVAL_US or not state.position.valid:
+            return False
+        self._checked_us = state.now_us
         result = state.topics.geofence_result
-        breached = bool(text)
+        text = self._breach(*self._place()) if state.settings.gf_action else ""
+        breached = bool(text) or (result.breached and self._held_since_us is not None)
         if breached and not result.breached:
             if state.armed:
                 state.say(Severity.CRITICAL, text)
+                self._held_since_us = state.now_us if state.settings.gf_action == ACTION_HOLD else None
             state.topics.geofence_result = GeofenceResult(
                 state.now_us,
                 True,
@@ -140,6 +145,25 @@ class Geofence:
         if result.breached and not breached:
             state.topics.geofence_result = result._replace(timestamp=state.now_us, breached=False, breach_type=0)
         return False
+
+    def forget_hold(self) -> None:
+        """The pilot has chosen another place to hold at."""
+        self._held_since_us = None
+
+    def _forget_hold_that_was_left(self) -> None:
+        state = self._state
+        if self._held_since_us is None or state.topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
+            return
+        if state.now_us - self._held_since_us > HOLD_BEGINS_US:
+            self._held_since_us = None
+
+    def _place(self) -> tuple[float, float, float]:
+        """(lat_deg, lon_deg, altitude AMSL) by GF_SOURCE."""
+        state, gps = self._state, self._state.topics.sensor_gps
+        if state.settings.gf_source == SOURCE_GPS:
+            return gps.latitude_deg, gps.longitude_deg, gps.altitude_msl_m
+        position = state.position
+        return position.lat, position.lon, position.alt
 
     def allows(self, lat_deg: float, lon_deg: float, alt_m: float) -> bool:
         """Whether a place (altitude AMSL) is within the fence."""

@@ -1,6 +1,6 @@
 """LAND: come to rest and descend there. PX4's Land (src/modules/navigator/land.cpp, v1.18).
 
-A rover counts as landed at once and drives on to the target that it had, as PX4's does.
+A rover counts as landed at once, and its control does not look at the setpoint: it drives on to the target that it had.
 """
 
 from autopilot.constants import SetpointType
@@ -16,13 +16,10 @@ class Land:
     def on_activation(self) -> None:
         """Enter LAND."""
         state = self._state
-        if state.rover:
-            return
         lat, lon = state.stop_point()
-        state.can_loiter_at_setpoint = False
         state.fly(state.setpoint(SetpointType.LAND, lat, lon, state.position.alt))
 
     def on_active(self) -> None:
         """Every cycle in LAND."""
-        if self._state.landed and not self._state.armed:
+        if self._state.landed:
             self._state.finished = True

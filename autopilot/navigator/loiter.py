@@ -1,16 +1,20 @@
 """HOLD: stay at the setpoint that was reached, else where the vehicle comes to rest; go where DO_REPOSITION says.
 
-PX4's Loiter (src/modules/navigator/loiter.cpp, v1.18). On the ground the setpoint is idle.
+PX4's Loiter (src/modules/navigator/loiter.cpp, v1.18). On the ground the setpoint is idle. A reposition counts for half
+a second: one that is not flown by then, because HOLD was refused, is not flown later.
 """
 
 import math
 
-from autopilot.constants import NavState, SetpointType, Severity
+from autopilot.constants import SetpointType, Severity
 from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.state import NavigatorState
-from autopilot.topics import VehicleCommand
+from autopilot.topics import PositionSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import distance_m
 
+REPOSITION_US = 500_000
+"""Loiter::on_active, how old a reposition may be."""
 OUTSIDE = "navigator_reposition_outside_geofence"
 ALTITUDE_OUTSIDE = "navigator_change_altitude_outside_geofence"
 
@@ -22,7 +26,7 @@ class Loiter:
         self._state = state
         self._geofence = geofence
         self._reposition: VehicleCommand | None = None
-        self._idle = False
+        self._reposition_us = 0
         self._broken_at: tuple[float, float, float] | None = None
 
     def reposition(self, command: VehicleCommand) -> None:
@@ -42,42 +46,55 @@ class Loiter:
             state.say(Severity.CRITICAL, refusal, event)
             self._reposition = None
             return
-        self._reposition = command if state.armed else None
+        self._geofence.forget_hold()
+        self._reposition, self._reposition_us = command if state.armed else None, state.now_us
 
     def hold_here(self) -> None:
         """Come back to this place when HOLD is entered next: where the fence was broken."""
         position = self._state.position
-        self._broken_at = (position.lat, position.lon, position.alt)
+        self._broken_at, self._reposition_us = (position.lat, position.lon, position.alt), self._state.now_us
 
     def on_activation(self) -> None:
         """Enter HOLD."""
-        self._stay()
+        if not self._go_where_asked(-1.0):
+            self._stay()
+        self._state.cruising_speed_m_s = -1.0
 
     def on_active(self) -> None:
         """Every cycle in HOLD."""
-        if self._reposition is not None:
-            command, self._reposition = self._reposition, None
-            self._go(command)
-        elif (self._idle and not self._state.landed) or self._broken_at is not None:
+        if not self._go_where_asked(self._state.cruising_speed_m_s) and self._broken_at is not None:
             self._stay()
+
+    def _go_where_asked(self, speed_m_s: float) -> bool:
+        command, self._reposition = self._reposition, None
+        if command is None or self._state.now_us - self._reposition_us >= REPOSITION_US:
+            return False
+        self._go(command, speed_m_s)
+        return True
 
     def _stay(self) -> None:
         state = self._state
-        self._idle = state.landed
         if state.landed:
             state.idle()
             return
         current = state.triplet.current
-        if self._broken_at is not None:
-            (lat, lon, alt), yaw = self._broken_at, math.nan
-            self._broken_at = None
-        elif state.can_loiter_at_setpoint and current.valid and math.isfinite(current.lat):
+        broken_at, self._broken_at = self._broken_at, None
+        if broken_at is not None and state.now_us - self._reposition_us < REPOSITION_US:
+            (lat, lon, alt), yaw = broken_at, math.nan
+        elif self._holds_already(current):
             lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
         else:
             lat, lon = state.stop_point()
             alt, yaw = state.position.alt, math.nan
         state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))
-        state.can_loiter_at_setpoint = True
+
+    def _holds_already(self, current: PositionSetpoint) -> bool:
+        """Whether the vehicle is within the circle that a fixed wing would fly around a setpoint of HOLD."""
+        if not current.valid or current.type != SetpointType.LOITER or not math.isfinite(current.lat + current.lon):
+            return False
+        state, position = self._state, self._state.position
+        away_m = distance_m(current.lat, current.lon, position.lat, position.lon)
+        return away_m <= state.acceptance_radius_m() + state.settings.nav_loiter_rad_m
 
     def _destination(self, command: VehicleCommand) -> tuple[float, float, float]:
         position = self._state.position
@@ -85,20 +102,16 @@ class Loiter:
         lat, lon = (command.param5, command.param6) if finite else (position.lat, position.lon)
         return lat, lon, command.param7 if math.isfinite(command.param7) else position.alt
 
-    def _go(self, command: VehicleCommand) -> None:
+    def _go(self, command: VehicleCommand, speed_m_s: float) -> None:
+        """Fly there, at the command's speed, or else this one."""
         state = self._state
         lat, lon, alt = self._destination(command)
         current = state.triplet.current
-        if not (math.isfinite(command.param5) and math.isfinite(command.param6)) and current.valid:
-            lat, lon = (current.lat, current.lon) if math.isfinite(current.lat) else (lat, lon)
-        was_loitering = state.topics.vehicle_status.nav_state is NavState.AUTO_LOITER
-        if math.isfinite(command.param1) and command.param1 > 0.0:
-            state.cruising_speed_m_s = command.param1
-        elif not was_loitering:
-            state.cruising_speed_m_s = -1.0
-        self._idle = False
-        state.can_loiter_at_setpoint = True
-        state.fly(
-            state.setpoint(SetpointType.LOITER, lat, lon, alt, command.param4),
-            previous=state.here(),
-        )
+        if not (math.isfinite(command.param5) and math.isfinite(command.param6)):
+            if not (math.isfinite(command.param7) or math.isfinite(command.param4)):
+                lat, lon = state.stop_point() if current.type != SetpointType.TAKEOFF else (lat, lon)
+            elif math.isfinite(current.lat + current.lon):
+                lat, lon = current.lat, current.lon
+        speed = command.param1 if math.isfinite(command.param1) and command.param1 > 0.0 else speed_m_s
+        setpoint = state.setpoint(SetpointType.LOITER, lat, lon, alt, command.param4)
+        state.fly(setpoint._replace(cruising_speed=speed), previous=state.here())

@@ -1,8 +1,7 @@
 """MISSION: one item after the other. PX4's Mission and MissionBase (src/modules/navigator/mission*.cpp, v1.18).
 
-Items that need no flying, and places where the vehicle is already, are done at once behind the one before them (PX4's
-navigator runs again as soon as it has told the mission's progress, faster than its links look), so of these only the
-last is announced as reached. Behind a climb the next place takes a cycle of its own: a takeoff is announced. A mission
+Items that need no flying, and places where the vehicle is already, are done at once behind the one before them: the
+navigator wakes itself when it moves on (navigator.py), so of these only the last is announced as reached. A mission
 that begins or goes on below its next place climbs straight up first; a landing that is not below flies to its place at
 the present height first. At the end, landed: idle, in MISSION; in the air: hold, and the commander changes to HOLD. A
 mission that has ended begins again after a landing, or where the ground says; else there is none.
@@ -81,8 +80,6 @@ class Mission:
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
         self._climb_alt_m = math.nan
-        self._climbed = False
-        """A climb ended in the cycle before."""
         self._target: Target | None = None
         self._reached = Reached()
         self._active = False
@@ -189,20 +186,12 @@ class Mission:
 
     def on_active(self) -> None:
         """Every cycle in MISSION."""
-        state = self._state
-        for _ in range(len(self.items) + 1):
-            if self.ended or self._target is None:
-                return
-            if self._lands_precisely:
-                self._precland.on_active()
-            if not self._reached.update(state, self._target):
-                self._climbed = False
-                return
-            climbed, was_climbed = self._work is Work.CLIMB, self._climbed
+        if self.ended or self._target is None:
+            return
+        if self._lands_precisely:
+            self._precland.on_active()
+        if self._reached.update(self._state, self._target):
             self._item_done()
-            self._climbed = climbed
-            if climbed or was_climbed:
-                return
 
     def _start(self) -> None:
         """The mission begins or goes on at its current item."""
@@ -289,7 +278,7 @@ class Mission:
         if item.command not in PLACED:
             self._carry_out(item)
         elif work is Work.DEFAULT and math.isfinite(self._climb_alt_m):
-            self._climb()
+            self._climb(item)
         elif work is Work.DEFAULT and item.command in LANDS and not self._state.rover and not self._is_above(item):
             self._move_to_land(item)
         else:
@@ -340,7 +329,7 @@ class Mission:
         elif item.command in PAYLOAD_COMMANDS:
             self._payload.issue(_payload_command_of(item))
 
-    def _climb(self) -> None:
+    def _climb(self, item: MissionItem) -> None:
         """Straight up to the height of the first place; from the ground, this is the takeoff."""
         state, alt_m = self._state, self._climb_alt_m
         position, above_home_m = state.position, alt_m - state.home_alt_m()
@@ -350,7 +339,8 @@ class Mission:
         command = TAKEOFF if state.landed else LOITER_TO_ALT
         target = Target(command, position.lat, position.lon, alt_m)
         self._begin(target, Work.CLIMB)
-        state.fly(self._setpoint_of(target), previous=state.here())
+        then = target_of(item, state.home_alt_m())._replace(command=WAYPOINT)
+        state.fly(self._setpoint_of(target), previous=state.here(), following=self._setpoint_of(then))
 
     def _is_above(self, item: MissionItem) -> bool:
         position = self._state.position
@@ -378,8 +368,10 @@ class Mission:
             self._lands_precisely = True
             self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
             return
-        state.fly(self._setpoint_of(target), previous=self._previous(), following=self._following())
-        state.can_loiter_at_setpoint = False
+        current, before = self._setpoint_of(target), state.triplet
+        stays = current._replace(timestamp=before.current.timestamp) == before.current
+        previous = before.previous if stays else self._previous()
+        state.fly(current, previous=previous, following=self._following())
 
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target
@@ -432,7 +424,6 @@ class Mission:
             lat, lon = state.stop_point()
             alt, yaw = state.position.alt, math.nan
         state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))
-        state.can_loiter_at_setpoint = True
 
     # --- what MISSION_CURRENT says --------------------------------------------------------------------------
 

@@ -2,10 +2,11 @@
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
-waypoints, and takes the radius that its control works out for a corner where that is larger. Landing is done when
-landed, takeoff when the height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a
-winch, which is not there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item
-insists on it, and then the mission fails after that time.
+waypoints, and takes the radius that its control works out for a corner where that is larger. Who stands on the ground
+reaches no place. LOITER_TO_ALT is reached on the circle that a fixed wing would fly. Landing is done when landed,
+takeoff when the height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a winch,
+which is not there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists
+on it, and then the mission fails after that time.
 """
 
 import math
@@ -84,7 +85,7 @@ class Reached:
     """Watches one target until it is done."""
 
     def __init__(self) -> None:
-        self._position_reached = False
+        self._position_reached = self._yaw_reached = False
         self._position_reached_us = 0
         self._started_us = -1
         self._planned: Target | None = None
@@ -92,7 +93,7 @@ class Reached:
 
     def restart(self, now_us: int) -> None:
         """A new target begins."""
-        self._position_reached = False
+        self._position_reached = self._yaw_reached = False
         self._position_reached_us = 0
         self._started_us = now_us
 
@@ -117,21 +118,27 @@ class Reached:
                 return False
             self._position_reached = True
             self._position_reached_us = state.now_us
-        if not self._yaw_is_there(state, target):
+        self._yaw_reached = self._yaw_reached or self._yaw_is_there(state, target)
+        if not self._yaw_reached:
             return False
         hold_s = 0.0 if state.rover and command == WAYPOINT else max(target.hold_s, 0.0)
         return (state.now_us - self._position_reached_us) * 1e-6 >= hold_s
 
     def _is_there(self, state: NavigatorState, target: Target) -> bool:
         position = state.position
-        if not position.valid:
+        if not position.valid or state.landed:
             return False
         away_m = self._away_m(target, position.lat, position.lon)
         if state.rover:
             return away_m <= state.acceptance_radius_m()
         if target.command in TAKEOFFS:
-            return position.alt > target.alt_m - state.settings.nav_mc_alt_rad_m
+            climb_m, tolerance_m = target.alt_m - state.home_alt_m(), state.settings.nav_mc_alt_rad_m
+            if 0.0 < climb_m < tolerance_m:
+                tolerance_m = climb_m / 2.0
+            return position.alt > target.alt_m - tolerance_m
         radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.acceptance_radius_m()
+        if target.command == LOITER_TO_ALT:
+            radius_m = state.acceptance_radius_m() + state.settings.nav_loiter_rad_m
         return away_m <= radius_m and abs(target.alt_m - position.alt) <= state.settings.nav_mc_alt_rad_m
 
     def _away_m(self, target: Target, lat_deg: float, lon_deg: float) -> float:

@@ -8,9 +8,9 @@ vehicle_commands.
 import math
 
 from autopilot.commands import CommandResult
-from autopilot.constants import NavState
+from autopilot.constants import NavState, SetpointType
 from autopilot.dataman import Dataman
-from autopilot.navigator.geofence import Geofence
+from autopilot.navigator.geofence import ACTION_HOLD, Geofence
 from autopilot.navigator.land import Land
 from autopilot.navigator.loiter import Loiter
 from autopilot.navigator.mission import Mission, change_speed
@@ -24,10 +24,11 @@ from autopilot.navigator.traffic import Traffic
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
-from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand
+from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 
-GF_ACTION_HOLD = 2
+INTERVAL_US = 50_000
+"""How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
 RTL_ESTIMATE_EVERY_US = 1_000_000
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
@@ -72,7 +73,11 @@ class Navigator:
             NavState.AUTO_LAND: Land(state),
             NavState.AUTO_PRECLAND: Land(state) if state.rover else PrecLand(state),
         }
+        self._mode: Mode | None = None
         self._nav_state: NavState | None = None
+        self._due_us = 0
+        self._status: VehicleStatus | None = None
+        self._plans: tuple[object, ...] = ()
         self._commands_seen = 0
         self._was_armed = False
         self._published: tuple[object, ...] = ()
@@ -95,14 +100,46 @@ class Navigator:
         self._publish_mission_result(now_us)
 
     def update(self, now_us: int) -> None:
-        """At 50 Hz."""
-        state, topics = self._state, self._topics
+        """Run where PX4's navigator wakes: at 20 Hz, and at once for a new vehicle_status or mission.
+
+        It wakes itself by moving on in the mission (MissionBase::setMissionIndex publishes that): what is done at once
+        is done in no time, and of the items that are so, the links see only the last.
+        """
+        state = self._state
+        if not self._wakes(now_us):
+            return
         state.now_us = now_us
+        for _ in range(len(self._dataman.mission.items) + 1):
+            seq = self._dataman.current_seq
+            self._run()
+            if self._dataman.current_seq == seq:
+                break
+        self._plans = self._plans_now()
+        self._publish_mission_result(now_us)
+        if now_us - self._topics.rtl_time_estimate.timestamp >= RTL_ESTIMATE_EVERY_US:
+            self._topics.rtl_time_estimate = self._rtl.time_estimate(active=self._mode is self._rtl)
+
+    def _wakes(self, now_us: int) -> bool:
+        status, plans = self._topics.vehicle_status, self._plans_now()
+        if now_us < self._due_us and status is self._status and plans == self._plans:
+            return False
+        if now_us >= self._due_us:
+            self._due_us = max(self._due_us + INTERVAL_US, now_us)
+        self._status, self._plans = status, plans
+        return True
+
+    def _plans_now(self) -> tuple[object, ...]:
+        plans = self._dataman
+        return id(plans.mission), id(plans.fence), id(plans.rally), plans.current_seq
+
+    def _run(self) -> None:
+        """One run: commands, fence, and the mode that is active."""
+        state, topics = self._state, self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             state.settings = settings_of(self._parameters)
         self._mission.take_plan()
-        if self._geofence.update() and state.settings.gf_action == GF_ACTION_HOLD:
+        if self._geofence.update() and state.settings.gf_action == ACTION_HOLD:
             self._loiter.hold_here()
         self._take_commands()
         self.traffic.update()
@@ -113,9 +150,6 @@ class Navigator:
         self._run_mode(status.nav_state if status.armed else None)
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
-        self._publish_mission_result(now_us)
-        if now_us - topics.rtl_time_estimate.timestamp >= RTL_ESTIMATE_EVERY_US:
-            topics.rtl_time_estimate = self._rtl.time_estimate(active=self._nav_state is NavState.AUTO_RTL)
 
     def _take_commands(self) -> None:
         records = self._topics.vehicle_commands
@@ -151,24 +185,30 @@ class Navigator:
             state.fly(current, previous=triplet.previous, following=triplet.next)
 
     def _run_mode(self, nav_state: NavState | None) -> None:
-        """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten."""
+        """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten.
+
+        A mode that begins, does no more in that run (NavigatorMode::run).
+        """
         state = self._state
         mode = self._modes.get(nav_state) if nav_state is not None else None
-        if nav_state is not self._nav_state:
-            self._nav_state = nav_state
+        begins, self._nav_state = nav_state is not self._nav_state, nav_state
+        if begins:
             state.finished = False
-            if nav_state is not NavState.AUTO_MISSION:
+            if mode is not self._mission:
                 self._mission.on_inactive()
-            if mode is None:
-                state.can_loiter_at_setpoint = False
-                if nav_state is None:
-                    state.triplet = PositionSetpointTriplet(state.now_us)
-            else:
-                if nav_state is not NavState.AUTO_LOITER:
-                    state.cruising_speed_m_s = -1.0
+            if mode is not self._mode and not self._keeps_setpoint(mode):
+                state.triplet = PositionSetpointTriplet(state.now_us)
+            self._mode = mode
+            if mode is not None:
                 mode.on_activation()
-        if mode is not None:
+        elif mode is not None:
             mode.on_active()
+
+    def _keeps_setpoint(self, mode: Mode | None) -> bool:
+        """HOLD stays where a takeoff has led, or where the vehicle holds already (Navigator::run)."""
+        current = self._state.triplet.current
+        holds = current.valid and current.type == SetpointType.LOITER
+        return mode is self._loiter and (holds or self._mode is self._takeoff)
 
     def _publish_mission_result(self, now_us: int) -> None:
         mission, plans, status = self._mission, self._dataman, self._topics.vehicle_status

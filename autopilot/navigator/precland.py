@@ -63,7 +63,6 @@ class PrecLand:
         self._required = precision is Precision.REQUIRED
         self._start = (lat_deg, lon_deg, alt_m)
         self._searches = 0
-        self._state.can_loiter_at_setpoint = False
         self._enter_start()
 
     def on_active(self) -> None:

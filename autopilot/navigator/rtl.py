@@ -77,13 +77,11 @@ class Rtl:
 
     def on_activation(self) -> None:
         """Enter RTL."""
-        self._started = False
+        self._start()
 
     def on_active(self) -> None:
         """Every cycle in RTL."""
         state = self._state
-        if not self._started:
-            self._start()
         if self._phase is Phase.LANDED:
             return
         assert self._target is not None
@@ -143,7 +141,6 @@ class Rtl:
         self._destination = self._nearest_destination()
         self._return_alt_m = self._return_altitude_m()
         state.cruising_speed_m_s = -1.0
-        state.can_loiter_at_setpoint = False
         above_m = self._return_alt_m - self._destination.alt_m
         amsl_m, above_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
         text = f"RTL: start return at {amsl_m} m ({above_m} m above destination)\t"

@@ -59,6 +59,7 @@ class Settings(NamedTuple):
     pld_srch_tout_s: float
     pld_max_srch: int
     gf_action: int
+    gf_source: int
     gf_max_hor_dist_m: float
     gf_max_ver_dist_m: float
     mpc_acc_hor_m_s2: float
@@ -99,6 +100,7 @@ def settings_of(parameters: Parameters) -> Settings:
         pld_srch_tout_s=float(parameters["PLD_SRCH_TOUT"]),
         pld_max_srch=int(parameters["PLD_MAX_SRCH"]),
         gf_action=int(parameters["GF_ACTION"]),
+        gf_source=int(parameters["GF_SOURCE"]),
         gf_max_hor_dist_m=float(parameters["GF_MAX_HOR_DIST"]),
         gf_max_ver_dist_m=float(parameters["GF_MAX_VER_DIST"]),
         mpc_acc_hor_m_s2=float(parameters["MPC_ACC_HOR"]),
@@ -123,7 +125,6 @@ class NavigatorState:
         self.triplet = PositionSetpointTriplet()
         self.cruising_speed_m_s = -1.0
         """What DO_CHANGE_SPEED asked for; below 0: the vehicle's own."""
-        self.can_loiter_at_setpoint = False
         self.finished = False
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""

@@ -1,6 +1,6 @@
 """TAKEOFF: climb to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground; never descend.
 
-PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is done as soon as it counts as in the air.
+PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is there as soon as it counts as in the air.
 """
 
 import math
@@ -9,8 +9,6 @@ from autopilot.constants import SetpointType, Severity
 from autopilot.navigator.mission_block import TAKEOFF, Reached, Target
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand
-
-ROVER_TAKEOFF_US = 80_000
 
 
 class Takeoff:
@@ -21,7 +19,6 @@ class Takeoff:
         self._command: VehicleCommand | None = None
         self._target: Target | None = None
         self._reached = Reached()
-        self._begun_us = 0
 
     def request(self, command: VehicleCommand) -> None:
         """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN, and the heading does not matter."""
@@ -30,23 +27,17 @@ class Takeoff:
 
     def on_activation(self) -> None:
         """Enter TAKEOFF."""
-        self._target = None
+        self._begin()
 
     def on_active(self) -> None:
         """Every cycle in TAKEOFF."""
         state = self._state
         if self._target is None:
             self._begin()
-        assert self._target is not None
-        if state.rover:
-            if state.landed:
-                self._begun_us = state.now_us
-            done = state.now_us - self._begun_us >= ROVER_TAKEOFF_US
-        else:
-            done = self._reached.update(state, self._target)
-        if done:
+        elif self._reached.update(state, self._target) and not state.finished:
             state.finished = True
-            state.can_loiter_at_setpoint = not state.rover
+            if not state.rover:
+                state.fly(state.triplet.current._replace(timestamp=state.now_us, type=int(SetpointType.LOITER)))
 
     def _begin(self) -> None:
         state, command = self._state, self._command
@@ -68,7 +59,5 @@ class Takeoff:
             state.say(Severity.CRITICAL, text, "navigator_takeoff_already_higher")
         self._target = Target(TAKEOFF, lat, lon, alt)
         self._reached.restart(state.now_us)
-        self._begun_us = state.now_us
-        if state.rover:
-            return
+        state.finished = False
         state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, math.nan), previous=state.here())
