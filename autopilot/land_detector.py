@@ -1,11 +1,11 @@
 """Land detector: whether the vehicle stands on the ground.
 
 PX4's land_detector (src/modules/land_detector, v1.18). A multicopter goes ground_contact -> maybe_landed -> landed,
-each held for a time; the times are PX4's 0.35, 0.25 and 0.3 s, three times as long where a distance to ground was
-measured before and is not now. Limits: LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX. A rover is in the air, as
-PX4 sees it, once it was armed for 0.5 s; in a return, armed or not, it is so but within NAV_ACC_RAD of its home; it is
-landed whenever it is told to land.
-Free fall (throw launch) and LNDMC_ALT_GND's ground effect are left out.
+each held for a third of a second, or for a whole one where a distance to ground was measured before and is not now.
+Ground contact asks for little thrust, no motion and, until it has landed, an order to descend. Limits: LNDMC_Z_VEL_MAX,
+which is lowered to what landing speeds allow, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX, LNDMC_ALT_GND. A rover is in the air, as
+PX4 sees it, once it was armed for half a second; in a return, armed or not, it is so but within NAV_ACC_RAD of its
+home; it is landed whenever it is told to land.
 """
 
 import math
@@ -16,14 +16,22 @@ from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleLandDetected
 from sitl_emu.core.geodesy import distance_m
 
-GROUND_CONTACT_S, MAYBE_LANDED_S, LANDED_S = 0.35, 0.25, 0.3
-SLOWER_BEYOND_RANGE = 3.0
-LOW_THRUST_SHARE, MINIMAL_THRUST_SHARE = 0.3, 0.1
-"""Between MPC_THR_MIN (0) and hover (1): below, the vehicle can't be flying."""
-LAND_SPEED_SHARE = 0.9
+EACH_S, EACH_OUT_OF_RANGE_S = 1.0 / 3.0, 1.0
+"""MulticopterLandDetector::_update_topics: land_detection_time / 3."""
+LOW_THRUST_SHARE, LOW_THRUST_SHARE_KNOWN_HOVER, MINIMAL_THRUST_SHARE = 0.3, 0.6, 0.1
+"""Between MPC_THR_MIN (0) and hover (1), the second where the hover thrust is estimated (_get_ground_contact_state)."""
+MANUAL_THRUST_MARGIN = 0.01
+LANDING_SPEED_MARGIN = 1.2
+DESCENT_SHARE = 1.1
+WIDER_WHEN_LANDED = 2.5
 CLOSE_TO_GROUND_M = 1.0
+FREEFALL_M_S2, FREEFALL_S = 2.0, 0.3
+MINIMAL_THRUST_S = 8.0
+FRESH_US = 1_000_000
+"""Older than this, a thrust setpoint or an estimate does not count."""
 ROVER_IN_AIR_S = 0.5
-GYRO_WEIGHT = 0.2
+"""RoverLandDetector: set_hysteresis_time_from(true, 500_ms)."""
+NO_CLIMB_RATE = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO, NavState.TERMINATION))
 
 
 class Held:
@@ -50,74 +58,117 @@ class LandDetector:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
+        self._freefall, self._minimal_thrust = Held(False), Held(False)
         self._rover_in_air = Held(False)
         self._flight_time = FlightTime(parameters)
-        self._rates = (0.0, 0.0, 0.0)
         self._measures_distance = False
+        self._in_descend = False
+        self._hover_thrust = math.nan
+        self._hover_thrust_us = -FRESH_US
+        self._knows_hover_thrust = False
+        self._version = -1
 
     def update(self, now_us: int) -> None:
         """Run at 50 Hz."""
         topics = self._topics
-        landed = topics.vehicle_land_detected.landed
-        self._flight_time.update(now_us, armed=topics.actuator_armed.armed, landed=landed)
+        landed, armed = topics.vehicle_land_detected.landed, topics.actuator_armed.armed
+        self._flight_time.update(now_us, armed=armed, landed=landed)
         if topics.vehicle_status.vehicle_type == "rover":
             landed = self._rover_landed(now_us)
             topics.vehicle_land_detected = VehicleLandDetected(now_us, landed, landed, landed)
             return
-        if not topics.actuator_armed.armed:
-            self._ground_contact, self._maybe_landed, self._landed = Held(True), Held(True), Held(True)
-            topics.vehicle_land_detected = VehicleLandDetected(now_us)
-            return
-        distance_known = topics.vehicle_local_position.dist_bottom_valid
-        self._measures_distance |= distance_known
-        slower = SLOWER_BEYOND_RANGE if self._measures_distance and not distance_known else 1.0
-        touching, still = self._touching()
-        contact = self._ground_contact.update(now_us, touching, GROUND_CONTACT_S * slower)
-        quiet = contact and still and self._thrust_below(MINIMAL_THRUST_SHARE) and not self._rotating()
-        maybe_landed = self._maybe_landed.update(now_us, quiet, MAYBE_LANDED_S * slower)
-        landed = self._landed.update(now_us, maybe_landed, LANDED_S * slower)
-        topics.vehicle_land_detected = VehicleLandDetected(now_us, landed, maybe_landed, contact)
-
-    def _touching(self) -> tuple[bool, bool]:
-        """(It looks like ground contact, it does not move sideways)."""
-        topics, parameters = self._topics, self._parameters
+        if self._version != self._parameters.version:
+            self._lower_limit()
         local = topics.vehicle_local_position
-        climb_limit = min(float(parameters["LNDMC_Z_VEL_MAX"]), LAND_SPEED_SHARE * float(parameters["MPC_LAND_SPEED"]))
-        if self._landed.state or self._maybe_landed.state:
-            climb_limit *= 2.5
-        vertical = not local.v_z_valid or abs(local.vz) > climb_limit
-        sideways = local.v_xy_valid and math.hypot(local.vx, local.vy) > parameters["LNDMC_XY_VEL_MAX"]
-        takeoff = topics.takeoff_status.state
-        if TakeoffState.DISARMED <= takeoff < TakeoffState.RAMPUP and self._controlled():
-            return True, True
-        far = local.dist_bottom_valid and local.dist_bottom > CLOSE_TO_GROUND_M
-        low_thrust = self._thrust_below(LOW_THRUST_SHARE)
-        speed_down = topics.vehicle_local_position_setpoint.vz
-        descending = self._controlled() and speed_down >= 1.1 * parameters["LNDMC_Z_VEL_MAX"]
-        stopped_by_ground = descending and not vertical
-        contact = (low_thrust or stopped_by_ground) and not vertical and not sideways and not far
-        return contact, not sideways
+        self._measures_distance |= local.dist_bottom_valid
+        each_s = EACH_OUT_OF_RANGE_S if self._measures_distance and not local.dist_bottom_valid else EACH_S
+        ax, ay, az = topics.sensor_combined.accelerometer_m_s2
+        falls = self._freefall.update(now_us, ax * ax + ay * ay + az * az < FREEFALL_M_S2**2, FREEFALL_S)
+        contact = self._ground_contact.update(now_us, not armed or self._touches(now_us), each_s)
+        quiet = self._is_quiet(now_us, contact=contact, falls=falls)
+        maybe_landed = self._maybe_landed.update(now_us, not armed or quiet, each_s)
+        landed = self._landed.update(now_us, not armed or maybe_landed, each_s)
+        in_ground_effect = self._in_ground_effect(moves=self._moves_sideways())
+        topics.vehicle_land_detected = VehicleLandDetected(
+            now_us, landed, maybe_landed, contact, falls, in_ground_effect
+        )
 
-    def _controlled(self) -> bool:
-        """Whether climb rate is controlled (not by sticks)."""
-        return self._topics.vehicle_status.nav_state not in (NavState.MANUAL, NavState.STAB, NavState.ACRO)
+    def _lower_limit(self) -> None:
+        """LNDMC_Z_VEL_MAX is at most what can be told from the slowest descent (_update_params)."""
+        parameters = self._parameters
+        most = min(parameters["MPC_LAND_CRWL"], parameters["MPC_LAND_SPEED"]) / LANDING_SPEED_MARGIN
+        if parameters["LNDMC_Z_VEL_MAX"] > most:
+            parameters.set("LNDMC_Z_VEL_MAX", most, notify=False)
+        self._version = parameters.version
 
-    def _thrust_below(self, share: float) -> bool:
-        parameters, topics = self._parameters, self._topics
-        least, hover = float(parameters["MPC_THR_MIN"]), float(parameters["MPC_THR_HOVER"])
-        if topics.hover_thrust_estimate.valid:
-            hover = topics.hover_thrust_estimate.hover_thrust
-        if not self._controlled():
-            least = float(parameters["MPC_MANTHR_MIN"])
-        return -topics.vehicle_rates_setpoint.thrust_body[2] <= least + (hover - least) * share
+    def _touches(self, now_us: int) -> bool:
+        """What looks like ground contact."""
+        topics, parameters = self._topics, self._parameters
+        local, limit = topics.vehicle_local_position, float(parameters["LNDMC_Z_VEL_MAX"])
+        moves = not local.v_z_valid or abs(local.vz) >= limit * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+        contact = self._thrust_is_low(now_us)
+        if self._climb_rate_is_controlled():
+            self._in_descend = topics.trajectory_setpoint.velocity[2] >= DESCENT_SHARE * limit
+            if not (self._maybe_landed.state or self._landed.state):
+                contact = contact and self._in_descend
+        else:
+            self._in_descend = False
+        far = local.dist_bottom_valid and local.dist_bottom >= CLOSE_TO_GROUND_M
+        return contact and not moves and not self._moves_sideways() and not far
 
-    def _rotating(self) -> bool:
-        x, y, z = self._topics.vehicle_angular_velocity.xyz
-        fx, fy, fz = self._rates
-        fx, fy, fz = fx + GYRO_WEIGHT * (x - fx), fy + GYRO_WEIGHT * (y - fy), fz + GYRO_WEIGHT * (z - fz)
-        self._rates = (fx, fy, fz)
-        limit = math.radians(float(self._parameters["LNDMC_ROT_MAX"]))
-        return abs(fx) > limit or abs(fy) > limit or abs(fz) > limit
+    def _moves_sideways(self) -> bool:
+        local = self._topics.vehicle_local_position
+        return local.v_xy_valid and math.hypot(local.vx, local.vy) > self._parameters["LNDMC_XY_VEL_MAX"]
+
+    def _climb_rate_is_controlled(self) -> bool:
+        """flag_control_climb_rate_enabled of the mode."""
+        nav_state = self._topics.vehicle_status.nav_state
+        if nav_state is NavState.OFFBOARD:
+            return self._topics.offboard_setpoint.trajectory is not None
+        return nav_state not in NO_CLIMB_RATE
+
+    def _hover(self) -> float:
+        return (
+            self._hover_thrust if self._hover_thrust == self._hover_thrust else float(self._parameters["MPC_THR_HOVER"])
+        )
+
+    def _thrust(self, now_us: int) -> float:
+        """Thrust that is asked for, 0..1; NaN where nobody asks any more."""
+        setpoint = self._topics.vehicle_rates_setpoint
+        return -setpoint.thrust_body[2] if now_us - setpoint.timestamp < FRESH_US else math.nan
+
+    def _thrust_is_low(self, now_us: int) -> bool:
+        estimate = self._topics.hover_thrust_estimate
+        if estimate.valid:
+            self._hover_thrust, self._hover_thrust_us = estimate.hover_thrust, now_us
+        is_fresh = now_us - self._hover_thrust_us < FRESH_US
+        if not self._in_descend or is_fresh:
+            self._knows_hover_thrust = is_fresh
+        least = float(self._parameters["MPC_THR_MIN"])
+        share = LOW_THRUST_SHARE_KNOWN_HOVER if self._knows_hover_thrust else LOW_THRUST_SHARE
+        return self._thrust(now_us) <= least + (self._hover() - least) * share
+
+    def _is_quiet(self, now_us: int, *, contact: bool, falls: bool) -> bool:
+        """What looks like standing there with idling motors."""
+        topics, parameters = self._topics, self._parameters
+        if self._climb_rate_is_controlled():
+            least = float(parameters["MPC_THR_MIN"])
+            limit = least + (self._hover() - least) * MINIMAL_THRUST_SHARE
+        else:
+            limit = float(parameters["MPC_MANTHR_MIN"]) + MANUAL_THRUST_MARGIN
+        idles = self._thrust(now_us) <= limit
+        idles_long = self._minimal_thrust.update(now_us, idles, MINIMAL_THRUST_S)
+        p, q, _ = topics.vehicle_angular_velocity.xyz
+        most = math.radians(float(parameters["LNDMC_ROT_MAX"])) * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+        rests = contact if topics.vehicle_local_position.v_z_valid else idles_long
+        return idles and not falls and math.hypot(p, q) <= most and rests
+
+    def _in_ground_effect(self, *, moves: bool) -> bool:
+        topics, height_m = self._topics, float(self._parameters["LNDMC_ALT_GND"])
+        local, takeoff = topics.vehicle_local_position, topics.takeoff_status.state
+        is_below = local.dist_bottom_valid and height_m > 0.0 and local.dist_bottom < height_m
+        flies_low = is_below and takeoff == TakeoffState.FLIGHT
+        return (self._in_descend and not moves) or flies_low or takeoff == TakeoffState.RAMPUP
 
     def _rover_landed(self, now_us: int) -> bool:
         return not self._rover_in_air.update(now_us, not self._rover_is_down(), ROVER_IN_AIR_S)
@@ -125,11 +176,12 @@ class LandDetector:
     def _rover_is_down(self) -> bool:
         topics = self._topics
         nav_state = topics.vehicle_status.nav_state
-        if nav_state == NavState.AUTO_LAND:
+        if nav_state in (NavState.AUTO_LAND, NavState.DESCEND):
             return True
         if nav_state == NavState.AUTO_RTL:
-            target, place = topics.position_setpoint_triplet.current, topics.vehicle_global_position
-            if not target.valid or not place.valid:
+            triplet, place = topics.position_setpoint_triplet, topics.vehicle_global_position
+            target = triplet.current
+            if not target.valid or not place.valid or triplet.next.valid:
                 return False
             return distance_m(place.lat, place.lon, target.lat, target.lon) < self._parameters["NAV_ACC_RAD"]
         return not topics.actuator_armed.armed

@@ -29,6 +29,8 @@ from autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US = 100_000
+STATUS_INTERVAL_US = 500_000
+"""Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
 MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3
 STATE_UNINIT: int = mavlink.MAV_STATE_UNINIT
@@ -264,7 +266,7 @@ class Commander:
             self._takeoff_us,
             self.calibration.calibrating,
         )
-        if told == self._published:
+        if told == self._published and now_us - topics.vehicle_status.timestamp < STATUS_INTERVAL_US:
             return
         self._published = told
         can_arm = self._checks.can_arm(self._nav_state)

@@ -17,6 +17,7 @@ from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MissionItem, Plan
 from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.mission_block import (
+    DELAY,
     LAND,
     LANDS,
     LOITER_TIME,
@@ -320,6 +321,10 @@ class Mission:
         state = self._state
         self._target = Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
         self._reached.restart(state.now_us)
+        triplet = state.triplet
+        stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
+        following = PositionSetpoint() if stops else triplet.next
+        state.fly(triplet.current, previous=triplet.previous, following=following)
         if item.command == DO_CHANGE_SPEED:
             change_speed(state, item.param2)
         elif item.command in ROI_COMMANDS:

@@ -21,7 +21,8 @@ from autopilot.topics import (
 )
 from sitl_emu.core.geodesy import MapProjection
 
-GRAVITY_M_S2 = 9.80665
+BRAKING_DELAY_S = 0.6
+"""Navigator::preproject_stop_point: 0.6 times MPC_JERK_AUTO over MPC_JERK_AUTO."""
 KEPT_COMMANDS = 8
 
 
@@ -63,7 +64,6 @@ class Settings(NamedTuple):
     gf_max_hor_dist_m: float
     gf_max_ver_dist_m: float
     mpc_acc_hor_m_s2: float
-    mpc_jerk_auto_m_s3: float
 
 
 def settings_of(parameters: Parameters) -> Settings:
@@ -104,7 +104,6 @@ def settings_of(parameters: Parameters) -> Settings:
         gf_max_hor_dist_m=float(parameters["GF_MAX_HOR_DIST"]),
         gf_max_ver_dist_m=float(parameters["GF_MAX_VER_DIST"]),
         mpc_acc_hor_m_s2=float(parameters["MPC_ACC_HOR"]),
-        mpc_jerk_auto_m_s3=float(parameters["MPC_JERK_AUTO"]),
     )
 
 
@@ -161,11 +160,10 @@ class NavigatorState:
         """(lat_deg, lon_deg) where the vehicle comes to rest when it brakes now (PX4's preproject_stop_point)."""
         local, position = self.topics.vehicle_local_position, self.position
         speed = math.hypot(local.vx, local.vy)
-        if self.rover or speed < 0.1 or not local.xy_valid:
+        if self.rover or not speed > 0.0 or not local.xy_valid:
             return position.lat, position.lon
         settings = self.settings
-        acceleration = settings.mpc_acc_hor_m_s2
-        distance = speed * (speed / (2.0 * acceleration) + acceleration / settings.mpc_jerk_auto_m_s3)
+        distance = speed * (speed / (2.0 * settings.mpc_acc_hor_m_s2) + BRAKING_DELAY_S)
         place = MapProjection(position.lat, position.lon)
         return place.reproject(local.vx / speed * distance, local.vy / speed * distance)
 

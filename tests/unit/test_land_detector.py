@@ -7,17 +7,19 @@ from autopilot.land_detector import LandDetector
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     ActuatorArmed,
+    HoverThrustEstimate,
     PositionSetpoint,
     PositionSetpointTriplet,
     TakeoffStatus,
     Topics,
+    TrajectorySetpoint,
     VehicleGlobalPosition,
     VehicleLocalPosition,
-    VehicleLocalPositionSetpoint,
     VehicleRatesSetpoint,
 )
 
 STEP_US = 20_000
+NAN = float("nan")
 
 
 class Descending:
@@ -30,7 +32,7 @@ class Descending:
         topics = self.topics
         topics.actuator_armed = ActuatorArmed(True)
         topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.FLIGHT))
-        topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(0, vz=0.7)
+        topics.trajectory_setpoint = TrajectorySetpoint(0, velocity=(NAN, NAN, 0.7))
         self.moves(0.7, 0.5)
         self.run(1.0)
 
@@ -39,11 +41,12 @@ class Descending:
         if dist_bottom is not None:
             local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True)
         self.topics.vehicle_local_position = local
-        self.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(0, (0.0,) * 3, (0.0, 0.0, -thrust))
+        self.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(self.now_us, (0.0,) * 3, (0.0, 0.0, -thrust))
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 1e6 / STEP_US)):
             self.now_us += STEP_US
+            self.topics.vehicle_rates_setpoint = self.topics.vehicle_rates_setpoint._replace(timestamp=self.now_us)
             self.detector.update(self.now_us)
 
     def state(self) -> tuple[bool, bool, bool]:
@@ -63,18 +66,45 @@ def test_flying_is_not_landed() -> None:
 
 def test_contact_then_maybe_then_landed_each_in_its_time() -> None:
     vehicle = Descending()
-    vehicle.moves(0.0, 0.4)
+    vehicle.moves(0.0, 0.2)
     vehicle.run(0.34)
     assert vehicle.state() == (False, False, False)
-    vehicle.run(0.06)
-    assert vehicle.state() == (True, False, False), "stopped though told to sink"
+    vehicle.run(0.02)
+    assert vehicle.state() == (True, False, False), "little thrust, and it has stopped"
     vehicle.run(2.0)
-    assert vehicle.state() == (True, False, False), "thrust is not low"
+    assert vehicle.state() == (True, False, False), "thrust is not minimal"
     vehicle.moves(0.0, 0.12)
-    vehicle.run(0.28)
+    vehicle.run(0.34)
+    assert vehicle.state() == (True, False, False)
+    vehicle.run(0.02)
     assert vehicle.state() == (True, True, False)
-    vehicle.run(0.32)
+    vehicle.run(0.34)
     assert vehicle.state() == (True, True, True)
+
+
+def test_a_hover_thrust_that_is_known_lets_more_thrust_count_as_low() -> None:
+    vehicle = Descending()
+    vehicle.moves(0.0, 0.3)
+    vehicle.run(1.0)
+    assert vehicle.state() == (False, False, False)
+    vehicle.topics.hover_thrust_estimate = HoverThrustEstimate(0, 0.5, valid=True)
+    vehicle.run(1.0)
+    assert vehicle.state() == (True, False, False)
+
+
+def test_who_is_not_told_to_descend_does_not_land() -> None:
+    vehicle = Descending()
+    vehicle.topics.trajectory_setpoint = TrajectorySetpoint(0, velocity=(NAN, NAN, 0.0))
+    vehicle.moves(0.0, 0.0)
+    vehicle.run(5.0)
+    assert vehicle.state() == (False, False, False)
+
+
+def test_the_limit_of_vertical_speed_is_lowered_to_what_landing_is_slow_for() -> None:
+    parameters = Parameters("multicopter", {"MPC_LAND_CRWL": 0.18})
+    topics = Topics()
+    LandDetector(topics, parameters).update(0)
+    assert parameters["LNDMC_Z_VEL_MAX"] == pytest.approx(0.15)
 
 
 def test_out_of_the_range_of_its_sensor_it_takes_three_times_as_long() -> None:
@@ -82,9 +112,9 @@ def test_out_of_the_range_of_its_sensor_it_takes_three_times_as_long() -> None:
     vehicle.moves(0.7, 0.5, dist_bottom=0.8)
     vehicle.run(0.1)
     vehicle.moves(0.0, 0.12)
-    vehicle.run(2.6)
+    vehicle.run(2.98)
     assert vehicle.state() == (True, True, False)
-    vehicle.run(0.2)
+    vehicle.run(0.1)
     assert vehicle.state() == (True, True, True)
 
 
@@ -103,17 +133,17 @@ def test_motion_forbids_it(motion: dict[str, float]) -> None:
     assert vehicle.state() == (False, False, False)
 
 
-def test_waiting_for_takeoff_is_landed_and_ramping_up_is_not() -> None:
-    vehicle = Descending()
-    vehicle.topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.READY_FOR_TAKEOFF))
-    vehicle.moves(0.0, 0.0)
-    vehicle.run(4.0)
-    assert vehicle.state() == (True, True, True)
-    vehicle.topics.takeoff_status = TakeoffStatus(0, int(TakeoffState.RAMPUP))
-    vehicle.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(0, vz=-1.0)
-    vehicle.moves(-0.5, 0.6)
-    vehicle.run(0.04)
-    assert vehicle.state() == (False, False, False)
+def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
+    topics = Topics()
+    detector = LandDetector(topics, Parameters("multicopter"))
+    topics.actuator_armed = ActuatorArmed(True)
+    topics.vehicle_local_position = VehicleLocalPosition(0, True, True, True, True)
+    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(20_000)
+    detector.update(20_000)
+    assert topics.vehicle_land_detected.landed
+    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(40_000, (0.0,) * 3, (0.0, 0.0, -0.3))
+    detector.update(40_000)
+    assert not topics.vehicle_land_detected.landed
 
 
 def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:

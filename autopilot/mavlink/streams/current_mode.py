@@ -9,6 +9,11 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_CURRENT_MODE
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """When vehicle_status was published: twice a second, and at once when the mode changes."""
+    return context.topics.vehicle_status.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields:
     """Custom modes and the MAV_STANDARD_MODE of the flown one."""
     status = context.topics.vehicle_status
