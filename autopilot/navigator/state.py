@@ -160,7 +160,7 @@ class NavigatorState:
         """(lat_deg, lon_deg) where the vehicle comes to rest when it brakes now (PX4's preproject_stop_point)."""
         local, position = self.topics.vehicle_local_position, self.position
         speed = math.hypot(local.vx, local.vy)
-        if self.rover or not speed > 0.0 or not local.xy_valid:
+        if self.rover or not speed > 0.0 or not local.xy_valid or self.settings.mpc_acc_hor_m_s2 <= 0.0:
             return position.lat, position.lon
         settings = self.settings
         distance = speed * (speed / (2.0 * settings.mpc_acc_hor_m_s2) + BRAKING_DELAY_S)
