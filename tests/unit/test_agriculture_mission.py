@@ -390,6 +390,23 @@ def test_with_loss_each_way_three_scouts_are_served_all_the_same() -> None:
     assert inspect.px4.missions.accepted == 2
 
 
+def test_the_ugv_is_sent_next_to_the_target_that_is_nearest_to_where_it_says_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The second was found before the third, which lies nearer to the first, where the UGV then is."""
+    targets = (("weed", 10.0, 6.0), ("disease", 34.0, 6.0), ("weed", 12.0, 24.0))
+    monkeypatch.setattr("tests.unit.test_agriculture_mission.TARGETS", targets)
+    scout, inspect = pair()
+    fly(scout, inspect)
+    assert [event.data["label"] for event in scout.of("target_confirmed")] == ["weed", "disease", "weed"]
+    places = [
+        to_metres(float(event.data["lat_deg"]), float(event.data["lon_deg"]), *HOME[:2])
+        for event in scout.of("target_sent")
+    ]
+    nearest = [min(range(3), key=lambda i: math.dist(targets[i][1:], place)) for place in places]
+    assert nearest == [0, 2, 1]
+
+
 def test_an_upload_during_a_drive_leaves_the_drive_alone() -> None:
     scouts, inspect = three_scouts()
     heading: dict[int, set[tuple[int, int]]] = {}

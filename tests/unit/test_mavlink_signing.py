@@ -184,13 +184,19 @@ def test_a_key_outlives_a_restart_with_its_time_and_its_removal_too(tmp_path: Pa
     assert acked(Peer(root=tmp_path))
 
 
-@pytest.mark.parametrize("data", [None, b"", bytes(39), bytes(40)])
+@pytest.mark.parametrize("data", [None, b"", bytes(39), bytes(40), b"\1" * 31, b"\1" * 32, b"\1" * 39])
 def test_without_a_whole_key_in_its_file_nothing_is_signed(tmp_path: Path, data: bytes | None) -> None:
     if data is not None:
         (tmp_path / "mavlink").mkdir()
         (tmp_path / KEY_FILE).write_bytes(data)
     assert SigningKeyFile(tmp_path).load() == NO_KEY
     assert acked(Peer(root=tmp_path))
+
+
+def test_a_whole_key_is_read_with_its_time(tmp_path: Path) -> None:
+    (tmp_path / "mavlink").mkdir()
+    (tmp_path / KEY_FILE).write_bytes(b"\1" * 32 + b"\2" + bytes(7))
+    assert SigningKeyFile(tmp_path).load() == (b"\1" * 32, 2)
 
 
 def test_a_folder_that_can_not_be_written_keeps_the_key_until_the_end(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, gsd_m, in_view, project
-from missions.companion.geolocation import Intersection, on_level_ground, pixel_ray
+from missions.companion.geolocation import Intersection, Ray, on_level_ground, pixel_ray
 from sitl_emu.core.attitude import quaternion
 
 CAMERA = CameraModel()
@@ -109,6 +109,24 @@ def test_a_single_ray_takes_homes_height() -> None:
     place = Intersection(0.0)
     place.add(ray, 0.0)
     assert place.point() == pytest.approx(on_level_ground(ray, 0.0), abs=1e-3)
+
+
+@pytest.mark.parametrize("prior_m", [0.0, 1.5])
+def test_two_rays_and_homes_height_are_weighed_by_what_each_can_tell(prior_m: float) -> None:
+    """Hand-worked: from 15 m up, 1 m to either side, to a target 2 m above home; sigma 1 degree of a ray, 2 m of home.
+
+    By symmetry only the height is open. A ray of length r at an angle t from the vertical tells it with the weight
+    (sin t / (r * 1 degree))^2, home's with 1 / 2^2: the estimate is their weighed mean.
+    """
+    place = Intersection(prior_m)
+    for north in (-1.0, 1.0):
+        way = np.array((-north, 0.0, 13.0))
+        place.add(Ray(np.array((north, 0.0, -15.0)), way / np.linalg.norm(way)), -2.0)
+    of_rays = 2.0 * (1.0 / math.hypot(1.0, 13.0) ** 2 / math.radians(1.0)) ** 2
+    of_home = 1.0 / 2.0**2
+    height = (of_rays * -2.0 + of_home * prior_m) / (of_rays + of_home)
+    assert 0.3 < of_rays / of_home < 3.0  # or one of them would not be seen
+    assert place.point() == pytest.approx((0.0, 0.0, height), abs=1e-6)
 
 
 def test_merging_adds_the_rays() -> None:
