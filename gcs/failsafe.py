@@ -5,8 +5,10 @@ vehicle is CRITICAL (mavlink/streams/HEARTBEAT.hpp); after a pilot's change of m
 a failsafe (user takeover, commander/failsafe/framework.cpp). A terminated vehicle is FLIGHT_TERMINATION whoever did it;
 then CURRENT_MODE tells: a failsafe leaves `intended_custom_mode`, what was asked for last, as it was
 (mavlink/streams/CURRENT_MODE.hpp). Why a failsafe acts is in the events `commander_failsafe_enter…`
-(FailsafeBase::notifyUser): their last argument is PX4's failsafe_cause_t (src/lib/events/enums.json). A geofence or a
-lost offboard signal has cause "generic" there, and is told by an event of the health and arming checks.
+(FailsafeBase::notifyUser): their first argument is the mode that was asked for, their last PX4's failsafe_cause_t
+(src/lib/events/enums.json). A geofence or a lost offboard signal has cause "generic" there, and is told by an event of
+the health and arming checks, which PX4 reports again, all of them, when a failsafe begins (seen on a PX4 v1.18 SIH: a
+geofence and a silent ground station, 12 ms before the failsafe's event).
 """
 
 from gcs.event import Event, EventReceiver
@@ -27,12 +29,15 @@ ENTERED = {26528394: 5, 30481910: 7, 31382480: None, 21279712: None, 29547634: N
 They are commander_failsafe_enter (mode uint32, action uint8, cause), …_hold (mode uint32, action uint8, delay uint16,
 cause), …_generic, …_generic_hold and …_autopilot_disengaged.
 """
-CHECKS = {16920235: "geofence", 30700832: "geofence", 20842799: "geofence", 28241790: "offboard signal lost"}
-"""Events of the arming checks that say what a generic failsafe is about: check_gf_violation_custom_gf, …_max_alt,
-…_max_hor_dist, check_modes_offboard_signal_lost."""
+FENCE_VIOLATED = frozenset({16920235, 30700832, 20842799})
+"""check_gf_violation_custom_gf, …_max_alt, …_max_hor_dist."""
+OFFBOARD_LOST = 28241790
+"""check_modes_offboard_signal_lost, which is told of every vehicle that nobody steers by setpoints."""
+OFFBOARD = 6 << 16
 NEAR_MS = 3_000
 """So far apart a failsafe and the check that it is about may be told: PX4 reports its checks right after it told of a
 failsafe, or up to 2 s before (HealthAndArmingChecks)."""
+UNKNOWN = "cause unknown"
 CRITICAL, FLIGHT_TERMINATION = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_FLIGHT_TERMINATION
 
 
@@ -45,20 +50,33 @@ class FailsafeWatch:
         self._events = EventReceiver(system)
         self._source = (system, 1)
         self._intended: int | None = None
-        self._entered: tuple[int, str] | None = None
-        """The last failsafe that was told: the autopilot's time in ms, and its cause ("" generic)."""
-        self._checked: tuple[int, str] | None = None
-        """The same of the last check in `CHECKS`."""
+        self._entered: Event | None = None
+        """The last event of the failsafe that acts."""
+        self._cause = ""
+        """What its events have said of the cause so far.
+
+        A failsafe that waits in Hold tells its action in a second event, without the checks again: the first counts.
+        """
+        self._fence_ms: int | None = None
+        """When a violated fence was last told, by the autopilot's clock;"""
+        self._offboard_ms: int | None = None
+        """the same of a missing offboard signal."""
 
     @property
     def cause(self) -> str:
         """Why, for people; "cause unknown" where the autopilot did not say."""
-        if self._entered is None:
-            return "cause unknown"
-        time_ms, cause = self._entered
-        if not cause and self._checked is not None and abs(self._checked[0] - time_ms) <= NEAR_MS:
-            return self._checked[1]
-        return cause or "cause unknown"
+        return self._cause or UNKNOWN
+
+    def _cause_of(self, event: Event) -> str:
+        """What one event says of the cause, "" if nothing."""
+        at = ENTERED[event.id]
+        if at is not None and event.arguments[at] in CAUSES:
+            return CAUSES[event.arguments[at]]
+        if _near(self._fence_ms, event):
+            return "geofence"
+        if _near(self._offboard_ms, event) and int.from_bytes(event.arguments[:4], "little") == OFFBOARD:
+            return "offboard signal lost"
+        return ""
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
         """Takes a message; returns requests for events that were lost."""
@@ -71,7 +89,7 @@ class FailsafeWatch:
             terminated = msg.system_status == FLIGHT_TERMINATION and self._intended not in (None, msg.custom_mode)
             acts = msg.system_status == CRITICAL or terminated
             if self.active and not acts:
-                self._entered = None
+                self._entered, self._cause = None, ""
             self.active = acts
         asked = self._events.on_message(now_us, msg)
         for event in self._events.take():
@@ -80,7 +98,14 @@ class FailsafeWatch:
 
     def _take(self, event: Event) -> None:
         if event.id in ENTERED:
-            at = ENTERED[event.id]
-            self._entered = (event.time_boot_ms, CAUSES.get(event.arguments[at], "") if at is not None else "")
-        elif event.id in CHECKS:
-            self._checked = (event.time_boot_ms, CHECKS[event.id])
+            self._entered, self._cause = event, self._cause if self.active else ""
+        elif event.id in FENCE_VIOLATED:
+            self._fence_ms = event.time_boot_ms
+        elif event.id == OFFBOARD_LOST:
+            self._offboard_ms = event.time_boot_ms
+        if self._entered is not None:
+            self._cause = self._cause_of(self._entered) or self._cause
+
+
+def _near(told_ms: int | None, event: Event) -> bool:
+    return told_ms is not None and abs(told_ms - event.time_boot_ms) <= NEAR_MS

@@ -26,6 +26,10 @@ def short_scenario(folder: Path, limit_s: float, **changes: object) -> Path:
     return path
 
 
+REPORT_LIMIT_S = 60.0
+"""So long a run that is stopped may take to write its report on a busy machine."""
+
+
 class Run:
     """A run under way."""
 
@@ -43,7 +47,7 @@ class Run:
     def __exit__(self, *_: object) -> None:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
-            self.process.wait(15)
+            self.process.wait(REPORT_LIMIT_S)
         for pid in self.children().values():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)

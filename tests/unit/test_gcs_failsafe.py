@@ -14,7 +14,8 @@ MISSION, RETURN, POSITION, TERMINATION = 4 << 16 | 4 << 24, 4 << 16 | 5 << 24, 3
 ACTIVE, CRITICAL, FLIGHT_TERMINATION = 4, 5, 8
 RTL = 6
 ENTER, ENTER_HOLD, GENERIC, LOW_BATTERY_WARNING = 26528394, 30481910, 31382480, 28993875
-OUTSIDE_FENCE = 16920235
+OUTSIDE_FENCE, OFFBOARD_LOST = 16920235, 28241790
+OFFBOARD = 6 << 16
 
 
 def heartbeat(mode: int, state: int) -> Any:
@@ -76,6 +77,32 @@ def test_a_generic_failsafe_is_about_what_the_checks_say_near_it(check_first: bo
     if not check_first:
         messages = [event(1, *generic, time_ms=9_000), event(2, OUTSIDE_FENCE, time_ms=9_040)]
     assert heard(*messages, heartbeat(RETURN, CRITICAL)).cause == "geofence"
+
+
+def test_a_missing_offboard_signal_is_a_cause_where_offboard_was_flown_only() -> None:
+    """PX4 reports all its checks again when a failsafe begins; that one fails on any vehicle without setpoints."""
+    for mode, cause in ((OFFBOARD, "offboard signal lost"), (MISSION, "cause unknown")):
+        checks = event(1, OFFBOARD_LOST, time_ms=9_000)
+        watch = heard(checks, event(2, GENERIC, struct.pack("<IB", mode, RTL), time_ms=9_012))
+        assert watch.cause == cause
+
+
+def test_what_a_real_px4_says_when_its_height_fence_is_left_and_a_pilot_takes_over() -> None:
+    """Heard from PX4 v1.18's SIH: GF_MAX_VER_DIST 4 while hovering at 8 m, GF_ACTION 3; then the pilot chooses Hold."""
+    hold = 4 << 16 | 3 << 24
+    checks = (27825120, 28241790, 17154777, 17231145, 30700832, 18691879)
+    messages = [event(1 + i, number, time_ms=81_264) for i, number in enumerate(checks)]
+    messages += [event(7, 21279712, struct.pack("<IBH", hold, RTL, 5), time_ms=81_276), heartbeat(hold, CRITICAL)]
+    messages += [event(8, 31382480, struct.pack("<IB", hold, RTL), time_ms=86_280)]
+    watch = heard(*messages)
+    assert (watch.active, watch.cause) == (True, "geofence")
+    watch.on_message(0, heartbeat(RETURN, CRITICAL))
+    assert (watch.active, watch.cause) == (True, "geofence")
+    for i, number in enumerate(checks):
+        watch.on_message(0, event(9 + i, number, time_ms=97_180))
+    assert (watch.active, watch.cause) == (True, "geofence")
+    watch.on_message(0, heartbeat(hold, ACTIVE))
+    assert not watch.active
 
 
 def test_a_generic_failsafe_that_no_check_explains_has_no_cause() -> None:
