@@ -4,6 +4,7 @@ import json
 import lzma
 import re
 import zlib
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import jsonschema
 import pytest
 
 import autopilot
+import vehicles
 from autopilot import parameters
 from autopilot.events import table
 from autopilot.mavlink.component_metadata import (
@@ -25,6 +27,10 @@ from autopilot.mavlink.component_metadata import (
 from tests.unit import metadata_schemas
 from tests.unit.mavlink_peer import Peer, command_long, only
 
+ROVER = 10
+"""MAV_TYPE of the vehicles of the rover class."""
+NO_PARAMETERS = ("MAV_CMD_", "PARAM_MAP_RC", "RADIO_STATUS", "HIL_GPS", "FLIGHT_INFORMATION", "_HASH_CHECK")
+"""Names in texts that are MAVLink's."""
 REQUEST_MESSAGE, COMPONENT_METADATA, COMPONENT_INFORMATION = 512, 397, 395
 
 
@@ -92,21 +98,68 @@ def test_parameters_are_described_with_bounds_units_and_codes() -> None:
         "decimalPlaces": 0,
         "units": "m/s",
         "category": "Standard",
-        "shortDesc": "Speed in automatic modes",
+        "shortDesc": "Horizontal speed in automatic modes",
+        "longDesc": "Speed of missions, returns and repositions that name none. It can't exceed MPC_XY_VEL_MAX.",
     }
     assert described["SYS_AUTOSTART"]["rebootRequired"] is True
     assert described["GF_ACTION"]["values"][2] == {"value": 2, "description": "Hold"}
-    assert described["CA_ROTOR5_PX"]["shortDesc"] == "Place of motor 5, forward"
+    assert described["CA_ROTOR5_PX"]["shortDesc"] == "Place of rotor 5, forward"
     assert described["PWM_MAIN_FUNC16"]["values"][3] == {"value": 101, "description": "Motor 1"}
     assert described["SENS_BOARD_ROT"]["values"][2] == {"value": 2, "description": "Yaw 90"}
     assert described["COM_RCL_EXCEPT"]["bitmask"][1] == {"index": 1, "description": "Hold"}
 
 
-@pytest.mark.parametrize("table", [parameter_texts.SHORT, parameter_codes.VALUES, parameter_codes.BITS])
+@pytest.mark.parametrize("table", [parameter_texts.read(), parameter_codes.VALUES, parameter_codes.BITS])
 def test_every_text_belongs_to_a_parameter(table: dict[str, Any]) -> None:
     for name in table:
         pattern = re.compile(re.escape(name).replace(r"\{n\}", r"\d+"))
         assert any(pattern.fullmatch(known) for known in parameters.table()), name
+
+
+def announced() -> set[str]:
+    """Parameters that any of our vehicles announces, those of modules that only some setups start too."""
+    names = set()
+    for model in vehicles.models():
+        airframe = vehicles.load(model).airframe
+        kind = "rover" if airframe.get("MAV_TYPE") == ROVER else "multicopter"
+        for started in ({}, {"MNT_MODE_IN": 4, "TRIG_MODE": 1}):
+            names |= set(parameters.Parameters(kind, {**airframe, **started}).announced)
+    return names
+
+
+def test_every_parameter_that_a_vehicle_announces_has_a_short_and_a_long_text() -> None:
+    described = {entry["name"]: entry for entry in parameter.content()["parameters"]}
+    for name in announced():
+        short, long = described[name]["shortDesc"], described[name]["longDesc"]
+        assert 0 < len(short) < 60, name
+        assert not short.endswith("."), name
+        assert short[0].isupper(), name
+        assert long.endswith("."), name
+        assert len(long) > len(short) or len(long) > 30, name
+        assert 1 <= len(re.findall(r"[.!?](?: |$)", long)) <= 4, name
+        assert "{" not in short + long, name
+
+
+def test_no_two_parameters_have_the_same_text_unless_they_are_a_numbered_family() -> None:
+    texts = parameter_texts.read().values()
+    for part in (Counter(text.short for text in texts), Counter(text.long for text in texts)):
+        assert [text for text, count in part.items() if count > 1] == []
+
+
+def test_texts_name_only_parameters_that_px4_has() -> None:
+    known = parameters.table()
+    for name, text in parameter_texts.read().items():
+        for mentioned in re.findall(r"\b[A-Z][A-Z0-9]*\d?_[A-Z0-9_{}n*]+", text.short + " " + text.long):
+            pattern = re.compile(re.sub(r"\\\{n\\\}|\\\*|n(?=_)|n$", ".*", re.escape(mentioned)))
+            ours = mentioned.startswith(NO_PARAMETERS) or any(map(pattern.fullmatch, known))
+            assert ours, f"{name}: {mentioned}"
+
+
+def test_every_code_and_bit_of_an_announced_parameter_has_a_meaning() -> None:
+    for name in announced():
+        row = parameters.table()[name]
+        assert set(row.get("values", ())) <= set(parameter_codes.values(name)), name
+        assert set(row.get("bits", ())) <= set(parameter_codes.bits(name)), name
 
 
 def test_every_event_of_px4_is_there() -> None:

@@ -1,6 +1,6 @@
 """Parameter metadata (COMP_METADATA_TYPE_PARAMETER): type, default, bounds, unit and group from PX4's table.
 
-What a parameter is and its codes mean, where it is said: parameter_texts.py, parameter_codes.py.
+What a parameter is: parameter_texts.py and its folder `texts/`. What its codes mean: parameter_codes.py.
 """
 
 from typing import Any
@@ -16,14 +16,16 @@ TYPES = {"INT32": "Int32", "REAL32": "Float"}
 
 def content() -> dict[str, Any]:
     """Every parameter of this PX4, announced or not, in alphabetical order."""
-    return {"version": VERSION, "parameters": [_entry(name, row) for name, row in parameters.table().items()]}
+    texts = parameter_texts.read()
+    entries = [_entry(name, row, parameter_texts.described(texts, name)) for name, row in parameters.table().items()]
+    return {"version": VERSION, "parameters": entries}
 
 
-def _entry(name: str, row: dict[str, Any]) -> dict[str, Any]:
+def _entry(name: str, row: dict[str, Any], text: parameter_texts.Text | None) -> dict[str, Any]:
     entry: dict[str, Any] = {"name": name, "type": TYPES[row["type"]], "default": row["default"], "group": row["group"]}
     entry |= {key: row[key] for key in NUMBERS if key in row}
-    if text := parameter_texts.short(name):
-        entry["shortDesc"] = text
+    if text is not None:
+        entry |= {"shortDesc": text.short, "longDesc": text.long}
     if codes := row.get("values"):
         meanings = parameter_codes.values(name)
         if all(code in meanings for code in codes):

@@ -215,6 +215,42 @@ VALUES: dict[str, dict[int, str]] = {
         4: "Hexacopter",
         5: "Rover (Ackermann)",
     },
+    "COM_ARM_ODID": {
+        0: "Nothing",
+        1: "Warning",
+        2: "Arming is denied",
+        3: "Arming is denied, return",
+        4: "Arming is denied, land",
+        5: "Arming is denied, terminate",
+    },
+    "COM_ARM_TRAFF": {
+        0: "Nothing",
+        1: "Warning",
+        2: "Arming is denied",
+        3: "Arming is denied in mission modes",
+    },
+    "COM_GNSSLOSS_ACT": {0: "Warning", 1: "Return", 2: "Land", 3: "Terminate"},
+    "COM_PARACHUTE": {
+        0: "Nothing",
+        1: "Warning",
+        2: "Arming is denied",
+        3: "Arming is denied, return",
+        4: "Arming is denied, land",
+    },
+    "MNT_DO_STAB": {0: "Off", 1: "All axes", 2: "Yaw where it is locked", 3: "Pitch where it is locked"},
+    **dict.fromkeys(("MNT_MAN_PITCH", "MNT_MAN_ROLL", "MNT_MAN_YAW"), _AUXILIARIES),
+    "MNT_MODE_IN": {
+        -1: "Disabled",
+        0: "Radio and MAVLink protocol 2",
+        1: "Radio",
+        2: "MAVLink protocol 1, regions of interest",
+        3: "MAVLink protocol 1, mount commands",
+        4: "MAVLink protocol 2",
+        5: "Fixed",
+    },
+    "MNT_MODE_OUT": {0: "Servo outputs", 1: "MAVLink protocol 1", 2: "MAVLink protocol 2"},
+    "MNT_RC_IN_MODE": {0: "Angles", 1: "Rates"},
+    "TRIG_POLARITY": {0: "Active low", 1: "Active high"},
     "SYS_AUTOCONFIG": {0: "Keep parameters", 1: "Reset parameters"},
     "SYS_HAS_GPS": OFF_ON,
     "SYS_HAS_BARO": OFF_ON,
@@ -226,6 +262,41 @@ BITS: dict[str, dict[int, str]] = {
     "EKF2_EV_CTRL": {0: "Horizontal position", 1: "Vertical position", 2: "Velocity", 3: "Heading"},
     "EKF2_IMU_CTRL": {0: "Gyroscope bias", 1: "Accelerometer bias", 2: "Gravity"},
     "EKF2_MAG_CHECK": {0: "Strength", 1: "Inclination", 2: "Wait for the place"},
+    "EKF2_GPS_CHECK": {
+        0: "Satellites",
+        1: "PDOP",
+        2: "Horizontal accuracy",
+        3: "Vertical accuracy",
+        4: "Speed accuracy",
+        5: "Horizontal drift",
+        6: "Vertical drift",
+        7: "Horizontal speed at rest",
+        8: "Vertical speed at rest",
+        9: "Spoofing",
+        10: "Kind of fix",
+        11: "Jamming",
+    },
+    "EKF2_SENS_EN": {
+        0: "GNSS receiver 1",
+        1: "GNSS receiver 2",
+        2: "Optical flow",
+        3: "External vision",
+        **{4 + slot: f"Auxiliary position {slot}" for slot in range(4)},
+        8: "Barometer",
+        9: "Range finder",
+        10: "Compass",
+        11: "Airspeed",
+        12: "Ranging beacons",
+    },
+    "MPC_AUTO_NUDGING": {0: "Yaw", 1: "Place of a landing"},
+    "VTE_AID_MASK": {
+        0: "GNSS position of the target",
+        1: "GNSS velocity of the vehicle",
+        2: "Vision",
+        3: "Landing point of the mission",
+        4: "GNSS velocity of the target",
+    },
+    "VTE_TASK_MASK": {0: "Precision landing", 1: "Always, for tests"},
     "IMU_GYRO_DNF_EN": {0: "Motor speeds", 1: "FFT"},
     "RC_MAP_FLTM_BTN": {bit: f"Channel {bit + 1}" for bit in range(18)},
     "SDLOG_BACKEND": {0: "Card", 1: "MAVLink"},
@@ -263,7 +334,7 @@ def values(name: str) -> dict[int, str]:
         return _PRIORITY
     if name.startswith("RC_MAP_"):
         return _CHANNELS
-    meanings = found(VALUES, name)
+    meanings, _ = found(VALUES, name)
     if meanings is None and name.endswith("_EN"):
         return OFF_ON
     return meanings or {}
@@ -271,7 +342,8 @@ def values(name: str) -> dict[int, str]:
 
 def bits(name: str) -> dict[int, str]:
     """What a parameter's bits mean."""
-    return found(BITS, name) or {}
+    meanings, _ = found(BITS, name)
+    return meanings or {}
 
 
 @functools.cache
