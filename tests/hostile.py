@@ -293,6 +293,13 @@ class Victim:
                 self.say(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
             self.tick()
 
+    def coast(self, seconds: float) -> None:
+        """So many seconds in which nobody says or hears anything."""
+        for _ in range(round(seconds * 1e6 / TICK_US)):
+            self._step()
+            for link in self.autopilot.mavlink.links:
+                link.outbox.clear()
+
     def say(self, message: Any) -> bytes:
         """The ground station says something; returns the frame."""
         frame = bytes(message.pack(self.station))

@@ -6,6 +6,7 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from autopilot.topics import TransponderReport
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE
 
@@ -28,12 +29,12 @@ def _message(report: TransponderReport) -> Fields:
     """1e-7 deg, mm, cdeg, cm/s."""
     return (
         report.icao_address,
-        round(report.lat * 1e7),
-        round(report.lon * 1e7),
-        round(report.altitude * 1e3),
-        round(math.degrees(report.heading + math.pi) * 100.0),
-        round(report.hor_velocity * 100.0),
-        round(report.ver_velocity * 100.0),
+        rounded(report.lat * 1e7),
+        rounded(report.lon * 1e7),
+        rounded(report.altitude * 1e3),
+        rounded(math.degrees(report.heading + math.pi) * 100.0),
+        rounded(report.hor_velocity * 100.0),
+        rounded(report.ver_velocity * 100.0),
         report.flags,
         report.squawk,
         report.altitude_type,

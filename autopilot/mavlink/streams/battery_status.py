@@ -6,6 +6,7 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
 UNKNOWN_TEMPERATURE = 32767
@@ -27,15 +28,17 @@ def _message(battery: BatteryStatus) -> Fields:
     """The first cell carries the whole voltage, as PX4 does when cells are unknown."""
     current_ca = -1
     if battery.current_a >= 0.0 and math.isfinite(battery.current_a):
-        current_ca = min(int(battery.current_a * 100.0), 32767)
-    temperature = int(battery.temperature_c * 100.0) if math.isfinite(battery.temperature_c) else UNKNOWN_TEMPERATURE
-    left_s = max(int(battery.time_remaining_s), 1) if math.isfinite(battery.time_remaining_s) else UNSUPPORTED
+        current_ca = min(truncated(battery.current_a * 100.0), 32767)
+    temperature = (
+        truncated(battery.temperature_c * 100.0) if math.isfinite(battery.temperature_c) else UNKNOWN_TEMPERATURE
+    )
+    left_s = max(truncated(battery.time_remaining_s), 1) if math.isfinite(battery.time_remaining_s) else UNSUPPORTED
     cells_v = battery.cells_v if any(battery.cells_v) else (battery.voltage_v,)
     return (
-        int(battery.discharged_mah),
+        truncated(battery.discharged_mah),
         -1,
         temperature,
-        *(min(int(volts * 1000.0 + 0.5), UNKNOWN_CELL - 1) for volts in cells_v),
+        *(min(truncated(volts * 1000.0 + 0.5), UNKNOWN_CELL - 1) for volts in cells_v),
         *(UNKNOWN_CELL,) * (CELLS - len(cells_v)),
         current_ca,
         0,

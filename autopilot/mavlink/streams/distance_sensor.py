@@ -4,6 +4,7 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from autopilot.topics import DistanceSensorSample
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
 LASER = 0
@@ -31,12 +32,12 @@ def fields(now_us: int, context: Context) -> list[Fields]:
 
 def _message(number: int, sample: DistanceSensorSample) -> Fields:
     """cm; out of range the maximum plus one, as the simulator says, with an invalid signal."""
-    maximum_cm = round(sample.max_distance * 100.0)
+    maximum_cm = rounded(sample.max_distance * 100.0)
     in_range = sample.current_distance == sample.current_distance
-    current_cm = min(round(sample.current_distance * 100.0), 65535) if in_range else maximum_cm + 1
+    current_cm = min(rounded(sample.current_distance * 100.0), 65535) if in_range else maximum_cm + 1
     return (
         sample.timestamp // 1000,
-        round(sample.min_distance * 100.0),
+        rounded(sample.min_distance * 100.0),
         maximum_cm,
         current_cm,
         LASER,

@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_INFO
 CONNECTION_DSHOT = 5
@@ -17,7 +18,7 @@ def fields(now_us: int, context: Context) -> list[Fields]:
     if context.is_rover or outputs.timestamp == 0:
         return []
     count = context.motor_count
-    temperatures = [COLD_CDEGC + int(WARMER_CDEGC * abs(control)) for control in outputs.controls[:count]]
+    temperatures = [COLD_CDEGC + truncated(WARMER_CDEGC * abs(control)) for control in outputs.controls[:count]]
     return [part(now_us, first, count, temperatures) for first in range(0, count, 4)]
 
 

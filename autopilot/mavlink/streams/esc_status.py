@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_STATUS
 FULL_RPM = 6000.0
@@ -26,6 +27,6 @@ def fields(now_us: int, context: Context) -> list[Fields]:
 def part(now_us: int, first: int, controls: tuple[float, ...], voltage_v: float, current_a: float) -> Fields:
     """The message about motor `first` and the three after it."""
     there = len(controls[first : first + 4])
-    rpm = tuple(int(FULL_RPM * control) for control in controls[first : first + 4]) + (0,) * (4 - there)
+    rpm = tuple(truncated(FULL_RPM * control) for control in controls[first : first + 4]) + (0,) * (4 - there)
     absent = (0.0,) * (4 - there)
     return (now_us, *rpm, *(voltage_v,) * there, *absent, *(current_a,) * there, *absent, first)

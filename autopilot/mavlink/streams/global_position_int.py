@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 CDEG = math.degrees(100.0)
@@ -27,12 +28,12 @@ def fields(now_us: int, context: Context) -> Fields | None:
         heading += 2.0 * math.pi
     return (
         position.timestamp // 1000,
-        round(position.lat * 1e7),
-        round(position.lon * 1e7),
-        int(position.alt * 1000.0),
-        int(relative_m * 1000.0),
-        int(local.vx * 100.0),
-        int(local.vy * 100.0),
-        int(local.vz * 100.0),
-        min(int(heading * CDEG), 35999),
+        rounded(position.lat * 1e7),
+        rounded(position.lon * 1e7),
+        truncated(position.alt * 1000.0),
+        truncated(relative_m * 1000.0),
+        truncated(local.vx * 100.0),
+        truncated(local.vy * 100.0),
+        truncated(local.vz * 100.0),
+        min(truncated(heading * CDEG), 35999),
     )

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
 
@@ -28,4 +29,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
     local = context.topics.vehicle_local_position
     if not math.isfinite(local.ref_lat):
         return None
-    return (round(local.ref_lat * 1e7), round(local.ref_lon * 1e7), round(local.ref_alt * 1000.0), local.ref_timestamp)
+    return (
+        rounded(local.ref_lat * 1e7),
+        rounded(local.ref_lon * 1e7),
+        rounded(local.ref_alt * 1000.0),
+        local.ref_timestamp,
+    )

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
 HDOP_CENTI = 70
@@ -37,15 +38,15 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if gps.fix_type < FIX_3D:
         dops, velocity_accuracy = (NO_FIX_DOP_CENTI,) * 2, NO_FIX_VELOCITY_ACCURACY_MM_S
     north, east = gps.vel_n_m_s, gps.vel_e_m_s
-    altitude_mm = round(gps.altitude_msl_m * 1000.0)
+    altitude_mm = rounded(gps.altitude_msl_m * 1000.0)
     return (
         gps.timestamp,
-        round(gps.latitude_deg * 1e7),
-        round(gps.longitude_deg * 1e7),
+        rounded(gps.latitude_deg * 1e7),
+        rounded(gps.longitude_deg * 1e7),
         altitude_mm,
         *dops,
-        min(int(math.hypot(north, east) * 100.0), UNKNOWN),
-        int(math.degrees(math.atan2(east, north)) % 360.0 * 100.0),
+        min(truncated(math.hypot(north, east) * 100.0), UNKNOWN),
+        truncated(math.degrees(math.atan2(east, north)) % 360.0 * 100.0),
         gps.fix_type,
         gps.satellites_used,
         altitude_mm,
@@ -59,4 +60,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
 
 def _mm(accuracy_m: float) -> int:
     """0 where a simulator does not tell its receiver's accuracy."""
-    return round(accuracy_m * 1000.0) if math.isfinite(accuracy_m) else 0
+    return rounded(accuracy_m * 1000.0) if math.isfinite(accuracy_m) else 0

@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
 
@@ -20,9 +21,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
         now_us,
         *topics.vehicle_attitude.q,
         *topics.vehicle_angular_velocity.xyz,
-        round(position.lat * 1e7),
-        round(position.lon * 1e7),
-        round(position.alt * 1000.0),
+        rounded(position.lat * 1e7),
+        rounded(position.lon * 1e7),
+        rounded(position.alt * 1000.0),
         clamped(local.vx * 100.0),
         clamped(local.vy * 100.0),
         clamped(local.vz * 100.0),
@@ -36,4 +37,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
 
 def clamped(value: float) -> int:
     """Within int16, cut to the whole number as a cast in C++ is."""
-    return max(-32768, min(32767, int(value)))
+    return max(-32768, min(32767, truncated(value)))

@@ -4,6 +4,7 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 
@@ -14,9 +15,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if not home.valid:
         return None
     return (
-        round(home.lat * 1e7),
-        round(home.lon * 1e7),
-        round(home.alt * 1000.0),
+        rounded(home.lat * 1e7),
+        rounded(home.lon * 1e7),
+        rounded(home.alt * 1000.0),
         home.x,
         home.y,
         home.z,

@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL
 ALL_AUX = 0b1111_1100
@@ -13,8 +14,8 @@ def fields(now_us: int, context: Context) -> Fields:
     """X pitch, y roll, r yaw and aux in thousandths; z throttle 0..1000; two bits of `buttons` for each switch."""
     topics = context.topics
     sticks, switches = topics.manual_control_setpoint, topics.manual_control_switches
-    pitch, roll, yaw = (round(value * 1000.0) for value in (sticks.pitch, sticks.roll, sticks.yaw))
-    throttle = round((sticks.throttle + 1.0) * 500.0)
+    pitch, roll, yaw = (rounded(value * 1000.0) for value in (sticks.pitch, sticks.roll, sticks.yaw))
+    throttle = rounded((sticks.throttle + 1.0) * 500.0)
     buttons = switches.return_to_launch << 2 | switches.loiter << 6 | switches.offboard << 10 | switches.kill << 12
-    aux = (round(value * 1000.0) for value in sticks.aux)
+    aux = (rounded(value * 1000.0) for value in sticks.aux)
     return (pitch, roll, throttle, yaw, buttons, context.system_id, 0, ALL_AUX, 0, 0, *aux)

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_LOCATION
 GROUND, AIRBORNE, EMERGENCY = 1, 2, 3
@@ -40,16 +41,16 @@ def fields(now_us: int, context: Context) -> Fields:
     age_us = now_us - gps.timestamp
     if gps.timestamp and age_us < FORGOTTEN_US:
         north, east, down = gps.vel_n_m_s, gps.vel_e_m_s, gps.vel_d_m_s
-        direction = min(round(math.degrees(math.atan2(east, north)) % 360.0) * 100, 35999)
-        speed = min(int(math.hypot(north, east) * 100.0), FASTEST_HORIZONTAL_CM_S)
-        climb = max(-FASTEST_VERTICAL_CM_S, min(FASTEST_VERTICAL_CM_S, round(-down * 100.0)))
+        direction = min(rounded(math.degrees(math.atan2(east, north)) % 360.0) * 100, 35999)
+        speed = min(truncated(math.hypot(north, east) * 100.0), FASTEST_HORIZONTAL_CM_S)
+        climb = max(-FASTEST_VERTICAL_CM_S, min(FASTEST_VERTICAL_CM_S, rounded(-down * 100.0)))
         speed_accuracy = SPEED_ACCURACY_UNDER_1_M_S
         if gps.fix_type >= FIX_2D:
-            latitude, longitude = round(gps.latitude_deg * 1e7), round(gps.longitude_deg * 1e7)
+            latitude, longitude = rounded(gps.latitude_deg * 1e7), rounded(gps.longitude_deg * 1e7)
             horizontal = accuracy(gps.eph, ACCURACY_LIMITS_HORIZONTAL_M)
             vertical = accuracy(gps.epv, ACCURACY_LIMITS_VERTICAL_M)
         if gps.fix_type >= FIX_3D:
-            altitude_m = float(round(gps.altitude_msl_m))
+            altitude_m = float(rounded(gps.altitude_msl_m))
         time_s = (context.boot_unix_us + gps.timestamp) * 1e-6 % SECONDS_PER_HOUR
         time_accuracy = TIMESTAMP_ACCURACY_UNDER_1_S if age_us < 1_000_000 else 0
     height_m = home.z - local.z if home.valid and local.z_valid else UNKNOWN_ALTITUDE

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_ORBIT_EXECUTION_STATUS
 
@@ -19,4 +20,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     orbit = context.topics.orbit_status
     if not orbit.timestamp or not math.isfinite(orbit.lat):
         return None
-    return (orbit.timestamp, orbit.radius, round(orbit.lat * 1e7), round(orbit.lon * 1e7), orbit.alt, orbit.frame)
+    return (orbit.timestamp, orbit.radius, rounded(orbit.lat * 1e7), rounded(orbit.lon * 1e7), orbit.alt, orbit.frame)

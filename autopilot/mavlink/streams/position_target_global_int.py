@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT
 
@@ -19,8 +20,8 @@ def fields(now_us: int, context: Context) -> Fields | None:
     ax, ay, az = setpoint.acceleration
     return (
         now_us // 1000,
-        round(current.lat * 1e7),
-        round(current.lon * 1e7),
+        rounded(current.lat * 1e7),
+        rounded(current.lon * 1e7),
         current.alt,
         setpoint.vx,
         setpoint.vy,

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_SCALED_IMU
 GRAVITY = 9.80665
@@ -12,14 +13,14 @@ GRAVITY = 9.80665
 
 def milli(value: float, unit: float = 1.0) -> int:
     """Thousandths of a unit, cut to the whole number as in C++, within int16."""
-    return max(min(int(value / unit * 1000.0), 32767), -32768) if value == value else 0
+    return max(min(truncated(value / unit * 1000.0), 32767), -32768) if value == value else 0
 
 
 def centidegrees(temperature_c: float) -> int:
     """Within int16; 0 is not known, so that 0 degrees are told as 0.01."""
     if not math.isfinite(temperature_c):
         return 0
-    return max(min(round(temperature_c * 100.0), 32767), -32768) or 1
+    return max(min(rounded(temperature_c * 100.0), 32767), -32768) or 1
 
 
 def fields(now_us: int, context: Context) -> Fields:

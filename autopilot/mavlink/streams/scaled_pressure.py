@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE
 
@@ -12,4 +13,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     baro = context.topics.sensor_baro
     if baro.timestamp == 0:
         return None
-    return (baro.timestamp // 1000, baro.pressure_pa * 0.01, 0.0, round(baro.temperature_c * 100.0), 0)
+    return (baro.timestamp // 1000, baro.pressure_pa * 0.01, 0.0, rounded(baro.temperature_c * 100.0), 0)

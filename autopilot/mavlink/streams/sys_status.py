@@ -6,6 +6,7 @@ from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
 UNKNOWN_VOLTAGE = 65535
@@ -17,15 +18,15 @@ def fields(now_us: int, context: Context) -> Fields:
     battery = min(batteries(context.topics), key=lambda battery: battery.remaining, default=BatteryStatus())
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
     if battery.connected:
-        voltage_mv = min(max(int(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)
+        voltage_mv = min(max(truncated(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)
         if battery.current_a >= 0.0 and not math.isinf(battery.current_a):
-            current_ca = min(int(battery.current_a * 100.0), 32767)
+            current_ca = min(truncated(battery.current_a * 100.0), 32767)
         remaining_pct = math.ceil(battery.remaining * 100.0)
     return (
         health.present,
         health.enabled,
         health.health,
-        int(context.topics.cpuload.load * 1000.0),
+        truncated(context.topics.cpuload.load * 1000.0),
         voltage_mv,
         current_ca,
         0,

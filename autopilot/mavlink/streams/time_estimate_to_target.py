@@ -3,6 +3,7 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_TIME_ESTIMATE_TO_TARGET
 UNSUPPORTED = -1
@@ -18,4 +19,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     estimate = context.topics.rtl_time_estimate
     if not estimate.timestamp:
         return None
-    return (int(estimate.safe_time_estimate), *(UNSUPPORTED,) * 4)
+    return (truncated(estimate.safe_time_estimate), *(UNSUPPORTED,) * 4)

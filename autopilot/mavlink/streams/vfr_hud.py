@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_VFR_HUD
 
@@ -19,7 +20,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if topics.actuator_armed.armed:
         x, y, z = topics.vehicle_attitude_setpoint.thrust_body
         thrust = math.sqrt(x * x + y * y + z * z)
-        throttle_pct = int(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
+        throttle_pct = truncated(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
     altitude_m = topics.vehicle_global_position.alt
     if altitude_m != altitude_m:
         altitude_m = topics.sensor_baro.baro_alt_m
@@ -28,6 +29,6 @@ def fields(now_us: int, context: Context) -> Fields | None:
         math.hypot(local.vx, local.vy),
         altitude_m,
         -local.vz if local.v_z_valid else 0.0,
-        int(math.degrees(local.heading) % 360.0) % 360,
+        truncated(math.degrees(local.heading) % 360.0) % 360,
         throttle_pct,
     )
