@@ -15,6 +15,7 @@ from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 OFF, TIME_ON_COMMAND, TIME_ALWAYS, DISTANCE_ALWAYS, DISTANCE_ON_COMMAND = range(5)
 """TRIG_MODE."""
@@ -84,7 +85,7 @@ class CameraTrigger:
             return
         if self._mode in (TIME_ON_COMMAND, TIME_ALWAYS):
             if now_us >= self._due_us:
-                self._due_us = now_us + round(self._interval_s * 1e6)
+                self._due_us = now_us + truncated(self._interval_s * 1e6)
                 self._shoot(now_us)
         else:
             self._follow_distance(now_us)

@@ -11,8 +11,6 @@ import random
 import signal
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import NamedTuple
 
 from autopilot.parameters import Parameters, Value
@@ -20,7 +18,7 @@ from gcs.command import Command, arm
 from gcs.mission import MissionItem, MissionUpload
 from gcs.set_mode import set_mode
 from sitl_emu.core import dialect as mavlink
-from tests.hostile import Victim
+from tests.hostile import TICK_US, Victim
 
 HEX, ROVER = "sihsim_hex", "sihsim_rover_ackermann"
 FLOATS = (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 0.0, -1.0, 1e-45, 1e-20, 1e9, 65536.5)
@@ -38,18 +36,8 @@ class Scene(NamedTuple):
     then: Callable[[Victim], None]
 
 
-class Case(NamedTuple):
-    """Values that are set at once in a scene."""
-
-    scene: str
-    values: Mapping[str, Value]
-
-
-class Failure(NamedTuple):
-    """What a case broke: its traceback, or what else happened."""
-
-    case: Case
-    error: str
+Case = tuple[Mapping[str, Value], ...]
+"""Values that are set together, one such set after the other; each is taken back before the next."""
 
 
 def command(victim: Victim, number: int, *params: float) -> None:
@@ -88,7 +76,7 @@ def _at_rest(victim: Victim) -> None:
 
 def _try_to_arm(victim: Victim) -> None:
     command(victim, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
-    victim.run(0.1)
+    victim.coast(0.1)
     command(victim, mavlink.MAV_CMD_DO_SET_MODE, 1.0, 4.0, 2.0)
     command(victim, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
 
@@ -180,7 +168,7 @@ def _target(victim: Victim) -> None:
 
 def _go_on_following(victim: Victim) -> None:
     _target(victim)
-    victim.run(0.1)
+    victim.coast(0.1)
     _target(victim)
 
 
@@ -236,53 +224,76 @@ SCENES = (
 )
 
 
-def single(parameters: Parameters, names: Sequence[str]) -> Iterator[dict[str, Value]]:
-    """Each of these parameters at each extreme."""
+def extremes(parameters: Parameters, name: str) -> tuple[Value, ...]:
+    """What a parameter is set to, one after the other."""
+    return FLOATS if parameters.is_float(name) else INTEGERS
+
+
+def singles(parameters: Parameters, names: Sequence[str]) -> Iterator[Case]:
+    """Each of these parameters at each of its extremes in turn."""
     for name in names:
-        for value in FLOATS if parameters.is_float(name) else INTEGERS:
-            yield {name: value}
+        yield tuple({name: value} for value in extremes(parameters, name))
 
 
-def combined(
-    parameters: Parameters, names: Sequence[str], count: int, together: int, seed: int
-) -> Iterator[dict[str, Value]]:
-    """So many draws of parameters that are set to extremes together."""
+def combinations(parameters: Parameters, names: Sequence[str], seed: int, count: int = 40) -> Iterator[Case]:
+    """Draws of ten parameters that are set to extremes together, five draws in turn a case."""
     chance = random.Random(seed)
     for _ in range(count):
-        drawn = chance.sample(list(names), together)
-        yield {name: chance.choice(FLOATS if parameters.is_float(name) else INTEGERS) for name in drawn}
+        yield tuple(
+            {name: chance.choice(extremes(parameters, name)) for name in chance.sample(list(names), 10)}
+            for _ in range(5)
+        )
 
 
-def fly(
-    scene: Scene,
-    choose: Callable[[Parameters], Iterator[dict[str, Value]]],
-    seconds: float,
-    jobs: int = 1,
-    root: Path | None = None,
-) -> tuple[int, list[Failure]]:
-    """Bring a vehicle into the scene, and try every choice from there; how many there were, and what broke."""
-    victim = Victim(scene.model, root)
-    scene.begin(victim)
-    cases = [Case(scene.name, values) for values in choose(victim.autopilot.parameters)]
+class Flight:
+    """A vehicle in a scene, from which any number of cases is tried."""
 
-    def tried(case: Case) -> Failure | None:
-        error = _in_fork(lambda: _go_on(victim, scene, case.values, seconds))
-        return Failure(case, error) if error else None
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self._victim = scene, Victim(scene.model)
+        self._read = _Read(self._victim.autopilot.parameters)
+        scene.begin(self._victim)
+        self.parameters = self._victim.autopilot.parameters
+        self.parameters.version += 1  # whoever keeps copies reads them anew
+        self._victim.coast(0.1)
 
-    with ThreadPoolExecutor(jobs) as pool:
-        failures = [failure for failure in pool.map(tried, cases) if failure is not None]
-    return len(cases), failures
+    def read(self) -> list[str]:
+        """Names of the parameters that any module has read so far: no other can break it."""
+        return sorted(self._read.names)
+
+    def tried(self, case: Case, ticks: int) -> str:
+        """Fly on with these values in turn, so many ticks each, in a copy of the vehicle; the traceback, or nothing."""
+        return in_fork(lambda: self._go_on(case, ticks))
+
+    def _go_on(self, case: Case, ticks: int) -> None:
+        victim, parameters = self._victim, self.parameters
+        for values in case:
+            before = {name: parameters.told(name) for name in values}
+            try:
+                for name, value in values.items():
+                    parameters.set(name, value)
+                self.scene.then(victim)
+                victim.coast(ticks * TICK_US * 1e-6)
+            except Exception as error:
+                error.add_note(f"{self.scene.name}: {dict(values)}")
+                raise
+            for name, value in before.items():
+                parameters.set(name, value)
 
 
-def _go_on(victim: Victim, scene: Scene, values: Mapping[str, Value], seconds: float) -> None:
-    for name, value in values.items():
-        victim.autopilot.parameters.set(name, value)
-    victim.run(seconds / 4)
-    scene.then(victim)
-    victim.run(seconds * 3 / 4)
+class _Read(dict[str, Value]):
+    """Values of parameters that remember who was asked for."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        super().__init__(parameters._used)
+        self.names: set[str] = set()
+        parameters._used = self
+
+    def __getitem__(self, name: str) -> Value:
+        self.names.add(name)
+        return super().__getitem__(name)
 
 
-def _in_fork(action: Callable[[], None]) -> str:
+def in_fork(action: Callable[[], None]) -> str:
     """Run something in a copy of this process; the traceback of what it raised, empty if it did not."""
     reading, writing = os.pipe()
     child = os.fork()
@@ -300,3 +311,10 @@ def _in_fork(action: Callable[[], None]) -> str:
         error = pipe.read().decode(errors="replace")
     _, status = os.waitpid(child, 0)
     return error or ("" if status == 0 else f"ended by signal {os.WTERMSIG(status)} after {LONGEST_S} s\n")
+
+
+def place_of(error: str) -> str:
+    """The file and line of a traceback's end, and its exception."""
+    lines = [line for line in error.strip().splitlines() if line.startswith(("  File ", "    File "))]
+    kinds = [line.partition(":")[0] for line in error.splitlines() if line[:1].isalpha() and "Error" in line]
+    return " ".join(part.strip() for part in (*lines[-1:], *kinds[-1:])) or error.strip()

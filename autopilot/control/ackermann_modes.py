@@ -19,6 +19,7 @@ from autopilot.topics import (
     Topics,
     TrajectorySetpoint,
 )
+from sitl_emu.core.c_types import quotient
 from sitl_emu.core.geodesy import MapProjection
 
 STANDSTILL = TrajectorySetpoint(position=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0))
@@ -77,9 +78,8 @@ def acceptance_radius_m(angle_rad: float, parameters: RoverParameters) -> float:
     """
     if not math.isfinite(angle_rad):
         return parameters.acceptance_m
-    turning_m = parameters.wheel_base_m / math.sin(parameters.max_steering_rad)
-    slope = math.tan(angle_rad / 2.0)
-    touches_m = parameters.acceptance_gain * turning_m / slope if slope else math.inf
+    turning_m = quotient(parameters.wheel_base_m, math.sin(parameters.max_steering_rad))
+    touches_m = quotient(parameters.acceptance_gain * turning_m, math.tan(angle_rad / 2.0))
     return clamp(touches_m, parameters.acceptance_m, parameters.acceptance_max_m)
 
 

@@ -91,7 +91,7 @@ class ControlAllocator:
         factor = self._factor
         if factor == 1.0:
             sqrt = math.sqrt
-            return tuple([sqrt(m) for m in motors])
+            return tuple([sqrt(m) if m > 0.0 else 0.0 for m in motors])
         if factor == 0.0:
             return tuple(motors)
         return tuple([self.signal(m) for m in motors])
@@ -102,7 +102,7 @@ class ControlAllocator:
         if factor == 0.0:
             return thrust
         shift = (1.0 - factor) / (2.0 * factor)
-        return math.sqrt(shift * shift + thrust / factor) - shift
+        return math.sqrt(max(0.0, shift * shift + thrust / factor)) - shift
 
     def _desaturated(self, level: list[float], yaw: float) -> list[float]:
         motors = desaturate(level, self._thrust, 1.0, reduce_only=True)

@@ -6,6 +6,8 @@ acceleration that a thrust brings about; HTE_HT_NOISE, HTE_HT_ERR_INIT, HTE_ACC_
 
 import math
 
+from sitl_emu.core.c_types import quotient
+
 GRAVITY_M_S2 = 9.80665
 ACCEL_VARIANCE = 5.0
 """Start of the adaptive variance of the acceleration, (m/s²)²."""
@@ -44,7 +46,7 @@ class HoverThrustEstimator:
         slope = -GRAVITY_M_S2 * thrust / (hover * hover)
         innovation = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / hover - 1.0)
         expected = slope * slope * self._variance + self._accel_variance
-        ratio = innovation * innovation / (gate * gate * expected)
+        ratio = quotient(innovation * innovation, gate * gate * expected)
         if ratio <= 1.0:
             self._rejected_s = 0.0
             gain = self._variance * slope / expected

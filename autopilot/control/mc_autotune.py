@@ -16,6 +16,7 @@ from autopilot.control.system_identification import PidGains, SystemIdentificati
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import quotient
 
 TICK_S = 0.004
 STEP_US = 100_000
@@ -204,7 +205,7 @@ class McAutotune:
     def _make_model(self) -> None:
         cutoff_hz = float(self._parameters["IMU_GYRO_CUTOFF"])
         shortest_s, longest_s = MODEL_S
-        model_s = max(shortest_s, min(longest_s, max(0.5 / cutoff_hz, TICK_S)))
+        model_s = max(shortest_s, min(longest_s, max(quotient(0.5, cutoff_hz), TICK_S)))
         self._fit_every = max(int(model_s / TICK_S), 1)
         self._model_s = self._fit_every * TICK_S
         self._model = SystemIdentification(TICK_S, self._model_s, cutoff_hz)

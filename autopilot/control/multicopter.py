@@ -367,6 +367,8 @@ class MulticopterControl:
         if self.group_test.test is not None:
             roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
         motors = allocator.allocate(roll, pitch, yaw, thrust)
+        if not math.isfinite(sum(motors)):
+            motors = tuple([value if math.isfinite(value) else 0.0 for value in motors])  # as PX4's mixer: off
         if self._motors_off:
             motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
         controls = motors

@@ -18,6 +18,10 @@ INTEGRAL_SHARE = 0.2
 """PX4 takes a fifth of the integral gain that the method gives."""
 
 
+LEAST_CUTOFF = 0.001
+"""Of the sampling rate, in PX4's low-pass filters."""
+
+
 class PidGains(NamedTuple):
     """In standard form: u = k (1 + i/s + d s) e."""
 
@@ -27,10 +31,11 @@ class PidGains(NamedTuple):
 
 
 class LowPass:
-    """Second-order Butterworth low-pass of a number."""
+    """Second-order Butterworth low-pass of a number; all passes where the cutoff is no frequency (LowPassFilter2p)."""
 
     def __init__(self, sample_hz: float, cutoff_hz: float) -> None:
-        ohm = math.tan(math.pi * cutoff_hz / sample_hz)
+        self._all_passes = not 0.0 < cutoff_hz < sample_hz / 2.0
+        ohm = math.tan(math.pi * max(cutoff_hz / sample_hz, LEAST_CUTOFF)) if not self._all_passes else 1.0
         c = 1.0 + math.sqrt(2.0) * ohm + ohm * ohm
         self._b0 = ohm * ohm / c
         self._a1 = 2.0 * (ohm * ohm - 1.0) / c
@@ -43,6 +48,8 @@ class LowPass:
 
     def update(self, value: float) -> float:
         """The filtered value after one more sample."""
+        if self._all_passes:
+            return value
         new = value - self._a1 * self._first - self._a2 * self._second
         filtered = self._b0 * (new + 2.0 * self._first + self._second)
         self._first, self._second = new, self._first

@@ -6,6 +6,8 @@ PX4's TakeoffHandling (src/modules/mc_pos_control/Takeoff, v1.18): COM_SPOOLUP_T
 from autopilot.constants import TakeoffState
 
 GRAVITY_M_S2 = 9.80665
+LEAST_GAIN = 0.01
+"""Of the velocity control: PX4 takes no less for the ramp (TakeoffHandling::generateInitialRampValue)."""
 
 
 class TakeoffHandling:
@@ -44,5 +46,5 @@ class TakeoffHandling:
         if self._progress >= 1.0:
             return speed_up_m_s
         # At this speed the velocity controller asks for no thrust at all.
-        lowest = -GRAVITY_M_S2 / velocity_p_gain
+        lowest = -GRAVITY_M_S2 / max(velocity_p_gain, LEAST_GAIN)
         return lowest + self._progress * (speed_up_m_s - lowest)

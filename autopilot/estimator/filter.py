@@ -127,7 +127,10 @@ class Filter:
         told = []
         for index, innovation, variance in observations:
             rest, innovation_variance = innovation - float(correction[index]), float(p[index, index]) + variance
-            told.append(Innovation(-rest, innovation_variance, rest * rest / (gate * gate * innovation_variance)))
+            # A negative variance of the state is a filter that has broken: then nothing passes.
+            healthy = innovation_variance > 0.0 and innovation_variance >= variance
+            ratio = rest * rest / (gate * gate * innovation_variance) if healthy else math.inf
+            told.append(Innovation(-rest, innovation_variance, ratio))
         ratio = max(each.test_ratio for each in told)
         if field:
             self.innovations[field] = tuple(told)

@@ -14,6 +14,7 @@ import math
 from autopilot.modes.trajectory_constraints import max_speed_from_distance
 from autopilot.parameters import Parameters
 from autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
+from sitl_emu.core.c_types import truncated
 
 BINS = 72
 BIN_DEG = 5
@@ -47,7 +48,7 @@ class CollisionPrevention:
         self.active = float(value["CP_DIST"]) > 0.0
         self._distance_m, self._delay_s = float(value["CP_DIST"]), float(value["CP_DELAY"])
         self._go_without_data = bool(value["CP_GO_NO_DATA"])
-        self._guide_bins = int(float(value["CP_GUIDE_ANG"]) / BIN_DEG)
+        self._guide_bins = int(min(float(value["CP_GUIDE_ANG"]) / BIN_DEG, BINS // 2))  # that is all round
         self._acceleration, self._jerk = float(value["MPC_ACC_HOR"]), float(value["MPC_JERK_MAX"])
         self._gain = float(value["MPC_XY_VEL_P_ACC"])
         self._scale_m = float(value["MPC_VEL_MANUAL"]) / float(value["MPC_XY_P"]) if value["MPC_XY_P"] else 1.0
@@ -63,7 +64,7 @@ class CollisionPrevention:
         yaw = self._topics.vehicle_local_position.heading
         keep_m = max(self._nearest_cm * 0.01, self._distance_m)
         wanted = math.degrees(math.atan2(acceleration[1], acceleration[0]) - yaw) % 360.0
-        index = min(int(wanted / BIN_DEG), BINS - 1)
+        index = _bin(wanted)
         direction = (acceleration[0] / size, acceleration[1] / size)
         guided = self._guided(index)
         if guided != index:
@@ -165,7 +166,7 @@ class CollisionPrevention:
         at_along = 0.0
         if math.hypot(*along) > 1e-6:
             angle = math.degrees(math.atan2(along[1], along[0]) - yaw) % 360.0
-            at_along = self._scale(self._distances[min(int(angle / BIN_DEG), BINS - 1)] * 0.01, keep_m)
+            at_along = self._scale(self._distances[_bin(angle)] * 0.01, keep_m)
         return (
             (along[0] * at_along + normal[0] * at_normal) * size,
             (along[1] * at_along + normal[1] * at_normal) * size,
@@ -173,7 +174,8 @@ class CollisionPrevention:
 
     def _scale(self, distance_m: float, keep_m: float) -> float:
         room = distance_m - keep_m
-        return min((room / max(keep_m, self._scale_m)) ** 2 if room > 0.0 else room, 1.0)
+        share = room / max(keep_m, self._scale_m)
+        return min(share * share if room > 0.0 else room, 1.0)
 
     def _braking(self, now_us: int, velocity: Vector2, keep_m: float, yaw: float) -> tuple[float, Vector2]:
         """Acceleration (negative) along the direction in which the vehicle is too fast to stop in time."""
@@ -192,3 +194,8 @@ class CollisionPrevention:
             if braking < worst:
                 worst, along = braking, direction
         return worst, along
+
+
+def _bin(angle_deg: float) -> int:
+    """The direction of the map for an angle of 0 to 360; the first one while no heading is known."""
+    return max(0, min(truncated(angle_deg / BIN_DEG), BINS - 1))

@@ -12,6 +12,7 @@ import math
 
 from autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
 from autopilot.modes.target_estimator import TargetEstimator
+from autopilot.modes.vectors import shortened
 from autopilot.parameters import Parameters
 from autopilot.topics import NAN, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 from sitl_emu.core.geodesy import wrap_pi
@@ -121,13 +122,8 @@ class FollowTargetTask:
         """Move the setpoint to a place that moves, with limited speed and acceleration."""
         (x, y, z), (vx, vy, vz) = self._position, self._velocity
         to_x, to_y = POSITION_GAIN * (place[0] - x), POSITION_GAIN * (place[1] - y)
-        size = math.hypot(to_x, to_y)
-        if size > self._max_velocity:
-            to_x, to_y = to_x * self._max_velocity / size, to_y * self._max_velocity / size
-        step_x, step_y = to_x + speed[0] - vx, to_y + speed[1] - vy
-        size, limit = math.hypot(step_x, step_y), self._acceleration * dt_s
-        if size > limit:
-            step_x, step_y = step_x * limit / size, step_y * limit / size
+        to_x, to_y = shortened(to_x, to_y, self._max_velocity)
+        step_x, step_y = shortened(to_x + speed[0] - vx, to_y + speed[1] - vy, self._acceleration * dt_s)
         wanted_z = max(-self._up, min(self._down, POSITION_GAIN * (place[2] - z) + speed[2]))
         limit = self._vertical_acceleration * dt_s
         vx, vy, vz = vx + step_x, vy + step_y, vz + max(-limit, min(limit, wanted_z - vz))

@@ -62,7 +62,7 @@ class ManualAltitude:
         z, vz, az = self._vertical(sticks.throttle, dt_s)
         yaw = self._stick_yaw
         yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), heading, dt_s)
-        share = dt_s / (self._tilt_time_constant_s + dt_s)
+        share = dt_s / (max(self._tilt_time_constant_s, 0.0) + dt_s)
         forward, right = self._tilt
         self._tilt = (forward + (sticks.pitch - forward) * share, right + (sticks.roll - right) * share)
         north, east = heading_frame(*self._tilt, heading if math.isnan(yaw.yaw) else yaw.yaw)

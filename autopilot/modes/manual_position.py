@@ -10,6 +10,7 @@ from autopilot.modes.collision_prevention import CollisionPrevention
 from autopilot.modes.flight_task import Setpoint, start_state
 from autopilot.modes.manual_altitude import GRAVITY, ManualAltitude
 from autopilot.modes.sticks import centred, expo_deadzone, heading_frame
+from autopilot.modes.vectors import shortened
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, TrajectorySetpoint
 
@@ -87,7 +88,7 @@ class ManualPosition(ManualAltitude):
         self._brake_boost += (boost - self._brake_boost) * dt_s / (BRAKE_TIME_CONSTANT_S + dt_s)
         # Below 1 m/s the drag follows the square root, so that the vehicle does stop.
         drag = self._drag * self._brake_boost * (math.sqrt(speed) if speed < 1.0 else speed)
-        if ax * ax + ay * ay < EPSILON and speed * speed <= (drag * dt_s) ** 2:
+        if ax * ax + ay * ay < EPSILON and speed <= drag * dt_s:
             self._velocity = (0.0, 0.0)
             return 0.0, 0.0
         if speed > 0.0:
@@ -95,9 +96,7 @@ class ManualPosition(ManualAltitude):
             ay -= drag * vy / speed
         tilt = self._topics.takeoff_status.tilt_limit
         if math.isfinite(tilt):
-            most, size = math.tan(tilt) * GRAVITY, math.sqrt(ax * ax + ay * ay)
-            if size > most:
-                ax, ay = ax * most / size, ay * most / size
+            ax, ay = shortened(ax, ay, math.tan(tilt) * GRAVITY)
         self._velocity = (vx + ax * dt_s, vy + ay * dt_s)
         return ax, ay
 

@@ -49,7 +49,7 @@ class StickYaw:
     def update(self, stick: float, heading: float, dt_s: float) -> None:
         """`yaw` (NaN while turning) and `yawspeed` for a stick of -1..1."""
         wanted = stick * self.max_rate
-        self.yawspeed += (wanted - self.yawspeed) * dt_s / (self.time_constant_s + dt_s)
+        self.yawspeed += (wanted - self.yawspeed) * dt_s / (max(self.time_constant_s, 0.0) + dt_s)
         if abs(self.yawspeed) > RATE_EPSILON:
             self.yaw = math.nan
         elif math.isnan(self.yaw):

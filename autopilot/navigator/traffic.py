@@ -116,8 +116,7 @@ class Traffic:
         if avoid not in WARNINGS:
             return
         heading_deg = math.degrees(report.heading) + 180.0
-        told = (report.icao_address, int(separation_m), int(heading_deg))
-        self._send_event(WARNINGS[avoid], Severity.NOTICE, *told)
+        self._send_event(WARNINGS[avoid], Severity.NOTICE, report.icao_address, separation_m, heading_deg)
         if avoid in ACTIONS:
             self._state.command(VehicleCommand(ACTIONS[avoid], *(0.0,) * 7))
 

@@ -1,4 +1,4 @@
-"""The types of PX4's tables, logs and messages, and what becomes of a number that its type cannot hold.
+"""C's numbers: the types of PX4's tables, logs and messages, and what becomes of a number that its type cannot hold.
 
 Nothing in here raises for a number, as nothing does in PX4's C++: a float32 that overflows is infinite, an integer
 wraps around, and a float becomes an integer as on x86, where PX4's simulation runs (Intel's manual, CVTTSS2SI: what the
@@ -85,6 +85,13 @@ def truncated(value: float) -> int:
 def rounded(value: float) -> int:
     """The nearest int32; the least one for what has none, NaN and infinity too."""
     return round(value) if INT32_MIN <= value <= INT32_MAX else INT32_MIN
+
+
+def quotient(dividend: float, divisor: float) -> float:
+    """C's division of floats: infinite by zero, NaN for zero by zero."""
+    if divisor:
+        return dividend / divisor
+    return math.copysign(math.inf, dividend) * math.copysign(1.0, divisor) if dividend else math.nan
 
 
 def integer(code: str, value: float) -> int:

@@ -20,7 +20,9 @@ class MapProjection:
         self._sin_lat0, self._cos_lat0 = math.sin(self._lat0), math.cos(self._lat0)
 
     def project(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
-        """(north_m, east_m) of a point."""
+        """(north_m, east_m) of a point; NaN for one that is nowhere."""
+        if not math.isfinite(lat_deg + lon_deg):
+            return math.nan, math.nan
         lat, lon = math.radians(lat_deg), math.radians(lon_deg)
         sin_lat, cos_lat, cos_d_lon = math.sin(lat), math.cos(lat), math.cos(lon - self._lon0)
         cos_c = self._sin_lat0 * sin_lat + self._cos_lat0 * cos_lat * cos_d_lon
@@ -31,9 +33,11 @@ class MapProjection:
         return north, east
 
     def reproject(self, north_m: float, east_m: float) -> tuple[float, float]:
-        """(lat_deg, lon_deg) of a point; the inverse of `project`."""
+        """(lat_deg, lon_deg) of a point; the inverse of `project`; NaN for one that is infinitely far."""
         x, y = north_m / EARTH_RADIUS_M, east_m / EARTH_RADIUS_M
         c = math.hypot(x, y)
+        if not math.isfinite(c):
+            return math.nan, math.nan
         if c == 0.0:
             return self.lat0_deg, self.lon0_deg
         sin_c, cos_c = math.sin(c), math.cos(c)
@@ -60,5 +64,5 @@ def bearing_rad(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: flo
 
 
 def wrap_pi(angle_rad: float) -> float:
-    """The same angle in -π..π."""
-    return math.remainder(angle_rad, math.tau)
+    """The same angle in -π..π; NaN for an infinite one."""
+    return math.remainder(angle_rad, math.tau) if math.isfinite(angle_rad) else math.nan

@@ -29,7 +29,7 @@ def calibrate(bench: Bench) -> Steps:
         return False
     if pressures_pa:
         altitude_m = sum(altitudes_m) / len(altitudes_m)
-        expected_pa = SEA_LEVEL_PA * (1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K) ** EXPONENT
+        expected_pa = SEA_LEVEL_PA * max(1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K, 0.0) ** EXPONENT
         bench.parameters.set("CAL_BARO0_ID", DEVICE_IDS["BARO"])
         bench.parameters.set("CAL_BARO0_PRIO", INTERNAL_PRIORITY)
         bench.parameters.set("CAL_BARO0_OFF", sum(pressures_pa) / len(pressures_pa) - expected_pa)
