@@ -122,7 +122,7 @@ def rows_of(summaries: dict[int, Summary]) -> list[Row]:
         return part / whole if whole else 0.0
 
     return [
-        Row("missions in which all of this holds", f"{good} of {len(all_of)}", "all", good == len(all_of)),
+        Row("missions that succeed, by the truth", f"{good} of {len(all_of)}", "all", good == len(all_of)),
         Row(
             "targets confirmed, label right", f"{count} of {len(targets)}", "≥ 90 %", share(count, len(targets)) >= 0.9
         ),

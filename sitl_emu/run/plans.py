@@ -29,9 +29,7 @@ def written(options: dict[str, Any], world: World, path: Path) -> dict[str, Any]
         raise ValueError(f"plan: {plan!r}: world {world.kind} has no field; give a .plan file")
     strip, strips = (int(number) for number in wanted.groups("1"))
     if not 1 <= strip <= strips:
-        raise ValueError(
-            f"plan: {plan!r}: allowed: 'field', or a strip of it, 'field 1/{strips}' to '{strips}/{strips}'"
-        )
+        raise ValueError(f"plan: {plan!r}: allowed: 'field', or a strip of it, 'field K/N' with K from 1 to N")
     north_m, width_m = world.field.size_m[0], world.field.size_m[1] / strips
     corner = from_metres(0.0, (strip - 1) * width_m, world.home.lat_deg, world.home.lon_deg)
     write_plan(path, field_plan(*corner, world.home.alt_amsl_m, north_m, width_m))

@@ -62,7 +62,7 @@ def yielded(folder: Path) -> list[tuple[str, str, str]]:
 
 
 def test_a_geofence_that_sends_the_scout_home_is_told_as_a_failsafe(tmp_path: Path) -> None:
-    """GF_MAX_HOR_DIST is set to 5 m in flight: PX4's geofence returns the UAS, and no pilot did."""
+    """GF_MAX_HOR_DIST is set to 5 m in flight: PX4 waits in Hold (COM_FAIL_ACT_T), and returns the UAS then."""
     port, texts, asked = free_port(), list[str](), False
     station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", source_system=255)
     with Run(blind(tmp_path), tmp_path / "run", "--speed", "8", "--gcs", f"127.0.0.1:{port}") as run:
@@ -81,7 +81,7 @@ def test_a_geofence_that_sends_the_scout_home_is_told_as_a_failsafe(tmp_path: Pa
                     station.mav.param_set_send(UAS, AUTOPILOT, name, value, kind)
     station.close()
     assert any("failsafe (geofence)" in text for text in texts) and not any("pilot" in text for text in texts)
-    assert yielded(tmp_path / "run") == [("uas", "failsafe", "return")]
+    assert yielded(tmp_path / "run") == [("uas", "failsafe", "hold")]
 
 
 def integer(value: int) -> float:

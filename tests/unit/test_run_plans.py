@@ -1,0 +1,42 @@
+"""Plans that follow the world: the whole field, or a strip of it for each of several scouts."""
+
+from pathlib import Path
+
+import pytest
+
+from gcs.geodesy import to_metres
+from gcs.plan_file import read_plan
+from sitl_emu.run import plans, worlds
+
+
+def area(plan: str, folder: Path) -> list[tuple[int, int]]:
+    """Corners (north, east) of the plan's survey in whole metres of a field of 60 x 90 m."""
+    world = worlds.build("corn_field", 1, {"size_m": [60, 90]})
+    path = folder / "scout.plan"
+    assert plans.written({"plan": plan, "other": 1}, world, path) == {"plan": str(path), "other": 1}
+    corners = [to_metres(lat, lon, world.home.lat_deg, world.home.lon_deg) for lat, lon in read_plan(path).area]
+    return sorted((round(north), round(east)) for north, east in corners)
+
+
+def test_the_option_field_becomes_a_plan_of_the_whole_field(tmp_path: Path) -> None:
+    assert area("field", tmp_path) == [(0, 0), (0, 90), (60, 0), (60, 90)]
+
+
+@pytest.mark.parametrize(
+    ("strip", "west_m", "east_m"), [("1/3", 0, 30), ("2/3", 30, 60), ("3/3", 60, 90), ("1/1", 0, 90)]
+)
+def test_a_strip_of_the_field_is_counted_from_the_west(strip: str, west_m: int, east_m: int, tmp_path: Path) -> None:
+    assert area(f"field {strip}", tmp_path) == [(0, west_m), (0, east_m), (60, west_m), (60, east_m)]
+
+
+@pytest.mark.parametrize("strip", ["0/3", "4/3", "1/0"])
+def test_a_strip_that_there_is_not_is_named_with_what_is_allowed(strip: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=f"plan: 'field {strip}': allowed: 'field', or a strip of it"):
+        area(f"field {strip}", tmp_path)
+
+
+def test_a_plan_file_of_ones_own_is_left_alone_and_a_world_without_a_field_has_no_plan(tmp_path: Path) -> None:
+    flat = worlds.build("flat", 1, {})
+    assert plans.written({"plan": "my.plan"}, flat, tmp_path / "x.plan") == {"plan": "my.plan"}
+    with pytest.raises(ValueError, match="world flat has no field"):
+        plans.written({"plan": "field 1/2"}, flat, tmp_path / "x.plan")
