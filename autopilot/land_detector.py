@@ -133,8 +133,10 @@ class LandDetector:
         )
 
     def _thrust(self, now_us: int) -> float:
-        """Thrust that is asked for, 0..1; NaN where nobody asks any more."""
+        """Thrust that is asked for, 0..1; none from before the vehicle was armed; NaN where nobody asks any more."""
         setpoint = self._topics.vehicle_rates_setpoint
+        if setpoint.timestamp < self._topics.vehicle_status.armed_time:
+            return 0.0
         return -setpoint.thrust_body[2] if now_us - setpoint.timestamp < FRESH_US else math.nan
 
     def _thrust_is_low(self, now_us: int) -> bool:

@@ -16,6 +16,7 @@ from autopilot.topics import (
     VehicleGlobalPosition,
     VehicleLocalPosition,
     VehicleRatesSetpoint,
+    VehicleStatus,
 )
 
 STEP_US = 20_000
@@ -144,6 +145,19 @@ def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
     topics.vehicle_rates_setpoint = VehicleRatesSetpoint(40_000, (0.0,) * 3, (0.0, 0.0, -0.3))
     detector.update(40_000)
     assert not topics.vehicle_land_detected.landed
+
+
+def test_arming_alone_is_no_takeoff() -> None:
+    """The thrust setpoint is still that of the flight before."""
+    topics = Topics()
+    detector = LandDetector(topics, Parameters("multicopter"))
+    topics.vehicle_local_position = VehicleLocalPosition(0, True, True, True, True)
+    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(1_000_000, (0.0,) * 3, (0.0, 0.0, -0.3))
+    detector.update(9_980_000)
+    topics.actuator_armed = ActuatorArmed(True)
+    topics.vehicle_status = VehicleStatus(10_000_000, True, 10_000_000)
+    detector.update(10_000_000)
+    assert topics.vehicle_land_detected.landed
 
 
 def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:
