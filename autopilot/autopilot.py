@@ -38,6 +38,7 @@ from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import Pxh
 from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand
+from autopilot.vehicle_imu import VehicleImu
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
 MAV_TYPE_GROUND_ROVER = 10
@@ -67,6 +68,7 @@ class Autopilot:
         self.dataman = Dataman(root, self.texts.of("dataman"))
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
+        self.vehicle_imu = VehicleImu(self.topics)
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
         self.rc_update = RcUpdate(*shared)
@@ -115,6 +117,7 @@ class Autopilot:
         """One tick: from sensors to actuators. `messages` ends with the HIL_SENSOR that gives the time."""
         now_us = self.now_us = self.sensors.update(messages)
         ticks = self._ticks = self._ticks + 1
+        self.vehicle_imu.update(now_us)
         self.estimator.update(now_us)
         if self.commander.calibration.busy:
             self.commander.calibration.update(now_us)

@@ -29,6 +29,10 @@ FREEFALL_M_S2, FREEFALL_S = 2.0, 0.3
 MINIMAL_THRUST_S = 8.0
 FRESH_US = 1_000_000
 """Older than this, a thrust setpoint or an estimate does not count."""
+AT_REST_US = 1_000_000
+MOVING_RAD_S = math.radians(3.0)
+SHAKING_GYRO, SHAKING_ACCEL = 0.02, 1.2
+"""Vibration metrics of vehicle_imu_status beyond which a vehicle is not at rest (LandDetector::UpdateVehicleAtRest)."""
 ROVER_IN_AIR_S = 0.5
 """RoverLandDetector: set_hysteresis_time_from(true, 500_ms)."""
 NO_CLIMB_RATE = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO, NavState.TERMINATION))
@@ -66,6 +70,7 @@ class LandDetector:
         self._hover_thrust = math.nan
         self._hover_thrust_us = -FRESH_US
         self._knows_hover_thrust = False
+        self._moved_us = 0
         self._version = -1
 
     def update(self, now_us: int) -> None:
@@ -75,7 +80,8 @@ class LandDetector:
         self._flight_time.update(now_us, armed=armed, landed=landed)
         if topics.vehicle_status.vehicle_type == "rover":
             landed = self._rover_landed(now_us)
-            topics.vehicle_land_detected = VehicleLandDetected(now_us, landed, landed, landed)
+            rests = landed and self._rests(now_us)
+            self._publish(VehicleLandDetected(now_us, landed, landed, landed, at_rest=rests))
             return
         if self._version != self._parameters.version:
             self._lower_limit()
@@ -88,10 +94,30 @@ class LandDetector:
         quiet = self._is_quiet(now_us, contact=contact, falls=falls)
         maybe_landed = self._maybe_landed.update(now_us, not armed or quiet, each_s)
         landed = self._landed.update(now_us, not armed or maybe_landed, each_s)
-        in_ground_effect = self._in_ground_effect(moves=self._moves_sideways())
-        topics.vehicle_land_detected = VehicleLandDetected(
-            now_us, landed, maybe_landed, contact, falls, in_ground_effect
+        moves = self._moves_sideways()
+        self._publish(
+            VehicleLandDetected(
+                now_us,
+                landed,
+                maybe_landed,
+                contact,
+                falls,
+                self._in_ground_effect(moves=moves),
+                landed and self._rests(now_us),
+                self._in_descend,
+                self._thrust_is_low(now_us),
+                self._moves_vertically(),
+                moves,
+                self._turns(),
+                not self._is_far_from_ground(),
+            )
         )
+
+    def _publish(self, record: VehicleLandDetected) -> None:
+        """Once a second, and when one of the states has changed."""
+        last = self._topics.vehicle_land_detected
+        if last.timestamp == 0 or record.timestamp - last.timestamp >= FRESH_US or record[1:7] != last[1:7]:
+            self._topics.vehicle_land_detected = record
 
     def _lower_limit(self) -> None:
         """LNDMC_Z_VEL_MAX is at most what can be told from the slowest descent (_update_params)."""
@@ -104,8 +130,7 @@ class LandDetector:
     def _touches(self, now_us: int) -> bool:
         """What looks like ground contact."""
         topics, parameters = self._topics, self._parameters
-        local, limit = topics.vehicle_local_position, float(parameters["LNDMC_Z_VEL_MAX"])
-        moves = not local.v_z_valid or abs(local.vz) >= limit * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+        limit = float(parameters["LNDMC_Z_VEL_MAX"])
         contact = self._thrust_is_low(now_us)
         if self._climb_rate_is_controlled():
             self._in_descend = topics.trajectory_setpoint.velocity[2] >= DESCENT_SHARE * limit
@@ -113,8 +138,33 @@ class LandDetector:
                 contact = contact and self._in_descend
         else:
             self._in_descend = False
-        far = local.dist_bottom_valid and local.dist_bottom >= CLOSE_TO_GROUND_M
-        return contact and not moves and not self._moves_sideways() and not far
+        moves = self._moves_vertically() or self._moves_sideways()
+        return contact and not moves and not self._is_far_from_ground()
+
+    def _moves_vertically(self) -> bool:
+        """Or nobody can tell."""
+        local, limit = self._topics.vehicle_local_position, float(self._parameters["LNDMC_Z_VEL_MAX"])
+        return not local.v_z_valid or abs(local.vz) >= limit * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+
+    def _is_far_from_ground(self) -> bool:
+        local = self._topics.vehicle_local_position
+        return local.dist_bottom_valid and local.dist_bottom >= CLOSE_TO_GROUND_M
+
+    def _turns(self) -> bool:
+        """About roll and pitch."""
+        p, q, _ = self._topics.vehicle_angular_velocity.xyz
+        limit = math.radians(float(self._parameters["LNDMC_ROT_MAX"]))
+        return math.hypot(p, q) > limit * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+
+    def _rests(self, now_us: int) -> bool:
+        """It has neither turned nor shaken for a second (LandDetector::UpdateVehicleAtRest)."""
+        p, q, r = self._topics.vehicle_angular_velocity.xyz
+        imu = self._topics.vehicle_imu_status
+        if p * p + q * q + r * r > MOVING_RAD_S * MOVING_RAD_S:
+            self._moved_us = now_us
+        elif imu.gyro_vibration_metric > SHAKING_GYRO or imu.accel_vibration_metric > SHAKING_ACCEL:
+            self._moved_us = max(self._moved_us, imu.timestamp)
+        return now_us - self._moved_us > AT_REST_US
 
     def _moves_sideways(self) -> bool:
         local = self._topics.vehicle_local_position
@@ -160,10 +210,8 @@ class LandDetector:
             limit = float(parameters["MPC_MANTHR_MIN"]) + MANUAL_THRUST_MARGIN
         idles = self._thrust(now_us) <= limit
         idles_long = self._minimal_thrust.update(now_us, idles, MINIMAL_THRUST_S)
-        p, q, _ = topics.vehicle_angular_velocity.xyz
-        most = math.radians(float(parameters["LNDMC_ROT_MAX"])) * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
         rests = contact if topics.vehicle_local_position.v_z_valid else idles_long
-        return idles and not falls and math.hypot(p, q) <= most and rests
+        return idles and not falls and not self._turns() and rests
 
     def _in_ground_effect(self, *, moves: bool) -> bool:
         topics, height_m = self._topics, float(self._parameters["LNDMC_ALT_GND"])

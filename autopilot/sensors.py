@@ -11,6 +11,7 @@ for the log alone.
 
 import math
 
+from autopilot.battery_estimator import BatteryEstimator
 from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
 from autopilot.parameters import Parameters
 from autopilot.sensor_calibration import NONE, corrected_accel, corrected_gyro, corrected_mag, corrections_of
@@ -18,12 +19,14 @@ from autopilot.topics import (
     NAN,
     BatteryStatus,
     DistanceSensorSample,
-    FailureInjection,
+    EscStatus,
     GroundTruth,
+    RangingBeaconRange,
     SensorBaro,
     SensorCombined,
     SensorGps,
     SensorMag,
+    SensorsStatusImu,
     Topics,
     Vector3,
 )
@@ -32,23 +35,30 @@ from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
     DistanceSensor,
+    EscTelemetry,
     HilGps,
     HilSensor,
     HilStateQuaternion,
+    RangingBeacon,
     SimulatedBattery,
     SimulatorMessage,
 )
 
 UNKNOWN_DOP = 65535
-INVALID_SIGNAL_QUALITY = 1
+UNKNOWN_SIGNAL_QUALITY, INVALID_SIGNAL_QUALITY = 0, 1
 DOWNWARD = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
 SEA_LEVEL_TEMPERATURE_K = 288.15
 LAPSE_RATE_K_M = 0.0065
 CHARGE_TIME_CONSTANT_S = 1.0
 AVERAGE_CURRENT_TIME_CONSTANT_S = 50.0
+UNKNOWN_CURRENT_A = -1.0
+"""How PX4's battery says that it has no current sensor."""
+GREATEST_SCALE = 1.3
 LEAST_CURRENT_A = 1e-3
 SECONDS_PER_HOUR = 3600.0
+MILLI_G_M_S2 = 9.80665e-3
+GRAVITY_M_S2 = 9.80665
 WRONG_EAST_DEG = 100.0 / 111_195.0
 """How far east of the truth a wrong GPS is: 100 m, in degrees of latitude (PX4's static jump)."""
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
@@ -57,16 +67,19 @@ LOWEST_QNH_HPA = 500.0
 
 
 class Sensors:
-    """Writer of sensor_combined, sensor_baro, _mag and _gps, distance_sensor, battery_status and groundtruth."""
+    """Writer of sensor_combined, sensor_baro, _mag and _gps, distance_sensor, battery_status, esc_status,
+    ranging_beacon and groundtruth."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
-        self._failures = FailureInjection()
+        self._failures = topics.failure_injection
         self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
         """FAILURE_TYPE of each."""
         self._imu_fails = False
         self._average_current_a = NAN
+        self._estimator: BatteryEstimator | None = None
+        self._cell_v = NAN
         self._corrections = NONE
         self._corrects = False
         self._version = -1
@@ -92,6 +105,11 @@ class Sensors:
                 self._on_battery(message)
             elif type(message) is HilStateQuaternion:
                 self._on_truth(message)
+            elif type(message) is EscTelemetry:
+                before = self._topics.esc_status.rpm[: message.first]
+                self._topics.esc_status = EscStatus(self._now_us, before + message.rpm)
+            elif type(message) is RangingBeacon:
+                self._on_ranging_beacon(message)
         return self._now_us
 
     def _note_failures(self) -> None:
@@ -100,6 +118,7 @@ class Sensors:
             failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, DISTANCE_SENSOR, BATTERY)
         )
         self._imu_fails = bool(self._gyro or self._accel)
+        self._topics.sensors_status_imu = SensorsStatusImu(not self._accel, not self._gyro)
 
     def _on_hil_sensor(self, message: HilSensor) -> None:
         (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
@@ -174,6 +193,20 @@ class Sensors:
             nearest * 1e-2,
             farthest * 1e-2,
             message.orientation,
+            signal_quality=signal_quality(message.signal_quality, within=nearest <= distance <= farthest),
+        )
+
+    def _on_ranging_beacon(self, message: RangingBeacon) -> None:
+        self._topics.ranging_beacon = RangingBeaconRange(
+            message.time_usec,
+            message.beacon_id,
+            message.range * 1e-3,
+            message.range_accuracy * 1e-3,
+            message.lat * 1e-7,
+            message.lon * 1e-7,
+            message.alt,
+            message.hacc_est * 1e-3,
+            message.vacc_est * 1e-3,
         )
 
     def _on_truth(self, message: HilStateQuaternion) -> None:
@@ -197,21 +230,32 @@ class Sensors:
             projection.lon0_deg,
             ref_alt,
             since_us,
+            *acceleration_ned(message),
         )
 
     def _on_battery(self, message: SimulatedBattery) -> None:
         now_us, previous = self._now_us, self._topics.battery_status
         known = message.current_ca >= 0
         current_a = message.current_ca * 1e-2 if known else NAN
+        told_a = current_a if known else UNKNOWN_CURRENT_A
         dt_s = (now_us - previous.timestamp) * 1e-6 if previous.connected else 0.0
         discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
         voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
         if self._battery == OFF:
             cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
             voltage_v, charge = cells * empty_v, 0.0
-        if previous.connected:
+        cells = int(self._parameters["BAT1_N_CELLS"])
+        cell_v = voltage_v / max(cells, 1)
+        estimator = self._estimator
+        if not previous.connected or estimator is None:
+            self._estimator = estimator = BatteryEstimator(cells, voltage_v, told_a)
+            self._cell_v = cell_v
+        else:
+            weight = 1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S)
             old = previous.remaining
-            charge = old + (charge - old) * (1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S))
+            charge = old + (charge - old) * weight
+            self._cell_v += (cell_v - self._cell_v) * weight
+            estimator.update(voltage_v, told_a, dt_s)
         self._topics.battery_status = BatteryStatus(
             now_us,
             True,
@@ -220,21 +264,61 @@ class Sensors:
             charge,
             discharged_mah,
             battery_warning(self._parameters, charge),
-            time_remaining_s=self._time_remaining_s(current_a, charge, dt_s),
+            time_remaining_s=self._time_remaining_s(told_a, charge, dt_s),
+            current_average_a=self._average_current_a,
+            scale=self._battery_scale(),
+            cell_count=cells,
+            internal_resistance_estimate=estimator.resistance_ohm,
+            ocv_estimate=estimator.ocv_of(voltage_v, told_a),
+            ocv_estimate_filtered=estimator.ocv_v,
+            volt_based_soc_estimate=self._charge_of(estimator.ocv_v / max(cells, 1)),
+            voltage_prediction=estimator.prediction_v,
+            prediction_error=estimator.error_v,
+            estimation_covariance_norm=estimator.covariance_norm,
         )
+
+    def _battery_scale(self) -> float:
+        """How much the voltage has fallen from BAT1_V_CHARGED, within limits (Battery::computeScale)."""
+        if not self._cell_v > 0.0:
+            return 1.0
+        return max(1.0, min(GREATEST_SCALE, float(self._parameters["BAT1_V_CHARGED"]) / self._cell_v))
+
+    def _charge_of(self, cell_v: float) -> float:
+        """0..1 between BAT1_V_EMPTY and BAT1_V_CHARGED."""
+        empty_v, charged_v = float(self._parameters["BAT1_V_EMPTY"]), float(self._parameters["BAT1_V_CHARGED"])
+        span_v = charged_v - empty_v
+        return max(0.0, min(1.0, (cell_v - empty_v) / span_v)) if span_v > 0.0 else 0.0
 
     def _time_remaining_s(self, current_a: float, charge: float, dt_s: float) -> float:
         """Until empty at the average current in flight, at first BAT_AVRG_CURRENT (Battery::computeRemainingTime)."""
-        capacity_mah = float(self._parameters["BAT1_CAPACITY"])
-        if not capacity_mah > 0.0:
-            return NAN
         average_a = self._average_current_a
         if not average_a > LEAST_CURRENT_A:
             average_a = float(self._parameters["BAT_AVRG_CURRENT"])
         if self._topics.actuator_armed.armed and math.isfinite(current_a):
             average_a += (current_a - average_a) * (1.0 - math.exp(-dt_s / AVERAGE_CURRENT_TIME_CONSTANT_S))
         self._average_current_a = average_a
+        capacity_mah = float(self._parameters["BAT1_CAPACITY"])
+        if not capacity_mah > 0.0:
+            return NAN
         return charge * capacity_mah * 1e-3 / max(average_a, LEAST_CURRENT_A) * SECONDS_PER_HOUR
+
+
+def signal_quality(told: int, *, within: bool) -> int:
+    """UORB's percentage of MAVLink's, which begins at 1; who does not know it (-1) is out of range or not."""
+    if told == UNKNOWN_SIGNAL_QUALITY:
+        return -1 if within else 0
+    return round(100 * (told - INVALID_SIGNAL_QUALITY) / (100 - INVALID_SIGNAL_QUALITY))
+
+
+def acceleration_ned(message: HilStateQuaternion) -> Vector3:
+    """The true acceleration in the world's frame, m/s²: what the accelerometers feel, and gravity."""
+    w, x, y, z = message.attitude_quaternion
+    ax, ay, az = (MILLI_G_M_S2 * value for value in (message.xacc, message.yacc, message.zacc))
+    return (
+        (1.0 - 2.0 * (y * y + z * z)) * ax + 2.0 * (x * y - w * z) * ay + 2.0 * (x * z + w * y) * az,
+        2.0 * (x * y + w * z) * ax + (1.0 - 2.0 * (x * x + z * z)) * ay + 2.0 * (y * z - w * x) * az,
+        2.0 * (x * z - w * y) * ax + 2.0 * (y * z + w * x) * ay + (1.0 - 2.0 * (x * x + y * y)) * az + GRAVITY_M_S2,
+    )
 
 
 def battery_warning(parameters: Parameters, remaining: float) -> int:

@@ -77,7 +77,6 @@ NEVER_NAN = {
     "vehicle_local_position": ("x", "y", "z", "vx", "vy", "vz", "heading"),
     "vehicle_global_position": ("lat", "lon", "alt"),
     "actuator_outputs": ("controls",),
-    "hover_thrust_estimate": ("hover_thrust",),
     "battery_status": ("voltage_v", "remaining"),
     "manual_control_setpoint": ("roll", "pitch", "yaw", "throttle"),
 }

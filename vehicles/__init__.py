@@ -54,6 +54,8 @@ class _File:
     camera: Camera | None = None
     gimbal: Gimbal | None = None
     wind_is_px4s: bool = False
+    ranging_beacons: bool = False
+    motor_speed_max_rad_s: Annotated[float, record.Limits(0.0)] = 0.0
 
 
 def models() -> list[str]:
@@ -86,7 +88,7 @@ def read(folder: pathlib.Path) -> Vehicle:
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, _airframe(airframe),
         file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
-        file.wind_is_px4s,
+        file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
     )  # fmt: skip
 
 

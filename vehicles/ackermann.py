@@ -76,6 +76,11 @@ class Ackermann:
         self.power_w = 0.0
         self.running = False
 
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The motor's is not told: none."""
+        return ()
+
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms."""
         chassis, dt, mass, gravity = self._chassis, STEP_S, self._mass, self._gravity

@@ -171,6 +171,8 @@ class Lidar:
     max_distance_m: Annotated[float, Limits(0.1)]
     noise_m: Annotated[float, Limits(0.0)]
     rate_hz: Annotated[float, Limits(1.0, 100.0)]
+    tells_quality: bool = True
+    """Whether it says how well it sees the ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,3 +243,7 @@ class Vehicle:
     gimbal: Gimbal | None = None
     wind_is_px4s: bool = False
     """Wind comes from PX4's SIH_WIND_N/E alone, and not from the world (the reference vehicles)."""
+    ranging_beacons: bool = False
+    """The radio beacons of PX4's SIH are around."""
+    motor_speed_max_rad_s: Annotated[float, Limits(0.0)] = 0.0
+    """What its speed controllers tell at full speed; 0: they tell nothing."""

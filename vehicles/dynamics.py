@@ -4,7 +4,7 @@ Frames: position and velocity NED in metres from the world's origin, body FRD, q
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 Quaternion = tuple[float, float, float, float]
@@ -36,6 +36,11 @@ class Dynamics(Protocol):
     """Electrical power of the actuators."""
     running: bool
     """Whether motors push: the airframe vibrates."""
+
+    @property
+    def speeds(self) -> Sequence[float]:
+        """Of the motors, over the greatest, 0..1; none where they are not modelled."""
+        ...
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by STEP_S; `controls` as HIL_ACTUATOR_CONTROLS, wind as the velocity of the air, NED."""

@@ -72,6 +72,11 @@ class SihAckermann:
         self.power_w = 0.0
         self.running = False
 
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Of the motor, over the greatest, as SIH's speed controller tells it: never backwards."""
+        return (math.sqrt(max(0.0, min(1.0, self._throttle))),)
+
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms; too few controls: none came. The rover's drag does not know wind, as SIH's does not."""
         if len(controls) >= 2:

@@ -87,7 +87,7 @@ class Arming:
         self.armed = True
         self.armed_us = now_us
         self.arming_reason = REASONS[by]
-        topics.actuator_armed = ActuatorArmed(True, self.terminated)
+        topics.actuator_armed = ActuatorArmed(True, termination=self.terminated, ready_to_arm=True)
         if self._parameters["COM_HOME_EN"]:
             topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
         self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
@@ -135,15 +135,14 @@ class Arming:
         """Disarm and say by what: one of REASONS."""
         self.armed = False
         self.disarming_reason = REASONS[by]
-        killed = self._topics.actuator_armed.manual_lockdown
-        self._topics.actuator_armed = ActuatorArmed(False, self.terminated, killed)
+        self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=False)
         self._intention.on_disarm()
         self._say(Severity.INFO, f"Disarmed by {by}\t", "commander_disarmed_by", self.disarming_reason)
 
     def terminate(self) -> None:
         """End the flight, for good."""
         self.terminated = True
-        self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=self.armed, lockdown=True)
+        self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=self.armed, termination=True)
 
     def _refusal(self, now_us: int) -> tuple[str, str] | None:
         """What to say, and the event."""

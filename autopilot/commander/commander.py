@@ -12,7 +12,7 @@ from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
 from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.commander.command_handlers import CommandHandlers
-from autopilot.commander.component_links import ComponentLinks
+from autopilot.commander.component_links import ComponentLinks, present_and_healthy
 from autopilot.commander.failsafe import Action, Failsafe, Notice
 from autopilot.commander.failsafe_events import failsafe_event
 from autopilot.commander.failure_detector import FailureDetector
@@ -33,6 +33,10 @@ STATUS_INTERVAL_US = 500_000
 """Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
 MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3
+SAFETY_BREAKER = 22027
+"""CBRK_IO_SAFETY: the safety button is out of the way."""
+PREARM_DISABLED, PREARM_BY_SAFETY_BUTTON = 0, 1
+PREARMED_AFTER_US = 5_000_000
 STATE_UNINIT: int = mavlink.MAV_STATE_UNINIT
 STATE_CALIBRATING: int = mavlink.MAV_STATE_CALIBRATING
 STATE_STANDBY: int = mavlink.MAV_STATE_STANDBY
@@ -101,6 +105,7 @@ class Commander:
         """When the local frame was last placed anew."""
         self._gcs_ever_lost = False
         self._gcs_lost = False
+        self._gcs_losses = 0
         self._component_links = ComponentLinks(say)
         self._failure_detector = FailureDetector(topics, parameters)
         self._sticks_lost = True
@@ -150,6 +155,7 @@ class Commander:
             if not self._gcs_lost and self._gcs_ever_lost:
                 self._say(Severity.INFO, "GCS connection regained\t", "commander_dl_regained")
             if self._gcs_lost and heard_before:
+                self._gcs_losses += 1
                 self._say(Severity.INFO, "Connection to ground station lost\t", "commander_gcs_lost")
             self._gcs_ever_lost = heard_before
         self._component_links.update(now_us, self._topics.gcs_heartbeats)
@@ -257,6 +263,7 @@ class Commander:
     def _publish_vehicle_status(self, now_us: int) -> None:
         topics, arming = self._topics, self._arming
         flags, in_failsafe = topics.failsafe_flags, self._failsafe.in_failsafe
+        self._publish_actuator_armed(now_us)
         told = (
             topics.health_report,
             arming.armed,
@@ -265,6 +272,7 @@ class Commander:
             in_failsafe,
             self._takeoff_us,
             self.calibration.calibrating,
+            self._failsafe.taken_over,
         )
         if told == self._published and now_us - topics.vehicle_status.timestamp < STATUS_INTERVAL_US:
             return
@@ -290,7 +298,32 @@ class Commander:
             self._mav_type,
             arming.arming_reason,
             arming.disarming_reason,
+            self._gcs_losses,
+            self._failsafe.taken_over,
+            int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER,
+            *present_and_healthy(now_us, topics.gcs_heartbeats),
         )
+
+    def _publish_actuator_armed(self, now_us: int) -> None:
+        """When anything of it has changed."""
+        armed = self._topics.actuator_armed
+        flying = self._arming.armed
+        published = armed._replace(
+            termination=self._nav_state is NavState.TERMINATION,
+            ready_to_arm=flying or self._checks.can_arm(self._nav_state),
+            prearmed=self._is_prearmed(now_us),
+        )
+        if published != armed:
+            self._topics.actuator_armed = published
+
+    def _is_prearmed(self, now_us: int) -> bool:
+        """COM_PREARM_MODE: servos may move before arming, 1 by the safety button, 2 from a while after boot on."""
+        mode = int(self._parameters["COM_PREARM_MODE"])
+        if self.calibration.calibrating or mode == PREARM_DISABLED:
+            return False
+        if mode == PREARM_BY_SAFETY_BUTTON:
+            return int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER
+        return now_us > PREARMED_AFTER_US
 
     def _system_status(self, *, can_arm: bool) -> int:
         if self._arming.terminated:

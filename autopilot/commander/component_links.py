@@ -77,3 +77,19 @@ class ComponentLinks:
 def present(now_us: int, heard_us: int) -> bool:
     """Whether a component other than a mission computer is there."""
     return heard_us > 0 and now_us - heard_us <= HEARTBEAT_TIMEOUT_US + LOST_AFTER_US
+
+
+def present_and_healthy(now_us: int, heard: GcsHeartbeats) -> tuple[bool, bool, bool, bool, bool]:
+    """Remote ID is there, and well; a parachute is there, and well; traffic avoidance is there."""
+
+    def present(last_us: int) -> bool:
+        return last_us > 0 and now_us - last_us < HEARTBEAT_TIMEOUT_US + LOST_AFTER_US
+
+    remote_id, parachute = present(heard.open_drone_id_us), present(heard.parachute_us)
+    return (
+        remote_id,
+        remote_id and heard.open_drone_id_healthy,
+        parachute,
+        parachute and heard.parachute_healthy,
+        present(heard.adsb_us),
+    )

@@ -158,6 +158,11 @@ class Failsafe:
         return self._selected > Action.WARN
 
     @property
+    def taken_over(self) -> bool:
+        """The pilot has taken over from an action that still has its reason."""
+        return self._taken_over
+
+    @property
     def selected(self) -> Action:
         """The action that is being flown now."""
         return self._selected

@@ -1,9 +1,10 @@
-"""Attitudes that no flight needs: tilted further than FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI.
+"""Attitudes that no flight needs: tilted further than FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI. And an
+airframe that shakes more sideways than up and down by FD_IMB_PROP_THR, as one with a propeller out of balance does.
 
 PX4's FailureDetector (src/modules/commander/failure_detector, v1.18). It looks in every mode that controls attitude, on
 the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
 
-Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (FD_EXT_ATS_EN), imbalanced propellers.
+Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (FD_EXT_ATS_EN), speed controllers.
 """
 
 import math
@@ -12,6 +13,8 @@ from autopilot.constants import NavState
 from autopilot.parameters import Parameters
 from autopilot.topics import FailureDetectorStatus, Topics
 
+STATUS_EVERY_US = 500_000
+IMBALANCE_TIME_CONSTANT_S = 5.0
 WITHOUT_ATTITUDE = frozenset((NavState.ACRO, NavState.TERMINATION))
 
 
@@ -23,6 +26,9 @@ class FailureDetector:
         self._version = -1
         self._good_us = [0, 0]
         """When roll and pitch were last within their limits."""
+        self._imbalance = 0.0
+        self._imu_us = 0
+        self._told_us = -STATUS_EVERY_US
 
     def update(self, now_us: int) -> None:
         """At the commander's rate."""
@@ -35,12 +41,26 @@ class FailureDetector:
         roll_limit, pitch_limit = self._limits_rad
         fd_roll = self._failed(now_us, 0, watches and 0.0 < roll_limit < abs(roll))
         fd_pitch = self._failed(now_us, 1, watches and 0.0 < pitch_limit < abs(pitch))
+        self._watch_balance()
+        imbalanced = self._imbalance > self._imbalance_limit
         status = topics.failure_detector_status
-        if (status.fd_roll, status.fd_pitch) != (fd_roll, fd_pitch):
-            topics.failure_detector_status = FailureDetectorStatus(now_us, fd_roll, fd_pitch)
+        found = (fd_roll, fd_pitch, imbalanced)
+        if found != status[1:4] or now_us - self._told_us >= STATUS_EVERY_US:
+            self._told_us = now_us
+            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance)
+
+    def _watch_balance(self) -> None:
+        imu = self._topics.vehicle_imu_status
+        if imu.timestamp == self._imu_us:
+            return
+        dt_s = max(0.01, min(1.0, (imu.timestamp - self._imu_us) * 1e-6))
+        self._imu_us = imu.timestamp
+        x, y, z = map(math.sqrt, imu.var_accel)
+        self._imbalance += dt_s / (IMBALANCE_TIME_CONSTANT_S + dt_s) * (0.5 * (x + y) - z - self._imbalance)
 
     def _copy_parameters(self) -> None:
         value = self._parameters
+        self._imbalance_limit = float(value["FD_IMB_PROP_THR"])
         self._limits_rad = math.radians(abs(value["FD_FAIL_R"])), math.radians(abs(value["FD_FAIL_P"]))
         self._times_us = tuple(int(value[name] * 1e6) for name in ("FD_FAIL_R_TTRI", "FD_FAIL_P_TTRI"))
 

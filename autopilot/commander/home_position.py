@@ -30,6 +30,7 @@ def at_vehicle(now_us: int, topics: Topics, *, manual_home: bool = False) -> Hom
         local.heading,
         manual_home,
         topics.home_position.update_count + 1,
+        *topics.vehicle_attitude.euler[:2],
     )
 
 

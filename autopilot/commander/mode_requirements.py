@@ -17,6 +17,8 @@ class Need(IntFlag):
     ATTITUDE = auto()
     LOCAL_ALT = auto()
     LOCAL_POSITION = auto()
+    LOCAL_POSITION_RELAXED = auto()
+    """However inexact."""
     GLOBAL_POSITION = auto()
     HOME_POSITION = auto()
     MISSION = auto()
@@ -30,6 +32,7 @@ class Need(IntFlag):
 _ATTITUDE = Need.ANGULAR_VELOCITY | Need.ATTITUDE
 _ALTITUDE = _ATTITUDE | Need.LOCAL_ALT
 _POSITION = _ALTITUDE | Need.LOCAL_POSITION
+_POSITION_RELAXED = _ALTITUDE | Need.LOCAL_POSITION_RELAXED
 _GLOBAL = _POSITION | Need.GLOBAL_POSITION
 
 NEEDS: dict[NavState, Need] = {
@@ -37,20 +40,20 @@ NEEDS: dict[NavState, Need] = {
     NavState.MANUAL: Need.MANUAL_CONTROL,
     NavState.ALTCTL: _ALTITUDE | Need.MANUAL_CONTROL,
     NavState.ALTITUDE_CRUISE: _ALTITUDE | Need.MANUAL_CONTROL,
-    NavState.POSCTL: _POSITION | Need.MANUAL_CONTROL,
-    NavState.POSITION_SLOW: _POSITION | Need.MANUAL_CONTROL,
+    NavState.POSCTL: _POSITION_RELAXED | Need.MANUAL_CONTROL,
+    NavState.POSITION_SLOW: _POSITION_RELAXED | Need.MANUAL_CONTROL,
     NavState.AUTO_MISSION: _GLOBAL | Need.MISSION | Need.WIND_AND_FLIGHT_TIME,
     NavState.AUTO_LOITER: _GLOBAL | Need.WIND_AND_FLIGHT_TIME,
     NavState.AUTO_RTL: _GLOBAL | Need.HOME_POSITION,
-    NavState.GUIDED_COURSE: _GLOBAL,
+    NavState.GUIDED_COURSE: _POSITION_RELAXED | Need.WIND_AND_FLIGHT_TIME,
     NavState.ACRO: Need.ANGULAR_VELOCITY | Need.MANUAL_CONTROL,
     NavState.DESCEND: _ATTITUDE,
     NavState.TERMINATION: Need(0),
-    NavState.OFFBOARD: Need.ANGULAR_VELOCITY | Need.OFFBOARD_SIGNAL,
+    NavState.OFFBOARD: _ATTITUDE | Need.OFFBOARD_SIGNAL,
     NavState.STAB: _ATTITUDE | Need.MANUAL_CONTROL,
     NavState.AUTO_TAKEOFF: _POSITION,
-    NavState.AUTO_LAND: _POSITION,
-    NavState.AUTO_FOLLOW_TARGET: _GLOBAL | Need.WIND_AND_FLIGHT_TIME,
+    NavState.AUTO_LAND: _POSITION_RELAXED,
+    NavState.AUTO_FOLLOW_TARGET: _POSITION | Need.WIND_AND_FLIGHT_TIME,
     NavState.AUTO_PRECLAND: _POSITION,
     NavState.ORBIT: _POSITION | Need.WIND_AND_FLIGHT_TIME,
     NavState.AUTO_VTOL_TAKEOFF: _POSITION,
@@ -65,11 +68,40 @@ PREVENT_ARMING = frozenset(
         NavState.DESCEND,
         NavState.TERMINATION,
         NavState.ORBIT,
-        NavState.GUIDED_COURSE,
     )
 )
 ALL_MODES = sum(1 << state for state in NEEDS)
 PREVENT_ARMING_MODES = sum(1 << state for state in PREVENT_ARMING)
+VALID_MODES = ALL_MODES & ~(1 << NavState.DESCEND)
+SELECTABLE_MODES = sum(1 << state for state, need in NEEDS.items() if not need & Need.OTHER) & ~(
+    1 << NavState.DESCEND | 1 << NavState.TERMINATION
+)
+"""vehicle_status: which modes there are, and which may be chosen."""
+FIELDS: dict[Need, str] = {
+    Need.ANGULAR_VELOCITY: "mode_req_angular_velocity",
+    Need.ATTITUDE: "mode_req_attitude",
+    Need.LOCAL_ALT: "mode_req_local_alt",
+    Need.LOCAL_POSITION: "mode_req_local_position",
+    Need.LOCAL_POSITION_RELAXED: "mode_req_local_position_relaxed",
+    Need.GLOBAL_POSITION: "mode_req_global_position",
+    Need.HOME_POSITION: "mode_req_home_position",
+    Need.MISSION: "mode_req_mission",
+    Need.OFFBOARD_SIGNAL: "mode_req_offboard_signal",
+    Need.MANUAL_CONTROL: "mode_req_manual_control",
+    Need.WIND_AND_FLIGHT_TIME: "mode_req_wind_and_flight_time_compliance",
+    Need.OTHER: "mode_req_other",
+}
+"""Names in failsafe_flags."""
+
+
+def requirement_masks() -> dict[str, float | str]:
+    """The mode_req_* of failsafe_flags: a bit per mode that has the need."""
+    masks: dict[str, float | str] = {
+        field: sum(1 << state for state, need in NEEDS.items() if need & each) for each, field in FIELDS.items()
+    }
+    masks["mode_req_prevent_arming"] = PREVENT_ARMING_MODES
+    masks["mode_req_global_position_relaxed"] = 0
+    return masks
 
 
 def missing(flags: FailsafeFlags) -> Need:
@@ -83,6 +115,8 @@ def missing(flags: FailsafeFlags) -> Need:
         need |= Need.LOCAL_ALT
     if flags.local_position_invalid:
         need |= Need.LOCAL_POSITION
+    if flags.local_position_invalid_relaxed:
+        need |= Need.LOCAL_POSITION_RELAXED
     if flags.global_position_invalid:
         need |= Need.GLOBAL_POSITION
     if flags.home_position_invalid:

@@ -79,14 +79,14 @@ class Pilot:
         elif action == RequestedAction.DISARM:
             arming.disarm_by_pilot(BY[request.source])
         elif action == RequestedAction.KILL:
-            if not self._topics.actuator_armed.manual_lockdown:
+            if not self._topics.actuator_armed.kill:
                 self._say(Severity.CRITICAL, "Kill engaged\t", "commander_kill_sw_engaged")
                 self._killed_us = now_us
                 self._kill(on=True)
-        elif action == RequestedAction.UNKILL and self._topics.actuator_armed.manual_lockdown:
+        elif action == RequestedAction.UNKILL and self._topics.actuator_armed.kill:
             self._say(Severity.INFO, "Kill disengaged\t", "commander_kill_sw_disengaged")
             self._killed_us = None
             self._kill(on=False)
 
     def _kill(self, *, on: bool) -> None:
-        self._topics.actuator_armed = self._topics.actuator_armed._replace(manual_lockdown=on)
+        self._topics.actuator_armed = self._topics.actuator_armed._replace(kill=on)

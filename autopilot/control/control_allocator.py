@@ -20,6 +20,12 @@ FARTHEST_M = 1000.0
 YAW_MARGIN = 0.15
 """Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
 RESOLUTION = 1e-6
+ACHIEVED = 1e-6
+"""Square of what may be missing of a setpoint that counts as achieved."""
+ACTUATORS = 16
+AT_LOWER_END, AT_UPPER_END = -2, 2
+"""control_allocator_status.actuator_saturation."""
+FLOAT_EPSILON = 1.2e-7
 NOTHING: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -64,8 +70,17 @@ def _root_mean_square(column: NDArray[Any]) -> float:
     return math.sqrt(float(column @ column) / (acting / 2.0)) if acting else 1.0
 
 
+def effects(rows: list[tuple[float, float, float, float]]) -> list[list[float]]:
+    """What each motor gives of roll, pitch, yaw and thrust down: the inverse of the mixer's rows; shape 4 x n."""
+    if not rows:
+        return [[]] * 4
+    inverse = np.linalg.pinv(np.array(rows))
+    return [[float(value) for value in effect] for effect in inverse]
+
+
 class ControlAllocator:
-    """`unallocated` is the torque (roll, pitch, yaw) that the last call could not give."""
+    """`unallocated` is the torque (roll, pitch, yaw) that the last call could not give, `unallocated_thrust` the thrust
+    along body z, and `thrusts` what it asked of each motor: 0..1."""
 
     def __init__(self, rotors: list[Rotor], thrust_model_factor: float) -> None:
         """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal."""
@@ -73,7 +88,10 @@ class ControlAllocator:
         self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
         self._factor = max(0.0, min(1.0, thrust_model_factor))
         self._yaw_most = max(map(abs, self._yaw), default=0.0)
+        self._effects = effects(self._rows)
         self.unallocated: Vector3 = NOTHING
+        self.unallocated_thrust = 0.0
+        self.thrusts: list[float] = []
 
     def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:
         """Motor signals 0..1 for torques and thrust along body z (negative is up)."""
@@ -85,9 +103,10 @@ class ControlAllocator:
         if min(motors) < reach or max(motors) > 1.0 - reach:
             level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
             motors = self._desaturated(level, yaw)
-            self.unallocated = self._missing(motors, roll, pitch, yaw)
+            self._note_missing(motors, roll, pitch, yaw, thrust_z)
         else:
-            self.unallocated = NOTHING
+            self.unallocated, self.unallocated_thrust = NOTHING, 0.0
+        self.thrusts = motors
         factor = self._factor
         if factor == 1.0:
             sqrt = math.sqrt
@@ -113,15 +132,22 @@ class ControlAllocator:
         motors = desaturate(motors, self._thrust, 1.0, reduce_only=True)
         return [min(1.0, max(0.0, m)) for m in motors]
 
-    def _missing(self, motors: list[float], roll: float, pitch: float, yaw: float) -> Vector3:
-        """Torque asked for minus torque given; the columns are orthogonal for every symmetric frame."""
+    def _note_missing(self, motors: list[float], *asked: float) -> None:
+        """What was asked for, less what these motors give."""
         missing = []
-        for column, asked in ((self._roll, roll), (self._pitch, pitch), (self._yaw, yaw)):
-            size = sum(c * c for c in column)
-            given = sum(c * m for c, m in zip(column, motors, strict=True)) / size if size else asked
-            rest = asked - given
+        for effect, wanted in zip(self._effects, asked, strict=True):
+            rest = wanted - sum([e * m for e, m in zip(effect, motors, strict=True)])
             missing.append(rest if abs(rest) > RESOLUTION else 0.0)
-        return missing[0], missing[1], missing[2]
+        self.unallocated, self.unallocated_thrust = (missing[0], missing[1], missing[2]), missing[3]
+
+
+def saturation(motors: list[float]) -> tuple[int, ...]:
+    """actuator_saturation of all; who is not there has both ends at 0, and PX4 looks at the upper first."""
+    found = [AT_UPPER_END] * ACTUATORS
+    for index, motor in enumerate(motors[:ACTUATORS]):
+        upper = motor > 1.0 - FLOAT_EPSILON
+        found[index] = AT_UPPER_END if upper else AT_LOWER_END if motor < FLOAT_EPSILON else 0
+    return tuple(found)
 
 
 def desaturate(motors: list[float], vector: list[float], most: float, reduce_only: bool = False) -> list[float]:

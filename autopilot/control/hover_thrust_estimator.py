@@ -1,68 +1,118 @@
 """Which thrust holds the vehicle in the air, learnt in flight.
 
-PX4's ZeroOrderHoverThrustEkf (src/modules/mc_hover_thrust_estimator, v1.18): one state, observed through the vertical
-acceleration that a thrust brings about; HTE_HT_NOISE, HTE_HT_ERR_INIT, HTE_ACC_GATE, HTE_THR_RANGE.
+PX4's MulticopterHoverThrustEstimator and ZeroOrderHoverThrustEkf (src/modules/mc_hover_thrust_estimator, v1.18): one
+state, observed through the vertical acceleration that a thrust brings about, with a noise of the acceleration that is
+learnt too. HTE_HT_NOISE, HTE_HT_ERR_INIT, HTE_ACC_GATE, HTE_THR_RANGE, HTE_VZ_THR, HTE_VXY_THR.
 """
 
 import math
+from typing import NamedTuple
 
-from sitl_emu.core.c_types import quotient
+from autopilot.topics import HoverThrustEstimate
 
 GRAVITY_M_S2 = 9.80665
 ACCEL_VARIANCE = 5.0
-"""Start of the adaptive variance of the acceleration, (m/s²)²."""
-NOISE_TIME_CONSTANT_S = 1.0
-RECOVERY_AFTER_S = 2.0
+"""Start of the learnt variance of the acceleration, (m/s²)²; then it stays within the next two."""
+LEAST_ACCEL_VARIANCE, MOST_ACCEL_VARIANCE = 1.0, 400.0
+LEAST_VARIANCE, MOST_VARIANCE = 1e-10, 1.0
+"""Of the hover thrust."""
+NOISE_TIME_CONSTANT_S = 2.0
+LOW_PASS_TIME_CONSTANT_S = 1.0
+LARGE_OFFSET = 0.2
+"""Filtered test ratio beyond which rejected measurements mean that the hover thrust has changed."""
+RECOVERY_NOISE = 1e3
+"""Process noise is so much larger then."""
 VALID_VARIANCE = 0.001
-VALID_AFTER_S = 1.0
+VALID_AFTER_S = 2.0
+SMALLEST_GATE, SMALLEST_HOVER = 1e-3, 1e-3
+"""So that no parameter makes a division by zero."""
+INVALID = HoverThrustEstimate()
+
+
+class HoverThrustParameters(NamedTuple):
+    """The parameters that it obeys."""
+
+    hover: float
+    """MPC_THR_HOVER."""
+    error: float
+    noise: float
+    gate: float
+    thrust_range: float
+    fast_vertical_m_s: float
+    fast_horizontal_m_s: float
 
 
 class HoverThrustEstimator:
-    """`hover_thrust` (0..1) and whether it is `valid`."""
+    """`estimate` is the present one; invalid, and all NaN, while the vehicle does not fly."""
 
-    def __init__(self, hover_thrust: float, error: float) -> None:
-        """Start from MPC_THR_HOVER with the standard deviation HTE_HT_ERR_INIT."""
-        self.hover_thrust, self._variance = hover_thrust, error * error
-        self._start = hover_thrust
+    def __init__(self, parameters: HoverThrustParameters) -> None:
+        self._parameters = parameters
+        self.estimate = INVALID
+        self._reset()
+
+    def set_parameters(self, parameters: HoverThrustParameters) -> None:
+        """Obey others from now on; another HTE_HT_ERR_INIT begins with that error anew."""
+        if parameters.error != self._parameters.error:
+            self._variance = parameters.error * parameters.error
+        self._parameters = parameters
+
+    def _reset(self) -> None:
+        self._hover = max(0.1, min(0.9, self._parameters.hover))
+        self._variance = self._parameters.error * self._parameters.error
         self._accel_variance = ACCEL_VARIANCE
-        self._residual = 0.0
-        self._good_s = self._rejected_s = 0.0
+        self._residual = self._signed_ratio = 0.0
+        self._valid_s = 0.0
 
-    @property
-    def valid(self) -> bool:
-        """Whether it has settled."""
-        return self._good_s >= VALID_AFTER_S
-
-    def pause(self) -> None:
-        """On the ground or moving fast: the estimate stays, but is not called valid."""
-        self._good_s = 0.0
+    def stop(self, now_us: int, armed: bool) -> None:
+        """On the ground: what was learnt stays until the vehicle is disarmed, but is not called valid."""
+        self._valid_s = 0.0
+        if not armed:
+            self._reset()
+        if self.estimate.valid:
+            self.estimate = INVALID._replace(timestamp=now_us)
 
     def update(
-        self, accel_up_m_s2: float, thrust: float, dt_s: float, noise: float, gate: float, thrust_range: float
+        self, now_us: int, dt_s: float, accel_up_m_s2: float, thrust: float, vertical_m_s: float, horizontal_m_s: float
     ) -> None:
-        """One sample: acceleration up (without gravity) under a vertical thrust (0..1)."""
-        self._variance += noise * noise * dt_s * dt_s
-        hover = self.hover_thrust
+        """One sample: acceleration up (without gravity) under a vertical thrust (0..1), at these speeds."""
+        told = self._parameters
+        self._variance += told.noise * told.noise * dt_s * dt_s
+        # Drag and prop wash would bias it in fast motion.
+        scale = max(vertical_m_s - told.fast_vertical_m_s, horizontal_m_s - told.fast_horizontal_m_s, 0.0) + 1.0
+        hover = max(self._hover, SMALLEST_HOVER)
         slope = -GRAVITY_M_S2 * thrust / (hover * hover)
-        innovation = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / hover - 1.0)
-        expected = slope * slope * self._variance + self._accel_variance
-        ratio = quotient(innovation * innovation, gate * gate * expected)
-        if ratio <= 1.0:
-            self._rejected_s = 0.0
-            gain = self._variance * slope / expected
-            low, high = max(0.1, self._start - thrust_range), min(0.9, self._start + thrust_range)
-            self.hover_thrust = max(low, min(high, hover + gain * innovation))
-            self._variance = max(1e-10, min(1.0, self._variance * (1.0 - gain * slope)))
-        else:
-            self._rejected_s += dt_s
-            if self._rejected_s > RECOVERY_AFTER_S:
-                self._variance = min(1.0, self._variance + 0.01 * dt_s)
-        residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / self.hover_thrust - 1.0)
-        weight = dt_s / (NOISE_TIME_CONSTANT_S + dt_s)
+        innovation = residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / hover - 1.0)
+        variance = slope * slope * self._variance + self._accel_variance * scale * scale
+        gate = max(told.gate, SMALLEST_GATE)
+        ratio = innovation * innovation / (gate * gate * variance)
+        if ratio < 1.0:
+            gain = self._variance * slope / variance
+            low = max(0.0, min(0.8, told.hover - told.thrust_range))
+            high = max(0.2, min(0.9, told.hover + told.thrust_range))
+            self._hover = max(low, min(high, hover + gain * innovation))
+            self._variance = max(LEAST_VARIANCE, min(MOST_VARIANCE, self._variance * (1.0 - gain * slope)))
+            residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / max(self._hover, SMALLEST_HOVER) - 1.0)
+        elif abs(self._signed_ratio) > LARGE_OFFSET:
+            self._variance += RECOVERY_NOISE * told.noise * told.noise * dt_s * dt_s
+        weight = dt_s / (LOW_PASS_TIME_CONSTANT_S + dt_s)
         self._residual += weight * (residual - self._residual)
+        signed = math.copysign(min(ratio, 1.0), innovation)
+        self._signed_ratio += weight * (signed - self._signed_ratio)
+        weight = dt_s / (NOISE_TIME_CONSTANT_S + dt_s)
         spread = residual - self._residual
-        slope = -GRAVITY_M_S2 * thrust / (self.hover_thrust * self.hover_thrust)
         measured = spread * spread + slope * slope * self._variance
-        self._accel_variance = max(0.5, min(400.0, self._accel_variance + weight * (measured - self._accel_variance)))
-        good = self._variance < VALID_VARIANCE and math.sqrt(ratio) < 1.0
-        self._good_s = self._good_s + dt_s if good else 0.0
+        learnt = self._accel_variance + weight * (measured - self._accel_variance)
+        self._accel_variance = max(LEAST_ACCEL_VARIANCE, min(MOST_ACCEL_VARIANCE, learnt))
+        was_valid = self.estimate.valid
+        good = self._variance < VALID_VARIANCE and (was_valid or ratio < 1.0)
+        self._valid_s = self._valid_s + dt_s if good else 0.0
+        self.estimate = HoverThrustEstimate(
+            now_us,
+            self._hover,
+            self._valid_s >= VALID_AFTER_S,
+            self._variance,
+            innovation,
+            variance,
+            ratio,
+            self._accel_variance,
+        )

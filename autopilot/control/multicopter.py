@@ -14,8 +14,8 @@ import math
 from autopilot.constants import MOST_ROTORS, NavState, TakeoffState
 from autopilot.control.actuator_group_test import ActuatorGroupTest
 from autopilot.control.actuator_test import ActuatorTests
-from autopilot.control.control_allocator import ControlAllocator, Rotor
-from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
+from autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
+from autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from autopilot.control.mc_att_control import rates_setpoint
 from autopilot.control.mc_autotune import McAutotune
 from autopilot.control.mc_parameters import constrain
@@ -39,7 +39,7 @@ from autopilot.topics import (
     NAN,
     NAN3,
     ActuatorOutputs,
-    HoverThrustEstimate,
+    ControlAllocatorStatus,
     ManualControlSetpoint,
     RateCtrlStatus,
     TakeoffStatus,
@@ -59,9 +59,13 @@ TILT_LIMIT_SLEW_RAD_S = 0.2
 STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
 """On the ground: a large acceleration down leaves no thrust."""
 STICK_MODES = (NavState.MANUAL, NavState.STAB, NavState.ACRO)
+CLEAR_OF_GROUND_M = 1.0
+"""Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
 PWM_DISARMED, PWM_MIN, PWM_RANGE = 900, 1000, 1000
 """What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
 PWM_EVERY = 5
+STATUS_EVERY = 50
+"""Ticks; as often as PX4 logs control_allocator_status."""
 MOTOR_FUNCTION = 101
 MOTORS = 12
 OUTPUTS = 16
@@ -72,7 +76,7 @@ PARAMETER_UPDATE_INTERVAL_US = 1_000_000
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
-    vehicle_torque_setpoint, hover_thrust_estimate and actuator_outputs."""
+    vehicle_torque_setpoint, hover_thrust_estimate, control_allocator_status and actuator_outputs."""
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """`say(severity, text)` tells the ground."""
@@ -86,7 +90,8 @@ class MulticopterControl:
         self._resets = (0, 0)
         self._tilt_limit = 0.0
         self._attitude_due = False
-        self._hover_due = False
+        self._clear_of_ground = False
+        """It has been more than a metre up since it last stood."""
         self._yaw_sp = NAN
         self._ticks = 0
         self._tests = ActuatorTests(topics)
@@ -97,8 +102,7 @@ class MulticopterControl:
         self._version = -1
         self._refresh_due_us = 0
         self._refresh()
-        hover = float(parameters["MPC_THR_HOVER"])
-        self._hover = HoverThrustEstimator(hover, float(parameters["HTE_HT_ERR_INIT"]))
+        self._hover = HoverThrustEstimator(self._hover_parameters)
 
     def _refresh(self) -> None:
         def get(name: str) -> float:
@@ -132,9 +136,15 @@ class MulticopterControl:
         self._land_speed = get("MPC_LAND_SPEED")
         self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
         self._velocity_derivative_cutoff = get("MPC_VELD_LP")
-        self._hover_noise, self._hover_gate = get("HTE_HT_NOISE"), get("HTE_ACC_GATE")
-        self._hover_range, self._hover_speed_up = get("HTE_THR_RANGE"), get("HTE_VZ_THR")
-        self._hover_speed_xy = get("HTE_VXY_THR")
+        self._hover_parameters = HoverThrustParameters(
+            self._thrust_hover,
+            get("HTE_HT_ERR_INIT"),
+            get("HTE_HT_NOISE"),
+            get("HTE_ACC_GATE"),
+            get("HTE_THR_RANGE"),
+            get("HTE_VZ_THR"),
+            get("HTE_VXY_THR"),
+        )
         self._yaw_weight = max(0.0, min(1.0, get("MC_YAW_WEIGHT")))
         yaw_gain = get("MC_YAW_P") / self._yaw_weight if self._yaw_weight > 1e-4 else get("MC_YAW_P")
         self._attitude_gains = (get("MC_ROLL_P"), get("MC_PITCH_P"), yaw_gain)
@@ -178,6 +188,7 @@ class MulticopterControl:
         if self._parameters.version != self._version and now_us >= self._refresh_due_us:
             self._refresh_due_us = now_us + PARAMETER_UPDATE_INTERVAL_US
             self._refresh()
+            self._hover.set_parameters(self._hover_parameters)
         topics = self._topics
         if topics.failure_injection is not self._failures:
             self._note_failures()
@@ -198,7 +209,7 @@ class MulticopterControl:
         flying = takeoff.state >= TakeoffState.FLIGHT
         self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
         topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
-        self._update_hover_thrust(now_us, dt, flying and not landed.landed)
+        self._update_hover_thrust(now_us, dt, armed)
         if direct:
             assert offboard is not None
             if offboard.attitude is not None:
@@ -278,27 +289,28 @@ class MulticopterControl:
             local.heading,
         )
 
-    def _update_hover_thrust(self, now_us: int, dt: float, in_air: bool) -> None:
-        """Every second time, once it flies; before, MPC_THR_HOVER counts."""
-        estimator, control = self._hover, self._position
-        if not in_air:
-            estimator.pause()
+    def _update_hover_thrust(self, now_us: int, dt: float, armed: bool) -> None:
+        """While it is well clear of the ground; on the ground MPC_THR_HOVER counts."""
+        topics, estimator, control = self._topics, self._hover, self._position
+        local = topics.vehicle_local_position
+        if topics.vehicle_land_detected.landed:
+            self._clear_of_ground = False
             control.hover_thrust = max(0.1, min(0.9, self._thrust_hover))
+        elif not local.dist_bottom <= CLEAR_OF_GROUND_M:
+            self._clear_of_ground = True
+        if not (armed and self._clear_of_ground and local.az == local.az):
+            estimator.stop(now_us, armed)
+            topics.hover_thrust_estimate = estimator.estimate
             return
-        self._hover_due = not self._hover_due
-        if not self._hover_due:
+        _, x, y, _ = topics.vehicle_attitude.q
+        allocated = topics.vehicle_rates_setpoint.thrust_body[2] - self._allocator.unallocated_thrust
+        thrust = -allocated * (1.0 - 2.0 * (x * x + y * y))
+        if thrust != thrust:
             return
-        local = self._topics.vehicle_local_position
-        if abs(local.vz) > self._hover_speed_up or math.hypot(local.vx, local.vy) > self._hover_speed_xy:
-            return
-        thrust = -self._topics.vehicle_local_position_setpoint.thrust[2]
-        if not thrust > 0.0 or not local.v_z_valid:
-            return
-        estimator.update(-local.az, thrust, 2.0 * dt, self._hover_noise, self._hover_gate, self._hover_range)
-        valid = estimator.valid
-        self._topics.hover_thrust_estimate = HoverThrustEstimate(now_us, estimator.hover_thrust, valid)
-        if valid:
-            control.update_hover_thrust(estimator.hover_thrust)
+        estimator.update(now_us, dt, -local.az, thrust, abs(local.vz), math.hypot(local.vx, local.vy))
+        topics.hover_thrust_estimate = estimate = estimator.estimate
+        if estimate.valid:
+            control.update_hover_thrust(estimate.hover_thrust)
 
     # --- sticks --------------------------------------------------------------------------------------------
 
@@ -342,7 +354,7 @@ class MulticopterControl:
         if not 0.0 < dt < 0.02:
             dt = TICK_S
         actuators = topics.actuator_armed
-        if not actuators.armed or actuators.manual_lockdown or topics.vehicle_status.termination:
+        if not actuators.armed or actuators.kill or topics.vehicle_status.termination:
             if self._tests.due:
                 self._test(now_us)
             else:
@@ -380,9 +392,27 @@ class MulticopterControl:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
             topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
             topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
+            if self._ticks % STATUS_EVERY == 0:
+                topics.control_allocator_status = self._allocator_status(now_us)
         topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
         if self._peripherals:
             topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+
+    def _allocator_status(self, now_us: int) -> ControlAllocatorStatus:
+        allocator = self._allocator
+        x, y, z = torque = allocator.unallocated
+        thrust = allocator.unallocated_thrust
+        return ControlAllocatorStatus(
+            now_us,
+            torque,
+            (0.0, 0.0, thrust),
+            x * x + y * y + z * z < ACHIEVED,
+            thrust * thrust < ACHIEVED,
+            saturation(allocator.thrusts),
+            sum(1 << motor for motor in self._motors_off),
+            0,
+            self.group_test.test is not None,
+        )
 
     def _control_attitude(self, now_us: int) -> None:
         topics = self._topics

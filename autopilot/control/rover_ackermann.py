@@ -71,7 +71,7 @@ class RoverAckermannControl:
         if armed.armed and self._can_run(mode):
             self._was_armed = True
             self._drive(now_us, status.nav_state, mode)
-            self._publish(now_us, locked=armed.manual_lockdown)
+            self._publish(now_us, locked=armed.kill)
             return
         if self._was_armed:
             self._was_armed = False

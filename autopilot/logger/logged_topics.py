@@ -3,12 +3,15 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from autopilot.logger import rows
 from autopilot.logger.packing import Row
+from autopilot.logger.rows import commander, control, estimator, navigator, outside, sensors
 
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
-INNOVATIONS, TRUTH = "estimator_innovations", "groundtruth"
+TRUTH = "groundtruth"
+ESTIMATOR_MS = 500
+SLOW = frozenset({"estimator_fusion_control", "estimator_sensor_bias", "yaw_estimator_status"})
+"""PX4 logs estimators twice a second, and these once; its simulation at 100 Hz and more, which costs too much here."""
 
 
 class LoggedTopic(NamedTuple):
@@ -30,58 +33,68 @@ class LoggedTopic(NamedTuple):
 
 
 COMMON = (
-    LoggedTopic("sensor_combined", 0, rows.sensor_combined),
-    LoggedTopic("vehicle_acceleration", 50, rows.vehicle_acceleration, "sensor_combined"),
-    LoggedTopic("vehicle_air_data", 200, rows.vehicle_air_data, "sensor_baro"),
-    LoggedTopic("sensor_baro", 1000, rows.sensor_baro),
-    LoggedTopic("vehicle_magnetometer", 200, rows.vehicle_magnetometer, "sensor_mag"),
-    LoggedTopic("sensor_mag", 1000, rows.sensor_mag),
-    LoggedTopic("vehicle_attitude_groundtruth", 10, rows.vehicle_attitude_groundtruth, TRUTH),
-    LoggedTopic("vehicle_angular_velocity_groundtruth", 10, rows.vehicle_angular_velocity_groundtruth, TRUTH),
-    LoggedTopic("vehicle_global_position_groundtruth", 100, rows.vehicle_global_position_groundtruth, TRUTH),
-    LoggedTopic("vehicle_local_position_groundtruth", 20, rows.vehicle_local_position_groundtruth, TRUTH),
-    LoggedTopic("distance_sensor", 1000, rows.distance_sensor),
-    LoggedTopic("battery_status", 200, rows.battery_status),
-    LoggedTopic("vehicle_attitude", 50, rows.vehicle_attitude),
-    LoggedTopic("vehicle_angular_velocity", 20, rows.vehicle_angular_velocity),
-    LoggedTopic("vehicle_local_position", 100, rows.vehicle_local_position),
-    LoggedTopic("vehicle_global_position", 200, rows.vehicle_global_position),
-    LoggedTopic("estimator_status", 200, rows.estimator_status),
-    LoggedTopic("estimator_status_flags", 1000, rows.estimator_status_flags, "estimator_status"),
-    LoggedTopic("estimator_sensor_bias", 1000, rows.estimator_sensor_bias, "estimator_status"),
-    LoggedTopic("estimator_innovations", 500, rows.estimator_innovations),
-    LoggedTopic("estimator_innovation_variances", 500, rows.estimator_innovation_variances, "estimator_innovations"),
-    LoggedTopic(
-        "estimator_innovation_test_ratios", 500, rows.estimator_innovation_test_ratios, "estimator_innovations"
-    ),
-    LoggedTopic("vehicle_imu_status", 1000, rows.vehicle_imu_status, "estimator_status"),
-    LoggedTopic("wind", 1000, rows.wind),
-    LoggedTopic("vehicle_land_detected", STATE_MS, rows.vehicle_land_detected, state=True),
-    LoggedTopic("vehicle_control_mode", STATE_MS, rows.vehicle_control_mode, "vehicle_status", state=True),
-    LoggedTopic("failsafe_flags", STATE_MS, rows.failsafe_flags, state=True),
-    LoggedTopic("home_position", STATE_MS, rows.home_position, state=True),
-    LoggedTopic("actuator_armed", STATE_MS, rows.actuator_armed, state=True),
-    LoggedTopic("position_setpoint_triplet", 200, rows.position_setpoint_triplet),
-    LoggedTopic("vehicle_roi", 1000, rows.vehicle_roi),
-    LoggedTopic("mission_result", STATE_MS, rows.mission_result, state=True),
-    LoggedTopic("actuator_outputs", 100, rows.actuator_outputs),
-    LoggedTopic("manual_control_setpoint", 200, rows.manual_control_setpoint),
-    LoggedTopic("manual_control_switches", STATE_MS, rows.manual_control_switches, state=True),
-    LoggedTopic("input_rc", 500, rows.input_rc),
-    LoggedTopic("cpuload", 0, rows.cpuload),
-    LoggedTopic("offboard_control_mode", 100, rows.offboard_control_mode, "offboard_setpoint"),
+    LoggedTopic("sensor_combined", 0, sensors.sensor_combined),
+    LoggedTopic("vehicle_acceleration", 50, sensors.vehicle_acceleration, "sensor_combined"),
+    LoggedTopic("vehicle_imu", 500, sensors.vehicle_imu, "sensor_combined"),
+    LoggedTopic("sensor_accel", 1000, sensors.sensor_accel, "sensor_combined"),
+    LoggedTopic("sensor_gyro", 1000, sensors.sensor_gyro, "sensor_combined"),
+    LoggedTopic("vehicle_imu_status", 1000, sensors.vehicle_imu_status),
+    LoggedTopic("sensors_status_imu", 200, sensors.sensors_status_imu, state=True),
+    LoggedTopic("vehicle_air_data", 200, sensors.vehicle_air_data, "sensor_baro"),
+    LoggedTopic("sensor_baro", 1000, sensors.sensor_baro),
+    LoggedTopic("vehicle_magnetometer", 200, sensors.vehicle_magnetometer, "sensor_mag"),
+    LoggedTopic("sensor_mag", 1000, sensors.sensor_mag),
+    LoggedTopic("vehicle_attitude_groundtruth", 10, sensors.vehicle_attitude_groundtruth, TRUTH),
+    LoggedTopic("vehicle_angular_velocity_groundtruth", 10, sensors.vehicle_angular_velocity_groundtruth, TRUTH),
+    LoggedTopic("vehicle_global_position_groundtruth", 100, sensors.vehicle_global_position_groundtruth, TRUTH),
+    LoggedTopic("vehicle_local_position_groundtruth", 20, sensors.vehicle_local_position_groundtruth, TRUTH),
+    LoggedTopic("distance_sensor", 1000, sensors.distance_sensor),
+    LoggedTopic("battery_status", 200, sensors.battery_status),
+    LoggedTopic("esc_status", 100, sensors.esc_status),
+    LoggedTopic("ranging_beacon", 100, sensors.ranging_beacon),
+    LoggedTopic("system_power", STATE_MS, sensors.system_power, state=True),
+    LoggedTopic("vehicle_attitude", 50, estimator.vehicle_attitude),
+    LoggedTopic("vehicle_angular_velocity", 20, estimator.vehicle_angular_velocity),
+    LoggedTopic("vehicle_local_position", 100, estimator.vehicle_local_position),
+    LoggedTopic("vehicle_global_position", 200, estimator.vehicle_global_position),
+    *(LoggedTopic(name, 1000 if name in SLOW else ESTIMATOR_MS, row) for name, row in estimator.OWN_NAMES.items()),
+    LoggedTopic("wind", 1000, estimator.wind),
+    LoggedTopic("vehicle_land_detected", STATE_MS, estimator.vehicle_land_detected, state=True),
+    LoggedTopic("vehicle_control_mode", STATE_MS, commander.vehicle_control_mode, "vehicle_status", state=True),
+    LoggedTopic("failsafe_flags", STATE_MS, commander.failsafe_flags, state=True),
+    LoggedTopic("failure_detector_status", 100, commander.failure_detector_status),
+    LoggedTopic("config_overrides", STATE_MS, commander.config_overrides, state=True),
+    LoggedTopic("home_position", STATE_MS, commander.home_position, state=True),
+    LoggedTopic("actuator_armed", STATE_MS, commander.actuator_armed, state=True),
+    LoggedTopic("cpuload", 0, commander.cpuload),
+    LoggedTopic("position_setpoint_triplet", 200, navigator.position_setpoint_triplet),
+    LoggedTopic("vehicle_roi", 1000, navigator.vehicle_roi),
+    LoggedTopic("mission_result", STATE_MS, navigator.mission_result, state=True),
+    LoggedTopic("navigator_status", 0, navigator.navigator_status),
+    LoggedTopic("navigator_mission_item", 0, navigator.navigator_mission_item),
+    LoggedTopic("rtl_time_estimate", 1000, navigator.rtl_time_estimate),
+    LoggedTopic("rtl_status", 2000, navigator.rtl_status),
+    LoggedTopic("distance_sensor_mode_change_request", 0, navigator.distance_sensor_mode_change_request),
+    LoggedTopic("actuator_outputs", 100, control.actuator_outputs),
+    LoggedTopic("offboard_control_mode", 100, control.offboard_control_mode, "offboard_setpoint"),
+    LoggedTopic("manual_control_setpoint", 200, outside.manual_control_setpoint),
+    LoggedTopic("manual_control_switches", STATE_MS, outside.manual_control_switches, state=True),
+    LoggedTopic("input_rc", 500, outside.input_rc),
+    LoggedTopic("gripper", STATE_MS, outside.gripper, state=True),
 )
 MULTICOPTERS = (
-    LoggedTopic("trajectory_setpoint", 200, rows.trajectory_setpoint),
-    LoggedTopic("vehicle_constraints", 1000, rows.vehicle_constraints),
-    LoggedTopic("vehicle_local_position_setpoint", 100, rows.vehicle_local_position_setpoint),
-    LoggedTopic("vehicle_attitude_setpoint", 50, rows.vehicle_attitude_setpoint),
-    LoggedTopic("vehicle_rates_setpoint", 20, rows.vehicle_rates_setpoint),
-    LoggedTopic("vehicle_thrust_setpoint", 20, rows.vehicle_thrust_setpoint, "vehicle_rates_setpoint"),
-    LoggedTopic("vehicle_torque_setpoint", 20, rows.vehicle_torque_setpoint),
-    LoggedTopic("rate_ctrl_status", 200, rows.rate_ctrl_status),
-    LoggedTopic("takeoff_status", 1000, rows.takeoff_status),
-    LoggedTopic("hover_thrust_estimate", 100, rows.hover_thrust_estimate),
+    LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint),
+    LoggedTopic("vehicle_constraints", 1000, control.vehicle_constraints),
+    LoggedTopic("landing_gear", 200, control.landing_gear),
+    LoggedTopic("vehicle_local_position_setpoint", 100, control.vehicle_local_position_setpoint),
+    LoggedTopic("vehicle_attitude_setpoint", 50, control.vehicle_attitude_setpoint),
+    LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint),
+    LoggedTopic("vehicle_thrust_setpoint", 20, control.vehicle_thrust_setpoint, "vehicle_rates_setpoint"),
+    LoggedTopic("vehicle_torque_setpoint", 20, control.vehicle_torque_setpoint),
+    LoggedTopic("rate_ctrl_status", 200, control.rate_ctrl_status),
+    LoggedTopic("control_allocator_status", 200, control.control_allocator_status),
+    LoggedTopic("takeoff_status", 1000, control.takeoff_status),
+    LoggedTopic("hover_thrust_estimate", 100, control.hover_thrust_estimate),
 )
 
 
@@ -134,13 +147,15 @@ class Vehicle(NamedTuple):
 
 def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     """What SDLOG_PROFILE asks for, as far as we have it."""
-    motors = rows.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE)
-    servos = rows.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION)
+    motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE)
+    servos = control.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION)
     known = [
         *COMMON,
-        LoggedTopic("vehicle_gps_position", 100, rows.gps("vehicle_gps_position", vehicle.boot_unix_us), "sensor_gps"),
-        LoggedTopic("sensor_gps", 1000, rows.gps("sensor_gps", vehicle.boot_unix_us)),
-        LoggedTopic("vehicle_status", STATE_MS, rows.vehicle_status(vehicle.system_id), state=True),
+        LoggedTopic(
+            "vehicle_gps_position", 100, sensors.gps("vehicle_gps_position", vehicle.boot_unix_us), "sensor_gps"
+        ),
+        LoggedTopic("sensor_gps", 1000, sensors.gps("sensor_gps", vehicle.boot_unix_us)),
+        LoggedTopic("vehicle_status", STATE_MS, commander.vehicle_status(vehicle.system_id), state=True),
         LoggedTopic("actuator_motors", 100, motors, "actuator_outputs"),
         *((LoggedTopic("actuator_servos", 100, servos, "actuator_outputs"),) if vehicle.rover else MULTICOPTERS),
     ]

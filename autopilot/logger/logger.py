@@ -19,10 +19,11 @@ from typing import Any
 
 from autopilot.commands import CommandResult
 from autopilot.constants import Severity
-from autopilot.logger import log_files, logged_topics, packing, rows, ulog
+from autopilot.logger import log_files, logged_topics, packing, ulog
 from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
 from autopilot.logger.packing import Row
+from autopilot.logger.rows import commander as commander_rows
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import LoggerStatus, Topics, VehicleCommand
@@ -327,9 +328,11 @@ class Logger:
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
         count = len(self._subscriptions)
-        self._command = Subscription(count, "vehicle_command", rows.vehicle_command, timed=False)
-        self._command_ack = Subscription(count + 1, "vehicle_command_ack", rows.vehicle_command_ack, timed=False)
-        self._event = Subscription(count + 2, "event", rows.event, timed=False)
+        self._command = Subscription(count, "vehicle_command", commander_rows.vehicle_command, timed=False)
+        self._command_ack = Subscription(
+            count + 1, "vehicle_command_ack", commander_rows.vehicle_command_ack, timed=False
+        )
+        self._event = Subscription(count + 2, "event", commander_rows.event, timed=False)
         self._events_seen = self._texts.events.count
         self._texts_seen = self._texts.count
         self._version = parameters.version

@@ -6,7 +6,6 @@ record into their bytes. It runs hundreds of times a second: what is the same in
 
 import itertools
 import json
-import math
 import pathlib
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,6 +29,11 @@ Extra = Mapping[str, float | str]
 """Fields that have another name in our record, or a constant in every element."""
 
 
+def zeros(*names: str) -> Extra:
+    """Fields that are 0 in PX4, too: nobody sets them in simulation."""
+    return dict.fromkeys(names, 0)
+
+
 def row(topic: str) -> Callable[[Fill], Row]:
     """Decorator: a row from the function that knows the values of all of PX4's fields."""
     codes = ulog.codes(FORMATS[topic], FORMATS)
@@ -45,15 +49,16 @@ def by_name(
 ) -> Row:
     """A row whose fields are those of our record that bear the same names, those of `extra`, and those of `names`.
 
-    `compute` returns the values of `names`, arrays flattened. The rest is 0 or, if a number, what PX4 logs where it
-    does not know: NaN.
+    A record's field that is an array has to be a tuple of its length. `compute` returns the values of `names`, arrays
+    flattened. Raises ValueError where one of PX4's fields is in none of them: what is not known has to be said.
     """
     renamed = extra or {}
     ours: tuple[str, ...] = record_type._fields  # type: ignore[attr-defined]  # every record is a NamedTuple
     kinds = {name: ulog.array_length(kind) for kind, name in FORMATS[topic]}
     places = {name: place for place, name in enumerate(ours) if name in kinds and kinds[name][1] == 1}
+    arrays = [name for name in ours if name in kinds and kinds[name][1] > 1 and name not in (*names, *renamed)]
     computed = len(ours)
-    for name in names:
+    for name in (*arrays, *names):
         places[name] = computed
         computed += kinds[name][1]
     parts: list[tuple[str, int | bytes]] = []
@@ -61,11 +66,12 @@ def by_name(
         code, other = c_types.STRUCT_CODES[kind], renamed.get(name)
         if isinstance(other, str):
             parts += [(code, ours.index(other))] * length
-        elif other is None and name in places:
+        elif other is not None:
+            parts += [(code, c_types.Layout(code).pack(other))] * length
+        elif name in places:
             parts += [(code, places[name] + n) for n in range(length)]
         else:
-            unknown = math.nan if code in "fd" else 0
-            parts += [(code, c_types.Layout(code).pack(unknown if other is None else other))] * length
+            raise ValueError(f"{topic}.{name} is not told")
     codes: list[str] = []
     order: list[int] = []
     constants: list[bytes] = []
@@ -79,10 +85,31 @@ def by_name(
                 assert isinstance(place, int)
                 codes.append(code)
                 order.append(place)
+    flat = _flattened([ours.index(name) for name in arrays], compute)
     pick, rest = itemgetter(*order), tuple(constants)
-    if compute is None:
+    if flat is None:
         return _packed(codes, lambda pack, record: pack(*pick(record + rest)))
-    return _packed(codes, lambda pack, record: pack(*pick(record + compute(record) + rest)))
+    return _packed(codes, lambda pack, record: pack(*pick(record + flat(record) + rest)))
+
+
+def _flattened(
+    arrays: Sequence[int], compute: Callable[[Any], tuple[Value, ...]] | None
+) -> Callable[[Any], tuple[Value, ...]] | None:
+    """What follows a record's own fields: the elements of its arrays, and what is computed."""
+    if not arrays:
+        return compute
+    if len(arrays) == 1:
+        place = arrays[0]
+        joined: Callable[[Any], tuple[Value, ...]] = itemgetter(place)
+    else:
+        pick = itemgetter(*arrays)
+
+        def joined(record: Any) -> tuple[Value, ...]:
+            return tuple(itertools.chain.from_iterable(pick(record)))
+
+    if compute is None:
+        return joined
+    return lambda record: joined(record) + compute(record)
 
 
 def _packed(codes: Sequence[str], fill: Fill) -> Row:

@@ -11,7 +11,15 @@ import math
 from enum import IntEnum
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
+from autopilot.modes.flight_task import (
+    GEAR_DOWN,
+    GEAR_KEEP,
+    GEAR_UP,
+    GEAR_UP_ABOVE_M,
+    Setpoint,
+    distance_to_ground_m,
+    start_state,
+)
 from autopilot.modes.heading_smoothing import HeadingSmoothing
 from autopilot.modes.land import descent_speed, land_speeds
 from autopilot.modes.position_smoothing import PositionSmoothing
@@ -78,6 +86,7 @@ class Auto:
         self._yaw_lock = False
         self._yaw_aligned = False
         self._braking = False
+        self.gear = GEAR_KEEP
         self._roi: VehicleRoi | None = None
         self._roi_place = (0.0, 0.0)
         self.refresh()
@@ -114,6 +123,7 @@ class Auto:
         self._yaw = yaw
         self._land_heading = NAN
         self._braking = False
+        self.gear = GEAR_KEEP
         self._xy_reset_counter, self._z_reset_counter = local.xy_reset_counter, local.z_reset_counter
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
@@ -128,6 +138,10 @@ class Auto:
         yaw = self._wanted_yaw(current, local)
 
         height_m = distance_to_ground_m(local, topics.home_position)
+        if kind == SetpointType.LAND:
+            self.gear = GEAR_DOWN
+        elif height_m > GEAR_UP_ABOVE_M:
+            self.gear = GEAR_UP
         previous, target, then = self._waypoints
         feed_forward = NAN3
         if kind == SetpointType.LAND:
@@ -156,7 +170,7 @@ class Auto:
         heading.update(yaw, dt_s)
         self._yaw = yaw
         constraints = VehicleConstraints(
-            self._limit_up,
+            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
             max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
             smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
         )
@@ -172,6 +186,7 @@ class Auto:
                 (x.acceleration, y.acceleration, z.acceleration),
                 heading.heading,
                 heading.rate,
+                (x.jerk, y.jerk, z.jerk),
             ),
             constraints,
         )

@@ -10,14 +10,14 @@ import math
 from autopilot.constants import NavState, TakeoffState
 from autopilot.modes.auto import Auto
 from autopilot.modes.descend import Descend
-from autopilot.modes.flight_task import FlightTask
+from autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
 from autopilot.modes.follow_target import FollowTargetTask
 from autopilot.modes.manual_altitude import ManualAltitude
 from autopilot.modes.manual_position import ManualPosition
 from autopilot.modes.offboard import Offboard
 from autopilot.modes.orbit import Orbit
 from autopilot.parameters import Parameters
-from autopilot.topics import Topics, TrajectorySetpoint, Vector3
+from autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
 LONGEST_STEP_S = 0.1
 NAN = math.nan
@@ -27,7 +27,10 @@ AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
 
 
 class FlightModes:
-    """Writer of trajectory_setpoint, vehicle_constraints and orbit_status for a multicopter; a rover has no tasks."""
+    """Writer of trajectory_setpoint, vehicle_constraints, landing_gear and orbit_status for a multicopter.
+
+    A rover has no tasks.
+    """
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
@@ -54,6 +57,8 @@ class FlightModes:
         self._auto = auto
         self._task: FlightTask | None = None
         self._updated_us = 0
+        self._gear = GEAR_KEEP
+        topics.vehicle_constraints = VehicleConstraints(parameters["MPC_Z_VEL_MAX_UP"], parameters["MPC_Z_VEL_MAX_DN"])
         self._version = parameters.version
 
     def update(self, now_us: int) -> None:
@@ -81,6 +86,13 @@ class FlightModes:
             velocity = topics.trajectory_setpoint.velocity if status.armed else AT_REST
             task.activate(AUTO_ON_GROUND if task is self._auto else _on_ground(velocity))
         topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
+        gear = (
+            self._auto.gear if task is self._auto else GEAR_DOWN if status.nav_state == NavState.DESCEND else GEAR_KEEP
+        )
+        if gear != self._gear:
+            self._gear = gear
+            if gear != GEAR_KEEP:
+                topics.landing_gear = LandingGear(now_us, gear)
 
 
 def _on_ground(velocity: Vector3) -> TrajectorySetpoint:

@@ -9,6 +9,9 @@ from typing import Protocol
 
 from autopilot.topics import HomePosition, TrajectorySetpoint, Vector3, VehicleConstraints, VehicleLocalPosition
 
+GEAR_DOWN, GEAR_KEEP, GEAR_UP = -1, 0, 1
+"""landing_gear."""
+GEAR_UP_ABOVE_M = 2.0
 Setpoint = tuple[TrajectorySetpoint, VehicleConstraints]
 
 

@@ -24,12 +24,23 @@ from autopilot.navigator.traffic import Traffic
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
-from autopilot.topics import MissionResult, PositionSetpointTriplet, Topics, VehicleCommand, VehicleStatus
+from autopilot.topics import (
+    DistanceSensorModeChangeRequest,
+    MissionResult,
+    NavigatorStatus,
+    PositionSetpointTriplet,
+    Topics,
+    VehicleCommand,
+    VehicleStatus,
+)
 from sitl_emu.core import dialect as mavlink
 
 INTERVAL_US = 50_000
 """How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
 RTL_ESTIMATE_EVERY_US = 1_000_000
+STATUS_EVERY_US = 500_000
+HEADING_FAILURE = 1
+"""navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
 
@@ -118,6 +129,8 @@ class Navigator:
         self._publish_mission_result(now_us)
         if now_us - self._topics.rtl_time_estimate.timestamp >= RTL_ESTIMATE_EVERY_US:
             self._topics.rtl_time_estimate = self._rtl.time_estimate(active=self._mode is self._rtl)
+            self._topics.rtl_status = self._rtl.status()
+        self._publish_status(now_us)
 
     def _wakes(self, now_us: int) -> bool:
         status, plans = self._topics.vehicle_status, self._plans_now()
@@ -150,6 +163,20 @@ class Navigator:
         self._run_mode(status.nav_state if status.armed else None)
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
+
+    def _publish_status(self, now_us: int) -> None:
+        """Twice a second, and when something has changed."""
+        topics, state = self._topics, self._state
+        nav_state = int(topics.vehicle_status.nav_state)
+        failure = HEADING_FAILURE if state.mission_failure else 0
+        last = topics.navigator_status
+        if (nav_state, failure) != last[1:] or now_us - last.timestamp >= STATUS_EVERY_US:
+            topics.navigator_status = NavigatorStatus(now_us, nav_state, failure)
+        landing = self._mode in (self._mission, self._rtl) and state.triplet.current.type == SetpointType.LAND
+        request = int(landing and state.triplet.current.valid)
+        known = topics.distance_sensor_mode_change_request
+        if known.timestamp == 0 or known.request_on_off != request:
+            topics.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest(now_us, request)
 
     def _take_commands(self) -> None:
         records = self._topics.vehicle_commands

@@ -24,12 +24,15 @@ from autopilot.navigator.mission_block import (
 )
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.state import NavigatorState
-from autopilot.topics import RtlTimeEstimate, VehicleGlobalPosition
+from autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
 SLOWEST_M_S = 0.1
 """Below this a speed is none, and would make a return endless."""
+HOME_INDEX = 255
+DIRECT_SAFE_POINT = 1
+"""rtl_status.rtl_type."""
 NEARER_M = 2.0
 """A rally point has to be nearer by this."""
 AT_HOME_M = 10.0
@@ -111,6 +114,16 @@ class Rtl:
         seconds = 0.0 if state.rover else self._seconds_left(position)
         safe_s = settings.rtl_time_factor * seconds + settings.rtl_time_margin_s
         return RtlTimeEstimate(state.now_us, True, seconds, safe_s)
+
+    def status(self) -> RtlStatus:
+        """Where a return would go: straight to home, or to a rally point."""
+        state, plan = self._state, self._state.dataman.rally
+        place = self._destination
+        index = next(
+            (n for n, item in enumerate(plan.items) if (item.lat_deg, item.lon_deg) == (place.lat_deg, place.lon_deg)),
+            HOME_INDEX,
+        )
+        return RtlStatus(state.now_us, DIRECT_SAFE_POINT, index, plan.opaque_id)
 
     def _seconds_left(self, position: VehicleGlobalPosition) -> float:
         settings, place, phase = self._state.settings, self._destination, self._phase

@@ -203,7 +203,20 @@ class NavigatorState:
     ) -> None:
         """Replace the triplet."""
         self.triplet = PositionSetpointTriplet(
-            self.now_us, previous or PositionSetpoint(), current, following or PositionSetpoint()
+            self.now_us, previous or self.no_setpoint(), current, following or self.no_setpoint()
+        )
+
+    def no_setpoint(self) -> PositionSetpoint:
+        """What PX4's navigator resets a setpoint to (reset_position_setpoint); it is not valid."""
+        settings = self.settings
+        return PositionSetpoint(
+            self.now_us,
+            False,
+            int(SetpointType.IDLE),
+            acceptance_radius=settings.nav_acc_rad_m,
+            cruising_speed=self.cruising_speed_m_s,
+            loiter_radius=settings.nav_loiter_rad_m,
+            alt_acceptance_radius=0.0,
         )
 
     def idle(self) -> None:

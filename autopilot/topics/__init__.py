@@ -10,6 +10,7 @@ A module here has the records of one part of the autopilot; all of them are impo
 
 from autopilot.topics.commander import (
     ActuatorArmed,
+    ConfigOverrides,
     FailsafeFlags,
     FailureDetectorStatus,
     FailureInjection,
@@ -22,7 +23,9 @@ from autopilot.topics.control import (
     ActuatorOutputs,
     ActuatorSet,
     ActuatorTest,
+    ControlAllocatorStatus,
     HoverThrustEstimate,
+    LandingGear,
     OffboardSetpoint,
     PositionControllerStatus,
     RateCtrlStatus,
@@ -72,11 +75,15 @@ from autopilot.topics.manual_control import (
     RcParameter,
 )
 from autopilot.topics.navigator import (
+    DistanceSensorModeChangeRequest,
     GeofenceResult,
     MissionResult,
+    NavigatorMissionItem,
+    NavigatorStatus,
     OrbitStatus,
     PositionSetpoint,
     PositionSetpointTriplet,
+    RtlStatus,
     RtlTimeEstimate,
     VehicleRoi,
 )
@@ -110,11 +117,16 @@ from autopilot.topics.payload import (
 from autopilot.topics.sensors import (
     BatteryStatus,
     DistanceSensorSample,
+    EscStatus,
     GroundTruth,
+    RangingBeaconRange,
     SensorBaro,
     SensorCombined,
     SensorGps,
     SensorMag,
+    SensorsStatusImu,
+    SystemPower,
+    VehicleImuStatus,
 )
 from autopilot.topics.system import CpuLoad, LoggerStatus
 from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
@@ -140,12 +152,16 @@ __all__ = [
     "CameraCapture",
     "CameraTriggered",
     "CommandRecord",
+    "ConfigOverrides",
+    "ControlAllocatorStatus",
     "CpuLoad",
     "DebugArray",
     "DebugKeyValue",
     "DebugValue",
     "DebugVect",
+    "DistanceSensorModeChangeRequest",
     "DistanceSensorSample",
+    "EscStatus",
     "EstimatorAidSource1d",
     "EstimatorAidSource2d",
     "EstimatorAidSource3d",
@@ -176,12 +192,15 @@ __all__ = [
     "HoverThrustEstimate",
     "Innovation",
     "InputRc",
+    "LandingGear",
     "LandingTargetPose",
     "LoggerStatus",
     "ManualControlInput",
     "ManualControlSetpoint",
     "ManualControlSwitches",
     "MissionResult",
+    "NavigatorMissionItem",
+    "NavigatorStatus",
     "ObstacleDistance",
     "OffboardSetpoint",
     "OrbitStatus",
@@ -189,13 +208,17 @@ __all__ = [
     "PositionSetpoint",
     "PositionSetpointTriplet",
     "Quaternion",
+    "RangingBeaconRange",
     "RateCtrlStatus",
     "RcParameter",
+    "RtlStatus",
     "RtlTimeEstimate",
     "SensorBaro",
     "SensorCombined",
     "SensorGps",
     "SensorMag",
+    "SensorsStatusImu",
+    "SystemPower",
     "TakeoffStatus",
     "Topics",
     "TrajectorySetpoint",
@@ -208,6 +231,7 @@ __all__ = [
     "VehicleCommandAck",
     "VehicleConstraints",
     "VehicleGlobalPosition",
+    "VehicleImuStatus",
     "VehicleLandDetected",
     "VehicleLocalPosition",
     "VehicleLocalPositionSetpoint",
@@ -251,6 +275,11 @@ class Topics:
         self.distance_sensor = DistanceSensorSample()
         self.battery_status = BatteryStatus()
         self.groundtruth = GroundTruth()
+        self.esc_status = EscStatus()
+        self.sensors_status_imu = SensorsStatusImu()
+        self.system_power = SystemPower()
+        self.ranging_beacon = RangingBeaconRange()
+        self.vehicle_imu_status = VehicleImuStatus()
         self.battery_status_outside = BatteryStatus()
         """Writer: mavlink/services/battery_status.py, for a battery that tells of itself."""
         self.vehicle_attitude = VehicleAttitude()
@@ -289,6 +318,7 @@ class Topics:
         self.failure_detector_status = FailureDetectorStatus()
         self.home_position = HomePosition()
         self.actuator_armed = ActuatorArmed()
+        self.config_overrides = ConfigOverrides()
         self.position_setpoint_triplet = PositionSetpointTriplet()
         self.vehicle_roi = VehicleRoi()
         self.camera_trigger = CameraTriggered()
@@ -301,6 +331,10 @@ class Topics:
         self.mission_result = MissionResult()
         self.geofence_result = GeofenceResult()
         self.rtl_time_estimate = RtlTimeEstimate()
+        self.rtl_status = RtlStatus()
+        self.navigator_status = NavigatorStatus()
+        self.navigator_mission_item = NavigatorMissionItem()
+        self.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest()
         self.trajectory_setpoint = TrajectorySetpoint()
         self.position_controller_status = PositionControllerStatus()
         self.vehicle_constraints = VehicleConstraints()
@@ -310,6 +344,8 @@ class Topics:
         self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
         self.rate_ctrl_status = RateCtrlStatus()
         self.actuator_outputs = ActuatorOutputs()
+        self.control_allocator_status = ControlAllocatorStatus()
+        self.landing_gear = LandingGear()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()

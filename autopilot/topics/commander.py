@@ -31,6 +31,17 @@ class VehicleStatus(NamedTuple):
     mav_type: int = 2
     latest_arming_reason: int = 0
     latest_disarming_reason: int = 0
+    gcs_connection_lost_counter: int = 0
+    """How often it was lost."""
+    failsafe_and_user_took_over: bool = False
+    safety_off: bool = True
+    """The safety button's breaker (CBRK_IO_SAFETY) is thrown: it counts as there, and pressed."""
+    open_drone_id_system_present: bool = False
+    open_drone_id_system_healthy: bool = False
+    parachute_system_present: bool = False
+    parachute_system_healthy: bool = False
+    traffic_avoidance_system_present: bool = False
+    rc_calibration_in_progress: bool = False
 
 
 class HealthReport(NamedTuple):
@@ -70,6 +81,10 @@ class FailsafeFlags(NamedTuple):
     fd_motor_failure: bool = False
     parachute_unhealthy: bool = False
     remote_id_unhealthy: bool = False
+    fd_imbalanced_prop: bool = False
+    local_position_invalid_relaxed: bool = True
+    global_position_invalid_relaxed: bool = True
+    """There is none, however inexact."""
 
 
 class HomePosition(NamedTuple):
@@ -91,11 +106,27 @@ class HomePosition(NamedTuple):
 
 
 class ActuatorArmed(NamedTuple):
-    """Whether motors may turn."""
+    """Whether motors may turn, and servos before them (prearmed); kill stops both."""
 
     armed: bool = False
+    kill: bool = False
+    termination: bool = False
+    ready_to_arm: bool = False
+    prearmed: bool = False
     lockdown: bool = False
-    manual_lockdown: bool = False
+    """A throw launch is in progress."""
+    in_esc_calibration_mode: bool = False
+
+
+class ConfigOverrides(NamedTuple):
+    """What external modes override; there are none here."""
+
+    disable_auto_disarm: bool = False
+    defer_failsafes: bool = False
+    disable_auto_set_home: bool = False
+    defer_failsafes_timeout_s: int = 0
+    source_type: int = 0
+    source_id: int = 0
 
 
 class FailureInjection(NamedTuple):
@@ -112,8 +143,11 @@ class FailureInjection(NamedTuple):
 
 
 class FailureDetectorStatus(NamedTuple):
-    """uORB failure_detector_status: tilted too far for too long."""
+    """uORB failure_detector_status: tilted too far for too long, or shaken as by a propeller out of balance."""
 
     timestamp: int = 0
     fd_roll: bool = False
     fd_pitch: bool = False
+    fd_imbalanced_prop: bool = False
+    imbalanced_prop_metric: float = 0.0
+    """m/s²: how much more it shakes sideways than up and down."""

@@ -14,6 +14,15 @@ class TrajectorySetpoint(NamedTuple):
     acceleration: Vector3 = NAN3
     yaw: float = NAN
     yawspeed: float = NAN
+    jerk: Vector3 = NAN3
+    """For the log alone."""
+
+
+class LandingGear(NamedTuple):
+    """Writer: the flight mode. 1 up, -1 down, 0 as it is; told when a mode begins to ask for another."""
+
+    timestamp: int = 0
+    landing_gear: int = 0
 
 
 class VehicleConstraints(NamedTuple):
@@ -90,6 +99,21 @@ class ActuatorOutputs(NamedTuple):
     """The outputs move for a test, though the vehicle is disarmed."""
 
 
+class ControlAllocatorStatus(NamedTuple):
+    """Writer: control_allocator, at 5 Hz, for the log: what it could not give, which actuators are at their ends."""
+
+    timestamp: int = 0
+    unallocated_torque: Vector3 = NAN3
+    unallocated_thrust: Vector3 = NAN3
+    torque_setpoint_achieved: bool = False
+    thrust_setpoint_achieved: bool = False
+    actuator_saturation: tuple[int, ...] = (2,) * 16
+    """16 of them: 2 at the upper end, -2 at the lower; one that is not there has both ends at 0: upper."""
+    handled_motor_failure_mask: int = 0
+    motor_stop_mask: int = 0
+    actuator_group_preflight_check_active: bool = False
+
+
 class TakeoffStatus(NamedTuple):
     """Writer: mc_pos_control; state is constants.TakeoffState."""
 
@@ -99,11 +123,19 @@ class TakeoffStatus(NamedTuple):
 
 
 class HoverThrustEstimate(NamedTuple):
-    """Thrust that holds the vehicle in the air, normalised."""
+    """Thrust that holds the vehicle in the air, normalised, and its variance; NaN while nothing is estimated.
+
+    Then the last innovation of the acceleration (m/s²), its variance and test ratio, and the variance of its noise.
+    """
 
     timestamp: int = 0
-    hover_thrust: float = 0.5
+    hover_thrust: float = NAN
     valid: bool = False
+    hover_thrust_var: float = NAN
+    accel_innov: float = NAN
+    accel_innov_var: float = NAN
+    accel_innov_test_ratio: float = NAN
+    accel_noise_var: float = NAN
 
 
 class OffboardSetpoint(NamedTuple):

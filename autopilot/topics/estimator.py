@@ -119,7 +119,7 @@ class WindEstimate(NamedTuple):
 
 
 class VehicleLandDetected(NamedTuple):
-    """Writer: land_detector.py."""
+    """Writer: land_detector.py; once a second, and when one of the first six has changed."""
 
     timestamp: int = 0
     landed: bool = True
@@ -127,3 +127,11 @@ class VehicleLandDetected(NamedTuple):
     ground_contact: bool = True
     freefall: bool = False
     in_ground_effect: bool = False
+    at_rest: bool = False
+    """It is landed, and has neither moved nor shaken for a second."""
+    in_descend: bool = False
+    has_low_throttle: bool = False
+    vertical_movement: bool = False
+    horizontal_movement: bool = False
+    rotational_movement: bool = False
+    close_to_ground_or_skipped_check: bool = False

@@ -19,6 +19,8 @@ class PositionSetpoint(NamedTuple):
     cruising_speed: float = -1.0
     loiter_radius: float = NAN
     gliding_enabled: bool = False
+    alt_acceptance_radius: float = NAN
+    """NaN, and 0, for the parameter's."""
 
 
 class PositionSetpointTriplet(NamedTuple):
@@ -70,6 +72,55 @@ class RtlTimeEstimate(NamedTuple):
     valid: bool = False
     time_estimate: float = 0.0
     safe_time_estimate: float = 0.0
+
+
+class RtlStatus(NamedTuple):
+    """What a return from here would be: rtl_type is RTL_STATUS_TYPE (1: straight to home or a rally point)."""
+
+    timestamp: int = 0
+    rtl_type: int = 0
+    safe_point_index: int = 255
+    """Of the rally point; 255: home."""
+    safe_points_id: int = 0
+    is_evaluation_pending: bool = False
+
+
+class NavigatorStatus(NamedTuple):
+    """Which mode the navigator runs, and whether it failed (1: heading not reached in time)."""
+
+    timestamp: int = 0
+    nav_state: int = 0
+    failure: int = 0
+
+
+class NavigatorMissionItem(NamedTuple):
+    """The item that is being flown, for the log alone: degrees, m, s, rad."""
+
+    timestamp: int = 0
+    sequence_current: int = 0
+    nav_cmd: int = 0
+    latitude: float = NAN
+    longitude: float = NAN
+    altitude: float = NAN
+    time_inside: float = 0.0
+    acceptance_radius: float = 0.0
+    loiter_radius: float = 0.0
+    yaw: float = NAN
+    frame: int = 0
+    origin: int = 0
+    """0: of a plan, 1: made on board."""
+    loiter_exit_xtrack: bool = False
+    force_heading: bool = False
+    altitude_is_relative: bool = False
+    autocontinue: bool = True
+    vtol_back_transition: bool = False
+
+
+class DistanceSensorModeChangeRequest(NamedTuple):
+    """A range finder that sleeps is to measure, for a landing."""
+
+    timestamp: int = 0
+    request_on_off: int = 0
 
 
 class GeofenceResult(NamedTuple):

@@ -54,6 +54,67 @@ class DistanceSensorSample(NamedTuple):
     max_distance: float = NAN
     orientation: int = 25
     h_fov: float = 0.0
+    signal_quality: int = -1
+    """Percent; 0 where nothing is seen, -1 where the sensor does not tell."""
+
+
+class SensorsStatusImu(NamedTuple):
+    """Writer: sensors.py. Whether the IMU's parts say something new."""
+
+    accel_healthy: bool = True
+    gyro_healthy: bool = True
+
+
+class SystemPower(NamedTuple):
+    """PX4's system_power_simulator tells this for ever: 5 V from one brick."""
+
+    voltage5v_v: float = 5.0
+    usb_connected: bool = False
+    brick_valid: int = 1
+
+
+class VehicleImuStatus(NamedTuple):
+    """Writer: vehicle_imu.py, ten times a second: how the IMU shakes, and mean and variance of its last samples."""
+
+    timestamp: int = 0
+    accel_vibration_metric: float = 0.0
+    gyro_vibration_metric: float = 0.0
+    delta_angle_coning_metric: float = 0.0
+    mean_accel: Vector3 = NAN3
+    mean_gyro: Vector3 = NAN3
+    var_accel: Vector3 = NAN3
+    var_gyro: Vector3 = NAN3
+
+
+class EscStatus(NamedTuple):
+    """What speed controllers tell: revolutions a minute by motor. All that are there are online."""
+
+    timestamp: int = 0
+    rpm: tuple[int, ...] = ()
+
+    @property
+    def online_flags(self) -> int:
+        """Bit per controller."""
+        return (1 << len(self.rpm)) - 1
+
+    @property
+    def armed_flags(self) -> int:
+        """Bit per controller: all, once any motor turns (sih.cpp)."""
+        return self.online_flags if any(self.rpm) else 0
+
+
+class RangingBeaconRange(NamedTuple):
+    """uORB ranging_beacon: the distance (m) to a radio beacon, its place, and their standard deviations (m)."""
+
+    timestamp: int = 0
+    beacon_id: int = 0
+    range: float = NAN
+    range_accuracy: float = NAN
+    lat: float = NAN
+    lon: float = NAN
+    alt: float = NAN
+    hacc: float = NAN
+    vacc: float = NAN
 
 
 class BatteryStatus(NamedTuple):
@@ -71,6 +132,19 @@ class BatteryStatus(NamedTuple):
     temperature_c: float = NAN
     time_remaining_s: float = NAN
     """At the average current; NaN without a known capacity."""
+    current_average_a: float = NAN
+    scale: float = 1.0
+    """Charged voltage over the present one: what a thrust setpoint may be multiplied by (MC_BAT_SCALE_EN)."""
+    cell_count: int = 0
+    internal_resistance_estimate: float = NAN
+    """Of a cell, ohm."""
+    ocv_estimate: float = NAN
+    ocv_estimate_filtered: float = NAN
+    """Voltage that the battery would have without load."""
+    volt_based_soc_estimate: float = NAN
+    voltage_prediction: float = NAN
+    prediction_error: float = NAN
+    estimation_covariance_norm: float = NAN
 
 
 class GroundTruth(NamedTuple):
@@ -93,3 +167,7 @@ class GroundTruth(NamedTuple):
     ref_lon: float = NAN
     ref_alt: float = NAN
     ref_timestamp: int = 0
+    ax: float = NAN
+    ay: float = NAN
+    az: float = NAN
+    """NED, without gravity."""

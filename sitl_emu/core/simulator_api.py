@@ -3,7 +3,8 @@
 Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following),
 in *wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`,
 which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly
-bit-identically. BATTERY_STATUS travels beside the API: a real PX4 simulates its own battery and ignores it.
+bit-identically. BATTERY_STATUS, ESC_STATUS and RANGING_BEACON travel beside the API: a real PX4 simulates its own
+battery and speed controllers, and ignores them.
 """
 
 from collections import deque
@@ -107,6 +108,29 @@ class SimulatedBattery(NamedTuple):
     remaining_pct: int
 
 
+class EscTelemetry(NamedTuple):
+    """What ESC_STATUS (291) carries of up to four speed controllers, from number `first` on: revolutions a minute."""
+
+    time_usec: int
+    first: int
+    rpm: tuple[int, ...]
+
+
+class RangingBeacon(NamedTuple):
+    """RANGING_BEACON (510): the distance to a radio beacon, and its place."""
+
+    time_usec: int
+    range: int
+    lat: int
+    lon: int
+    alt: float
+    hacc_est: int
+    vacc_est: int
+    range_accuracy: int
+    beacon_id: int
+    """mm, 1e-7 deg, m above the ellipsoid."""
+
+
 class HilActuatorControls(NamedTuple):
     """HIL_ACTUATOR_CONTROLS (93): outputs in the order of PWM_MAIN_FUNCn; motors 0..1, servos -1..1.
 
@@ -120,7 +144,9 @@ class HilActuatorControls(NamedTuple):
     mode: int
 
 
-SimulatorMessage = HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery
+SimulatorMessage = (
+    HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery | EscTelemetry | RangingBeacon
+)
 
 HIL_SENSOR_LAYOUT = Layout("Q13fIB")
 HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")

@@ -2,13 +2,15 @@
 
 As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
-HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, which a real PX4 ignores. Other messages are
+HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS,
+beacons as RANGING_BEACON, all of which a real PX4 ignores. Other messages are
 skipped unread, broken frames (wrong CRC) too. Records arrive with the very values that `MemoryChannel` hands over.
 Packed and parsed by prepared struct formats, since this runs 250 times a simulated second. No signing, no MAVLink 1.
 """
 
 import contextlib
 import errno
+import math
 import socket
 from collections import deque
 from collections.abc import Callable
@@ -25,10 +27,12 @@ from sitl_emu.core.simulator_api import (
     HIL_SENSOR_LAYOUT,
     ChannelClosed,
     DistanceSensor,
+    EscTelemetry,
     HilActuatorControls,
     HilGps,
     HilSensor,
     HilStateQuaternion,
+    RangingBeacon,
     SimulatedBattery,
     SimulatorMessage,
     pack_controls,
@@ -39,6 +43,10 @@ from sitl_emu.core.simulator_api import (
 
 HIL_STATE_QUATERNION_LAYOUT = Layout("Q4ffffiiihhhHHhhh")
 BATTERY_STATUS_LAYOUT = Layout("iih10HhBBBbiB4HBI")
+ESC_STATUS_LAYOUT = Layout("Q4i4f4fB")
+ESCS_PER_MESSAGE = 4
+"""A controller that is not there has no voltage (NaN)."""
+RANGING_BEACON_LAYOUT = Layout("QIiifIIIHHBBBBB")
 
 MAGIC = 0xFD
 HEADER_BYTES = 10
@@ -84,6 +92,26 @@ def _unpack_battery(payload: bytes) -> SimulatedBattery:
     return SimulatedBattery(sum(mv for mv in fields[3:13] if mv != NO_CELL), fields[13], fields[17])
 
 
+def _pack_escs(message: EscTelemetry) -> bytes:
+    absent = ESCS_PER_MESSAGE - len(message.rpm)
+    rpm, told = message.rpm + (0,) * absent, (0.0,) * len(message.rpm) + (math.nan,) * absent
+    return ESC_STATUS_LAYOUT.pack(message.time_usec, *rpm, *told, *told, message.first)
+
+
+def _unpack_escs(payload: bytes) -> EscTelemetry:
+    fields = ESC_STATUS_LAYOUT.unpack(payload)
+    there = sum(voltage == voltage for voltage in fields[5:9])
+    return EscTelemetry(fields[0], fields[13], fields[1 : 1 + there])
+
+
+def _pack_ranging(message: RangingBeacon) -> bytes:
+    return RANGING_BEACON_LAYOUT.pack(*message, 0, AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT, 0, 0, 0)
+
+
+def _unpack_ranging(payload: bytes) -> RangingBeacon:
+    return RangingBeacon._make(RANGING_BEACON_LAYOUT.unpack(payload)[:9])
+
+
 CODECS: dict[type, _Codec] = {
     HilSensor: _Codec(
         107,
@@ -102,6 +130,8 @@ CODECS: dict[type, _Codec] = {
     DistanceSensor: _Codec(132, b"\x55", DISTANCE_SENSOR_LAYOUT.size, pack_distance, unpack_distance),
     HilStateQuaternion: _Codec(115, b"\x04", HIL_STATE_QUATERNION_LAYOUT.size, _pack_truth, _unpack_truth),
     SimulatedBattery: _Codec(147, b"\x9a", BATTERY_STATUS_LAYOUT.size, _pack_battery, _unpack_battery),
+    EscTelemetry: _Codec(291, b"\x0a", ESC_STATUS_LAYOUT.size, _pack_escs, _unpack_escs),
+    RangingBeacon: _Codec(510, b"\x63", RANGING_BEACON_LAYOUT.size, _pack_ranging, _unpack_ranging),
     HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, pack_controls, unpack_controls),
 }
 _BY_ID = {codec.message_id: codec for codec in CODECS.values()}

@@ -1,7 +1,7 @@
 """The simulator's end of the seam, for one vehicle: dynamics and sensors, one tick of 4 ms at a time.
 
 Messages: HIL_SENSOR every tick, last (250 Hz; magnetometer and barometer at their own rates, as fields_updated says);
-HIL_GPS, DISTANCE_SENSOR, battery at 5 Hz and truth (HIL_STATE_QUATERNION) at 10 Hz when due
+HIL_GPS, DISTANCE_SENSOR, speed controllers at 20 Hz, battery at 5 Hz and truth (HIL_STATE_QUATERNION) at 10 Hz when due
 (https://mavlink.io/en/messages/common.html; PX4: src/modules/simulation/simulator_mavlink). A state machine on
 simulated time: `tick` is all that happens. The autopilot's parameters do not exist in here; what PX4's own simulator
 reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …), for who has both.
@@ -18,6 +18,7 @@ from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_GYRO,
     FIELDS_UPDATED_MAG,
+    EscTelemetry,
     HilActuatorControls,
     HilSensor,
     HilStateQuaternion,
@@ -32,6 +33,7 @@ from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
 from sitl_emu.world.sensors.lidar import Lidar
 from sitl_emu.world.sensors.magnetometer import Magnetometer
+from sitl_emu.world.sensors.ranging_beacons import RANGING_EVERY_US, RangingBeacons
 from sitl_emu.world.wind import Wind
 from vehicles.ackermann import Ackermann
 from vehicles.battery import Px4Battery, battery_model
@@ -43,6 +45,9 @@ from vehicles.sih_ackermann import SihAckermann
 TICK_US = 4000
 BATTERY_EVERY_US = 200_000
 TRUTH_EVERY_US = 100_000
+ESCS_EVERY_US = 50_000
+ESCS_PER_MESSAGE = 4
+RPM_PER_RAD_S = 60.0 / math.tau
 NEVER_US = 1 << 62
 MODE_FLAG_SAFETY_ARMED, MODE_FLAG_TEST_ENABLED = 128, 2
 IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
@@ -109,6 +114,12 @@ class VehicleSimulator:
         self._lidar_every = _period_us(sensors.lidar.rate_hz) if sensors.lidar else 0
         self._lidar_at = 0 if sensors.lidar else NEVER_US
         self._battery_at = self._truth_at = 0
+        self._beacons = (
+            RangingBeacons(self._projection, home.alt_amsl_m, seed, name) if vehicle.ranging_beacons else None
+        )
+        self._beacons_at = RANGING_EVERY_US if self._beacons else NEVER_US
+        self._full_rpm = vehicle.motor_speed_max_rad_s * RPM_PER_RAD_S
+        self._escs_at = 0 if self._full_rpm > 0.0 else NEVER_US
         self._due_at = 0
         self._mag = self.magnetometer.read(self.dynamics.q)
         self._pressure = self.barometer.read(home.alt_amsl_m - self.dynamics.down_m)
@@ -230,8 +241,23 @@ class VehicleSimulator:
         if now_us >= self._truth_at:
             self._truth_at = _next_us(self._truth_at, TRUTH_EVERY_US, now_us)
             messages.append(self.truth())
-        self._due_at = min(self._mag_at, self._baro_at, self._gps_at, self._lidar_at, self._battery_at, self._truth_at)
+        if now_us >= self._escs_at:
+            self._escs_at = _next_us(self._escs_at, ESCS_EVERY_US, now_us)
+            messages += self._esc_messages(now_us)
+        if self._beacons and now_us >= self._beacons_at:
+            self._beacons_at = _next_us(self._beacons_at, RANGING_EVERY_US, now_us)
+            messages.append(self._beacons.read(now_us, body.north_m, body.east_m, body.down_m))
+        slow = (self._mag_at, self._baro_at, self._gps_at, self._lidar_at, self._battery_at, self._truth_at)
+        self._due_at = min(*slow, self._escs_at, self._beacons_at)
         return updated
+
+    def _esc_messages(self, now_us: int) -> list[SimulatorMessage]:
+        """How fast the motors turn; SIH's rover says so only when outputs come."""
+        if self._by_output and now_us - self._output_us >= ESCS_EVERY_US:
+            return []
+        rpm = tuple([round(self._full_rpm * speed) for speed in self.dynamics.speeds])
+        firsts = range(0, len(rpm), ESCS_PER_MESSAGE)
+        return [EscTelemetry(now_us, first, rpm[first : first + ESCS_PER_MESSAGE]) for first in firsts]
 
     def _battery_message(self) -> SimulatedBattery:
         battery = self.battery

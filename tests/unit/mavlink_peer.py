@@ -13,6 +13,7 @@ from autopilot.topics import (
     ActuatorOutputs,
     BatteryStatus,
     DistanceSensorSample,
+    EscStatus,
     EstimatorStatus,
     HomePosition,
     RtlTimeEstimate,
@@ -34,6 +35,7 @@ from sitl_emu.core import dialect as mavlink
 GCS, ONBOARD, PAYLOAD, GIMBAL = range(4)
 TICK_US = 4_000
 GPS_EVERY_US = 124_000
+ROVER = 10
 LAT_DEG, LON_DEG, ALT_M = 47.397742, 8.545594, 489.4
 
 
@@ -108,6 +110,8 @@ class Peer:
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us)
         topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(now_us)
         topics.actuator_outputs = ActuatorOutputs(now_us, (0.0,) * 6, (1000,) * 6)
+        if self.parameters["MAV_TYPE"] != ROVER:
+            topics.esc_status = EscStatus(now_us, (0,) * 6)
 
     def fly_and_run(self, seconds: float, link: int = GCS) -> list[Any]:
         """Like `run`, with topics that are always fresh."""

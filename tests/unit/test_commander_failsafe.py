@@ -17,7 +17,9 @@ from .navigation_fake import FakeVehicle
 CRITICAL, ACTIVE = 5, 4
 NAV_LAND = mavlink.MAV_CMD_NAV_LAND
 HOLD_TEXT = "Failsafe activated: entering Hold for 5 seconds"
-GOOD = FailsafeFlags(*(False,) * 11, battery_warning=0)
+GOOD = FailsafeFlags(
+    *(False,) * 11, battery_warning=0, local_position_invalid_relaxed=False, global_position_invalid_relaxed=False
+)
 
 
 def flying(up_m: float = 10.0, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
@@ -217,7 +219,9 @@ def test_everything_good_flies_what_was_asked_for() -> None:
 
 
 def test_position_without_position_falls_back_to_altitude() -> None:
-    flags = GOOD._replace(local_position_invalid=True, global_position_invalid=True)
+    flags = GOOD._replace(
+        local_position_invalid=True, local_position_invalid_relaxed=True, global_position_invalid=True
+    )
     assert failsafe_action(flags, NavState.POSCTL) == (Action.FALLBACK_ALTCTL, NavState.ALTCTL)
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from autopilot.constants import Severity, TakeoffState
 from autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
-from autopilot.control.hover_thrust_estimator import HoverThrustEstimator
+from autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from autopilot.control.mc_att_control import rates_setpoint
 from autopilot.control.mc_parameters import constrain
 from autopilot.control.mc_pos_control import (
@@ -322,23 +322,37 @@ def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
     assert takeoff.state == TakeoffState.DISARMED
 
 
+HOVER_PARAMETERS = HoverThrustParameters(0.5, 0.1, 0.0036, 3.0, 0.2, 10.0, 10.0)
+
+
 @given(true_hover=st.floats(0.35, 0.65))
 def test_hover_thrust_is_learnt(true_hover: float) -> None:
-    estimator = HoverThrustEstimator(0.5, 0.1)
-    for n in range(1000):
+    estimator = HoverThrustEstimator(HOVER_PARAMETERS)
+    for n in range(2000):
         thrust = true_hover * (1.0 + 0.1 * math.sin(n * 0.1))
-        estimator.update(G * (thrust / true_hover - 1.0), thrust, 0.016, 0.0036, 3.0, 0.2)
-    assert estimator.hover_thrust == pytest.approx(true_hover, abs=0.02)
-    assert estimator.valid
-    estimator.pause()
-    assert not estimator.valid
+        estimator.update(n * 8000, 0.008, G * (thrust / true_hover - 1.0), thrust, 0.0, 0.0)
+    assert estimator.estimate.hover_thrust == pytest.approx(true_hover, abs=0.02)
+    learnt = estimator.estimate
+    assert learnt.valid
+    estimator.stop(20_000_000, armed=True)
+    stopped = estimator.estimate
+    assert not stopped.valid
+    assert math.isnan(stopped.hover_thrust)
+
+
+def test_hover_thrust_learns_less_in_fast_motion() -> None:
+    slow, fast = HoverThrustEstimator(HOVER_PARAMETERS), HoverThrustEstimator(HOVER_PARAMETERS)
+    slow.update(8000, 0.008, 1.0, 0.5, 0.0, 0.0)
+    fast.update(8000, 0.008, 1.0, 0.5, 12.0, 0.0)
+    assert fast.estimate.accel_innov_var == pytest.approx(slow.estimate.accel_innov_var + 5.0 * (9.0 - 1.0), rel=0.01)
+    assert slow.estimate.hover_thrust < fast.estimate.hover_thrust < 0.5
 
 
 def test_hover_thrust_keeps_within_its_range() -> None:
-    estimator = HoverThrustEstimator(0.5, 0.1)
-    for _ in range(2000):
-        estimator.update(0.0, 0.15, 0.016, 0.0036, 3.0, 0.2)
-    assert estimator.hover_thrust == pytest.approx(0.3)
+    estimator = HoverThrustEstimator(HOVER_PARAMETERS)
+    for n in range(4000):
+        estimator.update(n * 8000, 0.008, 0.0, 0.15, 0.0, 0.0)
+    assert estimator.estimate.hover_thrust == pytest.approx(0.3)
 
 
 def test_speeds_are_lowered_to_the_speeds_that_limit_them() -> None:

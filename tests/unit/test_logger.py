@@ -20,8 +20,9 @@ from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState, Severity
-from autopilot.logger import log_files, logged_topics, packing, rows
+from autopilot.logger import log_files, logged_topics, packing
 from autopilot.logger.logger import Logger
+from autopilot.logger.rows import commander, estimator
 from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.context import BOOT_UNIX_US
 from autopilot.parameters import Parameters
@@ -29,8 +30,6 @@ from autopilot.texts import Texts
 from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
-    EstimatorInnovations,
-    Innovation,
     InputRc,
     SensorCombined,
     Topics,
@@ -265,10 +264,10 @@ def test_every_topic_is_packed_whole() -> None:
 
 
 def test_numbers_that_their_fields_cannot_hold_lose_no_record() -> None:
-    whole = rows.vehicle_attitude(VehicleAttitude(7, (1.0, 0.0, 0.0, 0.0)))
-    packed = rows.vehicle_attitude(VehicleAttitude(7, (1e300, 0.0, 0.0, 0.0)))
+    whole = estimator.vehicle_attitude(VehicleAttitude(7, (1.0, 0.0, 0.0, 0.0)))
+    packed = estimator.vehicle_attitude(VehicleAttitude(7, (1e300, 0.0, 0.0, 0.0)))
     assert (len(packed), packed[16:20]) == (len(whole), struct.pack("<f", math.inf))
-    command = rows.vehicle_command(VehicleCommand(400, 1e300, target_system=257))
+    command = commander.vehicle_command(VehicleCommand(400, 1e300, target_system=257))
     assert len(command) == packing.size_of("vehicle_command")
 
 
@@ -305,7 +304,7 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     motors, outputs = row("actuator_motors"), row("actuator_outputs")
     assert [motors[f"control[{n}]"] for n in range(4)] == pytest.approx([0.1, 0.2, 0.3, 0.4])
     assert math.isnan(motors["control[4]"])
-    assert (outputs["noutputs"], outputs["output[3]"], outputs["output[4]"]) == (4, 1400, 0)
+    assert (outputs["noutputs"], outputs["output[3]"], outputs["output[4]"]) == (16, 1400, 900)
     given = row("vehicle_command")
     assert (given["timestamp"], given["command"], given["param1"], given["param5"]) == (now, 400, 1.0, 47.5)
     assert (given["source_system"], given["target_system"], given["from_external"]) == (255, 1, 1)
@@ -405,27 +404,6 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
     assert abs(read.get_dataset("vehicle_attitude").data["roll"][-1]) < 0.1
     convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
     assert len(list(tmp_path.glob("*.csv"))) == 3
-
-
-def test_innovations_stand_under_the_names_of_their_sensors(tmp_path: Path) -> None:
-    rig = Rig(tmp_path, SDLOG_MODE=2)
-    rig.run(0.1)
-    velocity = tuple(Innovation(0.1 * axis, 1.0 + axis, 0.01 * axis) for axis in range(3))
-    by_field = {"gps_vel": velocity, "gps_hpos": velocity[:2], "heading": (Innovation(-0.5, 4.0, 0.25),)}
-    rig.topics.estimator_innovations = EstimatorInnovations(rig.now_us, by_field)
-    rig.run(1.0)
-    rig.logger.shut_down()
-    log = rig.read(FIRST)
-
-    def value(topic: str, field: str) -> float:
-        return float(log.get_dataset(topic).data[field][-1])
-
-    innovations, variances = "estimator_innovations", "estimator_innovation_variances"
-    assert value(innovations, "gps_hvel[1]") == pytest.approx(0.1)
-    assert value(innovations, "gps_vvel") == pytest.approx(0.2)
-    assert (value(variances, "gps_hpos[0]"), value(variances, "heading")) == (1.0, 4.0)
-    assert value("estimator_innovation_test_ratios", "heading") == 0.25
-    assert math.isnan(value(innovations, "baro_vpos"))
 
 
 def test_a_log_explains_its_events(tmp_path: Path) -> None:

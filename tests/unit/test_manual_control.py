@@ -231,10 +231,10 @@ def test_switches_choose_modes_arm_and_kill() -> None:
     assert pilot.mode is NavState.POSCTL
     pilot.channels[5] = HIGH
     pilot.run(0.2)
-    assert now(pilot.topics.actuator_armed.manual_lockdown)
+    assert now(pilot.topics.actuator_armed.kill)
     pilot.channels[5] = LOW
     pilot.run(0.2)
-    assert not pilot.topics.actuator_armed.manual_lockdown
+    assert not pilot.topics.actuator_armed.kill
     assert now(pilot.armed)
     pilot.channels[6] = LOW
     pilot.run(0.5)

@@ -9,7 +9,7 @@ from autopilot.mavlink import rates
 from autopilot.mavlink.streams import modules
 from autopilot.topics import (
     ActuatorArmed,
-    ActuatorOutputs,
+    EscStatus,
     EstimatorStatus,
     FailsafeFlags,
     GeofenceResult,
@@ -103,14 +103,19 @@ def test_a_rover_tells_its_outputs_while_they_may_move() -> None:
     assert results == [[DENIED] * 3, [ACCEPTED] * 3]
 
 
-def test_speed_controllers_grow_warm() -> None:
+def test_speed_controllers_tell_their_speeds_while_they_are_heard() -> None:
     peer = Peer()
     peer.now_us = 1_000
     peer.fly()
-    peer.topics.actuator_outputs = ActuatorOutputs(1_000, (0.5,) * 6, (1500,) * 6)
+    peer.topics.esc_status = EscStatus(1_000, (6100, 6200, 6300, 6400, 6500, 6600))
     told = only(peer.send(command_long(REQUEST_MESSAGE, 290)), "ESC_INFO")
-    assert [list(message.temperature) for message in told] == [[4000] * 4, [4000, 4000, 32767, 32767]]
-    assert [(message.index, message.count, message.info) for message in told] == [(0, 6, 63), (4, 6, 63)]
+    assert [list(message.temperature) for message in told] == [[5000] * 4, [5000, 5000, 0, 0]]
+    assert [(message.index, message.count, message.info) for message in told] == [(0, 6, 15), (4, 6, 3)]
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 291)), "ESC_STATUS")
+    assert [list(message.rpm) for message in told] == [[6100, 6200, 6300, 6400], [6500, 6600, 0, 0]]
+    peer.now_us = 200_000
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 291)), "ESC_STATUS")
+    assert [list(message.rpm) for message in told] == [[0] * 4] * 2
 
 
 def test_a_receiver_without_a_fix() -> None:

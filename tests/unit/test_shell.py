@@ -9,7 +9,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
-from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, SensorMag, VehicleGlobalPosition
+from autopilot.topics import EstimatorGpsStatus, PositionSetpointTriplet, SensorMag, VehicleGlobalPosition
 from gcs import shell as gcs_shell
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
@@ -153,8 +153,8 @@ def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:
         "    magnetometer_ga: [0.20000, 0.00000, 0.40000]\n"
         "    calibration_count: 0\n"
     )
-    topics.estimator_status = EstimatorStatus(1_000_000, True, True, gps_fused=True)
-    assert "    control_mode_flags: 7 (0b111)\n" in console.output("listener estimator_status")
+    topics.estimator_gps_status = EstimatorGpsStatus(1_000_000, checks_passed=True)
+    assert "    checks_passed: True\n" in console.output("listener estimator_gps_status")
     topics.position_setpoint_triplet = PositionSetpointTriplet(1_000_000)
     assert "    current (position_setpoint):\n        timestamp: " in console.output(
         "listener position_setpoint_triplet"
@@ -317,7 +317,7 @@ def test_navigator_makes_traffic_that_is_not_told_on_mavlink() -> None:
     assert console.output("navigator fake_traffic") == ""
     assert [report.icao_address for report in autopilot.topics.transponder_reports][:3] == [3, 4, 5]
     for _ in range(25):
-        autopilot.now_us += 20_000
+        autopilot.now_us += 50_000
         autopilot.navigator.update(autopilot.now_us)
         autopilot.mavlink.update(autopilot.now_us)
     assert autopilot.navigator.traffic.conflicts == [5, 6, 7, 8, 9, 10, 11, 12, 13, 14]

@@ -34,8 +34,10 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     too_far_off = 0.0 < settings.com_pos_fs_eph_m < local.eph
     findings.local_altitude_invalid = not (fresh and local.z_valid)
     findings.local_velocity_invalid = not (fresh and local.v_xy_valid)
-    findings.local_position_invalid = not (fresh and local.xy_valid) or too_far_off
+    findings.local_position_invalid_relaxed = not (fresh and local.xy_valid)
+    findings.local_position_invalid = findings.local_position_invalid_relaxed or too_far_off
     position = topics.vehicle_global_position
-    findings.global_position_invalid = (
-        not position.valid or now_us - position.timestamp > TIMEOUT_US or findings.local_position_invalid
+    findings.global_position_invalid_relaxed = (
+        not position.valid or now_us - position.timestamp > TIMEOUT_US or findings.local_position_invalid_relaxed
     )
+    findings.global_position_invalid = findings.global_position_invalid_relaxed or too_far_off

@@ -1,4 +1,6 @@
-"""What the failure detector found (PX4's failureDetectorCheck): tilted too far, before takeoff or in the air."""
+"""What the failure detector found (PX4's failureDetectorCheck): tilted too far, before takeoff or in the air, and a
+propeller out of balance.
+"""
 
 from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from autopilot.constants import Severity
@@ -8,6 +10,10 @@ from autopilot.topics import Topics
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """Roll is told before pitch."""
     status = topics.failure_detector_status
+    if status.fd_imbalanced_prop:
+        findings.fd_imbalanced_prop = True
+        event, text = "check_failure_detector_imbalanced_prop", "Preflight Fail: Imbalanced propeller detected"
+        findings.health_failure(ALL_MODES, Component.SYSTEM, Severity.CRITICAL, event, text=text)
     if not (status.fd_roll or status.fd_pitch):
         return
     findings.fd_critical_failure = True

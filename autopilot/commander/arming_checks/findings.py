@@ -110,6 +110,8 @@ class Findings:
         self.fd_motor_failure = False
         self.parachute_unhealthy = False
         self.remote_id_unhealthy = False
+        self.fd_imbalanced_prop = False
+        self.local_position_invalid_relaxed = self.global_position_invalid_relaxed = False
         self.arming_forbidden = 0
         """Bit per NavState."""
         self.unhealthy = 0
@@ -171,4 +173,7 @@ class Findings:
             self.fd_motor_failure,
             self.parachute_unhealthy,
             self.remote_id_unhealthy,
+            self.fd_imbalanced_prop,
+            self.local_position_invalid_relaxed,
+            self.global_position_invalid_relaxed,
         )

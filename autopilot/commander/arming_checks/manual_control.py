@@ -14,6 +14,6 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.unhealthy |= RC_RECEIVER
     else:
         findings.health_present |= Component.REMOTE_CONTROL
-    if topics.actuator_armed.manual_lockdown:
+    if topics.actuator_armed.kill:
         component = Component.REMOTE_CONTROL
         findings.arming_check_failure(ALL_MODES, component, Severity.ERROR, "check_man_control_kill_engaged")

@@ -63,6 +63,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     for lack in LACKS:
         if getattr(findings, lack.flag):
             modes, text = MODES_THAT_NEED[lack.need], ""
+            if lack.need is Need.LOCAL_POSITION and findings.local_position_invalid_relaxed:
+                modes |= MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED]
             if lack.need is Need.MISSION and settings.com_arm_mis_req:
                 modes, text = ALL_MODES, "Preflight Fail: No valid mission available"
             findings.arming_check_failure(modes, lack.component, lack.level, lack.event, text=text)

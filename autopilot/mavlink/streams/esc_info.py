@@ -2,29 +2,24 @@
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
+from autopilot.mavlink.streams.esc_status import PER_MESSAGE, TIMEOUT_US
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_INFO
-CONNECTION_DSHOT = 5
-UNKNOWN_TEMPERATURE = 32767
-COLD_CDEGC, WARMER_CDEGC = 2000, 4000
-"""Temperature at rest, and what full output adds (PX4's simulator_mavlink)."""
+TEMPERATURE_CDEGC = 5000
+"""What SIH's speed controllers say (sih.cpp)."""
 
 
 def fields(now_us: int, context: Context) -> list[Fields]:
-    """The simulated ones never fail and are all online while there are outputs; none on a rover."""
-    outputs = context.topics.actuator_outputs
-    if context.is_rover or outputs.timestamp == 0:
-        return []
-    count = context.motor_count
-    temperatures = [COLD_CDEGC + truncated(WARMER_CDEGC * abs(control)) for control in outputs.controls[:count]]
-    return [part(now_us, first, count, temperatures) for first in range(0, count, 4)]
+    """The simulated ones never fail, and are all online while they are heard."""
+    status = context.topics.esc_status
+    count = len(status.rpm)
+    heard = now_us - status.timestamp < TIMEOUT_US
+    return [part(now_us, first, count, heard) for first in range(0, count, PER_MESSAGE)]
 
 
-def part(now_us: int, first: int, count: int, temperatures: list[int]) -> Fields:
-    """The message about ESC `first` and the three after it."""
-    sample = now_us // 1000 & 0xFFFF
-    there = temperatures[first : first + 4]
-    there += [UNKNOWN_TEMPERATURE] * (4 - len(there))
-    return (now_us, 0, 0, 0, 0, sample, 0, 0, 0, 0, *there, first, count, CONNECTION_DSHOT, (1 << count) - 1)
+def part(now_us: int, first: int, count: int, heard: bool) -> Fields:
+    """The message about ESC `first` and the three after it; of those that are not heard it says nothing."""
+    there = min(PER_MESSAGE, count - first) if heard else 0
+    temperatures = (TEMPERATURE_CDEGC,) * there + (0,) * (PER_MESSAGE - there)
+    return (now_us, 0, 0, 0, 0, 0, 0, 0, 0, 0, *temperatures, first, count, 0, (1 << there) - 1)

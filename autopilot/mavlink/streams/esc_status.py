@@ -3,30 +3,22 @@
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_STATUS
-FULL_RPM = 6000.0
-"""Speed that PX4's simulated ESC reports at full output."""
+PER_MESSAGE = 4
+TIMEOUT_US = 100_000
+NOT_MEASURED = (0.0,) * PER_MESSAGE
+"""Voltage and current: SIH's speed controllers tell neither (sih.cpp)."""
 
 
 def fields(now_us: int, context: Context) -> list[Fields]:
-    """Rpm follows the output; current is shared out evenly."""
-    topics = context.topics
-    outputs = topics.actuator_outputs
-    if context.is_rover or outputs.timestamp == 0:
-        return []
-    count = context.motor_count
-    battery = topics.battery_status
-    voltage_v = battery.voltage_v if battery.connected else 0.0
-    current_a = battery.current_a / max(count, 1) if battery.connected and battery.current_a > 0.0 else 0.0
-    controls = outputs.controls[:count]
-    return [part(now_us, first, controls, voltage_v, current_a) for first in range(0, count, 4)]
+    """Nothing while no speed controller was heard; 0 from one that has fallen silent."""
+    status = context.topics.esc_status
+    rpm = status.rpm if now_us - status.timestamp < TIMEOUT_US else (0,) * len(status.rpm)
+    return [part(now_us, first, rpm[first : first + PER_MESSAGE]) for first in range(0, len(rpm), PER_MESSAGE)]
 
 
-def part(now_us: int, first: int, controls: tuple[float, ...], voltage_v: float, current_a: float) -> Fields:
+def part(now_us: int, first: int, rpm: tuple[int, ...]) -> Fields:
     """The message about motor `first` and the three after it."""
-    there = len(controls[first : first + 4])
-    rpm = tuple(truncated(FULL_RPM * control) for control in controls[first : first + 4]) + (0,) * (4 - there)
-    absent = (0.0,) * (4 - there)
-    return (now_us, *rpm, *(voltage_v,) * there, *absent, *(current_a,) * there, *absent, first)
+    absent = (0,) * (PER_MESSAGE - len(rpm))
+    return (now_us, *rpm, *absent, *NOT_MEASURED, *NOT_MEASURED, first)

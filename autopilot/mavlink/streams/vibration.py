@@ -9,5 +9,5 @@ ID = mavlink.MAVLINK_MSG_ID_VIBRATION
 
 def fields(now_us: int, context: Context) -> Fields:
     """Coning, gyro and accelerometer metrics; nothing clips in simulation."""
-    coning, gyro, accel = context.topics.estimator_status.vibration
-    return (now_us, coning, gyro, accel, 0, 0, 0)
+    imu = context.topics.vehicle_imu_status
+    return (now_us, imu.delta_angle_coning_metric, imu.gyro_vibration_metric, imu.accel_vibration_metric, 0, 0, 0)

@@ -17,7 +17,7 @@ LASER = 0
 DOWNWARD_FACING = 25
 ITERATIONS = 8
 TOLERANCE_M = 0.005
-NO_SIGNAL, GOOD_SIGNAL = 1, 100
+UNKNOWN, NO_SIGNAL, GOOD_SIGNAL = 0, 1, 100
 """DISTANCE_SENSOR.signal_quality: 0 is "unknown", 1 invalid, 100 perfect."""
 
 
@@ -27,6 +27,7 @@ class Lidar:
     def __init__(self, data: LidarData, terrain: Terrain, seed: int, name: str) -> None:
         self._data, self._terrain = data, terrain
         self._draw = normals(seed, name, "lidar")
+        self._quality, self._no_quality = (GOOD_SIGNAL, NO_SIGNAL) if data.tells_quality else (UNKNOWN, UNKNOWN)
 
     def read(self, time_us: int, north_m: float, east_m: float, down_m: float, attitude: Quaternion) -> DistanceSensor:
         """One shot from the vehicle's centre."""
@@ -47,7 +48,7 @@ class Lidar:
             0.0,
             0.0,
             (0.0, 0.0, 0.0, 0.0),
-            GOOD_SIGNAL if in_range else NO_SIGNAL,
+            self._quality if in_range else self._no_quality,
         )
 
 

@@ -1,0 +1,145 @@
+"""State, health, arming, commands, events, the computer's load (topics/commander.py, commands.py, system.py)."""
+
+from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, requirement_masks
+from autopilot.commands import CommandResult
+from autopilot.constants import NavState
+from autopilot.events import Event
+from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
+from autopilot.topics import (
+    ActuatorArmed,
+    ConfigOverrides,
+    CpuLoad,
+    FailsafeFlags,
+    FailureDetectorStatus,
+    HomePosition,
+    VehicleCommand,
+    VehicleStatus,
+)
+
+MULTICOPTER, ROVER = 1, 3
+"""vehicle_status.vehicle_type: rotary wing, rover."""
+DISARMED, ARMED = 1, 2
+"""vehicle_status.arming_state."""
+EVENT_ARGUMENTS = 25
+AUTO = frozenset(
+    {
+        NavState.AUTO_MISSION,
+        NavState.AUTO_LOITER,
+        NavState.AUTO_RTL,
+        NavState.AUTO_TAKEOFF,
+        NavState.AUTO_LAND,
+        NavState.AUTO_FOLLOW_TARGET,
+        NavState.AUTO_PRECLAND,
+        NavState.DESCEND,
+        NavState.ORBIT,
+    }
+)
+STICKS = frozenset(
+    {NavState.MANUAL, NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ACRO, NavState.STAB}
+)
+NO_ALTITUDE = frozenset({NavState.MANUAL, NavState.ACRO, NavState.STAB, NavState.TERMINATION})
+NO_POSITION = NO_ALTITUDE | {NavState.ALTCTL, NavState.DESCEND, NavState.ALTITUDE_CRUISE}
+"""How vehicle_control_mode follows from the mode (commander: ModeUtil/control_mode.cpp)."""
+
+home_position = by_name(
+    "home_position",
+    HomePosition,
+    {"valid_alt": "valid", "valid_hpos": "valid"},
+    ("valid_lpos",),
+    lambda record: (record.valid and record.x == record.x,),
+)
+actuator_armed = by_name("actuator_armed", ActuatorArmed, {"timestamp": 0})
+failure_detector_status = by_name(
+    "failure_detector_status",
+    FailureDetectorStatus,
+    zeros("motor_failure_mask", "motor_stop_mask", "fd_alt", "fd_ext", "fd_arm_escs", "fd_battery", "fd_motor"),
+)
+"""What the failure detector does not watch (its docstring) it has not found either."""
+config_overrides = by_name("config_overrides", ConfigOverrides, {"timestamp": 0})
+failsafe_flags = by_name(
+    "failsafe_flags",
+    FailsafeFlags,
+    {
+        "timestamp": 0,
+        **requirement_masks(),
+        **zeros("battery_low_remaining_time", "fd_esc_arming_failure", "fd_alt_loss", "vtol_fixed_wing_system_failure"),
+        **zeros("position_accuracy_low", "navigator_failure", "gnss_lost"),
+    },
+)
+cpuload = by_name("cpuload", CpuLoad)
+
+
+def _arming_and_type(record: VehicleStatus) -> tuple[Value, ...]:
+    return (
+        ARMED if record.armed else DISARMED,
+        ROVER if record.vehicle_type == "rover" else MULTICOPTER,
+        record.nav_state == NavState.OFFBOARD,
+    )
+
+
+STATUS: dict[str, float | str] = {
+    "nav_state_display": "nav_state",
+    "failsafe_defer_state": "failsafe_defer",
+    "system_type": "mav_type",
+    "component_id": 1,
+    "power_input_valid": 1,
+    "calibration_enabled": "calibrating",
+    "valid_nav_states_mask": VALID_MODES,
+    "can_set_nav_states_mask": SELECTABLE_MODES,
+    "safety_button_available": "safety_off",
+    **zeros("executor_in_charge", "hil_state", "high_latency_data_link_lost", "is_vtol", "is_vtol_tailsitter"),
+    **zeros("in_transition_mode", "in_transition_to_fw", "usb_connected"),
+}
+
+
+def vehicle_status(system_id: int) -> Row:
+    """A row of arming and mode of this system."""
+    return by_name(
+        "vehicle_status",
+        VehicleStatus,
+        STATUS | {"system_id": system_id},
+        ("arming_state", "vehicle_type", "accepts_offboard_setpoints"),
+        _arming_and_type,
+    )
+
+
+@row("vehicle_control_mode")
+def vehicle_control_mode(pack: Pack, record: VehicleStatus) -> bytes:
+    """Which controllers the mode asks for."""
+    mode = record.nav_state
+    position, altitude = mode not in NO_POSITION, mode not in NO_ALTITUDE
+    return pack(
+        record.timestamp,
+        record.armed,
+        position and record.vehicle_type == "multicopter",
+        mode in STICKS,
+        mode in AUTO,
+        mode == NavState.OFFBOARD,
+        position,
+        position,
+        altitude,
+        altitude,
+        mode not in (NavState.ACRO, NavState.TERMINATION),
+        mode != NavState.TERMINATION,
+        mode != NavState.TERMINATION,
+    )
+
+
+# --- what no topic of ours holds -------------------------------------------------------------------------------
+
+vehicle_command = by_name("vehicle_command", VehicleCommand, {"timestamp": 0})
+
+
+@row("vehicle_command_ack")
+def vehicle_command_ack(pack: Pack, record: tuple[VehicleCommand, CommandResult]) -> bytes:
+    """The answer to a command, but for the time."""
+    command, (result, progress, result_param2) = record
+    target = (command.source_component, result, progress, command.source_system)
+    return pack(0, command.command, result_param2, *target, False)
+
+
+@row("event")
+def event(pack: Pack, record: Event) -> bytes:
+    """An event as it is sent, but for the time; its sequence number is its place."""
+    arguments = record.arguments.ljust(EVENT_ARGUMENTS, b"\0")
+    return pack(0, record.id, record.number + 1 & 0xFFFF, *arguments, record.log_levels)

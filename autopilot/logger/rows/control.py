@@ -1,0 +1,113 @@
+"""From set-points to actuators (topics/control.py)."""
+
+import math
+from collections.abc import Sequence
+
+from autopilot.logger.packing import FORMATS, Pack, Row, by_name, row
+from autopilot.logger.ulog import array_length
+from autopilot.topics import (
+    ActuatorOutputs,
+    ControlAllocatorStatus,
+    HoverThrustEstimate,
+    LandingGear,
+    OffboardSetpoint,
+    RateCtrlStatus,
+    TakeoffStatus,
+    TrajectorySetpoint,
+    VehicleAttitudeSetpoint,
+    VehicleConstraints,
+    VehicleLocalPositionSetpoint,
+    VehicleRatesSetpoint,
+    VehicleTorqueSetpoint,
+)
+
+NAN = math.nan
+OUTPUTS = 16
+UNUSED_PWM = 900.0
+"""What PX4's simulated outputs (pwm_out_sim) say where nothing is connected."""
+
+
+@row("trajectory_setpoint")
+def trajectory_setpoint(pack: Pack, record: TrajectorySetpoint) -> bytes:
+    """What the flight mode wants."""
+    time_us, position, velocity, acceleration, yaw, yawspeed, jerk = record
+    return pack(time_us, *position, *velocity, *acceleration, *jerk, yaw, yawspeed)
+
+
+@row("vehicle_attitude_setpoint")
+def vehicle_attitude_setpoint(pack: Pack, record: VehicleAttitudeSetpoint) -> bytes:
+    """What attitude control tracks."""
+    time_us, q_d, yaw_rate, thrust = record
+    return pack(time_us, yaw_rate, *q_d, *thrust)
+
+
+@row("vehicle_rates_setpoint")
+def vehicle_rates_setpoint(pack: Pack, record: VehicleRatesSetpoint) -> bytes:
+    """What rate control tracks."""
+    time_us, rates, thrust = record
+    return pack(time_us, *rates, *thrust, False)
+
+
+@row("vehicle_thrust_setpoint")
+def vehicle_thrust_setpoint(pack: Pack, record: VehicleRatesSetpoint) -> bytes:
+    """What the allocation is asked for, along the body's axes."""
+    return pack(record.timestamp, record.timestamp, *record.thrust_body)
+
+
+@row("vehicle_torque_setpoint")
+def vehicle_torque_setpoint(pack: Pack, record: VehicleTorqueSetpoint) -> bytes:
+    """What the allocation is asked for, about the body's axes."""
+    return pack(record.timestamp, record.timestamp, *record.xyz)
+
+
+def actuators(topic: str, functions: Sequence[int], first: int, tail: tuple[int, ...] = ()) -> Row:
+    """A row of the outputs that carry the functions from `first` on; NaN where there is none."""
+    (length,) = (array_length(kind)[1] for kind, name in FORMATS[topic] if name == "control")
+    channels = [functions.index(first + n) if first + n in functions else -1 for n in range(length)]
+    while channels and channels[-1] < 0:
+        channels.pop()
+    rest = (NAN,) * (length - len(channels)) + tail
+
+    @row(topic)
+    def actuator_controls(pack: Pack, record: ActuatorOutputs) -> bytes:
+        controls = record.controls
+        values = [controls[n] if 0 <= n < len(controls) else NAN for n in channels]
+        return pack(record.timestamp, record.timestamp, *values, *rest)
+
+    return actuator_controls
+
+
+@row("actuator_outputs")
+def actuator_outputs(pack: Pack, record: ActuatorOutputs) -> bytes:
+    """Microseconds of each output."""
+    pwm = record.pwm[:OUTPUTS]
+    return pack(record.timestamp, OUTPUTS, *pwm, *(UNUSED_PWM,) * (OUTPUTS - len(pwm)))
+
+
+@row("offboard_control_mode")
+def offboard_control_mode(pack: Pack, record: OffboardSetpoint) -> bytes:
+    """What an offboard setpoint sets."""
+    trajectory = record.trajectory
+
+    def given(vector: tuple[float, float, float] | None) -> bool:
+        return vector is not None and any(math.isfinite(value) for value in vector)
+
+    return pack(
+        record.timestamp,
+        given(trajectory and trajectory.position),
+        given(trajectory and trajectory.velocity),
+        given(trajectory and trajectory.acceleration),
+        record.attitude is not None,
+        record.rates is not None,
+        False,
+        False,
+    )
+
+
+rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
+control_allocator_status = by_name("control_allocator_status", ControlAllocatorStatus)
+vehicle_constraints = by_name("vehicle_constraints", VehicleConstraints, {"timestamp": 0})
+landing_gear = by_name("landing_gear", LandingGear)
+vehicle_local_position_setpoint = by_name("vehicle_local_position_setpoint", VehicleLocalPositionSetpoint)
+takeoff_status = by_name("takeoff_status", TakeoffStatus, {"takeoff_state": "state"})
+hover_thrust_estimate = by_name("hover_thrust_estimate", HoverThrustEstimate, {"timestamp_sample": "timestamp"})

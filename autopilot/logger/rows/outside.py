@@ -1,0 +1,89 @@
+"""Sticks, radio and what others tell or carry (topics/manual_control.py, outside.py, payload.py)."""
+
+from collections.abc import Sequence
+
+from autopilot.logger.packing import Pack, by_name, row, zeros
+from autopilot.topics import (
+    Gripper,
+    InputRc,
+    ManualControlSetpoint,
+    ManualControlSwitches,
+    TransponderReport,
+)
+
+RC_CHANNELS = 18
+RC_OVER_MAVLINK = 6
+"""input_rc.input_source."""
+UNKNOWN = -1
+CALLSIGN, UAS_ID = 9, 18
+RETRANSLATE = 1 << 6
+"""transponder_report.flags: MAVLink tells it again."""
+GRIPPER_GRAB, GRIPPER_RELEASE = 0, 1
+"""gripper.command."""
+
+
+def padded(values: Sequence[float], length: int) -> tuple[float, ...]:
+    """An array of fixed length."""
+    return (*values[:length], *(0,) * (length - len(values)))
+
+
+@row("input_rc")
+def input_rc(pack: Pack, record: InputRc) -> bytes:
+    """Channels of an RC that came over MAVLink; its signal is not known."""
+    time_us, channels = record
+    signal = (UNKNOWN, float("nan"), 0, 0, 0, 0)
+    tail = (len(channels), False, False, RC_OVER_MAVLINK, UNKNOWN, UNKNOWN)
+    return pack(time_us, time_us, *signal, *padded(channels, RC_CHANNELS), *tail)
+
+
+manual_control_setpoint = by_name(
+    "manual_control_setpoint",
+    ManualControlSetpoint,
+    {"timestamp_sample": "timestamp", **zeros("flaps")},
+    ("aux1", "aux2", "aux3", "aux4", "aux5", "aux6"),
+    lambda record: record.aux,
+)
+manual_control_switches = by_name(
+    "manual_control_switches",
+    ManualControlSwitches,
+    {
+        "timestamp_sample": "timestamp",
+        "arm_switch": "arm",
+        "return_switch": "return_to_launch",
+        "loiter_switch": "loiter",
+        "offboard_switch": "offboard",
+        "kill_switch": "kill",
+        **zeros("switch_changes", "termination_switch", "gear_switch", "transition_switch", "photo_switch"),
+        **zeros("video_switch", "engage_main_motor_switch", "payload_power_switch"),
+    },
+)
+gripper = by_name(
+    "gripper",
+    Gripper,
+    {"timestamp": 0},
+    ("command",),
+    lambda record: (GRIPPER_GRAB if record.position > 0.0 else GRIPPER_RELEASE,),
+)
+
+
+@row("transponder_report")
+def transponder_report(pack: Pack, record: TransponderReport) -> bytes:
+    """An aircraft nearby; who it is (uas_id) is not told."""
+    callsign = record.callsign[:CALLSIGN].ljust(CALLSIGN, b"\0")
+    return pack(
+        record.timestamp,
+        record.lat,
+        record.lon,
+        record.icao_address,
+        record.altitude,
+        record.heading,
+        record.hor_velocity,
+        record.ver_velocity,
+        record.flags | (RETRANSLATE if record.retranslate else 0),
+        record.squawk,
+        record.altitude_type,
+        *(callsign[n : n + 1] for n in range(CALLSIGN)),
+        record.emitter_type,
+        record.tslc,
+        *(0,) * UAS_ID,
+    )

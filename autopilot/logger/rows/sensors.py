@@ -1,0 +1,290 @@
+"""Sensors, batteries and what the simulator says is true (topics/sensors.py)."""
+
+import math
+from collections.abc import Callable, Sequence
+
+from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
+from autopilot.topics import (
+    BatteryStatus,
+    DistanceSensorSample,
+    EscStatus,
+    GroundTruth,
+    RangingBeaconRange,
+    SensorBaro,
+    SensorCombined,
+    SensorGps,
+    SensorMag,
+    SensorsStatusImu,
+    SystemPower,
+    VehicleImuStatus,
+)
+
+NAN = math.nan
+SENSOR_DT_US = 4000
+SENSOR_DT_S = SENSOR_DT_US * 1e-6
+"""Integration time of an IMU sample."""
+SIMULATED_IMU = 1310988
+SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS, SIMULATED_DISTANCE_SENSOR = (
+    6620172,
+    197388,
+    11468804,
+    9240836,
+)
+"""Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM)."""
+IMU_TEMPERATURE_C = 15.0
+"""Of SIH's IMU (T1_C, simulator_sih/sih.hpp)."""
+AMBIENT_TEMPERATURE_C = 15.0
+"""What vehicle_air_data takes without a thermometer outside (temperature_source 0)."""
+AIR_GAS_CONSTANT = 287.1
+"""J/(kg·K): density from pressure and temperature."""
+KELVIN = 273.15
+ESCS = 12
+FIRST_MOTOR = 101
+"""Output function of motor 1."""
+ESC_TEMPERATURE_C = 50.0
+"""What SIH's speed controllers say; they measure nothing but their speed (sih.cpp, publish_esc_status)."""
+NO_CURRENT_SENSOR_A = -1.0
+IMUS = 4
+"""Places in sensors_status_imu."""
+DEFAULT_PRIORITY = 50
+
+
+@row("sensor_combined")
+def sensor_combined(pack: Pack, record: SensorCombined) -> bytes:
+    """One IMU sample."""
+    time_us, (gx, gy, gz), (ax, ay, az) = record
+    return pack(time_us, gx, gy, gz, SENSOR_DT_US, 0, ax, ay, az, SENSOR_DT_US, 0, 0, 0, 0)
+
+
+@row("vehicle_acceleration")
+def vehicle_acceleration(pack: Pack, record: SensorCombined) -> bytes:
+    """Specific force, as measured."""
+    return pack(record.timestamp, record.timestamp, *record.accelerometer_m_s2)
+
+
+@row("vehicle_imu")
+def vehicle_imu(pack: Pack, record: SensorCombined) -> bytes:
+    """The same sample as changes of angle and velocity."""
+    time_us, gyro, accel = record
+    ids, times = (SIMULATED_IMU, SIMULATED_IMU), (SENSOR_DT_US, SENSOR_DT_US)
+    angles, velocities = [SENSOR_DT_S * value for value in gyro], [SENSOR_DT_S * value for value in accel]
+    return pack(time_us, time_us, *ids, *angles, *velocities, *times, 0, 0, 0, 0)
+
+
+def _raw(topic: str, of: Callable[[SensorCombined], Sequence[float]]) -> Row:
+    @row(topic)
+    def raw(pack: Pack, record: SensorCombined) -> bytes:
+        time_us = record.timestamp
+        return pack(time_us, time_us, SIMULATED_IMU, *of(record), IMU_TEMPERATURE_C, 0, 0, 0, 0, 1)
+
+    return raw
+
+
+sensor_gyro = _raw("sensor_gyro", lambda record: record.gyro_rad_s)
+sensor_accel = _raw("sensor_accel", lambda record: record.accelerometer_m_s2)
+vehicle_imu_status = by_name(
+    "vehicle_imu_status",
+    VehicleImuStatus,
+    {
+        "accel_device_id": SIMULATED_IMU,
+        "gyro_device_id": SIMULATED_IMU,
+        **dict.fromkeys(("accel_rate_hz", "gyro_rate_hz", "accel_raw_rate_hz", "gyro_raw_rate_hz"), 1.0 / SENSOR_DT_S),
+        **zeros("accel_clipping", "gyro_clipping", "accel_error_count", "gyro_error_count"),
+        "temperature_accel": IMU_TEMPERATURE_C,
+        "temperature_gyro": IMU_TEMPERATURE_C,
+    },
+)
+
+
+@row("sensors_status_imu")
+def sensors_status_imu(pack: Pack, record: SensorsStatusImu) -> bytes:
+    """Which IMUs there are, and well: one."""
+    ids, nothing, others = (SIMULATED_IMU, *(0,) * (IMUS - 1)), (0.0,) * IMUS, (0,) * (IMUS - 1)
+    priority = (DEFAULT_PRIORITY, *others)
+    return pack(
+        0,
+        SIMULATED_IMU,
+        *ids,
+        *nothing,
+        SIMULATED_IMU,
+        *ids,
+        *nothing,
+        record.accel_healthy,
+        *others,
+        *priority,
+        record.gyro_healthy,
+        *others,
+        *priority,
+    )
+
+
+@row("vehicle_air_data")
+def vehicle_air_data(pack: Pack, record: SensorBaro) -> bytes:
+    """Pressure altitude, and the density that goes with it."""
+    time_us, pressure, altitude, _ = record
+    density = pressure / (AIR_GAS_CONSTANT * (AMBIENT_TEMPERATURE_C + KELVIN))
+    told = (SIMULATED_BAROMETER, altitude, pressure, AMBIENT_TEMPERATURE_C, density, 0, 0)
+    return pack(time_us, time_us, *told)
+
+
+@row("sensor_baro")
+def sensor_baro(pack: Pack, record: SensorBaro) -> bytes:
+    """The barometer's own reading."""
+    time_us, pressure, _, temperature = record
+    return pack(time_us, time_us, SIMULATED_BAROMETER, pressure, temperature, 0)
+
+
+@row("vehicle_magnetometer")
+def vehicle_magnetometer(pack: Pack, record: SensorMag) -> bytes:
+    """Field in the body frame, gauss."""
+    return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, 0)
+
+
+@row("sensor_mag")
+def sensor_mag(pack: Pack, record: SensorMag) -> bytes:
+    """The magnetometer's own reading; its temperature is not known."""
+    return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, NAN, 0)
+
+
+def gps(topic: str, boot_unix_us: int) -> Row:
+    """A row of what the receiver says; the date of time 0 gives its clock."""
+
+    def compute(record: SensorGps) -> tuple[Value, ...]:
+        north, east = record.vel_n_m_s, record.vel_e_m_s
+        unix_us = boot_unix_us + record.timestamp
+        return math.hypot(north, east), math.atan2(east, north), record.fix_type >= 3, unix_us
+
+    return by_name(topic, SensorGps, GPS, ("vel_m_s", "cog_rad", "vel_ned_valid", "time_utc_usec"), compute)
+
+
+GPS: dict[str, float | str] = {
+    "timestamp_sample": "timestamp",
+    "altitude_ellipsoid_m": "altitude_msl_m",
+    "device_id": SIMULATED_GPS,
+    "s_variance_m_s": 0.4,
+    "c_variance_rad": 0.1,
+    "hdop": 0.7,
+    "vdop": 1.1,
+    "heading": NAN,
+    "heading_offset": NAN,
+    **zeros("noise_per_ms", "jamming_indicator", "timestamp_time_relative", "system_error", "heading_accuracy"),
+    **zeros(
+        "rtcm_injection_rate", "antenna_offset_x", "antenna_offset_y", "antenna_offset_z", "automatic_gain_control"
+    ),
+    **zeros("jamming_state", "spoofing_state", "authentication_state", "selected_rtcm_instance", "rtcm_crc_failed"),
+    **zeros("rtcm_msg_used"),
+}
+"""PX4's simulated receiver (sensor_gps_sim) says so much of its accuracy and nothing of jamming, antenna and RTCM."""
+distance_sensor = by_name(
+    "distance_sensor",
+    DistanceSensorSample,
+    {"device_id": SIMULATED_DISTANCE_SENSOR, **zeros("variance", "v_fov", "q", "type", "mode")},
+)
+
+
+def _battery(record: BatteryStatus) -> tuple[Value, ...]:
+    cells = record.cells_v[:14]
+    current_a = record.current_a if record.current_a == record.current_a else NO_CURRENT_SENSOR_A
+    spread_v = max(cells) - min(cells) if cells else 0.0
+    return current_a, spread_v, *cells, *(0.0,) * (14 - len(cells))
+
+
+battery_status = by_name(
+    "battery_status",
+    BatteryStatus,
+    {
+        "temperature": "temperature_c",
+        "id": 1,
+        "remaining_capacity_wh": NAN,
+        "nominal_voltage": NAN,
+        **zeros("full_charge_capacity_wh", "capacity", "cycle_count", "average_time_to_empty", "manufacture_date"),
+        **zeros("state_of_health", "max_error", "interface_error", "faults", "over_discharge_count", "source"),
+        **zeros("priority", "is_powering_off", "is_required"),
+    },
+    ("current_a", "max_cell_voltage_delta", "voltage_cell_v"),
+    _battery,
+)
+system_power = by_name(
+    "system_power",
+    SystemPower,
+    {
+        "timestamp": 0,
+        **zeros("voltage_payload_v", "sensors3v3", "sensors3v3_valid", "usb_valid", "servo_valid", "periph_5v_oc"),
+        **zeros("hipower_5v_oc", "comp_5v_valid", "can1_gps1_5v_valid", "payload_v_valid"),
+    },
+)
+ranging_beacon = by_name(
+    "ranging_beacon",
+    RangingBeaconRange,
+    {"timestamp_sample": "timestamp", **zeros("carrier_freq", "alt_type", "sequence_nr", "status")},
+)
+
+
+@row("esc_status")
+def esc_status(pack: Pack, record: EscStatus) -> bytes:
+    """The speed of each motor."""
+    time_us, rpm = record
+    values: list[float] = [time_us, 0, record.online_flags, record.armed_flags, len(rpm), 0]
+    for motor, speed in enumerate(rpm[:ESCS]):
+        values += (time_us, 0, speed, 0.0, 0.0, ESC_TEMPERATURE_C, 0, 0, 0, FIRST_MOTOR + motor, 0)
+    for _ in range(len(rpm), ESCS):
+        values += NO_ESC
+    return pack(*values)
+
+
+NO_ESC = (0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0, 0, 0)
+
+
+# --- truth -----------------------------------------------------------------------------------------------------
+
+
+@row("vehicle_attitude_groundtruth")
+def vehicle_attitude_groundtruth(pack: Pack, record: GroundTruth) -> bytes:
+    """Body to NED."""
+    return pack(record.timestamp, record.timestamp, *record.q, 0.0, 0.0, 0.0, 0.0, 0)
+
+
+@row("vehicle_angular_velocity_groundtruth")
+def vehicle_angular_velocity_groundtruth(pack: Pack, record: GroundTruth) -> bytes:
+    """Body rates; their derivative is not told."""
+    return pack(record.timestamp, record.timestamp, *record.xyz, 0.0, 0.0, 0.0)
+
+
+vehicle_global_position_groundtruth = by_name(
+    "vehicle_global_position_groundtruth",
+    GroundTruth,
+    {
+        "timestamp_sample": "timestamp",
+        "alt_ellipsoid": "alt",
+        **zeros("delta_alt", "delta_terrain", "eph", "epv", "lat_lon_valid", "alt_valid", "lat_lon_reset_counter"),
+        **zeros("alt_reset_counter", "terrain_reset_counter", "terrain_alt_valid", "dead_reckoning"),
+    },
+    ("terrain_alt",),
+    lambda record: (-record.z,),
+)
+"""PX4's SIH says nothing of validity, and tells the height above its origin as terrain_alt (publish_ground_truth)."""
+
+
+def _heading(record: GroundTruth) -> tuple[Value, ...]:
+    w, x, y, z = record.q
+    return (math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),)
+
+
+vehicle_local_position_groundtruth = by_name(
+    "vehicle_local_position_groundtruth",
+    GroundTruth,
+    {
+        "timestamp_sample": "timestamp",
+        "z_deriv": "vz",
+        "unaided_heading": NAN,
+        **dict.fromkeys(("xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "xy_global", "z_global"), 1),
+        "heading_good_for_control": 1,
+        **zeros("delta_xy", "delta_z", "delta_vxy", "delta_vz", "heading_var", "delta_heading", "tilt_var"),
+        **zeros("dist_bottom", "dist_bottom_var", "delta_dist_bottom", "eph", "epv", "evh", "evv", "vxy_max", "vz_max"),
+        **zeros("hagl_min", "hagl_max_z", "hagl_max_xy", "xy_reset_counter", "z_reset_counter", "vxy_reset_counter"),
+        **zeros("vz_reset_counter", "heading_reset_counter", "dist_bottom_valid", "dist_bottom_reset_counter"),
+        **zeros("dist_bottom_sensor_bitfield", "dead_reckoning"),
+    },
+    ("heading",),
+    _heading,
+)

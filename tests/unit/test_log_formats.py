@@ -1,0 +1,117 @@
+"""What is logged: PX4's names, types and order, and nothing that nobody has told."""
+
+import importlib
+import json
+import struct
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES
+from autopilot.logger import logged_topics, packing, ulog
+from autopilot.logger.rows import commander, control, sensors
+from autopilot.mavlink.context import BOOT_UNIX_US
+from autopilot.topics import (
+    ActuatorOutputs,
+    ControlAllocatorStatus,
+    EscStatus,
+    FailsafeFlags,
+    SensorsStatusImu,
+    Topics,
+)
+from sitl_emu.core.c_types import STRUCT_CODES
+
+make_log_formats = importlib.import_module("tools.make_log_formats")
+DEFINITION = """
+# A message.
+uint64 timestamp # us
+uint8 STATE_ON = 1
+bool valid
+float32[3] wind
+EscReport[2] esc
+float64 lat
+uint16 count
+# TOPICS first_topic second_topic
+"""
+
+
+def fields_of(topic: str, row: packing.Row, record: object) -> dict[str, object]:
+    return {name: value for _, name, value in packing.unpacked(topic, row(record))}
+
+
+def test_fields_stand_in_the_order_in_which_px4_logs_them() -> None:
+    assert make_log_formats.fields(DEFINITION) == (
+        "uint64_t timestamp; double lat; float[3] wind; uint16_t count; bool valid; esc_report[2] esc"
+    )
+    assert make_log_formats.topics("Wind", DEFINITION) == ["first_topic", "second_topic"]
+    assert make_log_formats.topics("EstimatorAidSource1d", "uint64 timestamp") == ["estimator_aid_source1d"]
+
+
+def test_a_folder_of_definitions_becomes_formats(tmp_path: Path) -> None:
+    (tmp_path / "versioned").mkdir()
+    (tmp_path / "EscReport.msg").write_text("uint64 timestamp\nint32 esc_rpm\n")
+    (tmp_path / "versioned" / "Wind.msg").write_text(DEFINITION)
+    known = make_log_formats.formats(tmp_path)
+    assert set(known) == {"esc_report", "wind", "first_topic", "second_topic"}
+    assert set(make_log_formats.chosen(known, {"second_topic"})) == {"second_topic", "esc_report"}
+
+
+def test_the_table_is_in_order() -> None:
+    """As the tool leaves it: sizes fall, and every type is one that the table or ULog knows."""
+    table = json.loads(Path(packing.__file__).with_name("formats.json").read_text())
+    assert list(table) == sorted(table)
+    for fields in packing.FORMATS.values():
+        kinds = [ulog.array_length(kind)[0] for kind, _ in fields]
+        known = [struct.calcsize(f"<{STRUCT_CODES[kind]}") for kind in kinds if kind in STRUCT_CODES]
+        assert known == sorted(known, reverse=True)
+        assert all(kind in packing.FORMATS for kind in kinds[len(known) :])
+        assert fields[0] == ("uint64_t", "timestamp")
+
+
+def test_every_field_has_to_be_told() -> None:
+    class Unfinished(NamedTuple):
+        timestamp: int = 0
+        takeoff_state: int = 0
+
+    with pytest.raises(ValueError, match=r"takeoff_status\.tilt_limit"):
+        packing.by_name("takeoff_status", Unfinished)
+
+
+def test_what_nobody_has_written_is_not_logged_as_if_it_were_known() -> None:
+    """Records of a fresh vehicle that have a time have none yet: the logger leaves them out."""
+    vehicle = logged_topics.Vehicle(rover=False, functions=[101], system_id=1, boot_unix_us=BOOT_UNIX_US)
+    for topic in logged_topics.logged_topics(0, vehicle):
+        record = getattr(Topics(), topic.source)
+        assert getattr(record, "timestamp", 0) == 0, topic.name
+
+
+def test_speed_controllers() -> None:
+    told = fields_of("esc_status", sensors.esc_status, EscStatus(5_000_000, (6100, 0, 6200)))
+    assert (told["esc_count"], told["esc_online_flags"], told["esc_armed_flags"]) == (3, 7, 7)
+    reports = told["esc"]
+    assert isinstance(reports, list)
+    assert fields_of("esc_status", sensors.esc_status, EscStatus(1, (0, 0)))["esc_armed_flags"] == 0
+
+
+def test_unused_outputs_and_actuators_say_so() -> None:
+    outputs = fields_of("actuator_outputs", control.actuator_outputs, ActuatorOutputs(1, (0.5,), (1500,)))
+    assert (outputs["noutputs"], outputs["output"]) == (16, (1500.0, *(900.0,) * 15))
+    status = ControlAllocatorStatus(1, actuator_saturation=(-2, 0, *(2,) * 14))
+    told = fields_of("control_allocator_status", control.control_allocator_status, status)
+    assert told["actuator_saturation"] == (-2, 0, *(2,) * 14)
+
+
+def test_modes_and_what_they_need() -> None:
+    """As a real PX4's log says it (../shared/px4/ulog, failsafe_flags of sihsim_hex)."""
+    told = fields_of("failsafe_flags", commander.failsafe_flags, FailsafeFlags())
+    assert told["mode_req_local_position"] == 7_995_448
+    assert told["mode_req_local_position_relaxed"] == 262_340
+    assert told["mode_req_prevent_arming"] == 3_944_480
+    assert (VALID_MODES, SELECTABLE_MODES) == (2_147_411_455, 8_308_223)
+
+
+def test_an_imu_that_failed_is_not_healthy() -> None:
+    told = fields_of("sensors_status_imu", sensors.sensors_status_imu, SensorsStatusImu(gyro_healthy=False))
+    assert told["accel_healthy"] == (True, False, False, False)
+    assert told["gyro_healthy"] == (False,) * 4
