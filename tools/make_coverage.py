@@ -245,7 +245,7 @@ def _modes() -> Iterator[str]:
     yield "## Modes"
     yield (
         "Every mode of PX4 has its name and number; these are flown. In another, a multicopter has no setpoint and "
-        "descends, a rover stops; termination stops the motors."
+        "descends, a rover goes on with what it had; termination stops the motors."
     )
     tasks = FlightModes(Topics(), Parameters("multicopter"))._tasks
     rows = []

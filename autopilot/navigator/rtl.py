@@ -237,6 +237,8 @@ class Rtl:
             command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
             alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
             target = Target(command, place.lat_deg, place.lon_deg, alt_m, hold_s=settings.rtl_land_delay_s)
+            if settings.rtl_land_delay_s < 0.0:
+                state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
         else:
             kind = SetpointType.LAND
             target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)

@@ -62,6 +62,7 @@ class FakeVehicle:
         self.landed = True
         self.euler = (0.0, 0.0, 0.0)
         self.gps = self.sensors = self.gcs = True
+        self.gps_error_north = 0.0
         self.battery = BatteryStatus(connected=True, remaining=1.0)
         self._armed_for_us = 0
         self._on_ground_us = 0
@@ -164,7 +165,8 @@ class FakeVehicle:
         lat, lon = PLACE.reproject(self.north, self.east)
         known = self.gps and self.now_us > 1_000_000
         if self.gps:
-            topics.sensor_gps = SensorGps(now, lat, lon, HOME_ALT + self.up, fix_type=3)
+            received = PLACE.reproject(self.north + self.gps_error_north, self.east)
+            topics.sensor_gps = SensorGps(now, *received, HOME_ALT + self.up, fix_type=3)
         topics.vehicle_local_position = VehicleLocalPosition(
             now, known, True, known, True, self.north, self.east, -self.up,
             ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,

@@ -202,6 +202,22 @@ def test_a_return_on_the_ground_goes_nowhere() -> None:
     assert "RTL: land at destination" not in vehicle.take_texts()
 
 
+def test_a_return_that_does_not_land_says_so() -> None:
+    vehicle = flying(RTL_LAND_DELAY=-1.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run(40.0)
+    assert vehicle.take_texts()[-1] == "RTL: completed, loitering"
+    assert vehicle.armed
+
+
+def test_a_fence_may_look_at_the_receivers_own_position() -> None:
+    """GF_SOURCE 1."""
+    vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=25.0, GF_SOURCE=1)
+    vehicle.gps_error_north = 30.0
+    vehicle.run(0.5)
+    assert vehicle.topics.geofence_result.breached
+
+
 def test_a_rover_returns_straight_home() -> None:
     rover = FakeVehicle("rover", RTL_RETURN_ALT=60.0)
     rover.run(3.0)
