@@ -388,7 +388,7 @@ class Mission:
         if target.command in LANDS:
             kind = SetpointType.LAND
         elif target.command in TAKEOFFS:
-            kind = SetpointType.TAKEOFF
+            kind = self._state.takeoff_type
         elif target.command in HOLDING:
             kind = SetpointType.LOITER
         else:

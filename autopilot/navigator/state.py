@@ -6,7 +6,7 @@ PX4's Navigator object as its NavigatorModes see it (src/modules/navigator/navig
 import math
 from typing import NamedTuple
 
-from autopilot.constants import SetpointType
+from autopilot.constants import SetpointType, TakeoffState
 from autopilot.dataman import Dataman
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
@@ -140,6 +140,15 @@ class NavigatorState:
     def landed(self) -> bool:
         """The land detector says so."""
         return self.topics.vehicle_land_detected.landed
+
+    @property
+    def takeoff_type(self) -> SetpointType:
+        """What a takeoff is: who flies already just goes there (MissionBlock::mission_item_to_position_setpoint)."""
+        topics = self.topics
+        flies = self.armed and not self.landed and not topics.vehicle_land_detected.maybe_landed
+        if not self.rover:
+            flies = flies and topics.takeoff_status.state == TakeoffState.FLIGHT
+        return SetpointType.POSITION if flies else SetpointType.TAKEOFF
 
     @property
     def armed(self) -> bool:

@@ -60,4 +60,4 @@ class Takeoff:
         self._target = Target(TAKEOFF, lat, lon, alt)
         self._reached.restart(state.now_us)
         state.finished = False
-        state.fly(state.setpoint(SetpointType.TAKEOFF, lat, lon, alt, math.nan), previous=state.here())
+        state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, math.nan), previous=state.here())
