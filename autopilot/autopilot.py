@@ -29,6 +29,7 @@ from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
 from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.parameter_corrections import ParameterCorrections
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value
 from autopilot.payload_deliverer import PayloadDeliverer
@@ -65,6 +66,7 @@ class Autopilot:
         self.texts = Texts()
         self.parameter_storage = ParameterStorage(self.parameters, root, self.texts.of("param"))
         self.parameter_storage.boot()
+        self.parameter_corrections = ParameterCorrections(self.parameters, self.texts.of("ekf2"), multicopter=not rover)
         self.dataman = Dataman(root, self.texts.of("dataman"))
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
@@ -122,6 +124,7 @@ class Autopilot:
         if self.commander.calibration.busy:
             self.commander.calibration.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
+            self.parameter_corrections.update(now_us)
             self.land_detector.update(now_us)
             self.rc_update.update()
             self.manual_control.update(now_us)

@@ -95,6 +95,18 @@ class Parameters:
         if notify:
             self.notifications += 1
 
+    def set_quietly(self, values: Mapping[str, Value]) -> None:
+        """Set several values as a module does for itself (param_set_no_notification), and tell of all at once.
+
+        Nothing is told where none is a change.
+        """
+        edits = self.edits
+        for name, value in values.items():
+            if _differs(self.typed(name, value), self._values[name]):
+                self.set(name, value, notify=False)
+        if self.edits != edits:
+            self.notifications += 1
+
     def load(self, values: Mapping[str, Value]) -> None:
         """Take over values that were saved before; unknown names and wrong types are left out (PX4's param_import)."""
         for name, value in values.items():

@@ -34,6 +34,7 @@ from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.imu_filter import alpha
 from autopilot.failure_injection import MOTOR, OFF
 from autopilot.parameters import Parameters
+from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from autopilot.texts import Say
 from autopilot.topics import (
     NAN,
@@ -70,9 +71,6 @@ MOTOR_FUNCTION = 101
 MOTORS = 12
 OUTPUTS = 16
 
-PARAMETER_UPDATE_INTERVAL_US = 1_000_000
-"""PX4's modules look for changed parameters at most once a second: several set in a row are judged together."""
-
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
@@ -99,9 +97,8 @@ class MulticopterControl:
         self.autotune = McAutotune(topics, parameters)
         self._motors_off: frozenset[int] = frozenset()
         self._failures = topics.failure_injection
-        self._version = -1
-        self._refresh_due_us = 0
         self._refresh()
+        self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)
         self._hover = HoverThrustEstimator(self._hover_parameters)
 
     def _refresh(self) -> None:
@@ -112,7 +109,6 @@ class MulticopterControl:
             return get(name.format("ROLL")), get(name.format("PITCH")), get(name.format("YAW"))
 
         constrain(self._parameters, self._say)
-        self._version = self._parameters.version
         self._gains = PositionControlGains(
             get("MPC_XY_P"),
             get("MPC_Z_P"),
@@ -133,7 +129,7 @@ class MulticopterControl:
         self._thrust_min, self._thrust_max = get("MPC_THR_MIN"), get("MPC_THR_MAX")
         self._thrust_hover = get("MPC_THR_HOVER")
         self._tilt_air, self._tilt_land = math.radians(get("MPC_TILTMAX_AIR")), math.radians(get("MPC_TILTMAX_LND"))
-        self._land_speed = get("MPC_LAND_SPEED")
+        self._land_speed = min(get("MPC_LAND_SPEED"), self._speed_down)
         self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
         self._velocity_derivative_cutoff = get("MPC_VELD_LP")
         self._hover_parameters = HoverThrustParameters(
@@ -185,8 +181,7 @@ class MulticopterControl:
 
     def update_position(self, now_us: int) -> None:
         """Position control, or the sticks, or an offboard attitude: whichever leads to an attitude setpoint."""
-        if self._parameters.version != self._version and now_us >= self._refresh_due_us:
-            self._refresh_due_us = now_us + PARAMETER_UPDATE_INTERVAL_US
+        if self._updates.updated(now_us, self._parameters.version):
             self._refresh()
             self._hover.set_parameters(self._hover_parameters)
         topics = self._topics

@@ -20,6 +20,8 @@ from autopilot.parameters import Parameters
 from autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
 LONGEST_STEP_S = 0.1
+POSITION_MODES = (0, 4)
+"""MPC_POS_MODE; another is set to 4 when Position is flown (FlightModeManager.cpp)."""
 NAN = math.nan
 AT_REST = (0.0, 0.0, 0.0)
 AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
@@ -74,6 +76,8 @@ class FlightModes:
         dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
         self._updated_us = now_us
         task: FlightTask | None = self._tasks.get(status.nav_state)
+        if status.nav_state is NavState.POSCTL and self._parameters["MPC_POS_MODE"] not in POSITION_MODES:
+            self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
             self._task = task
             if task is None:

@@ -16,6 +16,7 @@ class Land:
     def on_activation(self) -> None:
         """Enter LAND."""
         state = self._state
+        state.centre_gimbal()
         lat, lon = state.stop_point()
         state.fly(state.setpoint(SetpointType.LAND, lat, lon, state.position.alt))
 

@@ -44,6 +44,7 @@ from sitl_emu.core.geodesy import distance_m
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
+DO_LAND_START = mavlink.MAV_CMD_DO_LAND_START
 FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
@@ -166,10 +167,11 @@ class Mission:
 
     def on_inactive(self) -> None:
         """Another mode is flown, or the vehicle is not armed."""
+        if self._active:
+            self._payload.leave_mission()
         self._active = self._executing = False
         self._work = Work.DEFAULT
         self._was_disarmed = self._was_disarmed or not self._state.armed
-        self._payload.stop()
 
     def on_activation(self) -> None:
         """Enter MISSION: at its first item again if it was flown to the end before the last landing."""
@@ -325,14 +327,18 @@ class Mission:
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = PositionSetpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
-        if item.command == DO_CHANGE_SPEED:
-            change_speed(state, item.param2)
-        elif item.command in ROI_COMMANDS:
-            self._roi.take(_command_of(item, state.home_alt_m()))
-        elif item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
+        if item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
             state.command(_command_of(item, state.home_alt_m()))
         elif item.command in PAYLOAD_COMMANDS:
-            self._payload.issue(_payload_command_of(item))
+            self._payload.issue(_raw_command_of(item))
+        elif item.command in ROI_COMMANDS:
+            command = _command_of(item, state.home_alt_m())
+            self._roi.take(command)
+            state.tell(command)
+        elif item.command != DO_LAND_START:
+            if item.command == DO_CHANGE_SPEED:
+                change_speed(state, item.param2)
+            state.tell(_raw_command_of(item))
 
     def _climb(self, item: MissionItem) -> None:
         """Straight up to the height of the first place; from the ground, this is the takeoff."""
@@ -354,6 +360,7 @@ class Mission:
 
     def _move_to_land(self, item: MissionItem) -> None:
         state = self._state
+        state.centre_gimbal()
         target = target_of(item, state.home_alt_m())
         current = state.triplet.current
         alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
@@ -468,7 +475,7 @@ def _command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
     )
 
 
-def _payload_command_of(item: MissionItem) -> VehicleCommand:
+def _raw_command_of(item: MissionItem) -> VehicleCommand:
     """All seven parameters as they came, because an item in MAV_FRAME_MISSION has no place."""
     param5, param6 = (item.lat_deg, item.lon_deg) if item.frame != FRAME_MISSION else (float(item.x), float(item.y))
     return VehicleCommand(

@@ -60,7 +60,7 @@ class Navigator:
         send_event: SendEvent,
         outgoing: OutgoingCommands | None = None,
     ) -> None:
-        """`say` tells the ground, `send_event` does so without a text; commands for cameras go to `outgoing`."""
+        """`say` tells the ground, `send_event` does so without a text; its commands go to `outgoing`."""
         self._topics = topics
         self._parameters = parameters
         self._dataman = dataman
@@ -73,7 +73,8 @@ class Navigator:
         self.traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
-        self._mission = Mission(state, self._roi, Payload(state), self._geofence)
+        self._payload = Payload(state)
+        self._mission = Mission(state, self._roi, self._payload, self._geofence)
         self._rtl = Rtl(state)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
@@ -163,6 +164,7 @@ class Navigator:
         self._run_mode(status.nav_state if status.armed else None)
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
+        self._payload.update()
 
     def _publish_status(self, now_us: int) -> None:
         """Twice a second, and when something has changed."""

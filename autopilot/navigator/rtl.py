@@ -24,10 +24,12 @@ from autopilot.navigator.mission_block import (
 )
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.state import NavigatorState
-from autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleGlobalPosition
+from autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleCommand, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
+NAV_CMD_IDLE = 0
+"""Not a MAV_CMD: PX4's own (navigation.h)."""
 SLOWEST_M_S = 0.1
 """Below this a speed is none, and would make a return endless."""
 HOME_INDEX = 255
@@ -92,8 +94,7 @@ class Rtl:
             self._precland.on_active()
         if self._reached.update(state, self._target):
             if self._phase is Phase.LAND:
-                self._phase = Phase.LANDED
-                state.finished = True
+                self._land()
                 return
             self._phase = self._next_phase()
             self._fly_phase()
@@ -151,6 +152,7 @@ class Rtl:
     def _start(self) -> None:
         state = self._state
         self._started = True
+        state.centre_gimbal()
         self._destination = self._nearest_destination()
         self._return_alt_m = self._return_altitude_m()
         state.cruising_speed_m_s = -1.0
@@ -164,11 +166,18 @@ class Rtl:
             return
         state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
         if state.landed:
-            self._phase, state.finished = Phase.LANDED, True
+            self._land()
             state.idle()
             return
         self._phase = Phase.CLIMB if state.position.alt < self._return_alt_m else Phase.RETURN
         self._fly_phase()
+
+    def _land(self) -> None:
+        """On the ground. PX4 publishes its idle item as a command (RtlDirect::set_rtl_item)."""
+        state, settings = self._state, self._state.settings
+        self._phase, state.finished = Phase.LANDED, True
+        idle = (0.0, settings.nav_acc_rad_m, settings.nav_loiter_rad_m, math.nan, 0.0, 0.0, state.home_alt_m())
+        state.tell(VehicleCommand(NAV_CMD_IDLE, *idle))
 
     def _nearest_destination(self) -> Destination:
         """Home, or a rally point; the heading to arrive with is home's in any case."""

@@ -127,6 +127,8 @@ class NavigatorState:
         self.finished = False
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""
+        self.gimbal_asked_us: int | None = None
+        """When it was asked that the gimbal be centred; None: nobody has."""
         self._commands = 0
 
     # --- where the vehicle is --------------------------------------------------------------------------------
@@ -239,8 +241,20 @@ class NavigatorState:
             SetpointType.POSITION, position.lat, position.lon, position.alt, self.topics.vehicle_local_position.heading
         )
 
-    def command(self, command: VehicleCommand) -> None:
-        """Give a command to the commander."""
+    def command(self, command: VehicleCommand, component: int = 0) -> None:
+        """Give a command to the autopilot's other modules, and to `component` on every link (0: to all of them)."""
         self._commands += 1
         record = CommandRecord(self._commands, self.now_us, command)
         self.topics.navigator_commands = (*self.topics.navigator_commands[1 - KEPT_COMMANDS :], record)
+        self.tell(command, component)
+
+    def tell(self, command: VehicleCommand, component: int = 0) -> None:
+        """Send a command on every link that the navigator itself obeys: PX4 publishes these too."""
+        self.outgoing.give(
+            command._replace(target_system=self.system_id, target_component=component, from_external=False)
+        )
+
+    def centre_gimbal(self) -> None:
+        """Turn the gimbal forward in a moment; asked again before that, it is done once."""
+        if self.gimbal_asked_us is None:
+            self.gimbal_asked_us = self.now_us

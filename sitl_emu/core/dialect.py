@@ -2788,6 +2788,30 @@ enums["MAV_CMD"][43006].param[7] = """Reserved (default:0)"""
 MAV_CMD_ENUM_END = 43007
 enums["MAV_CMD"][43007] = EnumEntry("MAV_CMD_ENUM_END", """""")
 
+# MAV_PARAM_ERROR
+enums["MAV_PARAM_ERROR"] = Enum()
+enums["MAV_PARAM_ERROR"].bitmask = False
+MAV_PARAM_ERROR_NO_ERROR = 0
+enums["MAV_PARAM_ERROR"][0] = EnumEntry("MAV_PARAM_ERROR_NO_ERROR", """No error occurred (not expected in PARAM_ERROR but may be used in future implementations.""")
+MAV_PARAM_ERROR_DOES_NOT_EXIST = 1
+enums["MAV_PARAM_ERROR"][1] = EnumEntry("MAV_PARAM_ERROR_DOES_NOT_EXIST", """Parameter does not exist""")
+MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE = 2
+enums["MAV_PARAM_ERROR"][2] = EnumEntry("MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE", """Parameter value does not fit within accepted range""")
+MAV_PARAM_ERROR_PERMISSION_DENIED = 3
+enums["MAV_PARAM_ERROR"][3] = EnumEntry("MAV_PARAM_ERROR_PERMISSION_DENIED", """Caller is not permitted to set the value of this parameter""")
+MAV_PARAM_ERROR_COMPONENT_NOT_FOUND = 4
+enums["MAV_PARAM_ERROR"][4] = EnumEntry("MAV_PARAM_ERROR_COMPONENT_NOT_FOUND", """Unknown component specified""")
+MAV_PARAM_ERROR_READ_ONLY = 5
+enums["MAV_PARAM_ERROR"][5] = EnumEntry("MAV_PARAM_ERROR_READ_ONLY", """Parameter is read-only""")
+MAV_PARAM_ERROR_TYPE_UNSUPPORTED = 6
+enums["MAV_PARAM_ERROR"][6] = EnumEntry("MAV_PARAM_ERROR_TYPE_UNSUPPORTED", """No parameter has this type.""")
+MAV_PARAM_ERROR_TYPE_MISMATCH = 7
+enums["MAV_PARAM_ERROR"][7] = EnumEntry("MAV_PARAM_ERROR_TYPE_MISMATCH", """The parameter has another type.""")
+MAV_PARAM_ERROR_READ_FAIL = 8
+enums["MAV_PARAM_ERROR"][8] = EnumEntry("MAV_PARAM_ERROR_READ_FAIL", """The parameter could not be read.""")
+MAV_PARAM_ERROR_ENUM_END = 9
+enums["MAV_PARAM_ERROR"][9] = EnumEntry("MAV_PARAM_ERROR_ENUM_END", """""")
+
 # MAV_RESULT
 enums["MAV_RESULT"] = Enum()
 enums["MAV_RESULT"].bitmask = False
@@ -3787,24 +3811,6 @@ MAV_PARAM_TYPE_REAL64 = 10
 enums["MAV_PARAM_TYPE"][10] = EnumEntry("MAV_PARAM_TYPE_REAL64", """64-bit floating-point""")
 MAV_PARAM_TYPE_ENUM_END = 11
 enums["MAV_PARAM_TYPE"][11] = EnumEntry("MAV_PARAM_TYPE_ENUM_END", """""")
-
-# MAV_PARAM_ERROR
-enums["MAV_PARAM_ERROR"] = Enum()
-enums["MAV_PARAM_ERROR"].bitmask = False
-MAV_PARAM_ERROR_NO_ERROR = 0
-enums["MAV_PARAM_ERROR"][0] = EnumEntry("MAV_PARAM_ERROR_NO_ERROR", """No error occurred (not expected in PARAM_ERROR but may be used in future implementations.""")
-MAV_PARAM_ERROR_DOES_NOT_EXIST = 1
-enums["MAV_PARAM_ERROR"][1] = EnumEntry("MAV_PARAM_ERROR_DOES_NOT_EXIST", """Parameter does not exist""")
-MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE = 2
-enums["MAV_PARAM_ERROR"][2] = EnumEntry("MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE", """Parameter value does not fit within accepted range""")
-MAV_PARAM_ERROR_PERMISSION_DENIED = 3
-enums["MAV_PARAM_ERROR"][3] = EnumEntry("MAV_PARAM_ERROR_PERMISSION_DENIED", """Caller is not permitted to set the value of this parameter""")
-MAV_PARAM_ERROR_COMPONENT_NOT_FOUND = 4
-enums["MAV_PARAM_ERROR"][4] = EnumEntry("MAV_PARAM_ERROR_COMPONENT_NOT_FOUND", """Unknown component specified""")
-MAV_PARAM_ERROR_READ_ONLY = 5
-enums["MAV_PARAM_ERROR"][5] = EnumEntry("MAV_PARAM_ERROR_READ_ONLY", """Parameter is read-only""")
-MAV_PARAM_ERROR_ENUM_END = 6
-enums["MAV_PARAM_ERROR"][6] = EnumEntry("MAV_PARAM_ERROR_ENUM_END", """""")
 
 # MAV_PARAM_EXT_TYPE
 enums["MAV_PARAM_EXT_TYPE"] = Enum()

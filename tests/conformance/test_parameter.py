@@ -268,3 +268,42 @@ def test_the_hash_changes_with_a_value_and_comes_back_with_it(station: Any) -> N
         hashes.append(value_of(read(station, HASH)))
     assert hashes[0] != hashes[1]
     assert hashes[0] == hashes[2]
+
+
+@pytest.mark.covers("PARAM_ERROR", "PARAM_REQUEST_READ", source="PX4 v1.18, mavlink_parameters.cpp: error 1")
+@pytest.mark.parametrize(
+    ("name", "index"), [("NO_SUCH_PARAM", -1), ("com_rc_loss_t", -1), ("", -1), ("", 32767), ("", -2)]
+)
+@pytest.mark.parametrize("component", [0, 1])
+def test_reading_what_is_not_there_is_refused(station: Any, name: str, index: int, component: int) -> None:
+    ask(station, name, index, (station.system, component))
+    refusal = station.receive("PARAM_ERROR")
+    assert refusal.error == 1
+    assert (refusal.target_system, refusal.target_component) == (255, 190)
+    assert (refusal.param_index if index >= 0 else refusal.param_id) == (index if index >= 0 else name)
+
+
+@pytest.mark.covers("PARAM_ERROR", "PARAM_SET", source="PX4 v1.18, mavlink_parameters.cpp: errors 1, 5, 6 and 7")
+@pytest.mark.parametrize(
+    ("name", "value", "kind", "error"),
+    [
+        ("NO_SUCH_PARAM", 1.0, REAL32, 1),
+        (HASH, 0, UINT32, 5),
+        (RC_IN_MODE, 1, UINT8, 6),
+        (RC_IN_MODE, 1, UINT32, 6),
+        (RC_IN_MODE, 3.0, REAL32, 7),
+        (RC_LOSS_T, 7, INT32, 7),
+    ],
+)
+def test_setting_what_cannot_be_set_is_refused(station: Any, name: str, value: float, kind: int, error: int) -> None:
+    set_value(station, name, value, kind)
+    refusal = station.receive("PARAM_ERROR")
+    assert (refusal.param_id, refusal.error) == (name, error)
+
+
+@pytest.mark.covers("PARAM_ERROR", source="PX4 v1.18, mavlink_parameters.cpp: its own system, and component 1 or all")
+@pytest.mark.parametrize("target", [(0, 0), (0, 1), (77, 1), (None, 190)])
+def test_a_refusal_is_for_whom_asked_this_autopilot(station: Any, target: tuple[int | None, int]) -> None:
+    system = station.system if target[0] is None else target[0]
+    ask(station, "NO_SUCH_PARAM", target=(system, target[1]))
+    assert station.receive("PARAM_ERROR", SILENCE_S) is None

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from autopilot.autopilot import Autopilot
 from autopilot.commands import CommandResult, answer_later
 from autopilot.constants import Severity
 from autopilot.mavlink.services.parameter import parameter_hash
@@ -19,6 +20,7 @@ from autopilot.topics import (
     VehicleStatus,
 )
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.simulator_api import HilSensor
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only
 
 INT32, REAL32 = 6, 9
@@ -285,7 +287,72 @@ def test_parameter_read() -> None:
     assert read("MC_ROLLRATE_P") == [("MC_ROLLRATE_P", 550, REAL32)]
     assert read("", 1) == [("ATT_EN", 1, INT32)]
     assert read("FW_T_CLMB_MAX") == [("FW_T_CLMB_MAX", 65535, REAL32)]
-    assert read("NO_SUCH_PARAM") == read("mpc_xy_p") == read("", 2000) == []
+
+
+def param_errors(replies: list[Any]) -> list[tuple[str, int, int]]:
+    return [(each.param_id, each.param_index, each.error) for each in only(replies, "PARAM_ERROR")]
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "answer"),
+    [
+        (b"NO_SUCH_PARAM", -1, ("NO_SUCH_PARAM", -1, 1)),
+        (b"mpc_xy_p", -1, ("mpc_xy_p", -1, 1)),
+        (b"NO_SUCH_PARAM", -2, ("NO_SUCH_PARAM", -1, 1)),
+        (b"", -1, ("", -1, 1)),
+        (b"", 947, ("", 947, 1)),
+        (b"MPC_XY_P", 5000, ("", 5000, 1)),
+    ],
+)
+def test_what_is_not_there_is_refused(name: bytes, index: int, answer: tuple[str, int, int]) -> None:
+    """As a real PX4 v1.18 answers; the field that was not asked by is unset memory there."""
+    replies = Peer(system=245, component=191).send(mavlink.MAVLink_param_request_read_message(1, 0, name, index))
+    assert param_errors(replies) == [answer]
+    assert [(each.target_system, each.target_component) for each in replies] == [(245, 191)]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kind", "error"),
+    [
+        ("NO_SUCH_PARAM", 1.0, REAL32, 1),
+        ("_HASH_CHECK", 0.0, 5, 5),
+        ("MPC_XY_CRUISE", 7.0, 1, 6),
+        ("COM_RC_IN_MODE", 1, 5, 6),
+        ("MPC_XY_CRUISE", 7.0, INT32, 7),
+        ("COM_RC_IN_MODE", 3.0, REAL32, 7),
+    ],
+)
+def test_what_cannot_be_set_is_refused_and_changes_nothing(name: str, value: float, kind: int, error: int) -> None:
+    peer = Peer()
+    before = {each: peer.parameters[each] for each in ("MPC_XY_CRUISE", "COM_RC_IN_MODE")}
+    assert param_errors(peer.send(param_set(name, value, kind))) == [(name, -1, error)]
+    assert only(peer.run(0.1), "PARAM_VALUE") == []
+    assert {each: peer.parameters[each] for each in before} == before
+
+
+@pytest.mark.parametrize("target", [(0, 0), (0, 1), (77, 1), (1, 190)])
+def test_what_was_meant_for_others_is_not_refused(target: tuple[int, int]) -> None:
+    peer = Peer()
+    assert peer.send(mavlink.MAVLink_param_request_read_message(*target, b"NO_SUCH_PARAM", -1)) == []
+    assert peer.send(mavlink.MAVLink_param_set_message(*target, b"NO_SUCH_PARAM", 1.0, REAL32)) == []
+
+
+def test_a_value_that_is_limited_at_once_is_told_twice() -> None:
+    """999 to who set it, and what the position controller made of it to all links."""
+    vehicle = Autopilot({"MAV_TYPE": 13}, 0)
+    link = vehicle.mavlink.links[GCS]
+    for tick in range(1, 300):
+        vehicle.step([HilSensor(tick * 4000, *(0.0,) * 13, 0, 0)])
+    link.outbox.clear()
+    encoder, parser = mavlink.MAVLink(None, srcSystem=255, srcComponent=190), mavlink.MAVLink(None)
+    vehicle.on_datagram(GCS, param_set("MPC_XY_CRUISE", 999.0, REAL32).pack(encoder))
+    for tick in range(300, 600):
+        vehicle.step([HilSensor(tick * 4000, *(0.0,) * 13, 0, 0)])
+    heard = [message for data in link.outbox for message in parser.parse_buffer(data) or []]
+    assert [(each.param_id, each.param_value) for each in only(heard, "PARAM_VALUE")] == [
+        ("MPC_XY_CRUISE", 999.0),
+        ("MPC_XY_CRUISE", 12.0),
+    ]
 
 
 def test_parameter_set_is_echoed_and_announced() -> None:
@@ -297,7 +364,6 @@ def test_parameter_set_is_echoed_and_announced() -> None:
     assert [each.param_value for each in only(peer.received(ONBOARD), "PARAM_VALUE")] == [6.5]
     assert len(peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))) == 1
     assert only(peer.run(0.02), "PARAM_VALUE") == []
-    assert peer.send(param_set("MPC_XY_CRUISE", 7.0, INT32)) == []
     assert peer.send(param_set("COM_RC_IN_MODE", 99, INT32))[0].param_type == INT32
     assert peer.parameters["COM_RC_IN_MODE"] == 99
     assert peer.parameters["MPC_XY_CRUISE"] == 6.5
@@ -308,10 +374,23 @@ def test_all_that_is_not_saved_is_told_with_every_change() -> None:
     peer.send(param_set("MPC_XY_CRUISE", 6.5, REAL32))
     peer.run(0.02)
     peer.send(param_set("COM_RC_IN_MODE", 2, INT32))
-    assert [each.param_id for each in only(peer.run(0.02), "PARAM_VALUE")] == ["COM_RC_IN_MODE", "MPC_XY_CRUISE"]
+    assert [each.param_id for each in only(peer.run(1.0), "PARAM_VALUE")] == ["COM_RC_IN_MODE", "MPC_XY_CRUISE"]
     peer.parameters.unsaved.clear()
     peer.send(param_set("COM_RC_IN_MODE", 3, INT32))
-    assert [each.param_id for each in only(peer.run(0.02), "PARAM_VALUE")] == ["COM_RC_IN_MODE"]
+    assert [each.param_id for each in only(peer.run(1.0), "PARAM_VALUE")] == ["COM_RC_IN_MODE"]
+
+
+def test_changes_of_the_same_second_are_told_together() -> None:
+    """mavlink_parameters.h: parameter_update is looked at once a second; after a pause twice in a row."""
+    peer = Peer()
+    peer.run(5.0)
+    told = []
+    for value in (1.0, 2.0, 3.0, 4.0):
+        peer.send(param_set("MPC_XY_CRUISE", value, REAL32))
+        told.append([each.param_value for each in only(peer.run(0.02), "PARAM_VALUE")])
+    assert told == [[1.0], [2.0], [], []]
+    assert [each.param_value for each in only(peer.run(0.9), "PARAM_VALUE")] == []
+    assert [each.param_value for each in only(peer.run(0.1), "PARAM_VALUE")] == [4.0]
 
 
 def test_nan_and_tiny_changes_are_kept_and_not_told() -> None:

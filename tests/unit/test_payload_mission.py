@@ -1,6 +1,7 @@
 """A mission's camera items take pictures: navigator, camera trigger and command sender, with a camera on the wire."""
 
 import itertools
+import math
 from typing import Any
 
 import pytest
@@ -22,6 +23,7 @@ from .mavlink_peer import only
 from .navigation_fake import STEP_US, FakeVehicle, item
 
 TAKEOFF, WAYPOINT, LAND = 22, 16, 21
+TRIGGER_CONTROL = 2003
 TRIGGER_DISTANCE, DIGICAM, IMAGE_START, IMAGE_STOP = 206, 203, 2000, 2001
 CAMERA = 100
 DATA = present(vehicles.load("m600").camera)
@@ -105,7 +107,7 @@ def test_a_series_is_the_cameras_and_ends_with_its_item() -> None:
     assert len(rig.images()) == pytest.approx(20.0 / 2.0, abs=2)
     assert not only(rig.heard, "CAMERA_TRIGGER")
     sent = [m.command for m in only(rig.heard, "COMMAND_LONG")]
-    assert sent == [IMAGE_START, IMAGE_STOP]
+    assert sent == [IMAGE_START, IMAGE_STOP, TRIGGER_CONTROL]
 
 
 def test_a_mission_that_is_left_stops_the_series() -> None:
@@ -134,6 +136,52 @@ def test_without_a_camera_the_command_is_repeated_three_times() -> None:
     assert {(m.target_system, m.target_component, m.param3, m.param4) for m in asked} == {(1, CAMERA, 1.0, 1.0)}
 
 
+def test_a_landing_centres_the_gimbal_a_quarter_of_a_second_after_it_begins() -> None:
+    """Flown on PX4 v1.18: 1001, 1000, 1001 to component 0 on all links; the first is repeated, as nobody answers."""
+    rig = Rig()
+    rig.run(3.0)
+    rig.set_mode(4, 2)
+    rig.arm()
+    rig.run(10.0)
+    rig.heard.clear()
+    rig.set_mode(4, 6)
+    rig.run(0.2)
+    assert only(rig.heard, "COMMAND_LONG") == []
+    rig.run(4.0)
+    sent = only(rig.heard, "COMMAND_LONG")
+    assert {(m.target_system, m.target_component) for m in sent} == {(1, 0)}
+    assert [(m.command, m.param1, m.param2, m.param3, m.param4, m.confirmation) for m in sent if m.command == 1001] == [
+        (1001, 1.0, 1.0, -1.0, -1.0, 0),
+        (1001, -3.0, -3.0, -1.0, -1.0, 0),
+        *((1001, 1.0, 1.0, -1.0, -1.0, confirmation) for confirmation in (1, 2, 3)),
+    ]
+    (centre,) = (m for m in sent if m.command == 1000)
+    assert all(math.isnan(value) for value in (centre.param1, centre.param2, centre.param3, centre.param4))
+    assert (centre.param5, centre.confirmation) == (2.0, 0)
+
+
+def test_a_return_ends_with_an_idle_item_as_a_command() -> None:
+    """Flown on PX4 v1.18: command 0 with NAV_ACC_RAD, NAV_LOITER_RAD and the height of home."""
+    rig = Rig()
+    rig.run(3.0)
+    rig.set_mode(4, 2)
+    rig.arm()
+    rig.run(10.0)
+    rig.set_mode(4, 5)
+    rig.run_until_disarmed()
+    idle = next(m for m in only(rig.heard, "COMMAND_LONG") if m.command == 0)
+    assert (idle.param1, idle.param2, idle.param3, idle.param5, idle.param6) == (0.0, 10.0, 80.0, 0.0, 0.0)
+    assert math.isnan(idle.param4)
+    assert idle.param7 == pytest.approx(489.4, abs=0.1)
+
+
+def test_items_that_need_no_flying_are_told_to_all() -> None:
+    rig = Rig()
+    rig.fly(item(178, 0, 0, 0, 1.0, 3.0, -1.0, 0.0)._replace(frame=2), item(WAYPOINT, 50, 0, 20))
+    (speed,) = (m for m in only(rig.heard, "COMMAND_LONG") if m.command == 178 and m.confirmation == 0)
+    assert (speed.target_component, speed.param1, speed.param2, speed.param3) == (0, 1.0, 3.0, -1.0)
+
+
 def test_by_time_and_by_command() -> None:
     rig = Rig()
     rig.parameters.set("TRIG_MODE", 1)
@@ -155,6 +203,7 @@ def test_only_the_newest_three_commands_are_repeated() -> None:
     for number in range(10):
         command = VehicleCommand(IMAGE_STOP, float(number), target_system=1, target_component=CAMERA)
         rig.navigator._state.outgoing.give(command)
+        rig.run(0.04)
     rig.run(5.0)
     sent = [m.param1 for m in only(rig.heard, "COMMAND_LONG")]
     assert sent == [*range(10), *(7, 8, 9) * 3]

@@ -1,6 +1,6 @@
 """Magnetometer calibration by turning the vehicle, and the quick one by a known heading (PX4's mag_calibration.cpp).
 
-On each side of CAL_MAG_SIDES the vehicle has to be turned; a vehicle that nobody turns ends it. The samples are fitted
+On each side of SENS_MAG_SIDES the vehicle has to be turned; a vehicle that nobody turns ends it. The samples are fitted
 by an ellipsoid along the axes: offset and scale. (PX4 also fits its slant.)
 """
 
@@ -30,7 +30,7 @@ SCALES = (0.1, 3.0)
 def calibrate(bench: Bench) -> Steps:
     """Write CAL_MAG0_*."""
     bench.started("mag")
-    sides = int(bench.parameters["CAL_MAG_SIDES"])
+    sides = int(bench.parameters["SENS_MAG_SIDES"])
     points: list[Vector3] = []
     work = _Sides(bench, max(1, sides.bit_count()), points)
     outcome = yield from each_side(bench, sides, work.measure, lenient=True)

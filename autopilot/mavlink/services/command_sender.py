@@ -1,8 +1,11 @@
 """Commands of the autopilot to others: COMMAND_LONG out on every link, repeated until a COMMAND_ACK comes.
 
-As PX4's MavlinkCommandSender: sent on all links at once, again after 0.5 s with the next confirmation, at most three
-times more; an ack for it from its target, on any link, ends that. So a mission's camera items reach the camera
-wherever it is.
+As PX4's MavlinkCommandSender (v1.18): sent on all links at once, again with the next confirmation, at most three times
+more; an ack for it from its target, on any link, ends that. So a mission's camera items reach the camera wherever it
+is. Of commands that are given in one moment the first alone is repeated, as PX4 tells them apart by their time.
+
+Of PX4's links one begins each round of repetitions when 0.5 s have passed, and the others join when they have passed
+once more; which one begins is chance, often that to SIH's display. Here nobody begins early: all join.
 """
 
 from collections.abc import Callable, Iterable
@@ -15,6 +18,7 @@ from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 RETRY_US = 500_000
+FIRST_RETRY_US = 2 * RETRY_US
 RETRIES = 3
 TRACKED = 3
 """PX4 repeats the newest three only."""
@@ -65,9 +69,10 @@ class CommandSender:
             waiting = self._outgoing.waiting[:]
             self._outgoing.waiting.clear()
             for command in waiting:
-                self._under_way = [*self._under_way[1 - TRACKED :], Sent(command, 0, now_us + RETRY_US)]
                 self._send(command, 0)
-            self._again_us = min(self._again_us, now_us + RETRY_US)
+            again_us = now_us + FIRST_RETRY_US
+            self._under_way = [*self._under_way[1 - TRACKED :], Sent(waiting[0], 0, again_us)]
+            self._again_us = min(self._again_us, again_us)
         if now_us >= self._again_us:
             self._repeat(now_us)
 

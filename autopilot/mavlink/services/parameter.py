@@ -2,9 +2,8 @@
 
 Integers travel byte-wise in the float field. A list begins with _HASH_CHECK and is paced, so that no socket overflows;
 a second request starts it again, without the hash. A value that is set is echoed to who set it; soon after a change,
-all values that are not saved yet are told on every link. A PARAM_SET of the wrong type or of an unknown name has no
-answer. Values are not checked against their bounds: PX4 does not either. PARAM_EXT and PARAM_ERROR are unknown to PX4
-v1.18.
+all values that are not saved yet are told on every link, at most once a second. What cannot be read or set is answered
+by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either. PARAM_EXT is unknown to PX4 v1.18.
 """
 
 import math
@@ -17,6 +16,7 @@ from autopilot.dataman import crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from autopilot.parameters import Parameters, Value
+from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from autopilot.topics import RcParameter, Topics
 from sitl_emu.core import dialect as mavlink
 
@@ -25,10 +25,16 @@ NO_INDEX = 65535
 REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 INT32 = mavlink.MAV_PARAM_TYPE_INT32
 UINT32 = mavlink.MAV_PARAM_TYPE_UINT32
+DOES_NOT_EXIST = mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST
+READ_ONLY = mavlink.MAV_PARAM_ERROR_READ_ONLY
+TYPE_UNSUPPORTED = mavlink.MAV_PARAM_ERROR_TYPE_UNSUPPORTED
+TYPE_MISMATCH = mavlink.MAV_PARAM_ERROR_TYPE_MISMATCH
+NO_PARAM_INDEX = -1
+"""PARAM_ERROR's index where a name was asked for."""
 PER_TICK = 5
 """Values of a list per tick of 4 ms: 1250 a second, the whole set in 0.8 s."""
 TELL_DELAY_US = 5_000
-"""From a change until the links hear of it."""
+"""From a change until the links hear of it (MavlinkParametersManager::send_untransmitted)."""
 RC_CHANNELS_MAPPED = 3
 """PARAM_MAP_RC's knobs."""
 UNMAP = -2
@@ -62,7 +68,7 @@ class Parameter:
         self._say = say
         self._system_id = system_id
         self._lists: dict[Link, int] = {}
-        self._notifications = parameters.notifications
+        self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.notifications)
         self._tell_us: int | None = None
         self._untold: set[Link] = set()
         """Links that hear of changes once their list has ended."""
@@ -87,10 +93,8 @@ class Parameter:
         """Go on with the lists, and tell what has changed."""
         if self._lists:
             self._continue_lists()
-        if self._parameters.notifications != self._notifications:
-            self._notifications = self._parameters.notifications
-            if self._tell_us is None:
-                self._tell_us = now_us + TELL_DELAY_US
+        if self._updates.updated(now_us, self._parameters.notifications) and self._tell_us is None:
+            self._tell_us = now_us + TELL_DELAY_US
         if self._tell_us is not None and now_us >= self._tell_us:
             self._tell_us = None
             self._untold.update(self._links)
@@ -121,20 +125,29 @@ class Parameter:
         if index >= 0:
             if index < len(self._parameters.announced):
                 self._send(link, self._parameters.announced[index])
+            else:
+                self._refuse(message, link, DOES_NOT_EXIST, index=index)
         elif name == HASH_NAME:
             self._send_hash(link)
         elif name in self._parameters:
             self._send(link, name)
+        else:
+            self._refuse(message, link, DOES_NOT_EXIST, name)
 
     def _set(self, message: Any, link: Link) -> None:
         name = _name(message)
         if name == HASH_NAME:
-            self._lists.pop(link, None)
+            if self._parameters["MAV_HASH_CHK_EN"]:
+                self._lists.pop(link, None)
+            self._refuse(message, link, READ_ONLY, name)
             return
         if name not in self._parameters:
+            self._refuse(message, link, DOES_NOT_EXIST, name)
             return
         is_float = self._parameters.is_float(name)
         if message.param_type != (REAL32 if is_float else INT32):
+            supported = message.param_type in (REAL32, INT32)
+            self._refuse(message, link, TYPE_MISMATCH if supported else TYPE_UNSUPPORTED, name)
             return
         value: Value = struct.unpack("<f" if is_float else "<i", value_bytes(message))[0]
         self._parameters.set(name, value)
@@ -154,6 +167,12 @@ class Parameter:
         knobs[knob] = RcParameter(name, *limits) if valid else RcParameter()
         first, second, third = knobs
         self._topics.rc_parameter_map = (first, second, third)
+
+    def _refuse(self, message: Any, link: Link, error: int, name: str = "", index: int = NO_PARAM_INDEX) -> None:
+        """PARAM_ERROR to whom asked, by name or by index; PX4 leaves the other of the two as it lies in memory."""
+        codec = link.codec(mavlink.MAVLINK_MSG_ID_PARAM_ERROR)
+        asker = message.get_srcSystem(), message.get_srcComponent()
+        link.send_payload(codec, struct.pack("<hBB16sB", index, *asker, name.encode(), error))
 
     def _send(self, link: Link, name: str) -> None:
         value = self._parameters.told(name)

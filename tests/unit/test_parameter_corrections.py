@@ -1,0 +1,80 @@
+"""What PX4's modules make of parameters without sense; values as a real PX4 v1.18 told them."""
+
+import pytest
+
+from autopilot.parameter_corrections import ParameterCorrections
+from autopilot.parameters import Parameters
+from autopilot.subscription_interval import SubscriptionInterval
+
+SECOND_US = 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "corrected"),
+    [
+        ("LNDMC_Z_VEL_MAX", 3.0, 0.25),
+        ("LNDMC_Z_VEL_MAX", 0.2, pytest.approx(0.2)),
+        ("CAL_MAG_SIDES", 1, 63),
+        ("IMU_INTEG_RATE", 20_000, 1000),
+        ("IMU_INTEG_RATE", 0, 50),
+        ("IMU_GYRO_RATEMAX", 0, 800),
+        ("IMU_GYRO_RATEMAX", 20_000, 10_000),
+        ("EKF2_MAG_TYPE", 3, 0),
+        ("EKF2_MAG_TYPE", 5, 5),
+        ("MAV_TYPE", 99, 0),
+    ],
+)
+def test_a_value_without_sense_is_set_right(name: str, value: float, corrected: float) -> None:
+    parameters = Parameters("multicopter", {"IMU_GYRO_RATEMAX": 800})
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=True)
+    parameters.set(name, value)
+    corrections.update(SECOND_US)
+    assert parameters[name] == corrected
+
+
+def test_the_sides_to_calibrate_are_told_under_their_old_name_too() -> None:
+    parameters = Parameters("rover")
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=False)
+    parameters.set("SENS_MAG_SIDES", 34)
+    corrections.update(SECOND_US)
+    assert parameters["CAL_MAG_SIDES"] == 34
+
+
+def test_a_rover_has_no_land_detector_that_would_correct_its_speed() -> None:
+    parameters = Parameters("rover")
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=False)
+    parameters.set("LNDMC_Z_VEL_MAX", 3.0)
+    corrections.update(SECOND_US)
+    assert parameters["LNDMC_Z_VEL_MAX"] == 3.0
+
+
+def test_ekf2_says_what_it_reset() -> None:
+    said: list[tuple[str, str, float]] = []
+    parameters = Parameters("multicopter")
+    corrections = ParameterCorrections(
+        parameters, lambda severity, text, event="", *values: said.append((text, event, values[0])), multicopter=True
+    )
+    parameters.set("EKF2_MAG_TYPE", 3)
+    corrections.update(SECOND_US)
+    assert said == [("EKF2_MAG_TYPE invalid, resetting to default", "ekf2_mag_type_invalid", 3.0)]
+
+
+def test_some_corrections_are_not_told() -> None:
+    """param_set_no_notification: LNDMC_Z_VEL_MAX is told with the next change of another parameter."""
+    parameters = Parameters("multicopter")
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=True)
+    parameters.set("LNDMC_Z_VEL_MAX", 3.0)
+    before = parameters.notifications
+    corrections.update(SECOND_US)
+    assert parameters.notifications == before
+    assert "LNDMC_Z_VEL_MAX" in parameters.unsaved
+
+
+def test_news_comes_once_an_interval_and_twice_after_a_pause() -> None:
+    interval = SubscriptionInterval(SECOND_US, seen=0)
+    assert not interval.updated(5 * SECOND_US, 0)
+    assert interval.updated(5 * SECOND_US, 1)
+    assert interval.updated(5 * SECOND_US + 1, 2)
+    assert not interval.updated(6 * SECOND_US - 1, 3)
+    assert interval.updated(6 * SECOND_US, 4)
+    assert not interval.updated(7 * SECOND_US, 4)
