@@ -1,8 +1,8 @@
 """Which messages each link streams, and how often: PX4 v1.18 SITL as measured.
 
 The tables follow what init.d-posix/px4-rc.mavlink and Mavlink::configure_streams_to_default set up together. Rates in
-Hz; UNLIMITED sends whenever there is something new. Messages whose data does not exist on a vehicle (ESCs on a
-rover) are not sent, whatever their rate.
+Hz; UNLIMITED sends whenever there is something new. Messages whose data does not exist on a vehicle (a target
+attitude on a rover) are not sent, whatever their rate.
 """
 
 UNLIMITED = 0.0
@@ -34,6 +34,7 @@ GCS = {
     "LOCAL_POSITION_NED": 50.0,
     "MISSION_CURRENT": 1.0,
     "NAMED_VALUE_FLOAT": 1.0,
+    "NAV_CONTROLLER_OUTPUT": 1.0,
     "OBSTACLE_DISTANCE": 1.0,
     "OPEN_DRONE_ID_LOCATION": 1.0,
     "OPEN_DRONE_ID_SYSTEM": 1.0,
@@ -80,6 +81,7 @@ ONBOARD = {
     "LOCAL_POSITION_NED": 30.0,
     "MISSION_CURRENT": 1.0,
     "NAMED_VALUE_FLOAT": 10.0,
+    "NAV_CONTROLLER_OUTPUT": 10.0,
     "OBSTACLE_DISTANCE": 10.0,
     "ODOMETRY": 30.0,
     "OPEN_DRONE_ID_LOCATION": 1.0,

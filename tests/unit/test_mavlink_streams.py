@@ -16,12 +16,13 @@ from autopilot.topics import (
     HomePosition,
     LandingTargetPose,
     ObstacleDistance,
+    PositionControllerStatus,
     VehicleLandDetected,
     VehicleLocalPositionSetpoint,
     VehicleStatus,
 )
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer, command_long, only
+from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer, command_long, only
 
 SECONDS = 6.0
 EXPECTED_HZ: dict[int, dict[str, float]] = {
@@ -42,7 +43,13 @@ OF_OTHERS = {
     *("LANDING_TARGET", "OBSTACLE_DISTANCE", "OPTICAL_FLOW_RAD"),
 }
 """Streams of what others have sent before."""
-NOT_YET = OF_OTHERS | {"ORBIT_EXECUTION_STATUS", "POSITION_TARGET_GLOBAL_INT", "RC_CHANNELS", "WIND_COV"}
+NOT_YET = OF_OTHERS | {
+    "NAV_CONTROLLER_OUTPUT",
+    "ORBIT_EXECUTION_STATUS",
+    "POSITION_TARGET_GLOBAL_INT",
+    "RC_CHANNELS",
+    "WIND_COV",
+}
 """Streams without data on a vehicle that stands disarmed."""
 ONCE = {"GPS_GLOBAL_ORIGIN"}
 """When it is known, and when it changes."""
@@ -85,11 +92,36 @@ def test_the_payload_link_keeps_its_data_rate() -> None:
     assert len(only(messages, "ATTITUDE")) / SECONDS == pytest.approx(11.84, rel=0.3)
 
 
-def test_a_rover_has_no_escs_and_no_servo_outputs() -> None:
+def test_a_rover_that_was_never_armed_has_no_escs_and_no_servo_outputs() -> None:
     peer = Peer(kind="rover")
     found = {message.get_type() for message in peer.fly_and_run(3.0)}
     assert not found & {"ESC_INFO", "ESC_STATUS", "SERVO_OUTPUT_RAW", "ATTITUDE_TARGET", "POSITION_TARGET_LOCAL_NED"}
     assert "GLOBAL_POSITION_INT" in found
+
+
+def test_a_rovers_motor_is_told_while_it_is_heard() -> None:
+    """A real PX4 v1.18 (SIH): 50 degrees and its speed while it is armed, zeros and no ESC online when it is not."""
+    peer = Peer(kind="rover")
+    peer.run(0.5)
+    peer.topics.esc_status = EscStatus(peer.now_us + 1_000_000, (5000,))
+    heard = peer.run(1.0)
+    info, status = only(heard, "ESC_INFO")[-1], only(heard, "ESC_STATUS")[-1]
+    assert (info.temperature, info.count, info.info, info.connection_type) == ([5000, 0, 0, 0], 1, 1, 0)
+    assert (status.rpm, status.voltage, status.index) == ([5000, 0, 0, 0], [0.0] * 4, 0)
+    heard = peer.run(1.1)
+    info, status = only(heard, "ESC_INFO")[-1], only(heard, "ESC_STATUS")[-1]
+    assert (info.temperature, info.count, info.info) == ([0, 0, 0, 0], 1, 0)
+    assert status.rpm == [0, 0, 0, 0]
+
+
+def test_a_rover_tells_once_that_it_has_a_new_waypoint() -> None:
+    peer = Peer(kind="rover")
+    peer.fly()
+    assert only(peer.run(2.0), "NAV_CONTROLLER_OUTPUT") == []
+    peer.topics.position_controller_status = PositionControllerStatus(peer.now_us, 2.0)
+    (told,) = only(peer.run(2.0), "NAV_CONTROLLER_OUTPUT")
+    assert (told.nav_bearing, told.target_bearing, told.wp_dist, told.xtrack_error) == (0, 0, 0, 0.0)
+    assert told.alt_error == pytest.approx(-(ALT_M + 3.0))
 
 
 def test_a_rover_tells_its_outputs_while_they_may_move() -> None:
