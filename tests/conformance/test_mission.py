@@ -381,10 +381,20 @@ def test_an_item_that_does_not_come_is_asked_for_again(station: Any) -> None:
     assert len(asked) in (2, 3, 4)
 
 
+@pytest.mark.covers("MISSION_COUNT", source="PX4 v1.18, mavlink_mission.cpp: every 0.25 s until the first request")
+def test_the_count_is_told_again_until_an_item_is_asked_for(station: Any) -> None:
+    upload(station, THREE)
+    assert settled_count(station, 3) == 3
+    again = station.collect("MISSION_COUNT", 4 * RETRY_S + 0.1, at_least=2)
+    assert {each.count for each in again} == {3}
+    assert len(again) in (2, 3, 4)
+    end(station, ACCEPTED)
+
+
 @pytest.mark.covers("MISSION_REQUEST_INT", "STATUSTEXT", source="measured: given up after 5 s, and told")
 def test_an_upload_is_given_up(station: Any) -> None:
     assert count(station, 3).seq == 0
-    assert is_said(station, "Operation timeout\t", GIVES_UP_S + 3.0)
+    assert is_said(station, "Mission sync timeout\t", GIVES_UP_S + 3.0)
     assert station.receive("MISSION_REQUEST_INT", 2 * RETRY_S) is None
 
 

@@ -84,8 +84,18 @@ def test_a_download_is_given_up_after_5_s_of_silence() -> None:
     peer = with_three_items()
     peer.send(request_list())
     peer.run(5.1)
-    assert said(peer) == "Operation timeout\t"
+    assert said(peer) == "Mission sync timeout\t"
     assert names(peer.send(count(1))) == ["MISSION_REQUEST_INT"]
+
+
+def test_the_count_is_told_again_until_the_first_item_is_asked_for() -> None:
+    """mavlink_mission.cpp: every 250 ms, as the message may be lost; from then on it is the other side that asks."""
+    peer = with_three_items()
+    assert names(peer.send(request_list())) == ["MISSION_COUNT"]
+    counts = only(peer.run(1.1), "MISSION_COUNT")
+    assert [(each.count, each.target_system) for each in counts] == [(3, 255)] * 4
+    assert names(peer.send(request(0))) == ["MISSION_ITEM_INT"]
+    assert only(peer.run(1.0), "MISSION_COUNT") == []
 
 
 def test_refused_uploads_do_not_keep_a_download_alive() -> None:

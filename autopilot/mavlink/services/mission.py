@@ -1,8 +1,8 @@
 """Mission protocol for mission, fence and rally points (https://mavlink.io/en/services/mission.html).
 
 As PX4 v1.18's mavlink_mission.cpp: each link has a manager with one transfer at a time, and among all links there is
-one upload at a time. An upload asks for one item after the other, again every 250 ms; any transfer is given up after 5
-s of silence. A plan replaces the old one only when it is complete and another one than before; any failure leaves the
+one upload at a time. An upload asks for one item after the other, again every 250 ms; a download says how many items
+there are as often until the first is asked for; any transfer is given up after 5 s of silence. A plan replaces the old one only when it is complete and another one than before; any failure leaves the
 old one. Partial lists are ignored. Every answer goes out in the datagram's own moment, so that a transfer runs as fast
 as the other side asks.
 """
@@ -24,7 +24,9 @@ MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
 MISSION_PLANNER = 190
 """A component id that PX4 takes for its own in this protocol."""
 RETRY_US = 250_000
+"""MAVLINK_MISSION_RETRY_TIMEOUT_DEFAULT."""
 TIMEOUT_US = 5_000_000
+"""MAVLINK_MISSION_PROTOCOL_TIMEOUT_DEFAULT."""
 REACHED_EVERY_US, REACHED_REPEATS = 1_000_000, 10
 """MISSION_ITEM_REACHED is said again, as it may be lost on the way."""
 ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
@@ -100,12 +102,15 @@ class Manager:
 
     def on_time(self, now_us: int) -> None:
         """Ask again, give up."""
-        if self.state is State.GETS and now_us - self._sent_us > RETRY_US:
-            self._request(now_us)
-        elif now_us - self._heard_us > TIMEOUT_US:
-            self._say("Operation timeout\t", "mavlink_mission_sync_timeout")
+        if now_us - self._heard_us > TIMEOUT_US:
+            self._say("Mission sync timeout\t", "mavlink_mission_sync_timeout")
             self._uploads.in_progress = False
             self.state = State.IDLE
+        elif now_us - self._sent_us > RETRY_US:
+            if self.state is State.GETS:
+                self._request(now_us)
+            elif self._sequence == 0:
+                self._tell_count(now_us)
 
     # --- upload ------------------------------------------------------------------------------------------
 
@@ -227,12 +232,15 @@ class Manager:
             text = "Mission download request ignored, already active\t"
             self._uploads.say(Severity.INFO, text, "mavlink_mission_req_ignored")
             return
-        self._heard_us = self._sent_us = now_us
+        self._heard_us = now_us
         self.state = State.SENDS
         self._partner, self._kind = partner, kind
-        plan = self._plan()
-        self._sequence, self._count = 0, len(plan.items)
-        fields = (self._count, *partner, kind, plan.opaque_id)
+        self._sequence, self._count = 0, len(self._plan().items)
+        self._tell_count(now_us)
+
+    def _tell_count(self, now_us: int) -> None:
+        self._sent_us = now_us
+        fields = (self._count, *self._partner, self._kind, self._plan().opaque_id)
         self._link.send_fields(mavlink.MAVLINK_MSG_ID_MISSION_COUNT, *fields)
 
     def on_request(self, now_us: int, message: Any) -> None:
