@@ -60,7 +60,7 @@ class LandingTargetPose(NamedTuple):
 
 
 class FollowTarget(NamedTuple):
-    """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED."""
+    """Last FOLLOW_TARGET: degrees, m AMSL, m/s NED; velocity is not finite where the target tells none."""
 
     timestamp: int = 0
     lat: float = NAN

@@ -23,9 +23,9 @@ class FollowTarget:
         self._topics = topics
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """A position that is none is not kept."""
+        """A place without a height is none, and not kept; a target need not tell how fast it is (NaN)."""
         vx, vy, vz = message.vel
-        if math.isfinite(message.alt + vx + vy + vz):
+        if math.isfinite(message.alt):
             self._topics.follow_target = FollowTargetSample(
                 now_us, message.lat * 1e-7, message.lon * 1e-7, message.alt, (vx, vy, vz)
             )

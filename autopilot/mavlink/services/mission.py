@@ -2,9 +2,9 @@
 
 As PX4 v1.18's mavlink_mission.cpp: each link has a manager with one transfer at a time, and among all links there is
 one upload at a time. An upload asks for one item after the other, again every 250 ms; a download says how many items
-there are as often until the first is asked for; any transfer is given up after 5 s of silence. A plan replaces the old one only when it is complete and another one than before; any failure leaves the
-old one. Partial lists are ignored. Every answer goes out in the datagram's own moment, so that a transfer runs as fast
-as the other side asks.
+there are as often until the first is asked for; any transfer is given up after 5 s of silence. A plan replaces the old
+one only when it is complete and another one than before; any failure leaves the old one. Partial lists are ignored.
+Every answer goes out in the datagram's own moment, so that a transfer runs as fast as the other side asks.
 """
 
 from collections.abc import Callable
