@@ -16,8 +16,10 @@ from autopilot.topics import ActuatorArmed, Topics
 
 STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
 STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
+STICK_MODES = STICKS_TO_THRUST | STICKS_TO_CLIMB
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
+THROTTLE_REFUSAL = ("Arming denied: throttle not in safe position\t", "commander_arm_denied_throttle_unsafe")
 HEALTH_REFUSAL = ("Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures")
 STICK_GESTURE, RC_SWITCH, RC_BUTTON, KILL_SWITCH = "stick gesture", "RC switch", "RC button", "kill-switch"
 INTERNAL_COMMAND = "internal command"
@@ -146,13 +148,15 @@ class Arming:
 
     def _refusal(self, now_us: int) -> tuple[str, str] | None:
         """What to say, and the event."""
+        mode, topics = self._intention.mode, self._topics
+        heard = not topics.failsafe_flags.manual_control_signal_lost
+        if heard and mode in STICK_MODES and not self._throttle_is_safe(mode, topics.manual_control_setpoint.throttle):
+            return THROTTLE_REFUSAL
         self._checks.update(now_us)
-        mode = self._intention.mode
-        if not self._checks.can_arm(mode):
-            return HEALTH_REFUSAL
-        sticks = self._topics.manual_control_setpoint
-        if mode in STICKS_TO_CLIMB and sticks.throttle > THROTTLE_CENTRE:
-            return "Arming denied: throttle above center\t", "commander_arm_denied_throttle_unsafe"
-        if mode in STICKS_TO_THRUST and not self._rover and sticks.throttle > THROTTLE_LOW:
-            return "Arming denied: high throttle\t", "commander_arm_denied_throttle_unsafe"
-        return None
+        return None if self._checks.can_arm(mode) else HEALTH_REFUSAL
+
+    def _throttle_is_safe(self, mode: NavState, throttle: float) -> bool:
+        """A rover stands with its stick in the centre, what climbs by it at or below; thrust is none at the bottom."""
+        if self._rover:
+            return abs(throttle) < THROTTLE_CENTRE
+        return throttle <= THROTTLE_CENTRE if mode in STICKS_TO_CLIMB else throttle < THROTTLE_LOW

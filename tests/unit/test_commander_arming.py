@@ -159,9 +159,48 @@ def test_sticks_that_are_not_at_rest_refuse_arming(vehicle: FakeVehicle) -> None
     vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
     vehicle.set_mode(7)
     assert vehicle.arm() == TEMPORARILY_REJECTED
-    assert vehicle.take_texts() == ["Arming denied: high throttle"]
+    assert vehicle.take_texts() == ["Arming denied: throttle not in safe position"]
     vehicle.set_mode(3)
     assert vehicle.arm() == ACCEPTED
+
+
+@pytest.mark.parametrize(
+    ("rover", "main", "throttle", "safe"),
+    [
+        (False, 7, -0.79, False),
+        (False, 7, -0.81, True),
+        (False, 3, 0.2, True),
+        (False, 3, 0.21, False),
+        (False, 4, 1.0, True),
+        (True, 1, 0.19, True),
+        (True, 1, 0.2, False),
+        (True, 1, -0.21, False),
+        (True, 1, -1.0, False),
+        (True, 3, -0.19, True),
+        (True, 4, 1.0, True),
+    ],
+)
+def test_where_the_throttle_stick_may_be_when_it_is_armed(rover: bool, main: int, throttle: float, safe: bool) -> None:
+    """Commander::arm, before it looks at the vehicle's health; HOLD (4, 3) asks no stick."""
+    vehicle = FakeVehicle("rover" if rover else "multicopter")
+    vehicle.run(3.0)
+    vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True, throttle=throttle)
+    vehicle.run(0.2)
+    vehicle.set_mode(main, 3 if main == 4 else 0)
+    vehicle.take_texts()
+    vehicle.arm()
+    assert ("Arming denied: throttle not in safe position" not in vehicle.take_texts()) is safe
+
+
+def test_sticks_that_nobody_holds_refuse_nothing() -> None:
+    vehicle = FakeVehicle("rover")
+    vehicle.run(3.0)
+    vehicle.set_mode(1, 0)
+    vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, False, throttle=1.0)
+    vehicle.run(0.2)
+    vehicle.take_texts()
+    vehicle.arm()
+    assert "Arming denied: throttle not in safe position" not in vehicle.take_texts()
 
 
 def test_force_arms_without_health_and_disarms_in_the_air(vehicle: FakeVehicle) -> None:

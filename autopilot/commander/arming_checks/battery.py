@@ -11,9 +11,12 @@ from autopilot.topics import Topics, batteries
 WARNING_LOW = 1
 WARNING_CRITICAL = 2
 WARNING_EMERGENCY = 3
-TEXTS = {WARNING_LOW: "Low battery\t", WARNING_CRITICAL: "Critical battery\t"}
-EVENTS = {WARNING_CRITICAL: "check_battery_critical", WARNING_EMERGENCY: "check_battery_emergency"}
-EVENT_LOW = "check_battery_low"
+TOLD = {
+    WARNING_LOW: (Severity.CRITICAL, "check_battery_low", "Low battery\t"),
+    WARNING_CRITICAL: (Severity.CRITICAL, "check_battery_critical", "Critical battery\t"),
+    WARNING_EMERGENCY: (Severity.EMERGENCY, "check_battery_emergency", "Emergency battery level\t"),
+}
+"""Level, event and text. A low battery is critical, so that ground stations read it out loud (batteryCheck.cpp)."""
 SILENT_US = 5_000_000
 """A battery that was there and says nothing for so long is not well."""
 
@@ -31,12 +34,10 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     by_charge = not armed and settings.com_arm_bat_min >= 0.0
     too_low = by_charge and min(battery.remaining for battery in connected) < settings.com_arm_bat_min
     critical = warning >= WARNING_CRITICAL and not by_charge
-    text = TEXTS.get(warning, "Preflight Fail: Low battery" if too_low else "")
     if warning or too_low:
         findings.unhealthy |= BATTERY
         forbidden = ALL_MODES if critical or too_low else NO_MODE
-        level = Severity.CRITICAL if critical or too_low else Severity.WARNING
-        event = EVENTS.get(warning, EVENT_LOW)
+        level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text)
     if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
         findings.battery_unhealthy = True

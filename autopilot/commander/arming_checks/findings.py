@@ -147,7 +147,7 @@ class Findings:
         self.failures.append(failure)
         self.arming_forbidden |= failure.modes
         if text:
-            self.texts[text] = Severity.CRITICAL
+            self.texts[text] = min(failure.level, Severity.CRITICAL)
 
     def flags(self) -> FailsafeFlags:
         """The record for the topic."""

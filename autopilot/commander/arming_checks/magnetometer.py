@@ -5,6 +5,8 @@ from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
+NO_DATA = ("check_mag_no_data", "Preflight Fail: No valid data from Compass 0")
+MISSING = ("check_mag_missing", "Preflight Fail: Compass Sensor 0 missing")
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -14,8 +16,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.health_present |= Component.MAGNETOMETER
     if now_us - timestamp > TIMEOUT_US:
         findings.unhealthy |= MAG
-        event = "check_mag_no_data" if timestamp else "check_mag_missing"
-        text = "Preflight Fail: No valid data from Compass 0"
+        event, text = NO_DATA if timestamp else MISSING
         findings.health_failure(ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, event, 0, text=text)
     elif "MAG" not in settings.calibrated:
         mag = (ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, "check_mag_not_calibrated", 0)

@@ -8,7 +8,7 @@ from autopilot.commander.calibration.bench import Bench, Steps
 from autopilot.topics import Vector3
 
 SAMPLES = 250
-REPORTS = 20
+REPORT_EVERY_PERCENT = 10
 MOST_TRIES = 20
 MOST_ERROR_RAD_S = math.radians(0.6)
 MEDIAN_OF = 9
@@ -36,6 +36,7 @@ def _measure(bench: Bench) -> Generator[None, None, Vector3 | str | None]:
     """The mean; None when the vehicle moved; CANCELLED or SILENT."""
     total = (0.0, 0.0, 0.0)
     last: list[Vector3] = []
+    told = -1
     for count in range(1, SAMPLES + 1):
         if bench.cancelled():
             return CANCELLED
@@ -46,8 +47,10 @@ def _measure(bench: Bench) -> Generator[None, None, Vector3 | str | None]:
         x, y, z = sample = bench.gyro()
         total = (total[0] + x, total[1] + y, total[2] + z)
         last = [*last[1 - MEDIAN_OF :], sample]
-        if count % (SAMPLES // REPORTS) == 0:
-            bench.progress(100 * count / SAMPLES)
+        percent = 100 * count // SAMPLES
+        if percent % REPORT_EVERY_PERCENT == 0 and percent != told:
+            told = percent
+            bench.progress(percent)
     mean = (total[0] / SAMPLES, total[1] / SAMPLES, total[2] / SAMPLES)
     if any(abs(median(axis) - m) > MOST_ERROR_RAD_S for axis, m in zip(zip(*last, strict=True), mean, strict=True)):
         return None
