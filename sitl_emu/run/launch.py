@@ -57,32 +57,41 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
         vehicles.load(model)
     roots = [state.prepare(options.state, *vehicle, fresh=options.fresh) for vehicle in wanted]
     os.environ.setdefault(*ONE_THREAD)
-    children = _fork(wanted, roots, options) if len(wanted) > 1 else {}
-    say(port_table(wanted))
-    say(f"parameters, missions and logs are kept in {options.state}")
-    return _wait_for(children, say) if children else _fly_alone(wanted[0], roots[0], options, say)
+
+    def welcome() -> None:
+        say(port_table(wanted))
+        say(f"parameters, missions and logs are kept in {options.state}")
+
+    if len(wanted) == 1:
+        return _fly_alone(wanted[0], roots[0], options, welcome, say)
+    begun, began = os.pipe()
+    children = _fork(wanted, roots, options, began)
+    os.close(began)
+    return _wait_for(children, begun, welcome, say)
 
 
-def _fly_alone(vehicle: Wanted, root: Path, options: Options, say: Callable[[str], None]) -> int:
+def _fly_alone(
+    vehicle: Wanted, root: Path, options: Options, welcome: Callable[[], None], say: Callable[[str], None]
+) -> int:
     """A single vehicle needs no other process; Ctrl-C and SIGTERM shut it down."""
     from sitl_emu.run import launched_vehicle
 
     signal.signal(signal.SIGINT, launched_vehicle.shut_down)
-    status = launched_vehicle.main(vehicle, 0, root, options)
+    status = launched_vehicle.main(vehicle, 0, root, options, welcome)
     if status == 0:
         say(f"{vehicle.model} (instance {vehicle.instance}) was shut down")
     return status
 
 
-def _fork(wanted: Sequence[Wanted], roots: Sequence[Path], options: Options) -> dict[int, Wanted]:
-    """A process for each vehicle of a fleet, by its number."""
+def _fork(wanted: Sequence[Wanted], roots: Sequence[Path], options: Options, began: int) -> dict[int, Wanted]:
+    """A process for each vehicle of a fleet, by its number; `began` as `_child` has it."""
     _preload({vehicle.model for vehicle in wanted})
     launcher = os.getpid()
     children = {}
     for place, vehicle in enumerate(wanted):
         pid = os.fork()
         if pid == 0:
-            _child(vehicle, place, roots[place], options, launcher)
+            _child(vehicle, place, roots[place], options, launcher, began)
         children[pid] = vehicle
     return children
 
@@ -115,14 +124,22 @@ def port_table(wanted: Sequence[Wanted]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int) -> NoReturn:
-    """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C."""
+def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int, began: int) -> NoReturn:
+    """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C.
+
+    `began`: the end of a pipe that gets a byte when the vehicle's ports are open, and is closed.
+    """
+
+    def tell_launcher() -> None:
+        os.write(began, b"\0")
+        os.close(began)
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = 1
     try:
         from sitl_emu.run import launched_vehicle
 
-        status = launched_vehicle.main(vehicle, place, root, options, launcher)
+        status = launched_vehicle.main(vehicle, place, root, options, tell_launcher, launcher)
     except Exception:  # a fault of ours: os._exit would hide it
         traceback.print_exc()
     finally:
@@ -131,8 +148,13 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: 
         os._exit(status)
 
 
-def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:
-    """Wait until Ctrl-C, SIGTERM or the death of a vehicle ends them all."""
+def _wait_for(
+    children: dict[int, Wanted], begun: int, welcome: Callable[[], None], say: Callable[[str], None]
+) -> int:
+    """Wait until Ctrl-C, SIGTERM or the death of a vehicle ends them all.
+
+    `begun`: the pipe of `_child`. Where a vehicle cannot begin, what it said of that stands alone: no `welcome`.
+    """
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
@@ -140,6 +162,9 @@ def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:
     signal.signal(signal.SIGTERM, stop)
     status = 0
     try:
+        if not _all_begin(begun, len(children)):
+            return 1
+        welcome()
         while children and status == 0:
             pid, code = os.wait()
             vehicle = children.pop(pid)
@@ -156,6 +181,12 @@ def _wait_for(children: dict[int, Wanted], say: Callable[[str], None]) -> int:
         for pid in children:
             os.waitpid(pid, 0)
     return status
+
+
+def _all_begin(begun: int, count: int) -> bool:
+    """Wait until each of `count` children has opened its ports or died; whether all have opened them."""
+    with open(begun, "rb") as pipe:
+        return len(pipe.read()) == count
 
 
 def _how(code: int) -> str:

@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -48,15 +49,24 @@ def preload(model: str) -> None:
     events.table()
 
 
-def main(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int | None = None) -> int:
+def main(
+    vehicle: Wanted,
+    place: int,
+    root: Path,
+    options: Options,
+    on_begun: Callable[[], None],
+    launcher: int | None = None,
+) -> int:
     """Fly, and begin anew at each reboot, until the vehicle is shut down (SIGTERM does too); the exit status.
 
-    `launcher` is the process that forked this one, whose death ends it as well.
+    `on_begun` is called once, when its ports are open. `launcher` is the process that forked this one, whose death ends
+    it as well.
     """
     signal.signal(signal.SIGTERM, shut_down)
     try:
+        fly(vehicle, place, root, options, on_begun, launcher)
         while True:
-            fly(vehicle, place, root, options, launcher)
+            fly(vehicle, place, root, options, lambda: None, launcher)
     except PortInUseError as error:
         print(f"sitl-emu: {vehicle.model} (instance {vehicle.instance}): {error}", file=sys.stderr)
         return 1
@@ -64,10 +74,17 @@ def main(vehicle: Wanted, place: int, root: Path, options: Options, launcher: in
         return 0
 
 
-def fly(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int | None) -> None:
+def fly(
+    vehicle: Wanted,
+    place: int,
+    root: Path,
+    options: Options,
+    on_begun: Callable[[], None],
+    launcher: int | None,
+) -> None:
     """Run one vehicle from power-on: simulator and autopilot, tick by tick, until it is told to reboot.
 
-    Raises PortInUseError, ShutDownError and OrphanedError.
+    `on_begun` is called when its ports are open. Raises PortInUseError, ShutDownError and OrphanedError.
     """
     data = vehicles.load(vehicle.model)
     autopilot = Autopilot(data.airframe, vehicle.instance, root)
@@ -76,6 +93,7 @@ def fly(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
     payload.plug_in(data, autopilot)
     sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
+    on_begun()
     simulator = VehicleSimulator(
         data,
         options.home,

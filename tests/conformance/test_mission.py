@@ -381,7 +381,7 @@ def test_an_item_that_does_not_come_is_asked_for_again(station: Any) -> None:
     assert len(asked) in (2, 3, 4)
 
 
-@pytest.mark.covers("MISSION_COUNT", source="PX4 v1.18, mavlink_mission.cpp: every 0.25 s until the first request")
+@pytest.mark.covers("MISSION_COUNT", source="measured: told every 0.25 s until the first request")
 def test_the_count_is_told_again_until_an_item_is_asked_for(station: Any) -> None:
     upload(station, THREE)
     assert settled_count(station, 3) == 3

@@ -270,7 +270,7 @@ def test_the_hash_changes_with_a_value_and_comes_back_with_it(station: Any) -> N
     assert hashes[0] == hashes[2]
 
 
-@pytest.mark.covers("PARAM_ERROR", "PARAM_REQUEST_READ", source="PX4 v1.18, mavlink_parameters.cpp: error 1")
+@pytest.mark.covers("PARAM_ERROR", "PARAM_REQUEST_READ", source="measured: error 1, DOES_NOT_EXIST")
 @pytest.mark.parametrize(
     ("name", "index"), [("NO_SUCH_PARAM", -1), ("com_rc_loss_t", -1), ("", -1), ("", 32767), ("", -2)]
 )
@@ -283,7 +283,7 @@ def test_reading_what_is_not_there_is_refused(station: Any, name: str, index: in
     assert (refusal.param_index if index >= 0 else refusal.param_id) == (index if index >= 0 else name)
 
 
-@pytest.mark.covers("PARAM_ERROR", "PARAM_SET", source="PX4 v1.18, mavlink_parameters.cpp: errors 1, 5, 6 and 7")
+@pytest.mark.covers("PARAM_ERROR", "PARAM_SET", source="measured: errors 1, 5, 6 and 7")
 @pytest.mark.parametrize(
     ("name", "value", "kind", "error"),
     [
@@ -301,7 +301,7 @@ def test_setting_what_cannot_be_set_is_refused(station: Any, name: str, value: f
     assert (refusal.param_id, refusal.error) == (name, error)
 
 
-@pytest.mark.covers("PARAM_ERROR", source="PX4 v1.18, mavlink_parameters.cpp: its own system, and component 1 or all")
+@pytest.mark.covers("PARAM_ERROR", source="measured: its own system, and component 1 or all")
 @pytest.mark.parametrize("target", [(0, 0), (0, 1), (77, 1), (None, 190)])
 def test_a_refusal_is_for_whom_asked_this_autopilot(station: Any, target: tuple[int | None, int]) -> None:
     system = station.system if target[0] is None else target[0]

@@ -3,6 +3,8 @@
 import errno
 import os
 import socket
+import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -190,3 +192,14 @@ def test_every_port_in_use_is_named_with_who_needs_it(
         if kind == socket.SOCK_STREAM:
             status, text = call("world", "flat", "--vehicle", "iris", "--instance", "100")
             assert status == 2 and f"sitl-emu: TCP port {port} is in use" in text and "another instance" in text
+
+
+def test_a_launch_that_cannot_begin_says_why_and_nothing_else(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("0.0.0.0", ports.payload(101).local))
+        command = [sys.executable, "-m", "sitl_emu", "launch", "iris:2", "--instance", "100", "--state", str(tmp_path)]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1
+    assert ended.stdout == ""
+    (line,) = ended.stderr.splitlines()
+    assert line.startswith(f"sitl-emu: iris (instance 101): UDP port {ports.payload(101).local}")

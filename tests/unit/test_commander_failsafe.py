@@ -163,7 +163,7 @@ def test_low_battery_is_told_critical_returns_emergency_lands() -> None:
     assert vehicle.take_texts() == ["Critical battery", HOLD_TEXT]
     vehicle.battery = vehicle.battery._replace(warning=3)
     vehicle.run(1.0)
-    assert vehicle.take_texts() == ["System does not support shutdown", "Emergency battery level"]
+    assert vehicle.take_texts() == ["System does not support shutdown"]
     assert vehicle.mode is NavState.AUTO_LOITER
     vehicle.run(3.5)
     assert vehicle.modes == ["AUTO_LOITER", "AUTO_LAND"]

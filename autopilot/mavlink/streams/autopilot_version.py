@@ -10,8 +10,10 @@ CAPABILITIES = 59647
 FLIGHT_SW_VERSION = 17957119
 """v1.18.0, release type 255 (official)."""
 BOARD_VERSION = 1
-HASH = b"sitl-emu"
-"""Stands where PX4 has the first bytes of its git hashes."""
+CUSTOM_VERSION = bytes(3) + b"emula"
+"""The vendor's version (patch, minor, major: none) and the first five bytes of PX4's git hash, which is a name here."""
+OS_CUSTOM_VERSION = bytes(8)
+"""PX4 knows no hash of an operating system but NuttX's."""
 UID = 0x5349544C_00000000
 OS_SW_VERSION = 0
 
@@ -21,4 +23,4 @@ def fields(now_us: int, context: Context) -> Fields:
     uid = UID + context.system_id
     uid2 = uid.to_bytes(18, "little")
     versions = (FLIGHT_SW_VERSION, FLIGHT_SW_VERSION, OS_SW_VERSION, BOARD_VERSION, 0, 0)
-    return (CAPABILITIES, uid, *versions, *HASH, *HASH, *HASH, *uid2)
+    return (CAPABILITIES, uid, *versions, *CUSTOM_VERSION, *CUSTOM_VERSION, *OS_CUSTOM_VERSION, *uid2)

@@ -64,7 +64,7 @@ def _git() -> str:
     major, minor, patch, kind = number.to_bytes(4, "big")
     version = f"{major}.{minor}.{patch}"
     version = f"Release {version} ({number})" if kind == RELEASE else f"{version} {kind:x} ({number})"
-    git_hash = autopilot_version.HASH.hex()
+    git_hash = autopilot_version.CUSTOM_VERSION[3:].hex()
     return (
         f"PX4 git-hash: {git_hash}\nPX4 version: {version}\n"
         f"OS: {platform.system()}\nOS version: Release {platform.release().split('-')[0]}\n"
