@@ -19,7 +19,7 @@ from typing import NoReturn
 from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.parameters import Value
-from autopilot.process import unix_time_us
+from autopilot.process import measure_load, unix_time_us
 from autopilot.sockets import LinkSockets, PortInUseError
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
@@ -97,6 +97,7 @@ def fly(autopilot: Autopilot, sockets: LinkSockets, channel: TcpAutopilotChannel
                 break
         channel.send(autopilot.step(channel.receive()))
         sockets.flush()
+        measure_load(autopilot)
         if autopilot.topics.vehicle_commands is not commands:
             commands = autopilot.topics.vehicle_commands
             if commands and commands[-1].command.command == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:

@@ -111,7 +111,7 @@ class Autopilot:
             *shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us, files.event_definitions
         )
         self.mavlink.log_streaming.logger = self.logger
-        self.load_mon = LoadMon(self.topics, self.mavlink.links)
+        self.load_mon = LoadMon(self.topics)
         self.now_us = 0
         self._ticks = 0
 
@@ -135,7 +135,6 @@ class Autopilot:
                 module.update(now_us)
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
-            self.load_mon.update(now_us)
         if ticks % POSITION_EVERY == 0:
             self.flight_modes.update(now_us)
             self.control.update_position(now_us)

@@ -1,43 +1,39 @@
-"""How busy the processor is (PX4: src/modules/load_mon), for SYS_STATUS.load, the log and `listener cpuload`.
+"""How busy the computer is (PX4: src/modules/load_mon), for SYS_STATUS.load, the log and `listener cpuload`.
 
-The emulator's own load depends on the machine and would differ from run to run. What is told is PX4's: 9 % of a core
-with the streams of two links, as measured on PX4 v1.18 SITL, less where fewer messages are sent, more where more are.
+As PX4 on Linux does: the load is the processor time of this process against the clock, twice a second; the memory is
+the whole computer's. Whoever has a clock measures (process.py). In a run whose logs have to repeat nobody does: then
+there is no cpuload, and SYS_STATUS tells 0.
 """
-
-from collections.abc import Sequence
-from typing import Protocol
 
 from autopilot.topics import CpuLoad, Topics
 
 INTERVAL_US = 500_000
-LOAD_WITHOUT_MESSAGES = 0.05
-LOAD_PER_MESSAGE_A_SECOND = 0.04 / 812.0
-RAM_USAGE = 0.25
-"""Of the computer's memory, used by everybody."""
-
-
-class Sender(Protocol):
-    """What is asked of a link."""
-
-    messages_sent: int
+MEMINFO = ("MemTotal", "MemFree", "Cached", "SReclaimable", "Buffers")
 
 
 class LoadMon:
     """Writer of cpuload."""
 
-    def __init__(self, topics: Topics, links: Sequence[Sender]) -> None:
+    def __init__(self, topics: Topics) -> None:
         self._topics = topics
-        self._links = links
-        self._due_us = INTERVAL_US
-        self._messages = 0
+        self._last: tuple[float, float] | None = None
+        self.due_us = 0
+        """When it wants to be told again, in simulated time."""
 
-    def update(self, now_us: int) -> None:
-        """Called as often as one likes; does something twice a second."""
-        if now_us < self._due_us:
-            return
-        self._due_us = now_us + INTERVAL_US
-        messages = sum(link.messages_sent for link in self._links)
-        per_s = (messages - self._messages) * (1e6 / INTERVAL_US)
-        self._messages = messages
-        load = min(LOAD_WITHOUT_MESSAGES + LOAD_PER_MESSAGE_A_SECOND * per_s, 1.0)
-        self._topics.cpuload = CpuLoad(now_us, load, RAM_USAGE)
+    def measured(self, now_us: int, clock_s: float, processor_s: float, ram_usage: float) -> None:
+        """What a clock says, and how much processor time this process has had so far; `ram_usage` is a share of 1."""
+        self.due_us = now_us + INTERVAL_US
+        if self._last is not None:
+            elapsed_s, spent_s = clock_s - self._last[0], processor_s - self._last[1]
+            load = spent_s / elapsed_s if elapsed_s > 0.0 else 0.0
+            self._topics.cpuload = CpuLoad(now_us, min(max(load, 0.0), 1.0), ram_usage)
+        self._last = clock_s, processor_s
+
+
+def ram_usage(meminfo: str) -> float:
+    """Share of the computer's memory that is in use, of the text of /proc/meminfo; as free(1) counts it."""
+    rows = (line.partition(":") for line in meminfo.splitlines())
+    kib = {name: int(rest.split()[0]) for name, _, rest in rows if name in MEMINFO}
+    total, free, *caches = (kib.get(name, 0) for name in MEMINFO)
+    used = total - free - sum(caches)
+    return (used if used >= 0 else total - free) / max(total, 1)

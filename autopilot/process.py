@@ -7,15 +7,23 @@ sockets, so that what arrives is answered at once.
 
 import math
 import time
+from pathlib import Path
 
 from autopilot.autopilot import Autopilot
+from autopilot.load_mon import ram_usage
 from autopilot.sockets import LinkSockets
 
 TICK_S = 0.004
+MEMINFO = Path("/proc/meminfo")
 TICKS_A_WAKING = 2
 """Ticks that are made one right after the other: waking up with cold caches costs a process more than a tick does."""
 MAX_LAG_S = 0.25
 """A process that fell further behind than this (a suspended laptop, say) does not hurry to catch up."""
+
+
+def clock_s() -> float:
+    """Seconds of a clock that never goes back, since some moment."""
+    return time.monotonic()
 
 
 def unix_time_us() -> int:
@@ -52,9 +60,17 @@ class Pacer:
         return left
 
 
+def measure_load(autopilot: Autopilot) -> None:
+    """Tell the autopilot how busy it keeps the computer, when it wants to know."""
+    if autopilot.now_us >= autopilot.load_mon.due_us:
+        memory = ram_usage(MEMINFO.read_text())
+        autopilot.load_mon.measured(autopilot.now_us, time.monotonic(), time.process_time(), memory)
+
+
 def serve(autopilot: Autopilot, sockets: LinkSockets, pacer: Pacer) -> None:
     """Until the next tick is due, hand what arrives to the autopilot, and send what it has to say."""
     sockets.flush()
+    measure_load(autopilot)
     if not pacer.next_tick():
         return
     left = pacer.remaining_s()

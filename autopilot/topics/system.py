@@ -11,7 +11,7 @@ class LoggerStatus(NamedTuple):
 
 
 class CpuLoad(NamedTuple):
-    """Writer: load_mon.py. Shares of 1."""
+    """Writer: load_mon.py. Shares of 1; timestamp 0 where nobody measures them."""
 
     timestamp: int = 0
     load: float = 0.0

@@ -136,6 +136,10 @@ class Camera:
             elif message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1:
                 self._on_autopilot(now_us, message)
 
+    def keep_alive(self, clock_s: float) -> None:
+        """See Component.keep_alive."""
+        self._component.keep_alive(clock_s)
+
     def on_time(self, now_us: int) -> None:
         """Heartbeat, and what is due."""
         due_us = self._component.beat(now_us)

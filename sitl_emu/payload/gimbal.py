@@ -81,6 +81,10 @@ class Gimbal:
         for message in component.messages(data, COMMANDS):
             self._on_command(now_us, message)
 
+    def keep_alive(self, clock_s: float) -> None:
+        """See Component.keep_alive."""
+        self._component.keep_alive(clock_s)
+
     def on_time(self, now_us: int) -> None:
         """Heartbeat, motion, and the attitude told."""
         due_us = self._component.beat(now_us)

@@ -7,7 +7,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -15,11 +15,13 @@ from typing import NoReturn
 import vehicles
 from autopilot import events
 from autopilot.autopilot import Autopilot
-from autopilot.process import Pacer, serve, unix_time_us
+from autopilot.process import Pacer, clock_s, serve, unix_time_us
 from autopilot.sockets import LinkSockets, PortInUseError
 from autopilot.topics import CommandRecord
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.payload.camera import Camera
+from sitl_emu.payload.gimbal import Gimbal
 from sitl_emu.run import payload
 from sitl_emu.run.launch import SPACING_M, Options, Wanted
 from sitl_emu.run.loss_timeouts import loss_timeouts
@@ -91,7 +93,7 @@ def fly(
     for name, value in loss_timeouts(options.speed).items():
         autopilot.parameters.set(name, value)
     autopilot.mavlink.context.boot_unix_us = unix_time_us()
-    payload.plug_in(data, autopilot)
+    devices = payload.plug_in(data, autopilot)
     sockets = LinkSockets(autopilot.mavlink.links, options.gcs)
     on_begun()
     simulator = VehicleSimulator(
@@ -103,14 +105,19 @@ def fly(
         name=vehicle.model,
     )
     try:
-        _fly_on(autopilot, sockets, simulator, options.speed, launcher)
+        _fly_on(autopilot, sockets, simulator, devices, options.speed, launcher)
     finally:
         sockets.close()
         autopilot.close()
 
 
 def _fly_on(
-    autopilot: Autopilot, sockets: LinkSockets, simulator: VehicleSimulator, speed: float, launcher: int | None
+    autopilot: Autopilot,
+    sockets: LinkSockets,
+    simulator: VehicleSimulator,
+    devices: Sequence[Camera | Gimbal],
+    speed: float,
+    launcher: int | None,
 ) -> None:
     """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
@@ -126,6 +133,8 @@ def _fly_on(
             pace = pacer
             pacer.start()
         serve(autopilot, sockets, pace)
+        for device in devices:
+            device.keep_alive(clock_s())
         if autopilot.topics.vehicle_commands is not commands:
             commands = autopilot.topics.vehicle_commands
             if (wanted := power_wanted(commands)) is not None:

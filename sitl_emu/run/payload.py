@@ -7,11 +7,17 @@ from sitl_emu.payload.gimbal import Gimbal
 from vehicles.description import Vehicle
 
 
-def plug_in(vehicle: Vehicle, autopilot: Autopilot) -> None:
-    """Camera and gimbal, where there are any."""
+def plug_in(vehicle: Vehicle, autopilot: Autopilot) -> tuple[Camera | Gimbal, ...]:
+    """Camera and gimbal, where there are any; they are returned."""
     system_id = autopilot.mavlink.system_id
+    devices: list[Camera | Gimbal] = []
     if vehicle.gimbal is not None:
-        autopilot.mavlink.plug_in("gimbal device", "gimbal", Gimbal(vehicle.gimbal, system_id))
+        gimbal = Gimbal(vehicle.gimbal, system_id)
+        autopilot.mavlink.plug_in("gimbal device", "gimbal", gimbal)
+        devices.append(gimbal)
     if vehicle.camera is not None:
         carried_by = mavlink.MAV_COMP_ID_GIMBAL if vehicle.gimbal is not None else 0
-        autopilot.mavlink.plug_in("camera", "wire", Camera(vehicle.camera, system_id, carried_by))
+        camera = Camera(vehicle.camera, system_id, carried_by)
+        autopilot.mavlink.plug_in("camera", "wire", camera)
+        devices.append(camera)
+    return tuple(devices)

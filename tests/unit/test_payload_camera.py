@@ -234,3 +234,20 @@ def test_nonsense_in_commands_changes_nothing_and_breaks_nothing() -> None:
     _, (status,) = rig.ask(REQUEST_MESSAGE, 262)
     assert status.image_count <= 1 + 1.0 / DATA.interval_min_s
     assert math.isfinite(status.image_interval)
+
+
+def test_the_heartbeat_keeps_to_the_clock_where_simulated_time_falls_behind() -> None:
+    camera = Camera(DATA, system_id=1)
+
+    def said(clock_s: float) -> int:
+        camera.keep_alive(clock_s)
+        count = len(camera.outbox)
+        camera.outbox.clear()
+        return count
+
+    camera.on_time(0)
+    assert said(50.0) == 1
+    assert [said(50.0 + 0.25 * quarter) for quarter in range(1, 9)] == [0, 0, 0, 1, 0, 0, 0, 1]
+    camera.on_time(1_000_000)
+    assert said(52.5) == 1
+    assert [said(53.25), said(53.5)] == [0, 1]
