@@ -130,14 +130,16 @@ class Sensors:
             gyro, accel = corrected_gyro(gyro, corrections), corrected_accel(accel, corrections)
             field = corrected_mag(field, corrections)
             pressure_hpa -= 0.01 * corrections.baro_offset_pa
-        if self._imu_fails:
+        makes_sense = math.isfinite(sum(gyro) + sum(accel))
+        if makes_sense and self._imu_fails:
             self._publish_failing_imu(now_us, gyro, accel)
-        else:
+        elif makes_sense:
             topics.sensor_combined = SensorCombined(now_us, gyro, accel)
-        if updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and self._mag != OFF:
+        mag_updated = updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and math.isfinite(sum(field))
+        if mag_updated and self._mag != OFF:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
-        if updated & FIELDS_UPDATED_BARO and pressure_hpa > 0.0 and self._baro != OFF:
+        if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
             if self._baro == STUCK:
                 topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
                 return
