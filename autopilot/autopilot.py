@@ -23,6 +23,7 @@ from autopilot.gimbal import Gimbal
 from autopilot.land_detector import LandDetector
 from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
+from autopilot.magnetometer_failover import MagnetometerFailover
 from autopilot.manual_control import ManualControl
 from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.mavlink import Mavlink
@@ -71,6 +72,7 @@ class Autopilot:
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
         self.vehicle_imu = VehicleImu(self.topics)
+        self.magnetometer_failover = MagnetometerFailover(self.topics, self.texts.of("vehicle_magnetometer"))
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
         self.rc_update = RcUpdate(*shared)
@@ -125,6 +127,7 @@ class Autopilot:
             self.commander.calibration.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
             self.parameter_corrections.update(now_us)
+            self.magnetometer_failover.update(now_us)
             self.land_detector.update(now_us)
             self.rc_update.update()
             self.manual_control.update(now_us)

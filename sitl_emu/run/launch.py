@@ -148,9 +148,7 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: 
         os._exit(status)
 
 
-def _wait_for(
-    children: dict[int, Wanted], begun: int, welcome: Callable[[], None], say: Callable[[str], None]
-) -> int:
+def _wait_for(children: dict[int, Wanted], begun: int, welcome: Callable[[], None], say: Callable[[str], None]) -> int:
     """Wait until Ctrl-C, SIGTERM or the death of a vehicle ends them all.
 
     `begun`: the pipe of `_child`. Where a vehicle cannot begin, what it said of that stands alone: no `welcome`.

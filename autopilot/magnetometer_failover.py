@@ -1,0 +1,45 @@
+"""Tells that the magnetometer has failed: PX4's VehicleMagnetometer::CheckFailover and its DataValidator (v1.18).
+
+A compass fails when it says nothing for 0.3 s (TIMEOUT), or the same for too long (STALE); it may fail again once it
+was well. There is one, so that nothing can take over, and whether it may be armed without, the arming checks decide.
+"""
+
+from autopilot.constants import Severity
+from autopilot.texts import Say
+from autopilot.topics import Topics, Vector3
+
+TIMEOUT_US = 300_000
+"""VehicleMagnetometer's SENSOR_TIMEOUT."""
+EQUAL_VALUES = 100
+"""DataValidator::VALUE_EQUAL_COUNT_DEFAULT: so many axes one after the other may say the same as before."""
+SAME = 1e-6
+TOLD_EVERY_US = 3_000_000
+STALE, TIMEOUT = ("STALE", 2), ("TIMEOUT", 4)
+"""What is said, and px4::sensor_failover_reason_t."""
+
+
+class MagnetometerFailover:
+    """Watches sensor_mag."""
+
+    def __init__(self, topics: Topics, say: Say) -> None:
+        self._topics = topics
+        self._say = say
+        self._timestamp = 0
+        self._field: Vector3 = (0.0, 0.0, 0.0)
+        self._equal = 0
+        self._is_well = False
+        self._told_us = -TOLD_EVERY_US
+
+    def update(self, now_us: int) -> None:
+        """At 50 Hz."""
+        sample = self._topics.sensor_mag
+        if sample.timestamp != self._timestamp:
+            for value, before in zip(sample.magnetometer_ga, self._field, strict=True):
+                self._equal = self._equal + 1 if abs(value - before) < SAME else 0
+            self._timestamp, self._field = sample.timestamp, sample.magnetometer_ga
+        reason = TIMEOUT if now_us - self._timestamp > TIMEOUT_US else STALE if self._equal > EQUAL_VALUES else None
+        if reason is not None and self._is_well and now_us - self._told_us > TOLD_EVERY_US:
+            self._told_us = now_us
+            text, flag = reason
+            self._say(Severity.EMERGENCY, f"MAG #0 failed:  {text}!\t", "sensor_failover_mag", 0, flag)
+        self._is_well = reason is None and self._timestamp > 0

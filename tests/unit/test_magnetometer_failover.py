@@ -1,0 +1,63 @@
+"""When a compass is said to have failed."""
+
+import pytest
+
+from autopilot.constants import Severity
+from autopilot.magnetometer_failover import MagnetometerFailover
+from autopilot.topics import SensorMag, Topics
+
+STEP_US = 20_000
+
+
+class Watched:
+    """A compass at 50 Hz, and what is said of it."""
+
+    def __init__(self) -> None:
+        self.topics = Topics()
+        self.said: list[tuple[float, Severity, str, tuple[float, ...]]] = []
+        self.failover = MagnetometerFailover(self.topics, self._say)
+        self.now_us = 0
+
+    def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+        assert event == "sensor_failover_mag"
+        self.said.append((self.now_us * 1e-6, severity, text, arguments))
+
+    def run(self, seconds: float, says: str = "something") -> None:
+        for _ in range(round(seconds * 1e6 / STEP_US)):
+            self.now_us += STEP_US
+            if says != "nothing":
+                value = 0.2 if says == "the same" else 0.2 + 1e-5 * (self.now_us // STEP_US % 7)
+                self.topics.sensor_mag = SensorMag(self.now_us, (value, value, value))
+            self.failover.update(self.now_us)
+
+
+def test_silence_is_told_after_three_tenths_of_a_second_and_once() -> None:
+    """As a real PX4 v1.18 (SIH) told it when its simulated magnetometer was stopped."""
+    compass = Watched()
+    compass.run(1.0)
+    compass.run(10.0, "nothing")
+    ((at, *told),) = compass.said
+    assert at == pytest.approx(1.32)
+    assert told == [Severity.EMERGENCY, "MAG #0 failed:  TIMEOUT!\t", (0, 4)]
+
+
+def test_a_compass_that_never_spoke_has_not_failed() -> None:
+    compass = Watched()
+    compass.run(5.0, "nothing")
+    assert compass.said == []
+
+
+def test_the_same_field_for_too_long_is_stale() -> None:
+    compass = Watched()
+    compass.run(1.0)
+    compass.run(3.0, "the same")
+    assert [(text, arguments) for _, _, text, arguments in compass.said] == [("MAG #0 failed:  STALE!\t", (0, 2))]
+    assert compass.said[0][0] == pytest.approx(1.0 + 35 * 0.02, abs=0.03)
+
+
+def test_a_compass_that_was_well_again_may_fail_again_but_not_within_three_seconds() -> None:
+    compass = Watched()
+    for _ in range(3):
+        compass.run(1.0)
+        compass.run(1.0, "nothing")
+    assert [at for at, *_ in compass.said] == pytest.approx([1.32, 5.32], abs=0.03)
