@@ -9,6 +9,8 @@ from autopilot.topics import ActuatorOutputs, Topics
 
 BOOT_UNIX_US = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
+
+
 class Context:
     """Shared by all streams of one vehicle; `refresh` copies parameters after a change."""
 

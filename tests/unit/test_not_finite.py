@@ -98,7 +98,6 @@ def is_finite(topics: Topics) -> bool:
         *topics.vehicle_rates_setpoint.rates,
         *topics.vehicle_rates_setpoint.thrust_body,
         *topics.actuator_outputs.controls,
-        topics.hover_thrust_estimate.hover_thrust,
     )
     return all(map(math.isfinite, (*state, *commanded)))
 

@@ -257,8 +257,8 @@ def test_what_is_typed_with_the_closing_message_is_done_unheard() -> None:
 def test_an_open_shell_shows_what_the_autopilot_says() -> None:
     peer = ShellPeer()
     peer.type("\n")
-    peer.texts.say(Severity.CRITICAL, "Arming denied: calibrating\t")
-    assert peer.type("", seconds=0.1) == "WARN  [commander] Arming denied: calibrating\t\n"
+    peer.texts.say(Severity.CRITICAL, "Arming denied: high throttle\t")
+    assert peer.type("", seconds=0.1) == "WARN  [commander] Arming denied: high throttle\t\n"
 
 
 def test_the_ground_stations_half_runs_a_line() -> None:
