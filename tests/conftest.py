@@ -1,8 +1,14 @@
-"""No test ever touches the state folder of the user who runs it."""
+"""No test touches the state folder of the user who runs it, and none is judged by how busy the machine is."""
 
+import os
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("sitl_emu", deadline=None, derandomize="CI" in os.environ)
+"""An example has no time limit. Where CI is set (GitHub, GitLab), examples are the same in each run."""
+settings.load_profile("sitl_emu")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -199,10 +199,10 @@ class Geofence:
         settings, home = state.settings, state.topics.home_position
         if home.valid:
             if settings.gf_max_hor_dist_m > 0.0 and (
-                distance_m(home.lat, home.lon, lat_deg, lon_deg) > settings.gf_max_hor_dist_m
+                distance_m(home.lat, home.lon, lat_deg, lon_deg) >= settings.gf_max_hor_dist_m
             ):
                 return TEXT_HORIZONTAL
-            if 0.0 < settings.gf_max_ver_dist_m < alt_m - home.alt:
+            if 0.0 < settings.gf_max_ver_dist_m <= alt_m - home.alt:
                 return TEXT_VERTICAL
         if self._areas and not inside_areas(self._areas, lat_deg, lon_deg):
             return TEXT_FENCE

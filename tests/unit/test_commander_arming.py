@@ -495,6 +495,24 @@ def test_home_has_the_attitude_that_it_was_given(vehicle: FakeVehicle) -> None:
     assert (vehicle.topics.home_position.roll, vehicle.topics.home_position.pitch) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("param1", "here"), [(-1.0, False), (0.0, False), (0.5, False), (0.51, True), (1.0, True), (math.nan, False)]
+)
+def test_home_is_set_here_from_a_half_on(vehicle: FakeVehicle, param1: float, here: bool) -> None:
+    """PX4's Commander::handle_command: `param1 > 0.5` takes the vehicle's place, all else the place that is given."""
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, param1, 0, 0, 0, 47.4, 8.5, 490.0) == ACCEPTED
+    home, position = vehicle.topics.home_position, vehicle.topics.vehicle_global_position
+    assert (home.lat, home.lon) == ((position.lat, position.lon) if here else (47.4, 8.5))
+    assert home.manual_home
+
+
+@pytest.mark.parametrize("place", [(math.nan, 8.5, 490.0), (47.4, math.nan, 490.0), (47.4, 8.5, math.nan)])
+def test_a_home_wants_its_whole_place(vehicle: FakeVehicle, place: tuple[float, float, float]) -> None:
+    before = vehicle.topics.home_position
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, *place) == DENIED
+    assert vehicle.topics.home_position is before
+
+
 def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None:
     vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
     vehicle.result(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 1)

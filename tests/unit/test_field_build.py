@@ -39,7 +39,7 @@ def check(field: CornField) -> None:
         assert min(place.north_m, place.east_m, north_m - place.north_m, east_m - place.east_m) < HEADLAND_M
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     seed=st.integers(0, 1 << 30),
     size_m=st.tuples(st.floats(80.0, 160.0), st.floats(80.0, 160.0)),

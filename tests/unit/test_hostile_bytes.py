@@ -122,7 +122,7 @@ def packed(message: Any, sequence: int = 0) -> bytes:
     return bytes(message.pack(codec))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(STATEFUL), st.integers(1, 30), st.integers(1, 255))
 def test_a_frame_with_any_byte_changed_does_nothing(message: Any, place: int, change: int) -> None:
     bystander, frame = Bystander(), bytearray(packed(message))
@@ -132,7 +132,7 @@ def test_a_frame_with_any_byte_changed_does_nothing(message: Any, place: int, ch
     assert bystander.unmoved()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(STATEFUL), st.integers(1, 40))
 def test_a_frame_cut_short_does_nothing_and_what_follows_is_understood_again(message: Any, cut: int) -> None:
     bystander, frame = Bystander(), packed(message)
@@ -186,7 +186,7 @@ def test_the_largest_datagram_of_nothing_is_read_at_once_and_forgotten() -> None
     assert only(peer.send(mavlink.MAVLink_ping_message(1, 1, 0, 0)), "PING")
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.binary(max_size=300), max_size=20))
 def test_no_bytes_at_all_make_a_link_fail(pieces: list[bytes]) -> None:
     peer = Peer()

@@ -30,7 +30,7 @@ def fields_from(table: Any, raw: bytes) -> list[Any]:
 
 
 @pytest.mark.parametrize("message_id", SENT, ids=lambda number: mavlink.mavlink_map[number].msgname)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(raw=st.binary(min_size=280, max_size=280), used=st.integers(0, 280), sequence=st.integers(0, 255))
 def test_frame_is_pymavlinks(message_id: int, raw: bytes, used: int, sequence: int) -> None:
     table = mavlink.mavlink_map[message_id]

@@ -31,7 +31,7 @@ def axis(velocity: float = 0.0, acceleration: float = 0.0) -> VelocitySmoothing:
     return smoothing
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(speeds, accelerations, speeds)
 def test_a_plan_ends_at_its_velocity_without_acceleration(start: float, acceleration: float, target: float) -> None:
     smoothing = axis(start, acceleration)
@@ -41,7 +41,7 @@ def test_a_plan_ends_at_its_velocity_without_acceleration(start: float, accelera
     assert smoothing.acceleration == 0.0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(speeds, accelerations, speeds)
 def test_acceleration_and_jerk_stay_within_their_limits(start: float, acceleration: float, target: float) -> None:
     smoothing = axis(start, acceleration)
@@ -71,7 +71,7 @@ def test_axes_synchronized_end_together() -> None:
     assert quick.velocity == pytest.approx(1.0, abs=1e-3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.5, 80.0), st.floats(0.0, 3.0))
 def test_one_can_brake_within_the_distance(distance: float, final: float) -> None:
     speed = max_speed_from_distance(JERK, ACCELERATION, distance, final)

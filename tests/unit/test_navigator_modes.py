@@ -357,3 +357,35 @@ def test_region_of_interest_by_command() -> None:
     vehicle.result(mavlink.MAV_CMD_DO_SET_ROI_NONE)
     vehicle.step()
     assert vehicle.topics.vehicle_roi.mode == 0
+
+
+@pytest.mark.parametrize(("up_m", "allowed"), [(14.5, True), (15.0, False), (15.5, False)])
+def test_at_its_height_limit_a_place_is_outside(up_m: float, allowed: bool) -> None:
+    """PX4's Geofence::isBelowMaxAltitude: inside is below."""
+    vehicle = flying(GF_ACTION=1, GF_MAX_VER_DIST=15.0)
+    vehicle.topics.home_position = home = vehicle.topics.home_position._replace(alt=500.0)
+    assert vehicle.navigator._geofence.allows(home.lat, home.lon, 500.0 + up_m) is allowed
+
+
+@pytest.mark.parametrize(("away_m", "allowed"), [(29.9, True), (30.0, False), (30.1, False)])
+def test_at_its_distance_limit_a_place_is_outside(
+    monkeypatch: pytest.MonkeyPatch, away_m: float, allowed: bool
+) -> None:
+    """PX4's Geofence::isCloserThanMaxDistToHome: inside is closer."""
+    vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=30.0)
+    home = vehicle.topics.home_position
+    monkeypatch.setattr("autopilot.navigator.geofence.distance_m", lambda *_: away_m)
+    assert vehicle.navigator._geofence.allows(home.lat, home.lon, home.alt) is allowed
+
+
+def test_limits_of_zero_are_none() -> None:
+    vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=0.0, GF_MAX_VER_DIST=0.0)
+    home = vehicle.topics.home_position
+    assert vehicle.navigator._geofence.allows(home.lat + 1.0, home.lon, home.alt + 1000.0)
+
+
+def test_a_limit_below_a_metre_is_one() -> None:
+    vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=0.5)
+    home = vehicle.topics.home_position
+    assert vehicle.navigator._geofence.allows(home.lat, home.lon, home.alt)
+    assert not vehicle.navigator._geofence.allows(home.lat + 1e-5, home.lon, home.alt)

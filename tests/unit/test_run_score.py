@@ -202,7 +202,7 @@ REPORTS = st.tuples(st.integers(1, 6), st.sampled_from(["confirmed", "not_seen",
 BROKEN = st.tuples(st.lists(FOUND, max_size=5), st.lists(SEEN, max_size=4), st.lists(REPORTS, max_size=4))
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(
     broken=BROKEN,
     left_out=st.sets(st.integers(0, 5), max_size=2),

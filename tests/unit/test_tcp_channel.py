@@ -78,7 +78,7 @@ def wire(record: Record) -> Record:
 
 
 @given(st.lists(records, max_size=5), st.integers(1, 300))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_round_trip_in_pieces_of_any_size(messages: list[Record], piece: int) -> None:
     sender, receiver = Framer(1, 200), Framer(1, 1)
     stream = b"".join(sender.encode(message) for message in messages)
@@ -87,7 +87,7 @@ def test_round_trip_in_pieces_of_any_size(messages: list[Record], piece: int) ->
 
 
 @given(records)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_pymavlink_reads_and_writes_the_same_bytes(record: Record) -> None:
     frame = Framer(1, 200).encode(record)
     link = mavlink.MAVLink(None, srcSystem=1, srcComponent=200)

@@ -130,7 +130,7 @@ def test_barometer_noise_is_the_data_sheets() -> None:
     st.floats(-0.3, 0.3),
     st.floats(-0.3, 0.3),
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_lidar_beam_meets_an_inclined_plane(
     height: float, roll: float, pitch: float, yaw: float, rise_n: float, rise_e: float
 ) -> None:

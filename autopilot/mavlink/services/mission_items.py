@@ -54,7 +54,7 @@ KEPT_IN_GLOBAL = {
 """Commands that are taken in global frames, and the parameters that PX4 keeps of each."""
 # fmt: off
 TAKEN_IN_MISSION_FRAME = frozenset({
-    20, 80, 93, 112, 114, 177, 178, 179, 187, 189, 196, 197, 200, 201, 203, 204, 205, 206, 211, 212, 214, 260, 400,
+    20, 80, 93, 112, 177, 178, 179, 187, 189, 196, 197, 200, 201, 203, 204, 205, 206, 211, 212, 214, 260, 400,
     530, 532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 42600,
 })
 # fmt: on

@@ -1,0 +1,93 @@
+"""Which commands a plan may hold, and which of their parameters are kept: PX4's lists, written out by name.
+
+They are the cases of MavlinkMissionManager::parse_mavlink_mission_item (mavlink_mission.cpp, v1.18).
+"""
+
+import pytest
+
+from autopilot.dataman import MissionItem
+from autopilot.mavlink.services.mission_items import parse
+from sitl_emu.core import dialect as mavlink
+from tests.unit.test_mavlink_services import MISSION_FRAME, RELATIVE_INT, item
+
+ACCEPTED, ERROR = 0, 1
+MISSION, FENCE, RALLY = 0, 1, 2
+LAST_COMMAND = 50_000
+NOT_GIVEN = 0x7FFFFFFF
+KEPT_IN_GLOBAL_FRAMES = {
+    "NAV_WAYPOINT": "124",
+    "NAV_LOITER_UNLIM": "34",
+    "NAV_LOITER_TIME": "1234",
+    "NAV_LAND": "124",
+    "NAV_TAKEOFF": "4",
+    "NAV_LOITER_TO_ALT": "124",
+    "NAV_ROI": "1",
+    "DO_SET_ROI": "1",
+    "DO_SET_ROI_LOCATION": "",
+    "NAV_VTOL_TAKEOFF": "4",
+    "NAV_VTOL_LAND": "4",
+    "CONDITION_GATE": "",
+    "NAV_FENCE_RETURN_POINT": "",
+    "NAV_FENCE_POLYGON_VERTEX_INCLUSION": "1",
+    "NAV_FENCE_POLYGON_VERTEX_EXCLUSION": "1",
+    "NAV_FENCE_CIRCLE_INCLUSION": "1",
+    "NAV_FENCE_CIRCLE_EXCLUSION": "1",
+    "NAV_RALLY_POINT": "",
+    "COMPONENT_ARM_DISARM": "1",
+    "DO_AUTOTUNE_ENABLE": "12",
+}
+"""Commands, and the numbers of the parameters that are kept."""
+# fmt: off
+TAKEN_IN_MISSION_FRAME = {
+    "DO_JUMP", "NAV_ROI", "DO_SET_ROI", "DO_WINCH", "DO_GRIPPER", "DO_CHANGE_SPEED", "DO_SET_HOME", "DO_LAND_START",
+    "DO_TRIGGER_CONTROL", "DO_DIGICAM_CONTROL", "DO_MOUNT_CONFIGURE", "DO_MOUNT_CONTROL", "IMAGE_START_CAPTURE",
+    "IMAGE_STOP_CAPTURE", "VIDEO_START_CAPTURE", "VIDEO_STOP_CAPTURE", "DO_CONTROL_VIDEO", "DO_SET_CAM_TRIGG_DIST",
+    "OBLIQUE_SURVEY", "DO_SET_CAM_TRIGG_INTERVAL", "SET_CAMERA_MODE", "SET_CAMERA_SOURCE", "DO_VTOL_TRANSITION",
+    "NAV_DELAY", "NAV_RETURN_TO_LAUNCH", "DO_SET_ROI_WPNEXT_OFFSET", "DO_SET_ROI_NONE", "DO_SET_ACTUATOR",
+    "DO_AUTOTUNE_ENABLE", "COMPONENT_ARM_DISARM", "CONDITION_DELAY", "SET_CAMERA_FOCUS",
+    "DO_GIMBAL_MANAGER_PITCHYAW", "DO_GIMBAL_MANAGER_CONFIGURE",
+}
+# fmt: on
+
+
+def number(name: str) -> int:
+    return int(getattr(mavlink, f"MAV_CMD_{name}"))
+
+
+def parsed(command: int, frame: int, kind: int = MISSION, **params: float) -> tuple[MissionItem | None, int]:
+    """The item, sent with as much of a place as the command has."""
+    for place in ({}, {"z": 0.0}, {"x": NOT_GIVEN, "y": NOT_GIVEN, "z": 0.0}):
+        found, result = parse(item(0, command, frame, **params, **place), kind, rover=False)
+        if result in (ACCEPTED, ERROR):
+            break
+    return found, result
+
+
+def taken(frame: int) -> set[int]:
+    """All commands that are accepted, or refused because another plan holds them."""
+    return {command for command in range(LAST_COMMAND + 1) if parsed(command, frame)[1] in (ACCEPTED, ERROR)}
+
+
+def test_commands_with_a_place() -> None:
+    assert taken(RELATIVE_INT) == {number(name) for name in KEPT_IN_GLOBAL_FRAMES}
+
+
+def test_commands_without_a_place() -> None:
+    assert taken(MISSION_FRAME) == {number(name) for name in TAKEN_IN_MISSION_FRAME}
+
+
+def plan_of(command: int) -> int:
+    """The kind of plan that a command belongs to."""
+    return RALLY if command == number("NAV_RALLY_POINT") else FENCE if 5000 <= command < 5100 else MISSION
+
+
+@pytest.mark.parametrize("name", KEPT_IN_GLOBAL_FRAMES)
+def test_kept_parameters(name: str) -> None:
+    command, kept = number(name), ""
+    for which in "1234":
+        # at least three vertices, whichever parameter is asked for
+        params = {"param1": 3.0 if name.startswith("NAV_FENCE_POLYGON") else 0.0, f"param{which}": 3.0}
+        found, _ = parsed(command, RELATIVE_INT, plan_of(command), **params)
+        if found is not None and getattr(found, f"param{which}") != 0.0:
+            kept += which
+    assert kept == KEPT_IN_GLOBAL_FRAMES[name]
