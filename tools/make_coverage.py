@@ -3,8 +3,8 @@
     python tools/make_coverage.py
 
 Messages come from the streams, their rate tables and the services, commands from the commander's handlers, modes from
-the controllers, parameters from where the code reads them. What the page cannot say is how well a thing is done: that
-is measured against a real PX4.
+the controllers. Parameters are measured: vehicles fly, and who reads what is recorded. What the page cannot say is how
+well a thing is done: that is measured against a real PX4.
 """
 
 import ast
@@ -12,6 +12,7 @@ import functools
 import importlib
 import pkgutil
 import re
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -32,9 +33,13 @@ from autopilot.navigator import mission as navigator_mission
 from autopilot.navigator import mission_block
 from autopilot.navigator.payload import PAYLOAD_COMMANDS
 from autopilot.navigator.roi import ROI_COMMANDS
-from autopilot.parameters import Parameters, Value
+from autopilot.parameters import Parameters
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # for tools
+
+from tools import parameter_readers
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "coverage.md"
@@ -46,8 +51,12 @@ LINKS = {
     "gimbal": "gimbal",
 }
 """What the four links are called, and PX4's mode of each."""
-PARAMETER_START = re.compile(r"[A-Z]{2,}[A-Z0-9]*_")
-GAP = "{}"
+NUMBERED = re.compile(r"^(CA_ROTOR|PWM_MAIN_[A-Z]+|RC|CA_SV_[A-Z]+|COM_FLTMODE|EKF2_AGP|IMU_GYRO_NF|RC_MAP_AUX)\d+")
+GAPS = {
+    "RTL_TYPE": "2 to 4, which follow a mission, are flown as 0",
+    "GF_PREDICT": "nothing is predicted: a breach is noticed when it has happened",
+}
+"""What a look at PX4's own users of a parameter (v1.18) shows of those that are read, or are named in the issue."""
 MESSAGE_PREFIX = "MAVLINK_MSG_ID_"
 SENDERS = {"send_fields", "codec"}
 CHANGING_CALLS = {
@@ -276,68 +285,41 @@ def _file(thing: type | ModuleType) -> str:
 # --- parameters --------------------------------------------------------------------------------------------
 
 
-def wired_parameters() -> set[str]:
-    """Parameters that the code reads: named in it, or read by a name made from a template ("MC_{}RATE_P")."""
-    named: set[str] = set()
-    templates: list[re.Pattern[str]] = []
-    for path in (ROOT / "autopilot").rglob("*.py"):
-        if "component_metadata" in path.parts:
-            continue  # it tells of parameters, and reads none
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                named.add(node.value)
-                templates += _template(node.value)
-            elif isinstance(node, ast.JoinedStr):
-                parts = [str(part.value) if isinstance(part, ast.Constant) else GAP for part in node.values]
-                templates += _template("".join(parts))
-    made = {name for name in _read_at_start() if any(template.fullmatch(name) for template in templates)}
-    return (named & set(parameters.table())) | made
-
-
-def _template(text: str) -> list[re.Pattern[str]]:
-    """The pattern of a name with gaps; none if the text does not begin as a parameter does, or has no gaps."""
-    if GAP not in text or not PARAMETER_START.match(text):
-        return []
-    return [re.compile("[A-Z0-9_]+".join(map(re.escape, text.split(GAP))))]
-
-
-def _read_at_start() -> set[str]:
-    read: set[str] = set()
-    original = Parameters.__getitem__
-
-    def recording(self: Parameters, name: str) -> Value:
-        read.add(name)
-        return original(self, name)
-
-    Parameters.__getitem__ = recording  # type: ignore[method-assign]
-    try:
-        for model in REFERENCES:
-            Autopilot(vehicles.load(model).airframe, 0)
-    finally:
-        Parameters.__getitem__ = original  # type: ignore[method-assign]
-    return read
-
-
 def _parameters() -> Iterator[str]:
-    table, wired = parameters.table(), wired_parameters()
-    counts = {kind: len(Parameters(kind).announced) for kind in ("multicopter", "rover")}
+    table, readers = parameters.table(), parameter_readers.readers()
+    announced = {kind: set(Parameters(kind).announced) for kind in ("multicopter", "rover")}
     yield "## Parameters"
     yield (
-        f"All {len(table)} are known, and {counts['multicopter']} announced by a multicopter, {counts['rover']} by a "
-        f"rover, as PX4 does. {len(wired)} are wired: changing them changes what the vehicle does or says. The others "
-        "can be set and read back, and nothing else."
+        f"All {len(table)} are known, and {len(announced['multicopter'])} announced by a multicopter, "
+        f"{len(announced['rover'])} by a rover, as PX4 does. {len(readers)} are wired: running code read them while "
+        "multicopters and rovers were calibrated, went through every mode and a mission, and fell into failsafes "
+        "(`tools/parameter_readers.py`). By module that reads them:"
     )
+    modules: dict[str, set[str]] = {}
+    for name, asking in readers.items():
+        for module in asking:
+            modules.setdefault(module, set()).add(_numbered(name))
+    yield _table(
+        ("read by", "parameters"),
+        [(f"`{module.replace('.', '/')}.py`", ", ".join(sorted(modules[module]))) for module in sorted(modules)],
+    )
+    yield "Gaps that no reading shows, kept by hand:"
+    yield _table(("parameter", "what is missing"), sorted(GAPS.items()))
+    yield (
+        "Announced, as PX4's modules use them, but not read: they are kept and told, and change nothing (or matter in "
+        "a rarer situation than those that were flown)."
+    )
+    shown = set().union(*modules.values())
     groups: dict[str, set[str]] = {}
-    for name in wired:
-        for numbered in ("CA_ROTOR", "PWM_MAIN_FUNC"):
-            number, _, rest = name.removeprefix(numbered).partition("_")
-            if name.startswith(numbered) and number.isdigit():
-                shown = f"{numbered}*n*" + (f"_{rest}" if rest else "")
-                break
-        else:
-            shown = name
-        groups.setdefault(str(table[name].get("group", "")), set()).add(shown)
-    yield _table(("group", "parameters"), [(group, ", ".join(sorted(groups[group]))) for group in sorted(groups)])
+    for name in (announced["multicopter"] | announced["rover"]) - set(readers):
+        if _numbered(name) not in shown:
+            groups.setdefault(str(table[name].get("group", "")), set()).add(_numbered(name))
+    yield _table(("group", "not read"), [(group, ", ".join(sorted(groups[group]))) for group in sorted(groups)])
+
+
+def _numbered(name: str) -> str:
+    """The name, with *n* for the number of one of many alike."""
+    return NUMBERED.sub(r"\1*n*", name)
 
 
 if __name__ == "__main__":
