@@ -4,7 +4,7 @@ PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3; do \
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help setup demo test evaluate bench clean
+.PHONY: help setup demo test lock evaluate bench clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 12
@@ -21,13 +21,25 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 	$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
 	@touch $@
 
-# --no-deps: MAVProxy's wheel asks for viewers (vtk, opencv-python) that a test without a display never opens.
+# What the tests and checks run with is locked (requirements-dev.lock); what users install has lower bounds (pyproject).
+# --no-deps: the lock is complete, but for the viewers that MAVProxy's wheel asks for (vtk, opencv-python).
 # --target: both MAVSDKs, native and gRPC, are called mavsdk; a test of the older one puts this folder first.
-.venv/.dev-ready: .venv/.run-ready
-	$(PIP) install -e '.[dev]'
-	$(PIP) install --no-deps MAVProxy
-	$(PIP) install --upgrade --target .venv/mavsdk3 'mavsdk<4'
+LOCK := requirements-dev.lock
+.venv/.dev-ready: .venv/.run-ready $(LOCK)
+	$(PIP) install --no-deps -r $(LOCK)
+	sed -n 's/^# mavsdk3: //p' $(LOCK) > .venv/mavsdk3.txt
+	$(PIP) install --no-deps --upgrade --target .venv/mavsdk3 -r .venv/mavsdk3.txt
 	@touch $@
+
+# uv resolves for every Python and platform at once (--universal), which pip-tools does not; pip alone installs.
+UV = .venv/uv/bin/uv pip compile --quiet --universal --python-version 3.11 --no-annotate --no-header
+lock: .venv/bin/python ## the newest versions of what development needs, into requirements-dev.lock
+	$(PYTHON) -m venv .venv/uv && .venv/uv/bin/python -m pip --quiet install uv
+	printf '%s\n' vtk opencv-python quantized-mesh-tile shapely > .venv/excluded.txt
+	echo '# Made by `make lock`; the older MAVSDK, which is installed apart, in the comments at the end.' > $(LOCK).new
+	echo MAVProxy | $(UV) --extra dev --excludes .venv/excluded.txt pyproject.toml - >> $(LOCK).new
+	echo 'mavsdk<4' | $(UV) - | sed 's/^/# mavsdk3: /' >> $(LOCK).new
+	mv $(LOCK).new $(LOCK)
 
 # node-mavlink, a second MAVLink implementation, for one interop test, which is skipped, and says so, where it is missing.
 NODE := tests/interop/node

@@ -8,7 +8,7 @@ target.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from sitl_emu.core import dialect as mavlink
 
@@ -112,9 +112,8 @@ class Command:
     def _message(self) -> mavlink.MAVLink_message:
         target = (self.target_system, self.target_component)
         if self.place:
-            return mavlink.MAVLink_command_int_message(
-                *target, self.frame, self.command, 0, 0, *self.params, *self.place
-            )
+            fields: list[Any] = [*target, self.frame, self.command, 0, 0, *self.params, *self.place]
+            return mavlink.MAVLink_command_int_message(*fields)
         return mavlink.MAVLink_command_long_message(*target, self.command, self.sent - 1, *self.params)
 
 

@@ -9,7 +9,7 @@ Items travel as MISSION_ITEM_INT only; partial lists are not supported (PX4 does
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from sitl_emu.core import dialect as mavlink
 
@@ -173,16 +173,9 @@ class MissionUpload(_Transfer):
 
     def _item(self, seq: int) -> mavlink.MAVLink_message:
         item = self.items[seq]
-        return mavlink.MAVLink_mission_item_int_message(
-            *self.target,
-            seq,
-            item.frame,
-            item.command,
-            int(seq == 0 and self.mission_type == MISSION),
-            item.autocontinue,
-            *item[2:9],
-            self.mission_type,
-        )
+        current = int(seq == 0 and self.mission_type == MISSION)
+        head: list[Any] = [*self.target, seq, item.frame, item.command, current, item.autocontinue]
+        return mavlink.MAVLink_mission_item_int_message(*head, *list[Any](item[2:9]), self.mission_type)
 
 
 class MissionDownload(_Transfer):

@@ -16,6 +16,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import vehicles
 from autopilot import storage
@@ -142,7 +143,7 @@ def _fly_modes(flight: Flight) -> None:
         for _ in range(round(MODE_S * 20)):
             flight.say(mavlink.MAVLink_manual_control_message(1, 300, -200, 600, 100, 0))
             flight.say(mavlink.MAVLink_rc_channels_override_message(1, 1, 1600, 1400, 1500, 1450, *[1500] * 4))
-            target = (0, 1, 1, 1, VELOCITY_ONLY, *[0.0] * 3, 1.0, *[0.0] * 7)
+            target: list[Any] = [0, 1, 1, 1, VELOCITY_ONLY, *[0.0] * 3, 1.0, *[0.0] * 7]
             flight.say(mavlink.MAVLink_set_position_target_local_ned_message(*target))
             flight.run(0.05)
     flight.command(mavlink.MAV_CMD_DO_ORBIT, 10, 2, 0, NAN, HOME.lat_deg, HOME.lon_deg, HOME.alt_amsl_m + 10)
@@ -162,8 +163,9 @@ def _fly_mission(flight: Flight) -> None:
     items.append((20, MISSION_FRAME, 0, 0, 0.0))
     flight.say(mavlink.MAVLink_mission_count_message(1, 1, len(items)))
     for seq, (command, frame, lat, lon, alt) in enumerate(items):
-        fields = (1.0, *[0.0] * 3) if command == 93 else (0.0,) * 4
-        flight.say(mavlink.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, 1, *fields, lat, lon, alt))
+        hold_s = float(command == mavlink.MAV_CMD_NAV_DELAY)
+        fields: list[Any] = [1, 1, seq, frame, command, 0, 1, hold_s, 0.0, 0.0, 0.0, lat, lon, alt]
+        flight.say(mavlink.MAVLink_mission_item_int_message(*fields))
     flight.command(mavlink.MAV_CMD_MISSION_START, 0, 0)
     flight.run(MISSION_S)
 

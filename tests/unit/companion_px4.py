@@ -97,9 +97,8 @@ class MissionServer:
     def _request(self, now_us: int) -> Any:
         assert self._upload is not None
         self._upload["asked_us"] = now_us
-        return mavlink.MAVLink_mission_request_int_message(
-            *self._upload["sender"], len(self._upload["items"]), self._upload["type"]
-        )
+        fields: list[Any] = [*self._upload["sender"], len(self._upload["items"]), self._upload["type"]]
+        return mavlink.MAVLink_mission_request_int_message(*fields)
 
 
 class FakePx4:

@@ -119,8 +119,8 @@ def test_commands_reach_their_owner_in_degrees() -> None:
 
 def command_int(command: int, *params: float, x: int = 0, y: int = 0, z: float = 0.0, frame: int = GLOBAL) -> Any:
     """A COMMAND_INT with the rest of its parameters 0."""
-    padded = params + (0.0,) * (4 - len(params))
-    return mavlink.MAVLink_command_int_message(1, 1, frame, command, 0, 0, *padded, x, y, z)
+    fields: list[Any] = [1, 1, frame, command, 0, 0, *params, *(0.0,) * (4 - len(params)), x, y, z]
+    return mavlink.MAVLink_command_int_message(*fields)
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,9 @@ def test_round_trip_in_pieces_of_any_size(messages: list[Record], piece: int) ->
 def test_pymavlink_reads_and_writes_the_same_bytes(record: Record) -> None:
     frame = Framer(1, 200).encode(record)
     link = mavlink.MAVLink(None, srcSystem=1, srcComponent=200)
-    message = link.parse_buffer(bytearray(frame))[0]
+    parsed = link.parse_buffer(bytearray(frame))
+    assert parsed is not None
+    (message,) = parsed
     assert message.get_msgId() == CODECS[type(record)].message_id
     assert bytes(message.pack(link)) == frame
 
