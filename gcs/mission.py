@@ -174,8 +174,9 @@ class MissionUpload(_Transfer):
     def _item(self, seq: int) -> mavlink.MAVLink_message:
         item = self.items[seq]
         current = int(seq == 0 and self.mission_type == MISSION)
-        head: list[Any] = [*self.target, seq, item.frame, item.command, current, item.autocontinue]
-        return mavlink.MAVLink_mission_item_int_message(*head, *list[Any](item[2:9]), self.mission_type)
+        fields: list[Any] = [*self.target, seq, item.frame, item.command, current, item.autocontinue, *item[2:9]]
+        fields.append(self.mission_type)
+        return mavlink.MAVLink_mission_item_int_message(*fields)
 
 
 class MissionDownload(_Transfer):

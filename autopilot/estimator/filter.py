@@ -21,6 +21,8 @@ VARIANCE_FLOOR = np.array([1e-9] * 3 + [1e-8] * 3 + [1e-8] * 3 + [1e-14] * 3 + [
 VELOCITY_RATIO, POSITION_RATIO, HEIGHT_RATIO, HEADING_RATIO = range(4)
 Observation = tuple[int, float, float]
 """Index of the state, innovation, variance."""
+BROKEN_RATIO = 1e12
+"""Told of an observation that a broken filter could not weigh; ours: finite, as what is sent must be."""
 
 
 class Filter:
@@ -129,7 +131,7 @@ class Filter:
             rest, innovation_variance = innovation - float(correction[index]), float(p[index, index]) + variance
             # A negative variance of the state is a filter that has broken: then nothing passes.
             healthy = innovation_variance > 0.0 and innovation_variance >= variance
-            ratio = rest * rest / (gate * gate * innovation_variance) if healthy else math.inf
+            ratio = rest * rest / (gate * gate * innovation_variance) if healthy else BROKEN_RATIO
             told.append(Innovation(-rest, innovation_variance, ratio))
         ratio = max(each.test_ratio for each in told)
         if field:
