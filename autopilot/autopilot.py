@@ -10,7 +10,7 @@ from pathlib import Path
 
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
-from autopilot.commands import CommandResult, VehicleCommands
+from autopilot.commands import CommandResult, VehicleCommands, tell
 from autopilot.control.actuator_group_test import ActuatorGroupTest
 from autopilot.control.mc_autotune import McAutotune
 from autopilot.control.multicopter import MulticopterControl
@@ -162,10 +162,9 @@ class Autopilot:
         return tuple(modules)
 
     def _on_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
-        """Let its owner decide on a command that came in, and log both."""
-        result = self.commands.handle(now_us, command)
-        self.logger.on_command(now_us, command, result)
-        return result
+        """Let its owner decide on a command that came in."""
+        tell(self.topics, now_us, command)
+        return self.commands.handle(now_us, command)
 
     def on_datagram(self, link: int, data: bytes) -> None:
         """A datagram came in on a link (index in `mavlink.links`)."""

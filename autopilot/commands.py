@@ -9,8 +9,9 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
-from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
+from autopilot.topics import CommandTold, Topics, VehicleCommand, VehicleCommandAck
 
+TOLD_KEPT = 32
 MAV_RESULT_ACCEPTED = 0
 MAV_RESULT_TEMPORARILY_REJECTED = 1
 MAV_RESULT_DENIED = 2
@@ -44,13 +45,22 @@ def obey_navigator(owner: CommandOwner, now_us: int, topics: Topics, seen: int) 
         return seen
     for record in records:
         if record.number > seen and record.command.command in owner.COMMANDS:
-            owner.handle_command(now_us, record.command)
+            result = owner.handle_command(now_us, record.command)
+            if result is not None:
+                tell(topics, now_us, record.command, result)
     return records[-1].number
 
 
 def nearest(value: float) -> int:
     """As lroundf reads a parameter: the nearest whole number, halves away from zero; 0 for what is none."""
     return int(math.copysign(math.floor(abs(value) + 0.5), value)) if math.isfinite(value) else 0
+
+
+def tell(topics: Topics, now_us: int, command: VehicleCommand, result: CommandResult | None = None) -> None:
+    """Tell the log of a command, or of the answer to one."""
+    told = topics.commands_told
+    number = told[-1].number + 1 if told else 1
+    topics.commands_told = (*told[1 - TOLD_KEPT :], CommandTold(number, now_us, command, result))
 
 
 def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult) -> None:

@@ -80,8 +80,9 @@ class LandDetector:
         self._flight_time.update(now_us, armed=armed, landed=landed)
         if topics.vehicle_status.vehicle_type == "rover":
             landed = self._rover_landed(now_us)
-            rests = landed and self._rests(now_us)
-            self._publish(VehicleLandDetected(now_us, landed, landed, landed, at_rest=rests))
+            states = (landed, landed, landed, False, False, landed and self._rests(now_us))
+            if self._is_news(now_us, states):
+                topics.vehicle_land_detected = VehicleLandDetected(now_us, *states)
             return
         if self._version != self._parameters.version:
             self._lower_limit()
@@ -94,30 +95,30 @@ class LandDetector:
         quiet = self._is_quiet(now_us, contact=contact, falls=falls)
         maybe_landed = self._maybe_landed.update(now_us, not armed or quiet, each_s)
         landed = self._landed.update(now_us, not armed or maybe_landed, each_s)
-        moves = self._moves_sideways()
-        self._publish(
-            VehicleLandDetected(
+        states = (
+            landed,
+            maybe_landed,
+            contact,
+            falls,
+            self._in_ground_effect(moves=self._moves_sideways()),
+            landed and self._rests(now_us),
+        )
+        if self._is_news(now_us, states):
+            topics.vehicle_land_detected = VehicleLandDetected(
                 now_us,
-                landed,
-                maybe_landed,
-                contact,
-                falls,
-                self._in_ground_effect(moves=moves),
-                landed and self._rests(now_us),
+                *states,
                 self._in_descend,
                 self._thrust_is_low(now_us),
                 self._moves_vertically(),
-                moves,
+                self._moves_sideways(),
                 self._turns(),
                 not self._is_far_from_ground(),
             )
-        )
 
-    def _publish(self, record: VehicleLandDetected) -> None:
+    def _is_news(self, now_us: int, states: tuple[bool, ...]) -> bool:
         """Once a second, and when one of the states has changed."""
         last = self._topics.vehicle_land_detected
-        if last.timestamp == 0 or record.timestamp - last.timestamp >= FRESH_US or record[1:7] != last[1:7]:
-            self._topics.vehicle_land_detected = record
+        return last.timestamp == 0 or now_us - last.timestamp >= FRESH_US or states != last[1:7]
 
     def _lower_limit(self) -> None:
         """LNDMC_Z_VEL_MAX is at most what can be told from the slowest descent (_update_params)."""

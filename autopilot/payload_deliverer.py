@@ -8,7 +8,7 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 
 import math
 
-from autopilot.commands import CommandResult, answer_later, obey_navigator
+from autopilot.commands import CommandResult, answer_later, obey_navigator, tell
 from autopilot.parameters import Parameters
 from autopilot.topics import Gripper, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -17,6 +17,8 @@ RELEASE: int = mavlink.GRIPPER_ACTION_RELEASE
 GRAB: int = mavlink.GRIPPER_ACTION_GRAB
 NO_GRIPPER = -1
 UNKNOWN_PROGRESS = 255
+GRAB_AT_START = VehicleCommand(mavlink.MAV_CMD_DO_GRIPPER, param2=float(GRAB), from_external=False)
+"""PX4's module commands itself to close."""
 
 
 class PayloadDeliverer:
@@ -33,7 +35,9 @@ class PayloadDeliverer:
         self._since_us = 0
         self._asked: VehicleCommand | None = None
         self._commands_seen = 0
-        if int(parameters["PD_GRIPPER_TYPE"]) != NO_GRIPPER:
+        self._is_new = int(parameters["PD_GRIPPER_TYPE"]) != NO_GRIPPER
+        if self._is_new:
+            self._asked = GRAB_AT_START
             self._take_position()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
@@ -54,14 +58,21 @@ class PayloadDeliverer:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: what the mission commands; an action ends by its time, as there is no sensor."""
+        if self._is_new:
+            self._is_new = False
+            tell(self._topics, now_us, GRAB_AT_START)
+            tell(self._topics, now_us, GRAB_AT_START, CommandResult(mavlink.MAV_RESULT_IN_PROGRESS, UNKNOWN_PROGRESS))
         self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
         if self._done or now_us - self._since_us <= float(self._parameters["PD_GRIPPER_TO"]) * 1e6:
             return
         self._done = True
         if self._asked is not None:
             self._accept(now_us)
+            done = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
             if self._asked.from_external:
-                answer_later(self._topics, self._asked, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+                answer_later(self._topics, self._asked, done)
+            else:
+                tell(self._topics, now_us, self._asked, done)
             self._asked = None
 
     def _take_position(self) -> None:

@@ -10,9 +10,10 @@ from operator import itemgetter, mul
 
 from autopilot.topics import SensorCombined, Topics, Vector3, VehicleImuStatus
 
-SAMPLES = 25
-"""Of each round: 100 ms, as often as PX4 publishes vehicle_imu_status."""
-VIBRATION_WEIGHT = 0.01
+EVERY, SAMPLES = 50, 25
+"""Of so many ticks the last ones are looked at: PX4 does so with all, and tells of it twice as often."""
+VIBRATION_WEIGHT = 0.02
+"""PX4's 0.01, for twice as much time."""
 CONING_SHARE = 1.0 / 12.0
 """Half of a sixth of the cross product of neighbouring delta angles (IntegratorConing)."""
 SAMPLE_S = 0.004
@@ -23,16 +24,20 @@ class VehicleImu:
 
     def __init__(self, topics: Topics) -> None:
         self._topics = topics
+        self._ticks = 0
         self._samples: list[SensorCombined] = []
         self._accel_vibration = self._gyro_vibration = 0.0
 
     def update(self, now_us: int) -> None:
         """At every tick, behind the sensors."""
-        samples = self._samples
-        samples.append(self._topics.sensor_combined)
-        if len(samples) > SAMPLES:
+        self._ticks = ticks = self._ticks + 1
+        if ticks < EVERY - SAMPLES:
+            return
+        self._samples.append(self._topics.sensor_combined)
+        if ticks == EVERY:
             self._publish(now_us)
-            del samples[:SAMPLES]
+            self._samples.clear()
+            self._ticks = 0
 
     def _publish(self, now_us: int) -> None:
         gyro, accel = (list(map(itemgetter(place), self._samples)) for place in (1, 2))

@@ -18,7 +18,7 @@ from autopilot.commander.failsafe_events import failsafe_event
 from autopilot.commander.failure_detector import FailureDetector
 from autopilot.commander.pilot import Pilot
 from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands import CommandResult
+from autopilot.commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.outgoing_commands import OutgoingCommands
@@ -184,7 +184,9 @@ class Commander:
             if record.number > self._navigator_commands_seen:
                 self._navigator_commands_seen = record.number
                 if record.command.command in self.COMMANDS:
-                    self.handle_command(now_us, record.command)
+                    result = self.handle_command(now_us, record.command)
+                    if result is not None:
+                        tell(self._topics, now_us, record.command, result)
 
     def _follow_takeoff_and_landing(self, now_us: int) -> None:
         landed, armed = self._topics.vehicle_land_detected.landed, self._arming.armed
@@ -306,15 +308,12 @@ class Commander:
 
     def _publish_actuator_armed(self, now_us: int) -> None:
         """When anything of it has changed."""
-        armed = self._topics.actuator_armed
-        flying = self._arming.armed
-        published = armed._replace(
-            termination=self._nav_state is NavState.TERMINATION,
-            ready_to_arm=flying or self._checks.can_arm(self._nav_state),
-            prearmed=self._is_prearmed(now_us),
-        )
-        if published != armed:
-            self._topics.actuator_armed = published
+        told = self._topics.actuator_armed
+        termination = self._nav_state is NavState.TERMINATION
+        ready = self._arming.armed or self._checks.can_arm(self._nav_state)
+        prearmed = self._is_prearmed(now_us)
+        if termination is not told.termination or ready is not told.ready_to_arm or prearmed is not told.prearmed:
+            self._topics.actuator_armed = told._replace(termination=termination, ready_to_arm=ready, prearmed=prearmed)
 
     def _is_prearmed(self, now_us: int) -> bool:
         """COM_PREARM_MODE: servos may move before arming, 1 by the safety button, 2 from a while after boot on."""

@@ -24,6 +24,7 @@ RECOVERY_NOISE = 1e3
 """Process noise is so much larger then."""
 VALID_VARIANCE = 0.001
 VALID_AFTER_S = 2.0
+TOLD_EVERY_US = 40_000
 SMALLEST_GATE, SMALLEST_HOVER = 1e-3, 1e-3
 """So that no parameter makes a division by zero."""
 INVALID = HoverThrustEstimate()
@@ -46,8 +47,12 @@ class HoverThrustEstimator:
     """`estimate` is the present one; invalid, and all NaN, while the vehicle does not fly."""
 
     def __init__(self, parameters: HoverThrustParameters) -> None:
-        self._parameters = parameters
         self.estimate = INVALID
+        self._parameters = parameters
+        self._told_us = -TOLD_EVERY_US
+        self._hover = self._variance = 0.0
+        self._low = self._high = self._gate_squared = self._noise_squared = 0.0
+        self._copy()
         self._reset()
 
     def set_parameters(self, parameters: HoverThrustParameters) -> None:
@@ -55,6 +60,14 @@ class HoverThrustEstimator:
         if parameters.error != self._parameters.error:
             self._variance = parameters.error * parameters.error
         self._parameters = parameters
+        self._copy()
+
+    def _copy(self) -> None:
+        told = self._parameters
+        self._low = max(SMALLEST_HOVER, min(0.8, told.hover - told.thrust_range))
+        self._high = max(0.2, min(0.9, told.hover + told.thrust_range))
+        gate = max(told.gate, SMALLEST_GATE)
+        self._gate_squared, self._noise_squared = gate * gate, told.noise * told.noise
 
     def _reset(self) -> None:
         self._hover = max(0.1, min(0.9, self._parameters.hover))
@@ -74,45 +87,46 @@ class HoverThrustEstimator:
     def update(
         self, now_us: int, dt_s: float, accel_up_m_s2: float, thrust: float, vertical_m_s: float, horizontal_m_s: float
     ) -> None:
-        """One sample: acceleration up (without gravity) under a vertical thrust (0..1), at these speeds."""
+        """One sample: acceleration up (without gravity) under a vertical thrust (0..1), at these speeds.
+
+        The estimate is told every 40 ms, and when it becomes valid.
+        """
         told = self._parameters
-        self._variance += told.noise * told.noise * dt_s * dt_s
+        noise = self._noise_squared * dt_s * dt_s
+        state_variance = self._variance + noise
         # Drag and prop wash would bias it in fast motion.
         scale = max(vertical_m_s - told.fast_vertical_m_s, horizontal_m_s - told.fast_horizontal_m_s, 0.0) + 1.0
-        hover = max(self._hover, SMALLEST_HOVER)
+        hover, accel_variance = self._hover, self._accel_variance
         slope = -GRAVITY_M_S2 * thrust / (hover * hover)
         innovation = residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / hover - 1.0)
-        variance = slope * slope * self._variance + self._accel_variance * scale * scale
-        gate = max(told.gate, SMALLEST_GATE)
-        ratio = innovation * innovation / (gate * gate * variance)
+        variance = slope * slope * state_variance + accel_variance * scale * scale
+        ratio = innovation * innovation / (self._gate_squared * variance)
         if ratio < 1.0:
-            gain = self._variance * slope / variance
-            low = max(0.0, min(0.8, told.hover - told.thrust_range))
-            high = max(0.2, min(0.9, told.hover + told.thrust_range))
-            self._hover = max(low, min(high, hover + gain * innovation))
-            self._variance = max(LEAST_VARIANCE, min(MOST_VARIANCE, self._variance * (1.0 - gain * slope)))
-            residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / max(self._hover, SMALLEST_HOVER) - 1.0)
+            gain = state_variance * slope / variance
+            hover += gain * innovation
+            self._hover = hover = self._low if hover < self._low else self._high if hover > self._high else hover
+            state_variance = max(LEAST_VARIANCE, min(MOST_VARIANCE, state_variance * (1.0 - gain * slope)))
+            residual = accel_up_m_s2 - GRAVITY_M_S2 * (thrust / hover - 1.0)
         elif abs(self._signed_ratio) > LARGE_OFFSET:
-            self._variance += RECOVERY_NOISE * told.noise * told.noise * dt_s * dt_s
+            state_variance += RECOVERY_NOISE * noise
+        self._variance = state_variance
         weight = dt_s / (LOW_PASS_TIME_CONSTANT_S + dt_s)
         self._residual += weight * (residual - self._residual)
-        signed = math.copysign(min(ratio, 1.0), innovation)
-        self._signed_ratio += weight * (signed - self._signed_ratio)
-        weight = dt_s / (NOISE_TIME_CONSTANT_S + dt_s)
+        self._signed_ratio += weight * (math.copysign(min(ratio, 1.0), innovation) - self._signed_ratio)
         spread = residual - self._residual
-        measured = spread * spread + slope * slope * self._variance
-        learnt = self._accel_variance + weight * (measured - self._accel_variance)
-        self._accel_variance = max(LEAST_ACCEL_VARIANCE, min(MOST_ACCEL_VARIANCE, learnt))
+        measured = spread * spread + slope * slope * state_variance
+        accel_variance += dt_s / (NOISE_TIME_CONSTANT_S + dt_s) * (measured - accel_variance)
+        self._accel_variance = max(LEAST_ACCEL_VARIANCE, min(MOST_ACCEL_VARIANCE, accel_variance))
         was_valid = self.estimate.valid
-        good = self._variance < VALID_VARIANCE and (was_valid or ratio < 1.0)
+        good = state_variance < VALID_VARIANCE and (was_valid or ratio < 1.0)
         self._valid_s = self._valid_s + dt_s if good else 0.0
-        self.estimate = HoverThrustEstimate(
-            now_us,
-            self._hover,
-            self._valid_s >= VALID_AFTER_S,
-            self._variance,
-            innovation,
-            variance,
-            ratio,
-            self._accel_variance,
-        )
+        valid = self._valid_s >= VALID_AFTER_S
+        if now_us - self._told_us >= TOLD_EVERY_US or valid is not was_valid:
+            self._told_us = now_us
+            told_of_noise = (innovation, variance, ratio, self._accel_variance)
+            self.estimate = HoverThrustEstimate(now_us, hover, valid, state_variance, *told_of_noise)
+
+    @property
+    def hover_thrust(self) -> float:
+        """The present estimate, valid or not."""
+        return self._hover

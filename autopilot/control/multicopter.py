@@ -303,9 +303,9 @@ class MulticopterControl:
         if thrust != thrust:
             return
         estimator.update(now_us, dt, -local.az, thrust, abs(local.vz), math.hypot(local.vx, local.vy))
-        topics.hover_thrust_estimate = estimate = estimator.estimate
-        if estimate.valid:
-            control.update_hover_thrust(estimate.hover_thrust)
+        topics.hover_thrust_estimate = estimator.estimate
+        if estimator.estimate.valid:
+            control.update_hover_thrust(estimator.hover_thrust)
 
     # --- sticks --------------------------------------------------------------------------------------------
 

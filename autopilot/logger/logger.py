@@ -17,16 +17,17 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from autopilot.commands import CommandResult
 from autopilot.constants import Severity
 from autopilot.logger import log_files, logged_topics, packing, ulog
 from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
 from autopilot.logger.packing import Row
 from autopilot.logger.rows import commander as commander_rows
+from autopilot.logger.rows import outside as outside_rows
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
-from autopilot.topics import LoggerStatus, Topics, VehicleCommand
+from autopilot.topics import LoggerStatus, Topics
+from sitl_emu.core import c_types
 
 FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
 """SDLOG_MODE."""
@@ -52,10 +53,13 @@ FAST = frozenset(
 )
 """What may come in every tick."""
 STATE_CHECK_US = 100_000
+RECENT_US = 100_000
+"""Commands of so short a time before a log begins are in it: the one that armed."""
 VERSION = "sitl-emu"
 SOFTWARE_RELEASE = 17957119
 """ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
-DATA_FORMAT = 1
+DATA_FORMAT = 2
+"""ver_data_format: latitudes and longitudes are doubles."""
 OUTPUTS = 16
 TIMESTAMP = struct.Struct("<Q")
 """The first field of every topic."""
@@ -148,7 +152,7 @@ class Logger:
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
-        self._texts_seen = self._events_seen = 0
+        self._texts_seen = self._events_seen = self._told_seen = self._reports_seen = 0
         self._version = -1
         self._values: dict[str, float | int] = {}
 
@@ -168,13 +172,6 @@ class Logger:
                 self._every_tick = ()
         for append, source in self._every_tick:
             append(getattr(self._topics, source))
-
-    def on_command(self, now_us: int, command: VehicleCommand, result: CommandResult | None) -> None:
-        """A command came, and this was its answer."""
-        if self.file is not None or self.stream is not None:
-            self._buffer.append(self._command.message(now_us, command))
-            if result is not None:
-                self._buffer.append(self._command_ack.message(now_us, (command, result)))
 
     def on(self) -> None:
         """The shell's `logger on`: log now, armed or not."""
@@ -333,6 +330,10 @@ class Logger:
             count + 1, "vehicle_command_ack", commander_rows.vehicle_command_ack, timed=False
         )
         self._event = Subscription(count + 2, "event", commander_rows.event, timed=False)
+        self._report = Subscription(count + 3, "transponder_report", outside_rows.transponder_report)
+        recently_us = now_us - RECENT_US
+        older = [each.number for each in self._topics.commands_told if each.timestamp < recently_us]
+        self._told_seen = max(older, default=0)
         self._events_seen = self._texts.events.count
         self._texts_seen = self._texts.count
         self._version = parameters.version
@@ -341,7 +342,7 @@ class Logger:
     def _definitions(self, now_us: int) -> list[bytes]:
         """Everything up to the first data."""
         parameters = self._parameters
-        subscriptions = (*self._subscriptions, self._command, self._command_ack, self._event)
+        subscriptions = (*self._subscriptions, self._command, self._command_ack, self._event, self._report)
         offset_min = int(parameters["SDLOG_UTC_OFFSET"])
         messages = [
             ulog.file_header(now_us),
@@ -353,6 +354,7 @@ class Logger:
             ulog.information("sys_os_name", "Linux"),
             ulog.information("ver_data_format", DATA_FORMAT),
             ulog.information("time_ref_utc", offset_min * 60),
+            ulog.information("boot_time_utc_us", self._unix_us_of_boot() + offset_min * 60_000_000),
             ulog.information_multiple("boot_console_output", f"{VERSION} stands for PX4 v1.18.0\n"),
         ]
         if parameters["SDLOG_UUID"]:
@@ -371,10 +373,18 @@ class Logger:
         return messages
 
     def _defaults_of(self, name: str) -> list[bytes]:
-        """Those defaults that differ from the value."""
-        parameters = self._parameters
-        value, is_float = parameters[name], parameters.is_float(name)
-        of_setup, of_system = parameters.default(name), parameters.row(name)["default"]
+        """Those defaults that differ from the value, as its type holds them; of what PX4 calls volatile none."""
+        parameters, row = self._parameters, self._parameters.row(name)
+        is_float = parameters.is_float(name)
+        if row.get("volatile"):
+            return []
+
+        def held(value: float) -> float:
+            return c_types.float32(value) if is_float else value
+
+        value, of_setup, of_system = (
+            held(each) for each in (parameters[name], parameters.default(name), row["default"])
+        )
         if of_setup == of_system:
             both = ulog.DEFAULT_OF_SETUP | ulog.DEFAULT_OF_SYSTEM
             return [] if value == of_setup else [ulog.parameter_default(name, of_setup, is_float, both)]
@@ -442,7 +452,7 @@ class Logger:
         if self._texts.count != self._texts_seen:
             for text in self._texts.recent:
                 if text.number >= self._texts_seen:
-                    buffer.append(ulog.logged_message(text.severity, now_us, f"[{text.module}] {text.text.rstrip()}"))
+                    buffer.append(ulog.logged_message(text.severity, now_us, f"[{text.module}] {text.text}"))
             self._texts_seen = self._texts.count
         if self._parameters.version != self._version:
             self._version = self._parameters.version
@@ -451,12 +461,28 @@ class Logger:
                 if value is not old and value != old:
                     self._values[name] = value
                     buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
+        self._gather_queues(buffer)
         events = self._texts.events
         if events.count != self._events_seen:
             for event in events.recent:
                 if event.number >= self._events_seen:
                     buffer.append(self._event.message(now_us, event))
             self._events_seen = events.count
+
+    def _gather_queues(self, buffer: list[bytes]) -> None:
+        """Commands and their answers, aircraft nearby: each that came."""
+        told = self._topics.commands_told
+        if told and told[-1].number != self._told_seen:
+            for each in told:
+                if each.number > self._told_seen and each.result is None:
+                    buffer.append(self._command.message(each.timestamp, each.command))
+                elif each.number > self._told_seen:
+                    buffer.append(self._command_ack.message(each.timestamp, (each.command, each.result)))
+            self._told_seen = told[-1].number
+        reports = self._topics.transponder_reports
+        if reports and reports[-1].number != self._reports_seen:
+            buffer += [self._report.message(0, report) for report in reports if report.number > self._reports_seen]
+            self._reports_seen = reports[-1].number
 
     # --- for people ----------------------------------------------------------------------------------------
 

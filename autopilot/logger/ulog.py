@@ -48,7 +48,7 @@ def format_definition(name: str, fields: tuple[Field, ...]) -> bytes:
 
 
 def information(name: str, value: str | int) -> bytes:
-    """A fact about the whole log; a number is an int32_t (uint32_t if it does not fit)."""
+    """A fact about the whole log; a number is an int32_t (uint32_t or uint64_t if it does not fit)."""
     key, packed = _information_value(name, value)
     return message("I", bytes((len(key),)) + key + packed)
 
@@ -124,7 +124,9 @@ def _information_value(name: str, value: str | int) -> tuple[bytes, bytes]:
         return f"char[{len(encoded)}] {name}".encode(), encoded
     if -(1 << 31) <= value < 1 << 31:
         return f"int32_t {name}".encode(), struct.pack("<i", value)
-    return f"uint32_t {name}".encode(), struct.pack("<I", value & 0xFFFFFFFF)
+    if value < 1 << 32:
+        return f"uint32_t {name}".encode(), struct.pack("<I", value & 0xFFFFFFFF)
+    return f"uint64_t {name}".encode(), struct.pack("<Q", value)
 
 
 def _parameter_value(name: str, value: float | int, is_float: bool) -> tuple[bytes, bytes]:

@@ -118,7 +118,10 @@ class Mavlink:
         self.signing = signing.Signing(self.links, topics, texts.say, self.system_id, root)
         self._services: tuple[Service, ...] = (
             command_sender.CommandSender(
-                lambda: self._all_links, outgoing if outgoing is not None else OutgoingCommands(), self.system_id
+                lambda: self._all_links,
+                outgoing if outgoing is not None else OutgoingCommands(),
+                self.system_id,
+                topics,
             ),
             command.Command(
                 self.links,

@@ -31,6 +31,7 @@ from autopilot.navigator.mission_block import (
     Reached,
     Target,
     target_of,
+    tell_item,
 )
 from autopilot.navigator.mission_feasibility import is_feasible
 from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
@@ -325,7 +326,7 @@ class Mission:
         self._reached.restart(state.now_us)
         triplet = state.triplet
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
-        following = PositionSetpoint() if stops else triplet.next
+        following = state.no_setpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
         if item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
             state.command(_command_of(item, state.home_alt_m()))
@@ -350,6 +351,7 @@ class Mission:
         command = TAKEOFF if state.landed else LOITER_TO_ALT
         target = Target(command, position.lat, position.lon, alt_m)
         self._begin(target, Work.CLIMB)
+        tell_item(state, state.dataman.current_seq, target)
         then = target_of(item, state.home_alt_m())._replace(command=WAYPOINT)
         state.fly(self._setpoint_of(target), previous=state.here(), following=self._setpoint_of(then))
 
@@ -364,7 +366,9 @@ class Mission:
         target = target_of(item, state.home_alt_m())
         current = state.triplet.current
         alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
-        self._begin(Target(WAYPOINT, target.lat_deg, target.lon_deg, alt_m), Work.MOVE_TO_LAND)
+        above = Target(WAYPOINT, target.lat_deg, target.lon_deg, alt_m)
+        self._begin(above, Work.MOVE_TO_LAND)
+        tell_item(state, state.dataman.current_seq, above)
         setpoint = state.setpoint(SetpointType.POSITION, target.lat_deg, target.lon_deg, alt_m)
         state.fly(setpoint, previous=self._previous(), following=self._setpoint_of(target))
 
@@ -376,6 +380,7 @@ class Mission:
         elif item.command in LANDS:
             target = target._replace(yaw_rad=math.nan)
         self._begin(target, Work.DEFAULT)
+        tell_item(state, state.dataman.current_seq, target, item)
         if item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and not state.rover:
             self._lands_precisely = True
             self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
@@ -415,9 +420,11 @@ class Mission:
         current = self.items[seq]
         stays = current.command in HOLDING or current.command in LANDS or not current.autocontinue
         if stays or (not self._state.rover and current.param1 > 0.0):
-            return PositionSetpoint()
+            return self._state.no_setpoint()
         item = self._next_place(seq + 1)
-        return PositionSetpoint() if item is None else self._setpoint_of(target_of(item, self._state.home_alt_m()))
+        return (
+            self._state.no_setpoint() if item is None else self._setpoint_of(target_of(item, self._state.home_alt_m()))
+        )
 
     def _end(self) -> None:
         state = self._state

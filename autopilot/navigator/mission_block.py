@@ -15,6 +15,7 @@ from typing import NamedTuple
 from autopilot.constants import Severity
 from autopilot.dataman import MissionItem
 from autopilot.navigator.state import NavigatorState
+from autopilot.topics import NavigatorMissionItem
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import EARTH_RADIUS_M, wrap_pi
 
@@ -45,6 +46,10 @@ TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
 LANDS = frozenset((LAND, VTOL_LAND))
 WITH_POSITION = frozenset((WAYPOINT, LOITER_UNLIM, LOITER_TIME, LOITER_TO_ALT, *LANDS, *TAKEOFFS))
 PLACED = WITH_POSITION | {CONDITION_GATE}
+
+
+OF_PLAN, ONBOARD = 0, 1
+"""navigator_mission_item.origin."""
 
 
 class Target(NamedTuple):
@@ -78,6 +83,28 @@ def target_of(item: MissionItem, home_alt_m: float) -> Target:
         item.param1 if item.command in (WAYPOINT, LOITER_TIME) and math.isfinite(item.param1) else 0.0,
         bool(item.autocontinue),
         (item.command == LOITER_TIME and item.param2 > 0.0) or (item.command == LOITER_TO_ALT and item.param1 > 0.0),
+    )
+
+
+def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem | None = None) -> None:
+    """Tell the log what is flown now (navigator_mission_item): an item of the plan, or one made on board."""
+    radius_m = target.acceptance_radius_m if item is not None else state.settings.nav_acc_rad_m
+    state.topics.navigator_mission_item = NavigatorMissionItem(
+        state.now_us,
+        seq,
+        target.command,
+        target.lat_deg,
+        target.lon_deg,
+        target.alt_m if item is None else item.z,
+        target.hold_s,
+        radius_m,
+        0.0 if item is not None else state.settings.nav_loiter_rad_m,
+        target.yaw_rad,
+        0 if item is None else item.frame,
+        ONBOARD if item is None else OF_PLAN,
+        force_heading=target.force_heading,
+        altitude_is_relative=item is not None and item.frame in RELATIVE_FRAMES,
+        autocontinue=target.autocontinue,
     )
 
 

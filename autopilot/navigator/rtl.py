@@ -21,6 +21,7 @@ from autopilot.navigator.mission_block import (
     WAYPOINT,
     Reached,
     Target,
+    tell_item,
 )
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.state import NavigatorState
@@ -254,6 +255,7 @@ class Rtl:
             state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
         self._target = target
         self._reached.restart(state.now_us)
+        tell_item(state, int(phase), target)
         if phase is Phase.LAND and self._precision is not Precision.DISABLED:
             self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
             return

@@ -13,7 +13,7 @@ import math
 from autopilot.constants import Severity
 from autopilot.navigator.state import NavigatorState
 from autopilot.texts import SendEvent
-from autopilot.topics import TransponderReport, VehicleCommand
+from autopilot.topics import TransponderReport, VehicleCommand, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection, bearing_rad, distance_m, wrap_pi
 
@@ -41,6 +41,10 @@ WARNINGS = {
 ACTIONS = {2: mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, 3: mavlink.MAV_CMD_NAV_LAND, 4: mavlink.MAV_CMD_NAV_LOITER_UNLIM}
 
 
+EMPTY_REPORT = TransponderReport(0, 0, 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0, b"", 0, 0, 0, 0, retranslate=False)
+"""What PX4's traffic avoidance begins with (AdsbConflict.h): nothing of it is valid, as its flags say."""
+
+
 class Traffic:
     """Reads transponder_reports, one in a cycle as PX4 does."""
 
@@ -48,6 +52,7 @@ class Traffic:
         """What it does goes to the commander through `state`; `send_event` tells ground stations."""
         self._state = state
         self._send_event = send_event
+        queue_transponder_report(state.topics, EMPTY_REPORT)
         self._seen = 0
         self._conflicts: dict[int, int] = {}
         """By ICAO address: when it was last warned of."""

@@ -18,7 +18,7 @@ from autopilot.topics.commander import (
     HomePosition,
     VehicleStatus,
 )
-from autopilot.topics.commands import CommandRecord, VehicleCommand, VehicleCommandAck
+from autopilot.topics.commands import CommandRecord, CommandTold, VehicleCommand, VehicleCommandAck
 from autopilot.topics.control import (
     ActuatorOutputs,
     ActuatorSet,
@@ -152,6 +152,7 @@ __all__ = [
     "CameraCapture",
     "CameraTriggered",
     "CommandRecord",
+    "CommandTold",
     "ConfigOverrides",
     "ControlAllocatorStatus",
     "CpuLoad",
@@ -384,5 +385,7 @@ class Topics:
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
         self.navigator_commands: tuple[CommandRecord, ...] = ()
         """Writer: navigator; the last few commands that mission items gave, for the commander."""
+        self.commands_told: tuple[CommandTold, ...] = ()
+        """Writer: `commands.tell`; the last few commands and answers, for the log."""
         self.vehicle_command_acks: tuple[VehicleCommandAck, ...] = ()
         """Writers: owners of commands (`commands.answer_later`); mavlink/services/command.py sends and empties it."""

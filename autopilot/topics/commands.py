@@ -34,6 +34,16 @@ class CommandRecord(NamedTuple):
     command: VehicleCommand
 
 
+class CommandTold(NamedTuple):
+    """A command, or where there is a result the answer to one, as it was told; `number` counts up. For the log."""
+
+    number: int
+    timestamp: int
+    command: VehicleCommand
+    result: tuple[int, int, int] | None = None
+    """MAV_RESULT, progress, result_param2."""
+
+
 class VehicleCommandAck(NamedTuple):
     """An answer to a command that comes after the first one, for whoever sent the command."""
 

@@ -74,7 +74,7 @@ class SystemPower(NamedTuple):
 
 
 class VehicleImuStatus(NamedTuple):
-    """Writer: vehicle_imu.py, ten times a second: how the IMU shakes, and mean and variance of its last samples."""
+    """Writer: vehicle_imu.py, five times a second: how the IMU shakes, and mean and variance of its last samples."""
 
     timestamp: int = 0
     accel_vibration_metric: float = 0.0

@@ -1,8 +1,9 @@
 """The simulator's end of the seam, for one vehicle: dynamics and sensors, one tick of 4 ms at a time.
 
 Messages: HIL_SENSOR every tick, last (250 Hz; magnetometer and barometer at their own rates, as fields_updated says);
-HIL_GPS, DISTANCE_SENSOR, speed controllers at 20 Hz, battery at 5 Hz and truth (HIL_STATE_QUATERNION) at 10 Hz when due
-(https://mavlink.io/en/messages/common.html; PX4: src/modules/simulation/simulator_mavlink). A state machine on
+when due HIL_GPS, DISTANCE_SENSOR, speed controllers at 12.5 Hz, battery at 5 Hz, beacons at 2 Hz and the truth
+(HIL_STATE_QUATERNION) at 10 Hz (https://mavlink.io/en/messages/common.html; PX4:
+src/modules/simulation/simulator_mavlink). A state machine on
 simulated time: `tick` is all that happens. The autopilot's parameters do not exist in here; what PX4's own simulator
 reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …), for who has both.
 """
@@ -45,7 +46,7 @@ from vehicles.sih_ackermann import SihAckermann
 TICK_US = 4000
 BATTERY_EVERY_US = 200_000
 TRUTH_EVERY_US = 100_000
-ESCS_EVERY_US = 50_000
+ESCS_EVERY_US = 80_000
 ESCS_PER_MESSAGE = 4
 RPM_PER_RAD_S = 60.0 / math.tau
 NEVER_US = 1 << 62

@@ -18,7 +18,7 @@ from pyulog.ulog2csv import convert_ulog2csv
 import vehicles
 from autopilot import storage
 from autopilot.autopilot import Autopilot
-from autopilot.commands import CommandResult
+from autopilot.commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
 from autopilot.logger import log_files, logged_topics, packing
 from autopilot.logger.logger import Logger
@@ -282,7 +282,8 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     )
     topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
-    rig.logger.on_command(now, command, CommandResult(4, 50, -1))
+    tell(topics, now, command)
+    tell(topics, now, command, CommandResult(4, 50, -1))
     rig.texts.say(Severity.INFO, "[logger] x\t", "logger_open_file_sess", 3, 258)
     topics.input_rc = InputRc(now, (1500, 1100))
     rig.parameters.set("MPC_XY_P", 0.5)
@@ -319,7 +320,7 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     assert [imu[f"gyro_rad[{n}]"] for n in range(3)] == pytest.approx([0.1, 0.2, 0.3])
     assert [imu[f"accelerometer_m_s2[{n}]"] for n in range(3)] == pytest.approx([1.0, 2.0, -9.8])
     assert imu["gyro_integral_dt"] == 4000
-    assert "[commander] [logger] x" in [text.message for text in log.logged_messages]
+    assert "[commander] [logger] x\t" in [text.message for text in log.logged_messages]
     assert [(name, value) for _, name, value in log.changed_parameters] == [("MPC_XY_P", 0.5)]
     assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
 
@@ -330,7 +331,7 @@ def test_numbers_that_do_not_fit_end_nothing(tmp_path: Path) -> None:
     rig.topics.vehicle_local_position = VehicleLocalPosition(
         rig.now_us, x=1e300, y=-1e300, z=math.inf, vx=math.nan, xy_reset_counter=257
     )
-    rig.logger.on_command(rig.now_us, VehicleCommand(-1, 1e300, source_system=256), None)
+    tell(rig.topics, rig.now_us, VehicleCommand(-1, 1e300, source_system=256))
     rig.run(1.0)
     rig.logger.shut_down()
     log = rig.read(FIRST)

@@ -509,3 +509,19 @@ def test_on_the_way_to_a_landing_the_ground_is_the_next_place() -> None:
     assert triplet.next.valid
     assert triplet.next.type == SetpointType.LAND
     assert triplet.next.alt < triplet.current.alt
+
+
+def test_the_log_is_told_of_each_item_as_px4_tells_it() -> None:
+    """Relative altitudes stay as they are in the plan; the climb before it is made on board."""
+    vehicle = started(
+        item(mavlink.MAV_CMD_NAV_TAKEOFF, up_m=10.0), item(mavlink.MAV_CMD_NAV_WAYPOINT, north_m=20.0, up_m=10.0)
+    )
+    vehicle.run(0.1)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.nav_cmd, told.origin, told.altitude_is_relative) == (mavlink.MAV_CMD_NAV_TAKEOFF, 1, False)
+    run_until(vehicle, reached=0)
+    vehicle.run(0.2)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.sequence_current, told.nav_cmd, told.origin) == (1, mavlink.MAV_CMD_NAV_WAYPOINT, 0)
+    assert told.altitude_is_relative
+    assert vehicle.topics.navigator_status.nav_state == NavState.AUTO_MISSION

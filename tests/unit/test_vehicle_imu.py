@@ -12,7 +12,7 @@ TICK_US = 4_000
 NOISE = 0.1
 
 
-def shaken(noise: float, ticks: int = 2_500) -> Topics:
+def shaken(noise: float, ticks: int = 5_000) -> Topics:
     topics, draw = Topics(), random.Random(7)
     imu = VehicleImu(topics)
     for n in range(1, ticks + 1):

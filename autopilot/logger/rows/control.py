@@ -97,8 +97,8 @@ def offboard_control_mode(pack: Pack, record: OffboardSetpoint) -> bytes:
         given(trajectory and trajectory.position),
         given(trajectory and trajectory.velocity),
         given(trajectory and trajectory.acceleration),
-        record.attitude is not None,
-        record.rates is not None,
+        record.attitude is not None or (trajectory is not None and math.isfinite(trajectory.yaw)),
+        record.rates is not None or (trajectory is not None and math.isfinite(trajectory.yawspeed)),
         False,
         False,
     )

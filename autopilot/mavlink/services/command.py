@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from autopilot.commands import CommandResult
+from autopilot.commands import CommandResult, tell
 from autopilot.mavlink.command_params import IN_COMMANDS, sets_unused, used_params
 from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
@@ -71,12 +71,12 @@ class Command:
         """Decide and answer; nothing is said to a command for somebody else."""
         command = vehicle_command(message)
         if has_mistaken_place(message):  # PX4 says so whoever it is for
-            send_ack(self._links, link, command, CommandResult(DENIED))
+            self._answer(now_us, link, command, CommandResult(DENIED))
             return
         if not is_for(message, self._system_id, broadcast=True):
             return
         if sets_unused(used_params(command.command, IN_COMMANDS, rover=self._rover), numbers(message)):
-            send_ack(self._links, link, command, CommandResult(DENIED))
+            self._answer(now_us, link, command, CommandResult(DENIED))
             return
         service = self._of_link.get(command.command)
         if service is not None:
@@ -86,15 +86,20 @@ class Command:
         else:
             result = self._handle(now_us, command)
         if result is not None:
-            send_ack(self._links, link, command, result)
+            self._answer(now_us, link, command, result)
 
     def on_time(self, now_us: int) -> None:
         """Send the answers that came later."""
         if not self._topics.vehicle_command_acks:
             return
         for ack in self._topics.vehicle_command_acks:
-            send_ack(self._links, None, ack.command, CommandResult(ack.result, ack.progress, ack.result_param2))
+            result = CommandResult(ack.result, ack.progress, ack.result_param2)
+            self._answer(now_us, None, ack.command, result)
         self._topics.vehicle_command_acks = ()
+
+    def _answer(self, now_us: int, link: Link | None, command: VehicleCommand, result: CommandResult) -> None:
+        tell(self._topics, now_us, command, result)
+        send_ack(self._links, link, command, result)
 
 
 def has_mistaken_place(message: Any) -> bool:

@@ -12,9 +12,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from autopilot.commands import tell
+from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from autopilot.outgoing_commands import OutgoingCommands
-from autopilot.topics import VehicleCommand
+from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 RETRY_US = 500_000
@@ -40,8 +42,11 @@ class CommandSender:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_ACK})
     HAS_TIMER = True
 
-    def __init__(self, links: Callable[[], Iterable[Link]], outgoing: OutgoingCommands, system_id: int) -> None:
-        """`links` tells all links there are."""
+    def __init__(
+        self, links: Callable[[], Iterable[Link]], outgoing: OutgoingCommands, system_id: int, topics: Topics
+    ) -> None:
+        """`links` tells all links there are; what is sent is told to the log through `topics`."""
+        self._topics = topics
         self._links = links
         self._outgoing = outgoing
         self._system_id = system_id
@@ -70,6 +75,8 @@ class CommandSender:
             self._outgoing.waiting.clear()
             for command in waiting:
                 self._send(command, 0)
+                own = command._replace(source_system=self._system_id, source_component=AUTOPILOT_COMPONENT)
+                tell(self._topics, now_us, own)
             again_us = now_us + FIRST_RETRY_US
             self._under_way = [*self._under_way[1 - TRACKED :], Sent(waiting[0], 0, again_us)]
             self._again_us = min(self._again_us, again_us)
