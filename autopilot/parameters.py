@@ -40,6 +40,7 @@ class Parameters:
         self.announced = [
             name for name, row in self._table.items() if airframe_class in row["announced"] or row["group"] in started
         ]
+        """Names that a module has looked for so far, in alphabetical order; one that starts late adds its own."""
         self.index = {name: index for index, name in enumerate(self.announced)}
         self.everything = list(self._table)
         """All names of PX4's build, in its order, announced or not."""
@@ -106,6 +107,16 @@ class Parameters:
                 self.set(name, value, notify=False)
         if self.edits != edits:
             self.notifications += 1
+
+    def use(self, names: tuple[str, ...]) -> None:
+        """Announce parameters from now on, as PX4 does when a module looks for them for the first time (param_find).
+
+        KeyError for an unknown name. All indices behind a new one move, and the hash changes.
+        """
+        new = [name for name in names if name not in self.index]
+        if new:
+            self.announced = sorted((*self.announced, *(name for name in new if self._table[name])))
+            self.index = {name: index for index, name in enumerate(self.announced)}
 
     def load(self, values: Mapping[str, Value]) -> None:
         """Take over values that were saved before; unknown names and wrong types are left out (PX4's param_import)."""

@@ -1,8 +1,8 @@
 """The files that describe a vehicle: which there are, fetched over FTP, checked and unpacked.
 
 Source: https://mavlink.io/en/services/component_information.html: COMPONENT_METADATA names the general file, which
-names the others; each has a CRC, of its JSON as it is before it is compressed, by which a ground station knows whether
-it has the file already. "mftp://" is a path on the vehicle, ".xz" a compressed file. Files elsewhere (https://) are
+names the others; each has a CRC, by which a ground station knows whether it has the file already: PX4 tells that of the
+general file's JSON, and of the others as they are sent, compressed. "mftp://" is a path on the vehicle, ".xz" a compressed file. Files elsewhere (https://) are
 named and not fetched: there is no network here.
 """
 
@@ -31,7 +31,7 @@ class ComponentMetadata:
     """Fetches the metadata of one component; `files` has their JSON by COMP_METADATA_TYPE."""
 
     def __init__(self, system: int, component: int = 1, cache: Mapping[int, bytes] | None = None) -> None:
-        """`cache`: files that are there already, unpacked, by CRC; `fetched` is what to add to it."""
+        """`cache`: files that are there already, unpacked, by the CRC that was announced; `fetched` is what to add to it."""
         self.target = (system, component)
         self.files: dict[int, Any] = {}
         self.elsewhere: dict[int, str] = {}
@@ -96,11 +96,11 @@ class ComponentMetadata:
         except lzma.LZMAError as error:
             self.errors.append(f"{file.uri}: can't be unpacked ({error})")
             return
-        crc = crc_of(content)
-        if file.crc not in (None, crc):
+        crcs = crc_of(content), crc_of(get.content)
+        if file.crc not in (None, *crcs):
             self.errors.append(f"{file.uri}: its CRC is not the one that was announced")
             return
-        self.fetched[crc] = content
+        self.fetched[crcs[0] if file.crc is None else file.crc] = content
         self._read(file, content)
 
     def _read(self, file: _File, content: bytes) -> None:

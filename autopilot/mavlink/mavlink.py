@@ -138,7 +138,7 @@ class Mavlink:
             landing_target.LandingTarget(topics, texts.say),
             obstacle_distance.ObstacleDistance(topics),
             odometry.Odometry(topics, self.system_id),
-            optical_flow.OpticalFlow(topics),
+            optical_flow.OpticalFlow(topics, parameters),
             manual_control.ManualControl(topics, self.links, self.system_id),
             rc_override.RcOverride(topics, self.system_id),
             heartbeat.Heartbeat(topics, self.system_id),

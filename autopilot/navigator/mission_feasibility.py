@@ -67,6 +67,8 @@ FLOWN = (
 """Items that a mission may have; others are taken when uploaded, and refused here."""
 TAKEOFF_REQUIRED, LANDING_REQUIRED, BOTH_REQUIRED, BOTH_OR_NONE, LANDING_IN_AIR = 1, 2, 3, 4, 5
 """MIS_TKO_LAND_REQ."""
+PARAMETERS = ("FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ")
+"""What PX4 looks for at the first check (FeasibilityChecker::updateData), so that it is announced from then on."""
 
 
 def is_feasible(state: NavigatorState, geofence: Geofence, items: tuple[MissionItem, ...]) -> bool:
@@ -77,6 +79,7 @@ def is_feasible(state: NavigatorState, geofence: Geofence, items: tuple[MissionI
         text = "Not yet ready for mission, no position lock.\t"
         state.say(Severity.INFO, text, "navigator_mis_no_pos_lock")
         return False
+    state.parameters.use(PARAMETERS)
     fits = _items_fit(state, items)
     return _is_within(state, geofence, items) and fits
 

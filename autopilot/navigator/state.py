@@ -114,6 +114,7 @@ class NavigatorState:
         self, topics: Topics, parameters: Parameters, dataman: Dataman, say: Say, outgoing: OutgoingCommands
     ) -> None:
         self.topics = topics
+        self.parameters = parameters
         self.outgoing = outgoing
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.dataman = dataman

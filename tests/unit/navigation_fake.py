@@ -161,7 +161,9 @@ class FakeVehicle:
             topics.sensor_mag = SensorMag(now, (0.2, 0.0, 0.4))
             topics.sensor_baro = SensorBaro(now, 95000.0, HOME_ALT + self.up)
             topics.vehicle_attitude = VehicleAttitude(now, euler=self.euler)
-            topics.estimator_status = EstimatorStatus(now, tilt_aligned=True, yaw_aligned=True)
+            topics.estimator_status = EstimatorStatus(
+                now, tilt_aligned=True, yaw_aligned=True, gps_fused=True, horizontal_good_us=now
+            )
         lat, lon = PLACE.reproject(self.north, self.east)
         known = self.gps and self.now_us > 1_000_000
         if self.gps:

@@ -8,7 +8,7 @@ import pytest
 
 from autopilot.commander import arming_checks
 from autopilot.commander.arming_checks.checks import CHECKS
-from autopilot.commander.arming_checks.findings import LOGGING, PREARM_CHECK
+from autopilot.commander.arming_checks.findings import GPS, LOGGING, PREARM_CHECK, XY_POSITION_CONTROL
 from autopilot.constants import NavState
 from autopilot.topics import (
     BatteryStatus,
@@ -28,6 +28,7 @@ from autopilot.topics import (
     TrajectorySetpoint,
     VehicleAttitude,
     VehicleAttitudeSetpoint,
+    VehicleLocalPosition,
     VehicleStatus,
 )
 
@@ -277,3 +278,23 @@ def test_texts_come_at_most_every_two_seconds_and_once() -> None:
     assert vehicle.take_texts() == ["Low battery"]
     vehicle.run(5.0)
     assert vehicle.take_texts() == ["Critical battery"]
+
+
+def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not_fused() -> None:
+    """PX4's estimatorCheck tells a poor fix and no silence; what the position then lacks denies arming."""
+    vehicle = ready(COM_ARM_WO_GPS=0)
+    for fused in (True, False):
+        vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_fused=fused)
+        check(vehicle)
+        assert bool(vehicle.topics.health_report.present & GPS) is fused
+    assert vehicle.topics.health_report.health & GPS
+
+
+def test_a_poor_fix_and_a_lost_position_are_unhealthy() -> None:
+    vehicle = ready()
+    vehicle.topics.sensor_gps = SensorGps(vehicle.now_us, fix_type=2)
+    check(vehicle)
+    assert not vehicle.topics.health_report.health & GPS
+    vehicle.topics.vehicle_local_position = VehicleLocalPosition()
+    check(vehicle)
+    assert not vehicle.topics.health_report.health & XY_POSITION_CONTROL

@@ -277,6 +277,20 @@ def test_the_rovers_list_has_its_own_length() -> None:
     assert len(Peer(kind="rover").parameters.announced) == 687
 
 
+def test_a_module_that_starts_late_adds_its_parameters_to_the_list_and_to_the_hash() -> None:
+    """As PX4's VehicleOpticalFlow with the first flow: six parameters, behind which all indices move."""
+    peer = Peer()
+    before = only(peer.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1)), "PARAM_VALUE")[0]
+    nothing = mavlink.MAVLink_optical_flow_rad_message(0, 0, 50_000, 0, 0, 0, 0, 0, 0, 0, 0, -1.0)
+    for _ in range(2):
+        peer.send(nothing)
+        after = only(peer.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1)), "PARAM_VALUE")[0]
+        assert (before.param_count, after.param_count) == (947, 953)
+        assert after.param_value != before.param_value
+    last = only(peer.send(mavlink.MAVLink_param_request_read_message(1, 1, b"WV_YRATE_MAX", -1)), "PARAM_VALUE")[0]
+    assert last.param_index == 952
+
+
 def test_parameter_read() -> None:
     peer = Peer()
 

@@ -83,10 +83,15 @@ CHECKS: tuple[Check, ...] = (
     gcs_connection.check,
 )
 REPORT_INTERVAL_US = 2_000_000
-PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | GPS | XY_POSITION_CONTROL | BATTERY
+PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; a rover has no MOTOR_OUTPUTS, which are healthy for all that."""
+WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING))
+"""Sensors that come and go: a GPS while the estimator uses it, the logger while it writes."""
 DIFFERENTIAL_PRESSURE = 0x10
-ALWAYS_HEALTHY = DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
+HEALTHY = PRESENT | GPS | DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
+"""What is healthy until a check finds fault with it, also where it is not present."""
+BLAMED = ((Component.GPS, GPS), (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_CONTROL))
+"""Sensors that any failure of their component makes unhealthy (PX4's mavlink/streams/SYS_STATUS.hpp)."""
 
 
 class HealthAndArmingChecks:
@@ -119,9 +124,8 @@ class HealthAndArmingChecks:
         can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT if topics.vehicle_status.vehicle_type == "rover" else PRESENT | MOTOR_OUTPUTS
-        if findings.health_present & Component.LOGGING:
-            present |= LOGGING
-        health = (PRESENT | ALWAYS_HEALTHY) & ~findings.unhealthy
+        present |= sum(bit for component, bit in WHILE_FOUND if findings.health_present & component)
+        health = HEALTHY & ~findings.unhealthy & ~sum(bit for component, bit in BLAMED if findings.blamed & component)
         if can_arm >> nav_state & 1:
             health |= PREARM_CHECK
             self._ever_passed = True

@@ -123,6 +123,11 @@ class Findings:
         self.arming_error = self.arming_warning = 0
         """Bits of Component."""
 
+    @property
+    def blamed(self) -> int:
+        """Components, as bits, with which anything is wrong."""
+        return self.health_error | self.health_warning | self.arming_error | self.arming_warning
+
     def health_failure(
         self, modes: int, component: Component, level: Severity, event: str, *arguments: float, text: str = ""
     ) -> None:

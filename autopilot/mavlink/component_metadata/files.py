@@ -24,11 +24,13 @@ WHO = {"vendorName": "sitl-emu", "modelName": "PX4 v1.18, emulated", "firmwareVe
 
 
 class File(NamedTuple):
-    """A compressed file, and the CRC that announces it."""
+    """A compressed file and its CRCs, by MAVLink's CRC-32: zero at first, no inversion at the end."""
 
     compressed: bytes
     crc32: int
-    """Of the JSON before it was compressed, by MAVLink's CRC-32: zero at first, no inversion at the end."""
+    """What the general file tells of this one: of the compressed bytes (PX4's generate_component_general.py)."""
+    json_crc32: int
+    """What COMPONENT_METADATA tells of the general file: of its JSON before it was compressed (generate_crc.py)."""
 
 
 @functools.cache
@@ -63,4 +65,9 @@ def _file(number: int) -> File:
 
 def _compressed(content: dict[str, Any]) -> File:
     data = json.dumps(content, separators=(",", ":")).encode()
-    return File(lzma.compress(data, preset=COMPRESSION), zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF)
+    compressed = lzma.compress(data, preset=COMPRESSION)
+    return File(compressed, _crc32(compressed), _crc32(data))
+
+
+def _crc32(data: bytes) -> int:
+    return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF

@@ -8,10 +8,13 @@ import math
 from typing import Any
 
 from autopilot.mavlink.link import Link
+from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleOpticalFlow
 from sitl_emu.core import dialect as mavlink
 
 LONGEST_S = 1.0
+PARAMETERS = tuple(f"SENS_FLOW_{what}" for what in ("MAXHGT", "MAXR", "MINHGT", "RATE", "ROT", "SCALE"))
+"""Those of PX4's VehicleOpticalFlow, which starts with the first flow (Sensors::InitializeVehicleOpticalFlow)."""
 
 
 class OpticalFlow:
@@ -20,12 +23,13 @@ class OpticalFlow:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OPTICAL_FLOW_RAD})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
         """Writes into `topics`."""
-        self._topics = topics
+        self._topics, self._parameters = topics, parameters
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Rates in rad/s, free of the vehicle's own rotation; a time that is none is not kept."""
+        self._parameters.use(PARAMETERS)
         dt_s = message.integration_time_us * 1e-6
         flow_x, flow_y = message.integrated_x, message.integrated_y
         if not (0.0 < dt_s <= LONGEST_S and math.isfinite(flow_x + flow_y)):

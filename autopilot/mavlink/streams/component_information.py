@@ -11,4 +11,4 @@ ID = mavlink.MAVLINK_MSG_ID_COMPONENT_INFORMATION
 def fields(now_us: int, context: Context) -> Fields:
     """On request; no peripherals."""
     general = files.general()
-    return (now_us // 1000, general.crc32, 0, files.uri(files.GENERAL).encode(), b"")
+    return (now_us // 1000, general.json_crc32, 0, files.uri(files.GENERAL).encode(), b"")

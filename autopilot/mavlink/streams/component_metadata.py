@@ -11,4 +11,4 @@ ID = mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA
 def fields(now_us: int, context: Context) -> Fields:
     """On request; the file is served by FTP."""
     general = files.general()
-    return (now_us // 1000, general.crc32, files.uri(files.GENERAL).encode())
+    return (now_us // 1000, general.json_crc32, files.uri(files.GENERAL).encode())
