@@ -2,8 +2,8 @@
 
 Source: https://mavlink.io/en/services/component_information.html: COMPONENT_METADATA names the general file, which
 names the others; each has a CRC, by which a ground station knows whether it has the file already: PX4 tells that of the
-general file's JSON, and of the others as they are sent, compressed. "mftp://" is a path on the vehicle, ".xz" a compressed file. Files elsewhere (https://) are
-named and not fetched: there is no network here.
+general file's JSON, and of the others as they are sent, compressed. "mftp://" is a path on the vehicle, ".xz" a
+compressed file. Files elsewhere (https://) are named and not fetched: there is no network here.
 """
 
 import json
@@ -31,7 +31,7 @@ class ComponentMetadata:
     """Fetches the metadata of one component; `files` has their JSON by COMP_METADATA_TYPE."""
 
     def __init__(self, system: int, component: int = 1, cache: Mapping[int, bytes] | None = None) -> None:
-        """`cache`: files that are there already, unpacked, by the CRC that was announced; `fetched` is what to add to it."""
+        """`cache`: files that are there already, unpacked, by their announced CRC; `fetched` is what to add to it."""
         self.target = (system, component)
         self.files: dict[int, Any] = {}
         self.elsewhere: dict[int, str] = {}

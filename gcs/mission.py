@@ -1,11 +1,11 @@
 """The mission protocol's client half: upload, download, clear, set current; for missions, fences and rally points.
 
-Source: https://mavlink.io/en/services/mission.html and PX4 v1.18 as measured. In an upload the autopilot leads: it asks
-for every item, again after 0.25 s, and gives up after 5 s; we answer every request and repeat only what nobody else
-would: MISSION_COUNT until the first request, and the last item until the ack (PX4 acknowledges that one again). In a
-download we lead: each request is repeated after 0.25 s. A transfer that the other side gave up, or that stood still for
-6 s, begins anew from the start, `tries` times: with 30 % loss each way a one-item transfer still arrives.
-Items travel as MISSION_ITEM_INT only; partial lists are not supported (PX4 does not either).
+Source: https://mavlink.io/en/services/mission.html and PX4 v1.18 as measured (mission/*). In an upload the autopilot
+leads: it asks for every item, again after 0.25 s, and gives up after 5 s; we answer every request and repeat only what
+nobody else would: MISSION_COUNT until the first request, and the last item until the ack (PX4 acknowledges that one
+again). In a download we lead: each request is repeated after 0.25 s. A transfer that the other side gave up, or that
+stood still for 6 s, begins anew from the start, `tries` times: with 30 % loss each way a one-item transfer still
+arrives. Items travel as MISSION_ITEM_INT only; partial lists are not supported (PX4 does not either).
 """
 
 from collections.abc import Sequence

@@ -2,7 +2,8 @@
 
 A message passes, byte for byte, to every other link on which its target was heard: without a target, or to everybody,
 to all on which anybody was. One for this very autopilot stays, as do a HEARTBEAT when MAV_HB_FORW_EN is 0 and
-SETUP_SIGNING, which MAVLink forbids to pass on. STATUSTEXT passes from ground stations only, as measured.
+SETUP_SIGNING, which MAVLink forbids to pass on. STATUSTEXT passes from ground stations only, as measured
+(misc/forward/*).
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Which messages each link streams, and how often: PX4 v1.18 SITL as measured.
+"""Which messages each link streams, and how often: PX4 v1.18 SITL as measured (stream/*).
 
 The tables follow what init.d-posix/px4-rc.mavlink and Mavlink::configure_streams_to_default set up together. Rates in
 Hz; UNLIMITED sends whenever there is something new. Messages whose data does not exist on a vehicle (a target

@@ -33,7 +33,7 @@ class VehicleOpticalFlow(NamedTuple):
     quality: int = 0
     integration_timespan_us: int = 0
     pixel_flow: tuple[float, float] = (0.0, 0.0)
-    """As measured over that time, rotation included, and the rotation; rad."""
+    """Integrated over that time, rotation included, and the rotation; rad."""
     delta_angle: Vector3 = (0.0, 0.0, 0.0)
     distance_m: float = NAN
 

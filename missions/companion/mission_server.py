@@ -1,10 +1,11 @@
 """The mission protocol's serving half on a companion: takes the missions that peers upload to it.
 
-Source: https://mavlink.io/en/services/mission.html, with PX4 v1.18's times as measured (`gcs/mission.py` is the client
-half): we ask for every item, again after 0.25 s, and give up 5 s after the last answer; a last item that comes once
-more is acknowledged once more, for our acknowledgement was lost. Several peers may upload at the same time, each has
-its own transfer. A mission is offered to `accept`, which answers with a MAV_MISSION_RESULT, and is taken when that is
-"accepted". Missions are kept by whoever owns the server; downloads, fences and rally points are not served.
+Source: https://mavlink.io/en/services/mission.html, with PX4 v1.18's times as measured (mission/silent_upload/*;
+`gcs/mission.py` is the client half): we ask for every item, again after 0.25 s, and give up 5 s after the last answer;
+a last item that comes once more is acknowledged once more, for our acknowledgement was lost. Several peers may upload
+at the same time, each has its own transfer. A mission is offered to `accept`, which answers with a MAV_MISSION_RESULT,
+and is taken when that is "accepted". Missions are kept by whoever owns the server; downloads, fences and rally points
+are not served.
 """
 
 from collections.abc import Callable, Sequence

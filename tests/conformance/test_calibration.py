@@ -1,6 +1,7 @@
 """Preflight calibration: answers, texts that a ground station follows, cancelling."""
 
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -10,7 +11,8 @@ ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED = 0, 1, 3
 STANDBY, CALIBRATING = 3, 2
 GYRO, MAG, ACCEL, AIRSPEED = (1,), (0, 1), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1)
 NOTHING = (0,)
-CHANGES_PARAMETERS = "what is measured is kept in CAL_*"
+CANCELLED = "[cal] calibration cancelled"
+PROGRESS = "[cal] progress <"
 
 pytestmark = [
     pytest.mark.covers(
@@ -39,31 +41,45 @@ def texts_until(station: Any, wanted: str, limit_s: float) -> list[str]:
     return texts
 
 
-def cancel(station: Any) -> None:
-    """End whatever runs, and wait until the vehicle is in standby again."""
+def is_cancelled(station: Any) -> bool:
+    """Whether a cancellation is told; PX4 misses one that comes between two parts of a calibration."""
+    for _ in range(10):
+        station.mav.command_long_send(station.system, 1, PREFLIGHT_CALIBRATION, 0, *(0.0,) * 7)
+        if CANCELLED in texts_until(station, CANCELLED, 3.0):
+            return True
+    return False
+
+
+@pytest.fixture(autouse=True)
+def idle(station: Any) -> Iterator[None]:
+    """Whatever a test leaves running is cancelled: PX4 is in standby again when its worker is free."""
+    yield
     end_s = time.monotonic() + 30.0
-    while time.monotonic() < end_s and station.heartbeat().system_status == CALIBRATING:
-        calibrate(station, *NOTHING)
-        station.collect("HEARTBEAT", 1.0)
-    assert station.heartbeat().system_status == STANDBY
+    while (status := station.heartbeat().system_status) != STANDBY and time.monotonic() < end_s:
+        if status == CALIBRATING:
+            calibrate(station, *NOTHING)
+    assert status == STANDBY
 
 
 def test_nothing_to_calibrate_is_accepted(station: Any) -> None:
     assert calibrate(station, *NOTHING) == ACCEPTED
 
 
-@pytest.mark.covers("COMMAND_ACK", source="measured: a sensor that there is not is unsupported")
+@pytest.mark.covers(
+    "COMMAND_ACK", source="measured terminal/ground/calibrate_unknown: a sensor that there is not is unsupported"
+)
 def test_what_there_is_not(station: Any) -> None:
     assert calibrate(station, *(9,) * 7) == UNSUPPORTED
 
 
 def test_a_gyro_at_rest_is_calibrated(station: Any) -> None:
     assert calibrate(station, *GYRO) == ACCEPTED
-    texts = texts_until(station, "[cal] calibration done", 15.0)
+    texts = texts_until(station, "[cal] calibration done", 30.0)
     assert texts[0] == "[cal] calibration started: 2 gyro"
-    assert "[cal] progress <52>" in texts
     assert texts[-1] == "[cal] calibration done: gyro"
-    cancel(station)
+    progress = [int(text.removeprefix(PROGRESS).rstrip(">")) for text in texts if text.startswith(PROGRESS)]
+    assert progress == sorted(progress)
+    assert {0, 100} <= set(progress) <= set(range(0, 101, 10))
 
 
 @pytest.mark.parametrize(
@@ -75,9 +91,9 @@ def test_a_calibration_says_that_it_begins_and_is_cancelled(
 ) -> None:
     assert calibrate(station, *params) == ACCEPTED
     started = f"[cal] calibration started: 2 {sensor}"
-    assert texts_until(station, started, 3.0)[-1] == started
+    assert texts_until(station, started, 10.0)[-1] == started
     assert station.heartbeat().system_status == CALIBRATING
-    cancel(station)
+    assert is_cancelled(station)
 
 
 @pytest.mark.covers("MAV_CMD_PREFLIGHT_STORAGE", source="https://mavlink.io/en/messages/common.html#MAV_RESULT")
@@ -85,16 +101,12 @@ def test_a_calibration_says_that_it_begins_and_is_cancelled(
 @pytest.mark.parametrize("command", [PREFLIGHT_STORAGE, FIXED_MAG_CAL_YAW])
 def test_others_are_rejected_meanwhile(station: Any, command: int) -> None:
     assert calibrate(station, *ACCEL) == ACCEPTED
-    try:
-        assert station.command(command, 1) == TEMPORARILY_REJECTED
-    finally:
-        cancel(station)
+    assert station.command(command, 1) == TEMPORARILY_REJECTED
 
 
 def test_an_accelerometer_waits_for_six_sides(station: Any) -> None:
     assert calibrate(station, *ACCEL) == ACCEPTED
-    texts = texts_until(station, "[cal] hold vehicle still", 3.0)
+    texts = texts_until(station, "[cal] hold vehicle still", 10.0)
     assert "[cal] pending: back front left right up down" in texts
-    texts = texts_until(station, "[cal] down orientation detected", 15.0)
+    texts = texts_until(station, "[cal] down orientation detected", 30.0)
     assert texts[-1] == "[cal] down orientation detected"
-    cancel(station)

@@ -80,7 +80,7 @@ def number_of(name: str) -> int:
 
 def about(name: str, *values: Any) -> Any:
     """A case about a command."""
-    source = "measured: the answer on the ground"
+    source = "measured command/disarmed/*, command/variant/*: the answer on the ground"
     return pytest.param(name, *values, marks=pytest.mark.covers(f"MAV_CMD_{name}", source=source), id=name)
 
 
@@ -93,7 +93,9 @@ def command_int(station: Any, number: int) -> int | None:
     return None
 
 
-@pytest.mark.covers("MAV_CMD_RUN_PREARM_CHECKS", source="measured: answered to component 1 and to all, to no other")
+@pytest.mark.covers(
+    "MAV_CMD_RUN_PREARM_CHECKS", source="measured command/target/401/*: answered to component 1 and to all, to no other"
+)
 @pytest.mark.covers("COMMAND_LONG", source=PAGE)
 @pytest.mark.parametrize(
     ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 42, False), (9, 1, False)]
@@ -107,14 +109,16 @@ def test_targets(station: Any, offset: int, component: int, answered: bool) -> N
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
-@pytest.mark.covers("MAV_CMD_DO_AUTOTUNE_ENABLE", source="measured: denied unless param1 begins it")
+@pytest.mark.covers(
+    "MAV_CMD_DO_AUTOTUNE_ENABLE", source="PX4 src/modules/mavlink/mavlink_receiver.cpp: denied unless param1 begins it"
+)
 def test_autotune_is_only_begun(station: Any) -> None:
     number = number_of("DO_AUTOTUNE_ENABLE")
     assert (station.command(number), command_int(station, number)) == (DENIED, DENIED)
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
-@pytest.mark.covers(source="measured: a torque needs a prearmed vehicle; PX4 parameter COM_PREARM_MODE")
+@pytest.mark.covers(source="PX4 parameter COM_PREARM_MODE: a torque needs a prearmed vehicle")
 def test_a_group_of_actuators_is_not_tested_on_a_disarmed_vehicle(station: Any) -> None:
     assert station.command(ACTUATOR_GROUP_TEST, ROLL_TORQUE, 0.3) == TEMPORARILY_REJECTED
 
@@ -134,7 +138,7 @@ def test_a_command_is_answered_alike_in_both_messages(station: Any, name: str, r
     assert (station.command(number), command_int(station, number)) == (result, result)
 
 
-@pytest.mark.covers("COMMAND_LONG", source="measured: no ack from whoever is asked in vain")
+@pytest.mark.covers("COMMAND_LONG", source="measured command/disarmed/*: no ack from whoever is asked in vain")
 @pytest.mark.parametrize("name", [about(name) for name in NO_ANSWER.split()])
 def test_a_command_that_nobody_answers(station: Any, name: str) -> None:
     """The answer to the next command comes first."""
@@ -194,14 +198,20 @@ def acks_of(station: Any, command: int, seconds: float, at_least: int = 1) -> li
     return [(ack.result, ack.progress) for ack in acks if ack.command == command]
 
 
-@pytest.mark.covers("COMMAND_LONG", source="measured: PX4 answers every repetition, whatever its confirmation")
+@pytest.mark.covers(
+    "COMMAND_LONG",
+    source="measured command/confirmation/*, command/repeat/401/acks: every repetition is answered",
+)
 @pytest.mark.parametrize("confirmation", [0, 1, 5, 255])
 def test_repetitions_are_answered(station: Any, confirmation: int) -> None:
     station.mav.command_long_send(station.system, 1, RUN_PREARM_CHECKS, confirmation, *(0.0,) * 7)
     assert acks_of(station, RUN_PREARM_CHECKS, 0.9) == [(ACCEPTED, 0)]
 
 
-@pytest.mark.covers("MAV_CMD_COMPONENT_ARM_DISARM", source="measured: no ack for what is neither arming nor disarming")
+@pytest.mark.covers(
+    "MAV_CMD_COMPONENT_ARM_DISARM",
+    source="measured command/variant/400/half: no ack for what is neither arming nor disarming",
+)
 def test_half_arming_is_none(station: Any) -> None:
     number = number_of("COMPONENT_ARM_DISARM")
     station.mav.command_long_send(station.system, 1, number, 0, 2.0, *(0.0,) * 6)
@@ -210,7 +220,11 @@ def test_half_arming_is_none(station: Any) -> None:
 
 @pytest.mark.covers("MAV_CMD_DO_GRIPPER", source="PX4 parameter PD_GRIPPER_TO: how long the gripper takes")
 def test_a_gripper_takes_its_time_and_answers_twice(station: Any) -> None:
+    """One that already is where it shall be answers once."""
     number = number_of("DO_GRIPPER")
+    station.mav.command_long_send(station.system, 1, number, 0, 1, GRAB, *(0.0,) * 5)
+    while (ack := station.receive("COMMAND_ACK")) is not None and (ack.command, ack.result) != (number, ACCEPTED):
+        pass
     for action in (RELEASE, GRAB):
         station.mav.command_long_send(station.system, 1, number, 0, 1, action, *(0.0,) * 5)
         assert acks_of(station, number, 2.0, at_least=2) == [(IN_PROGRESS, 255), (ACCEPTED, 0)]

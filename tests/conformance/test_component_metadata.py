@@ -36,14 +36,19 @@ def ask(station: Any, opcode: int, data: bytes = b"", offset: int = 0, size: int
 
 @functools.cache
 def fetched(station: Any, uri: str) -> bytes:
-    """What a file unpacks to."""
+    """A file as it is sent, packed."""
     ask(station, RESET)
     size = struct.unpack("<I", ask(station, OPEN_RO, uri.removeprefix("mftp://").encode()))[0]
     content = b""
     while len(content) < size:
         content += ask(station, READ, offset=len(content), size=LARGEST)
     ask(station, RESET)
-    return lzma.decompress(content)
+    return content
+
+
+def unpacked(station: Any, uri: str) -> bytes:
+    """What a file unpacks to."""
+    return lzma.decompress(fetched(station, uri))
 
 
 def crc(content: bytes) -> int:
@@ -61,27 +66,35 @@ def announced(station: Any, number: int, head: str) -> tuple[tuple[Any, ...], st
 
 
 def metadata(station: Any, kind: int) -> Any:
-    (entry,) = (entry for entry in json.loads(fetched(station, GENERAL))["metadataTypes"] if entry["type"] == kind)
-    return json.loads(fetched(station, entry["uri"]))
+    (entry,) = (entry for entry in json.loads(unpacked(station, GENERAL))["metadataTypes"] if entry["type"] == kind)
+    return json.loads(unpacked(station, entry["uri"]))
 
 
-@pytest.mark.covers("COMPONENT_INFORMATION", "MAV_CMD_REQUEST_MESSAGE", source="measured: both messages say the same")
-def test_the_general_file_is_announced_with_its_crc(station: Any) -> None:
-    content = crc(fetched(station, GENERAL))
+@pytest.mark.covers(
+    "COMPONENT_INFORMATION",
+    "MAV_CMD_REQUEST_MESSAGE",
+    source="measured identity/COMPONENT_INFORMATION, identity/COMPONENT_METADATA: both messages say the same",
+)
+def test_the_general_file_is_announced_with_the_crc_of_what_it_unpacks_to(station: Any) -> None:
+    content = crc(unpacked(station, GENERAL))
     (_, file_crc), uri = announced(station, COMPONENT_METADATA, "<II")
     assert (uri, file_crc) == (GENERAL, content)
     (_, file_crc, peripherals_crc), uri = announced(station, COMPONENT_INFORMATION, "<III")
     assert (uri, file_crc, peripherals_crc) == (GENERAL, content, 0)
 
 
-def test_the_general_file_lists_parameters_events_and_actuators(station: Any) -> None:
-    listed = json.loads(fetched(station, GENERAL))["metadataTypes"]
+@pytest.mark.covers(source="PX4 src/lib/component_information/generate_component_general.py")
+def test_the_general_file_lists_the_others_with_the_crc_of_what_is_sent(station: Any) -> None:
+    listed = json.loads(unpacked(station, GENERAL))["metadataTypes"]
     assert {entry["type"] for entry in listed} >= {PARAMETER, EVENTS, ACTUATORS}
     for entry in listed:
         assert entry["fileCrc"] == crc(fetched(station, entry["uri"]))
 
 
-@pytest.mark.covers("PARAM_VALUE", source="measured: type and default of PX4's parameters")
+@pytest.mark.covers(
+    "PARAM_VALUE",
+    source="PX4 src/modules/mc_pos_control/multicopter_autonomous_params.yaml: type and default of PX4's parameters",
+)
 def test_parameters_are_described(station: Any) -> None:
     content = metadata(station, PARAMETER)
     assert content["version"] == 1

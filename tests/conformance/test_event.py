@@ -83,7 +83,9 @@ def asked(station: Any, first: int, last: int) -> tuple[list[int], list[tuple[in
 
 
 @pytest.mark.covers("EVENT", "REQUEST_EVENT", source=PAGE)
-@pytest.mark.covers("EVENT", source="measured: ids, log levels, reason and destination of the two events")
+@pytest.mark.covers(
+    "EVENT", source="measured misc/event/arm_disarm/*: ids, log levels, reason and destination of the two events"
+)
 def test_arming_and_disarming_are_events_and_can_be_asked_for_again(station: Any) -> None:
     found = {}
     for param, number in ((1, ARMED), (0, DISARMED)):
@@ -100,7 +102,10 @@ def test_arming_and_disarming_are_events_and_can_be_asked_for_again(station: Any
 
 
 @pytest.mark.covers("CURRENT_EVENT_SEQUENCE", "REQUEST_EVENT", source=PAGE)
-@pytest.mark.covers("CURRENT_EVENT_SEQUENCE", source="measured: every 3 s, flags 0 once there are events")
+@pytest.mark.covers(
+    "CURRENT_EVENT_SEQUENCE",
+    source="measured misc/event/current_sequence/flags, stream/gcs/disarmed/CURRENT_EVENT_SEQUENCE: every 3 s, flags 0",
+)
 def test_the_newest_number_is_announced_and_the_newest_events_are_still_there(station: Any) -> None:
     station.command(RUN_PREARM_CHECKS)
     station.collect(EVENT, 0.5)
@@ -110,7 +115,9 @@ def test_the_newest_number_is_announced_and_the_newest_events_are_still_there(st
 
 
 @pytest.mark.covers("REQUEST_EVENT", "RESPONSE_EVENT_ERROR", source=PAGE)
-@pytest.mark.covers("RESPONSE_EVENT_ERROR", source="measured: reason 0 for what does not exist yet")
+@pytest.mark.covers(
+    "RESPONSE_EVENT_ERROR", source="measured misc/event/request/future: reason 0 for what does not exist yet"
+)
 def test_an_event_that_is_not_there_is_an_error(station: Any) -> None:
     future = (newest(station) + 100) % 65536
     found, ((sequence, _, system, component, reason),) = asked(station, future, future)
@@ -121,7 +128,10 @@ def test_an_event_that_is_not_there_is_an_error(station: Any) -> None:
 @pytest.mark.covers(
     "EVENT", "MAV_CMD_RUN_PREARM_CHECKS", source="https://docs.px4.io/main/en/concept/events_interface.html"
 )
-@pytest.mark.covers("EVENT", source="measured: one summary first, one last, each of log level protocol")
+@pytest.mark.covers(
+    "EVENT",
+    source="PX4 src/modules/commander/HealthAndArmingChecks/Common.cpp: a summary first, and one last",
+)
 def test_arming_checks_come_as_a_round_between_two_summaries(station: Any) -> None:
     station.collect(EVENT, 2.5)
     station.mav.command_long_send(station.system, 1, RUN_PREARM_CHECKS, 0, *(0.0,) * 7)

@@ -1,7 +1,7 @@
 """Framing: what is understood, however it comes, and what is dropped without an answer.
 
 Frames that are damaged, cut or unknown are not answered, and what follows them is; MAVLink 1 is understood and answered
-in MAVLink 2 (measured, family misc/framing).
+in MAVLink 2 (measured misc/framing/*).
 """
 
 from typing import Any
@@ -10,7 +10,9 @@ import pytest
 
 pytestmark = [
     pytest.mark.covers("COMMAND_LONG", source="https://mavlink.io/en/guide/serialization.html"),
-    pytest.mark.covers("COMMAND_LONG", source="measured: one acknowledgement for each whole frame, none for another"),
+    pytest.mark.covers(
+        "COMMAND_LONG", source="measured misc/framing/*: one acknowledgement for each whole frame, none for another"
+    ),
 ]
 
 RUN_PREARM_CHECKS = 401

@@ -92,7 +92,7 @@ def test_a_file_comes_whole_in_reads_and_in_a_burst(station: Any) -> None:
     assert ask(station, TERMINATE).opcode == ACK
 
 
-@pytest.mark.covers(source="measured: which error each mistake gets")
+@pytest.mark.covers(source="measured ftp/error/*, ftp/list/*: which error each mistake gets")
 @pytest.mark.parametrize(
     ("opcode", "data", "size", "error"),
     [
@@ -109,7 +109,7 @@ def test_refusals(station: Any, opcode: int, data: bytes, size: int | None, erro
     assert (reply.opcode, reply.data) == (NAK, bytes((error,)))
 
 
-@pytest.mark.covers(source="measured: one session, no second")
+@pytest.mark.covers(source="measured ftp/session/three_opens: one session, no second")
 def test_one_file_at_a_time(station: Any) -> None:
     assert ask(station, OPEN_RO, GENERAL).opcode == ACK
     second = ask(station, OPEN_RO, GENERAL)
@@ -163,7 +163,9 @@ def test_a_file_is_cut_renamed_and_removed(station: Any, folder: bytes) -> None:
     assert said(ask(station, LIST, folder)) == (NAK, NOT_FOUND)
 
 
-@pytest.mark.covers(source="measured: which error each mistake gets, and that errno is told as it is on Linux")
+@pytest.mark.covers(
+    source="measured ftp/write/*: which error each mistake gets, and that errno is told as it is on Linux"
+)
 def test_refusals_of_writing(station: Any, folder: bytes) -> None:
     assert said(ask(station, MKDIR, folder)) == (NAK, FILE_EXISTS)
     ask(station, CREATE, FILE)
@@ -183,7 +185,7 @@ def test_refusals_of_writing(station: Any, folder: bytes) -> None:
     assert said(ask(station, WRITE, b"x")) == (NAK, FAIL_ERRNO, EBADF)
 
 
-@pytest.mark.covers(source="measured: a folder can be opened, and gives EISDIR")
+@pytest.mark.covers(source="measured ftp/write/26_open_directory: a folder can be opened, and gives EISDIR")
 def test_a_folder_is_not_read(station: Any) -> None:
     assert ask(station, OPEN_RO, b"etc").opcode == ACK
     assert said(ask(station, READ, size=10)) == (NAK, FAIL_ERRNO, EISDIR)
@@ -196,7 +198,7 @@ def test_a_request_that_comes_again_is_not_done_twice(station: Any, folder: byte
     assert said(ask(station, MKDIR, folder)) == (NAK, FILE_EXISTS)
 
 
-@pytest.mark.covers(source="measured: opcode 16 is answered, as that page wants it")
+@pytest.mark.covers(source="measured ftp/error/opcode_16: opcode 16 is answered, as that page wants it")
 def test_a_list_with_time_gives_size_and_seconds_since_1970(station: Any, folder: bytes) -> None:
     ask(station, CREATE, FILE)
     ask(station, WRITE, b"0123456789")
@@ -207,7 +209,7 @@ def test_a_list_with_time_gives_size_and_seconds_since_1970(station: Any, folder
     assert int(modified_s) > 1_500_000_000
 
 
-@pytest.mark.covers(source="measured: packets of a burst are full whatever was asked for, and 168 make one")
+@pytest.mark.covers(source="measured ftp/burst/*: packets of a burst are full whatever was asked for, and 168 make one")
 def test_a_long_file_comes_in_several_bursts(station: Any, folder: bytes) -> None:
     content = bytes(range(251)) * 200
     ask(station, CREATE, FILE)

@@ -6,7 +6,7 @@ import pytest
 
 
 @pytest.mark.covers("HEARTBEAT", source="https://mavlink.io/en/services/heartbeat.html")
-@pytest.mark.covers("HEARTBEAT", source="measured: ready in Hold")
+@pytest.mark.covers("HEARTBEAT", source="measured identity/heartbeat/gcs/*: ready in Hold")
 def test_heartbeat(station: Any) -> None:
     heartbeat = station.heartbeat()
     assert (heartbeat.type, heartbeat.autopilot, heartbeat.base_mode) == (station.vehicle_type, 12, 29)

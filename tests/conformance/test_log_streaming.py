@@ -64,7 +64,7 @@ def test_a_stream_begins_with_acknowledged_definitions(station: Any, idle: None)
     assert command(station, LOGGING_START) == [ACCEPTED]
     chunks, data = definitions(station)
     assert [chunk.sequence for chunk in chunks] == list(range(len(chunks)))
-    assert data.sequence == len(chunks)
+    assert data.sequence >= len(chunks)  # what the logger wrote meanwhile and nobody took is lost
     assert {(chunk.target_system, chunk.target_component) for chunk in chunks} == {(255, 190)}
     assert {chunk.length for chunk in chunks[:-1]} == {DATA_BYTES}
     assert chunks[0].first_message_offset == 0
@@ -84,7 +84,9 @@ def test_a_chunk_that_is_not_acknowledged_comes_again(station: Any, idle: None) 
     assert {chunk.sequence for chunk in chunks} == {0}
 
 
-@pytest.mark.covers(source="measured: while the logger waits for an acknowledgement it answers no command")
+@pytest.mark.covers(
+    source="PX4 src/modules/logger/logger.cpp: while the logger waits for an acknowledgement it answers no command"
+)
 def test_commands_wait_while_nothing_is_acknowledged(station: Any, idle: None) -> None:
     assert command(station, LOGGING_START) == [ACCEPTED]
     assert command(station, LOGGING_STOP, limit_s=1.0) == []

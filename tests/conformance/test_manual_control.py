@@ -1,6 +1,5 @@
 """MANUAL_CONTROL: with sticks Position mode can be armed, without them it can't."""
 
-import time
 from typing import Any
 
 import pytest
@@ -15,10 +14,7 @@ def test_sticks_make_position_mode_armable(station: Any) -> None:
     station.set_mode(*POSITION)
     try:
         assert station.command(ARM_DISARM, 1) == 1
-        for _ in range(20):
-            station.mav.manual_control_send(station.system, 0, 0, 500, 0, 0)
-            time.sleep(0.05)
-        assert station.command(ARM_DISARM, 1) == 0
-        assert station.command(ARM_DISARM, 0) == 0
+        assert station.arm_while(lambda: station.mav.manual_control_send(station.system, 0, 0, 500, 0, 0)) == 0
     finally:
+        station.disarm()
         station.set_mode(*HOLD)

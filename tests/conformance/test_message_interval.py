@@ -40,7 +40,9 @@ def attitude_hz(station: Any, seconds: float = 1.2, at_least: int = 8) -> float:
 
 
 @pytest.mark.covers(
-    "MAV_CMD_GET_MESSAGE_INTERVAL", "MESSAGE_INTERVAL", source="measured: intervals to a ground station"
+    "MAV_CMD_GET_MESSAGE_INTERVAL",
+    "MESSAGE_INTERVAL",
+    source="measured interval/get/gcs/*: intervals to a ground station",
 )
 @pytest.mark.parametrize(
     ("message", "interval_us"),
@@ -61,7 +63,9 @@ def test_intervals_are_told(station: Any, message: int, interval_us: int) -> Non
     assert interval(station, message) == pytest.approx(interval_us, rel=0.02)
 
 
-@pytest.mark.covers("ATTITUDE", source="measured: each is accepted, told, and kept; 1 µs stops the stream")
+@pytest.mark.covers(
+    "ATTITUDE", source="measured interval/set/*_ATTITUDE_*: each is accepted, told, and kept; 1 µs stops the stream"
+)
 @pytest.mark.parametrize(
     ("asked_us", "told_us", "hz"),
     [(100_000, 100_000, 10.0), (STOPPED, STOPPED, 0.0), (DEFAULT, 66_666, 15.1), (1, 1, 0.0), (20_000, 20_000, 50.0)],
@@ -73,7 +77,9 @@ def test_an_interval_is_set(station: Any, asked_us: int, told_us: int, hz: float
     assert attitude_hz(station, at_least=8 if hz else 0) == pytest.approx(hz, rel=0.15, abs=0.35)
 
 
-@pytest.mark.covers("SCALED_IMU", source="measured: a stream that is off can be had, and stopped again")
+@pytest.mark.covers(
+    "SCALED_IMU", source="measured interval/set/*_SCALED_IMU_*: a stream that is off can be had, and stopped again"
+)
 def test_another_stream_is_had(station: Any) -> None:
     assert station.command(SET_MESSAGE_INTERVAL, SCALED_IMU, 100_000) == ACCEPTED
     assert station.receive("SCALED_IMU") is not None
@@ -82,7 +88,9 @@ def test_another_stream_is_had(station: Any) -> None:
     assert station.receive("SCALED_IMU", 0.5) is None
 
 
-@pytest.mark.covers(source="measured: MAV_RESULT_FAILED for HEARTBEAT, and where there is no stream")
+@pytest.mark.covers(
+    source="measured interval/set/*_HEARTBEAT_*/ack, interval/set/*_RAW_IMU_*/ack: FAILED where there is no stream"
+)
 @pytest.mark.parametrize("message", [HEARTBEAT, PARAM_VALUE, RAW_IMU, COMMAND_ACK, NO_SUCH_MESSAGE])
 def test_these_have_no_interval_to_set(station: Any, message: int) -> None:
     before = interval(station, message)
@@ -90,7 +98,7 @@ def test_these_have_no_interval_to_set(station: Any, message: int) -> None:
     assert interval(station, message) == before
 
 
-@pytest.mark.covers("REQUEST_DATA_STREAM", source="measured: no effect and no answer")
+@pytest.mark.covers("REQUEST_DATA_STREAM", source="measured interval/request_data_stream/*: no effect and no answer")
 def test_the_old_request_has_no_effect(station: Any) -> None:
     station.mav.request_data_stream_send(station.system, 1, 0, 5, 1)
     assert station.receive(["DATA_STREAM", "COMMAND_ACK"], 0.3) is None

@@ -29,43 +29,45 @@ def ask(station: Any, *params: float) -> None:
     station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, *params, *(0.0,) * (7 - len(params)))
 
 
-@pytest.mark.covers(source="measured: what PX4 has without camera and gimbal")
+@pytest.mark.covers(source="measured request_message/*: what PX4 has without camera and gimbal")
 @pytest.mark.parametrize("number", GIVEN)
 def test_given(station: Any, number: int) -> None:
-    assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+    assert station.request(number)[0] == ACCEPTED
 
 
-@pytest.mark.covers(source="measured: what PX4 has without camera and gimbal, with its streams stopped")
+@pytest.mark.covers(
+    source="measured request_message/*: what PX4 has without camera and gimbal, with its streams stopped"
+)
 @pytest.mark.parametrize("number", GIVEN_ONCE)
 def test_given_while_it_is_not_streamed(station: Any, number: int) -> None:
     assert station.command(SET_MESSAGE_INTERVAL, number, -1) == ACCEPTED
     try:
-        assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+        assert station.request(number)[0] == ACCEPTED
     finally:
         station.command(SET_MESSAGE_INTERVAL, number, GIVEN_ONCE[number])
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
-@pytest.mark.covers(source="measured: what PX4's hexacopter has, and its rover has not")
+@pytest.mark.covers(source="measured request_message/*: what PX4's hexacopter has, and its rover has not")
 @pytest.mark.parametrize("number", GIVEN_BY_A_MULTICOPTER)
 def test_given_by_a_multicopter(station: Any, number: int) -> None:
-    assert station.command(REQUEST_MESSAGE, number) == ACCEPTED
+    assert station.request(number)[0] == ACCEPTED
 
 
 @pytest.mark.airframe(10044, 10045)
-@pytest.mark.covers(source="measured: MAV_RESULT_DENIED without a gimbal")
+@pytest.mark.covers(source="measured request_message/*: MAV_RESULT_DENIED without a gimbal")
 @pytest.mark.parametrize("number", GIMBAL)
 def test_denied_without_a_gimbal(station: Any, number: int) -> None:
     assert station.command(REQUEST_MESSAGE, number) == DENIED
 
 
-@pytest.mark.covers(source="measured: MAV_RESULT_DENIED")
+@pytest.mark.covers(source="measured request_message/*: MAV_RESULT_DENIED")
 @pytest.mark.parametrize("number", NOT_GIVEN)
 def test_denied(station: Any, number: int) -> None:
     assert station.command(REQUEST_MESSAGE, number) == DENIED
 
 
-@pytest.mark.covers(source="measured: the message comes first, then the acknowledgement")
+@pytest.mark.covers(source="measured request_message/delivery/gcs/*: the message comes first, then the acknowledgement")
 def test_the_message_comes_before_its_acknowledgement(station: Any) -> None:
     ask(station, 148)
     names = [station.receive(["AUTOPILOT_VERSION", "COMMAND_ACK"]).get_type() for _ in range(2)]

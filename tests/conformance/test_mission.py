@@ -18,17 +18,13 @@ NO_TOTAL = 65535
 DO_SET_MISSION_CURRENT = 224
 RESULT_UNSUPPORTED = 3
 NAN = float("nan")
-RETRY_S, GIVES_UP_S, SETTLE_S = 0.25, 5.0, 2.0
+RETRY_S, GIVES_UP_S, SETTLE_S, CURRENT_S = 0.25, 5.0, 5.0, 10.0
 HEADER_BYTES = 10
 ID_OF_THREE_ITEMS = 1161622139
-TRANSFER = [
-    "MISSION_REQUEST_INT",
-    "MISSION_REQUEST",
-    "MISSION_ACK",
-    "MISSION_COUNT",
-    "MISSION_ITEM_INT",
-    "MISSION_ITEM",
-]
+ASKED = ["MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK"]
+"""What an upload is answered; an item may be asked for once more while it is on its way."""
+GIVEN = ["MISSION_ACK", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM"]
+"""What a download is answered."""
 PAGE = "https://mavlink.io/en/services/mission.html"
 UP = ("MISSION_COUNT", "MISSION_REQUEST_INT", "MISSION_ITEM_INT", "MISSION_ACK")
 DOWN = ("MISSION_REQUEST_LIST", "MISSION_COUNT", "MISSION_REQUEST_INT", "MISSION_ITEM_INT")
@@ -66,7 +62,7 @@ def empty(station: Any) -> Iterator[None]:
 def count(station: Any, number: int, kind: int = MISSION) -> Any:
     """What MISSION_COUNT is answered."""
     station.mav.mission_count_send(station.system, 1, number, kind)
-    return station.receive(TRANSFER)
+    return station.receive(ASKED)
 
 
 def give(station: Any, seq: int, item: Item, kind: int = MISSION) -> None:
@@ -77,7 +73,7 @@ def give(station: Any, seq: int, item: Item, kind: int = MISSION) -> None:
 def answer(station: Any, seq: int, item: Item, kind: int = MISSION) -> Any:
     """What an item is answered; it may have been asked for again on its way."""
     give(station, seq, item, kind)
-    while (reply := station.receive(TRANSFER)).get_type() != "MISSION_ACK" and reply.seq == seq:
+    while (reply := station.receive(ASKED)).get_type() != "MISSION_ACK" and reply.seq == seq:
         pass
     return reply
 
@@ -85,7 +81,7 @@ def answer(station: Any, seq: int, item: Item, kind: int = MISSION) -> Any:
 def is_ignored(station: Any, seq: int, item: Item, wanted: int) -> bool:
     """Whether an item is not answered; what is wanted may be asked for again meanwhile."""
     give(station, seq, item)
-    asked = station.collect(TRANSFER, 0.1)
+    asked = station.collect(ASKED, 0.1)
     return all(each.get_type() == "MISSION_REQUEST_INT" and each.seq == wanted for each in asked)
 
 
@@ -94,7 +90,7 @@ def upload(station: Any, items: Sequence[Item], kind: int = MISSION) -> Any:
     reply = count(station, len(items), kind)
     while reply.get_type() != "MISSION_ACK":
         give(station, reply.seq, items[reply.seq], kind)
-        reply = station.receive(["MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK"])
+        reply = station.receive(ASKED)
         assert reply is not None
     return reply
 
@@ -134,7 +130,7 @@ def clear(station: Any, kind: int) -> Any:
     return station.receive("MISSION_ACK")
 
 
-def is_said(station: Any, text: str, limit_s: float = 3.0) -> bool:
+def is_said(station: Any, text: str, limit_s: float = 10.0) -> bool:
     """Whether a text comes; texts of what was before may come late."""
     end_s = time.monotonic() + limit_s
     while (left_s := end_s - time.monotonic()) > 0.0:
@@ -150,11 +146,18 @@ def plan_ids(message: Any, offset: int, number: int) -> tuple[int, ...]:
     return struct.unpack_from(f"<{number}I", payload, offset)
 
 
-def current(station: Any) -> tuple[int, int, int, int]:
-    """(seq, total, state, mode) of the second MISSION_CURRENT from now."""
-    station.receive("MISSION_CURRENT")
-    message = station.receive("MISSION_CURRENT")
-    return message.seq, message.total, message.mission_state, message.mission_mode
+def vehicle_time_s(station: Any) -> float:
+    return float(station.receive("ATTITUDE").time_boot_ms) / 1000.0
+
+
+def current(station: Any, *expected: int) -> tuple[int, int, int, int]:
+    """(seq, total, state, mode) of the first MISSION_CURRENT that is as expected, or of the last one in time."""
+    end_s = time.monotonic() + CURRENT_S
+    while (message := station.receive("MISSION_CURRENT")) is not None:
+        told = message.seq, message.total, message.mission_state, message.mission_mode
+        if told == expected or time.monotonic() > end_s:
+            break
+    return told
 
 
 # --- there and back ------------------------------------------------------------------------------------------
@@ -178,20 +181,27 @@ def test_a_plan_goes_up_and_comes_down_and_is_cleared(station: Any, kind: int) -
     end(station, ACCEPTED, kind)
 
 
-@pytest.mark.covers("MISSION_ITEM_INT", source="measured: item 0 is the current one; fence items do not continue")
+@pytest.mark.covers(
+    "MISSION_ITEM_INT",
+    source="measured mission/transcript/*, mission/plan/fence/*/stored: item 0 is current; a fence does not continue",
+)
 def test_what_px4_adds_to_items(station: Any) -> None:
     upload(station, SQUARE, FENCE)
     found = download(station, 4, FENCE)
     assert [(each.current, each.autocontinue, each.param1) for each in found] == [(1, 0, 4.0), *[(0, 0, 4.0)] * 3]
 
 
-@pytest.mark.covers(*UP, *DOWN, source="measured: a long plan comes back as it went")
+@pytest.mark.covers(*UP, *DOWN, source="measured mission/size/200/*: a long plan comes back as it went")
 def test_200_items(station: Any) -> None:
     assert upload(station, (TAKEOFF, *(Item(x=X + seq) for seq in range(1, 200)))).type == ACCEPTED
     assert [item.x for item in download(station, 200)] == [X + seq for seq in range(200)]
 
 
-@pytest.mark.covers("MISSION_ITEM", "MISSION_REQUEST", source="measured: who speaks in floats is answered in floats")
+@pytest.mark.covers(
+    "MISSION_ITEM",
+    "MISSION_REQUEST",
+    source="measured mission/transcript/mission/upload_float_int_frame: who speaks in floats is answered in floats",
+)
 def test_the_old_messages_with_floats(station: Any) -> None:
     reply = count(station, 1)
     assert reply.get_type() == "MISSION_REQUEST_INT"
@@ -209,7 +219,12 @@ def test_the_old_messages_with_floats(station: Any) -> None:
     assert station.receive("MISSION_ACK").type == ACCEPTED
 
 
-@pytest.mark.covers("MISSION_ACK", "MISSION_COUNT", "MISSION_CURRENT", source="measured: a CRC-32 of what was uploaded")
+@pytest.mark.covers(
+    "MISSION_ACK",
+    "MISSION_COUNT",
+    "MISSION_CURRENT",
+    source="measured mission/opaque_id/*: a CRC-32 of what was uploaded",
+)
 def test_the_opaque_id_of_a_plan_is_told_everywhere(station: Any) -> None:
     ack = upload(station, THREE)
     assert plan_ids(ack, 4, 1) == (ID_OF_THREE_ITEMS,)
@@ -217,14 +232,23 @@ def test_the_opaque_id_of_a_plan_is_told_everywhere(station: Any) -> None:
     end(station, ACCEPTED)
     assert plan_ids(announced(station), 5, 1) == (ID_OF_THREE_ITEMS,)
     end(station, ACCEPTED)
-    station.receive("MISSION_CURRENT")
+    assert current(station, 0, 3, NOT_STARTED, SUSPENDED)[1] == 3
     assert plan_ids(station.receive("MISSION_CURRENT"), 6, 3) == (ID_OF_THREE_ITEMS, 0, 0)
+
+
+@pytest.mark.covers("PARAM_VALUE", source="PX4 src/modules/navigator/MissionFeasibility/FeasibilityChecker.cpp")
+def test_once_a_mission_was_checked_the_parameters_of_its_check_are_in_the_list(station: Any) -> None:
+    upload(station, THREE)
+    for name in ("FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ"):
+        assert station.is_listed(name)
 
 
 # --- what is taken, and what is kept ---------------------------------------------------------------------------
 
 
-@pytest.mark.covers("MISSION_COUNT", source="measured: 10000 mission items, 64 of a fence, 32 rally points")
+@pytest.mark.covers(
+    "MISSION_COUNT", source="measured mission/count/*: 10000 mission items, 64 of a fence, 32 rally points"
+)
 @pytest.mark.parametrize(("kind", "most"), [(MISSION, 10_000), (FENCE, 64), (RALLY, 32)])
 def test_limits(station: Any, kind: int, most: int) -> None:
     reply = count(station, most, kind)
@@ -235,14 +259,20 @@ def test_limits(station: Any, kind: int, most: int) -> None:
         assert (reply.get_type(), reply.type, reply.mission_type) == ("MISSION_ACK", NO_SPACE, kind)
 
 
-@pytest.mark.covers("MISSION_COUNT", source="measured: nothing is a plan, too; no other kinds of plan are known")
+@pytest.mark.covers(
+    "MISSION_COUNT",
+    source="measured mission/count/mission/0, mission/plan/unknown_type_*: nothing is a plan, of three kinds",
+)
 @pytest.mark.parametrize(("number", "kind", "result"), [(0, MISSION, ACCEPTED), (1, 3, NO_SPACE), (1, ALL, NO_SPACE)])
 def test_counts_that_are_answered_at_once(station: Any, number: int, kind: int, result: int) -> None:
     reply = count(station, number, kind)
     assert (reply.get_type(), reply.type, reply.mission_type) == ("MISSION_ACK", result, kind)
 
 
-@pytest.mark.covers("MISSION_ACK", source="measured: frames, commands, and parameters that a command does not use")
+@pytest.mark.covers(
+    "MISSION_ACK",
+    source="measured mission/frame/*, mission/item_command/*, mission/bad_item/*: frames, commands, unused parameters",
+)
 @pytest.mark.parametrize(
     ("item", "result"),
     [
@@ -286,7 +316,7 @@ def test_items_of_a_mission(station: Any, item: Item, result: int) -> None:
     assert (ack.type, ack.mission_type) == (result, MISSION)
 
 
-@pytest.mark.covers("MISSION_ACK", source="measured: what is taken as a fence, and as rally points")
+@pytest.mark.covers("MISSION_ACK", source="measured mission/plan/*: what is taken as a fence, and as rally points")
 @pytest.mark.parametrize(
     ("kind", "items", "result"),
     [
@@ -308,7 +338,9 @@ def test_items_of_other_plans(station: Any, kind: int, items: list[Item], result
     assert (ack.type, ack.mission_type) == (result, kind)
 
 
-@pytest.mark.covers("MISSION_ITEM_INT", source="measured: kept in frames 5 and 6; yes or no for what is one")
+@pytest.mark.covers(
+    "MISSION_ITEM_INT", source="measured mission/item_stored/*: kept in frames 5 and 6; yes or no for what is one"
+)
 @pytest.mark.parametrize(
     ("item", "kept"),
     [
@@ -324,7 +356,9 @@ def test_what_is_kept_of_an_item(station: Any, item: Item, kept: tuple[int, int,
     assert (found.frame, found.command, params) == kept
 
 
-@pytest.mark.covers("MISSION_ACK", "STATUSTEXT", source="measured: a refused item ends the upload, and is told")
+@pytest.mark.covers(
+    "MISSION_ACK", "STATUSTEXT", source="measured mission/bad_item/*: a refused item ends the upload, and is told"
+)
 def test_a_refused_plan_leaves_the_old_one(station: Any) -> None:
     upload(station, THREE)
     assert upload(station, [TAKEOFF, Item(183)]).type == UNSUPPORTED
@@ -335,7 +369,7 @@ def test_a_refused_plan_leaves_the_old_one(station: Any) -> None:
 # --- order and silence -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.covers(*UP, source="measured: only the item that was asked for counts")
+@pytest.mark.covers(*UP, source="measured mission/order/upload/*: only the item that was asked for counts")
 def test_items_out_of_order_are_not_taken(station: Any) -> None:
     assert count(station, 4).seq == 0
     assert is_ignored(station, 2, THREE[2], wanted=0)
@@ -346,7 +380,8 @@ def test_items_out_of_order_are_not_taken(station: Any) -> None:
 
 
 @pytest.mark.covers(
-    "MISSION_COUNT", source="measured: repeated before the first item it is answered anew, later refused"
+    "MISSION_COUNT",
+    source="measured mission/order/upload/count_again: answered anew before the first item, then refused",
 )
 def test_a_count_again(station: Any) -> None:
     for _ in range(2):
@@ -358,7 +393,9 @@ def test_a_count_again(station: Any) -> None:
     assert is_said(station, "WPM: REJ. CMD: Busy\t")
 
 
-@pytest.mark.covers("MISSION_COUNT", source="measured: while one uploads, another is refused, and told so himself")
+@pytest.mark.covers(
+    "MISSION_COUNT", source="measured mission/concurrent/*: while one uploads, another is refused, and told so himself"
+)
 def test_one_upload_at_a_time(station: Any) -> None:
     assert count(station, 3).seq == 0
     station.mav.srcSystem = 254
@@ -372,7 +409,7 @@ def test_one_upload_at_a_time(station: Any) -> None:
 
 
 @pytest.mark.covers("MISSION_REQUEST_INT", source=f"{PAGE}#timeout")
-@pytest.mark.covers("MISSION_REQUEST_INT", source="measured: asked again every 0.27 s")
+@pytest.mark.covers("MISSION_REQUEST_INT", source="measured mission/silent_upload/*: asked again every 0.27 s")
 def test_an_item_that_does_not_come_is_asked_for_again(station: Any) -> None:
     assert count(station, 3).seq == 0
     assert answer(station, 0, TAKEOFF).seq == 1
@@ -381,21 +418,26 @@ def test_an_item_that_does_not_come_is_asked_for_again(station: Any) -> None:
     assert len(asked) in (2, 3, 4)
 
 
-@pytest.mark.covers("MISSION_COUNT", source="measured: told every 0.25 s until the first request")
-def test_the_count_is_told_again_until_an_item_is_asked_for(station: Any) -> None:
+@pytest.mark.covers("MISSION_REQUEST_INT", "STATUSTEXT", source="PX4 src/modules/mavlink/mavlink_mission.cpp")
+def test_an_upload_is_given_up_and_told(station: Any) -> None:
+    assert count(station, 3).seq == 0
+    began_s = vehicle_time_s(station)
+    assert is_said(station, "Mission sync timeout\t", 60.0)
+    assert vehicle_time_s(station) - began_s == pytest.approx(GIVES_UP_S, abs=0.5)
+    station.collect("MISSION_REQUEST_INT", 0.1)
+    assert station.receive("MISSION_REQUEST_INT", 2 * RETRY_S) is None
+
+
+@pytest.mark.covers("MISSION_COUNT", "STATUSTEXT", source="PX4 src/modules/mavlink/mavlink_mission.cpp")
+def test_a_count_that_nobody_takes_is_repeated_and_given_up(station: Any) -> None:
     upload(station, THREE)
     assert settled_count(station, 3) == 3
-    again = station.collect("MISSION_COUNT", 4 * RETRY_S + 0.1, at_least=2)
-    assert {each.count for each in again} == {3}
-    assert len(again) in (2, 3, 4)
-    end(station, ACCEPTED)
-
-
-@pytest.mark.covers("MISSION_REQUEST_INT", "STATUSTEXT", source="measured: given up after 5 s, and told")
-def test_an_upload_is_given_up(station: Any) -> None:
-    assert count(station, 3).seq == 0
-    assert is_said(station, "Mission sync timeout\t", GIVES_UP_S + 3.0)
-    assert station.receive("MISSION_REQUEST_INT", 2 * RETRY_S) is None
+    repeated = station.collect("MISSION_COUNT", 4 * RETRY_S + 0.1, at_least=2)
+    assert {each.count for each in repeated} == {3}
+    assert len(repeated) in (2, 3, 4, 5)
+    assert is_said(station, "Mission sync timeout\t", 60.0)
+    station.collect("MISSION_COUNT", 0.1)
+    assert station.receive("MISSION_COUNT", 2 * RETRY_S) is None
 
 
 @pytest.mark.covers("MISSION_ACK", source=f"{PAGE}#cancel")
@@ -409,14 +451,20 @@ def test_an_upload_is_cancelled(station: Any) -> None:
     end(station, ACCEPTED)
 
 
-@pytest.mark.covers("MISSION_ITEM_INT", "MISSION_ACK", source="measured: whose acknowledgement was lost gets it again")
+@pytest.mark.covers(
+    "MISSION_ITEM_INT",
+    "MISSION_ACK",
+    source="measured mission/order/idle/last_item_again: whose acknowledgement was lost gets it again",
+)
 def test_the_last_item_again_is_acknowledged_again(station: Any) -> None:
     upload(station, THREE)
     reply = answer(station, 2, THREE[2])
     assert (reply.get_type(), reply.type) == ("MISSION_ACK", ACCEPTED)
 
 
-@pytest.mark.covers("MISSION_ITEM_INT", "STATUSTEXT", source="measured: MAV_MISSION_ERROR, and a text")
+@pytest.mark.covers(
+    "MISSION_ITEM_INT", "STATUSTEXT", source="measured mission/order/idle/item: MAV_MISSION_ERROR, and a text"
+)
 def test_an_item_that_nobody_asked_for_is_refused(station: Any) -> None:
     upload(station, THREE)
     give(station, 7, THREE[1])
@@ -425,21 +473,24 @@ def test_an_item_that_nobody_asked_for_is_refused(station: Any) -> None:
     assert is_said(station, "IGN MISSION_ITEM: No transfer\t")
 
 
-@pytest.mark.covers("MISSION_REQUEST_INT", source="measured: no answer without a download")
+@pytest.mark.covers("MISSION_REQUEST_INT", source="measured mission/order/idle/request: no answer without a download")
 def test_a_request_without_a_download_has_no_answer(station: Any) -> None:
     upload(station, THREE)
     station.mav.mission_request_int_send(station.system, 1, 0, MISSION)
-    assert station.receive(TRANSFER, 0.4) is None
+    assert station.receive(GIVEN, 0.4) is None
 
 
-@pytest.mark.covers("MISSION_REQUEST_INT", "STATUSTEXT", source="measured: MAV_MISSION_ERROR ends the download; a text")
+@pytest.mark.covers(
+    "MISSION_REQUEST_INT",
+    "STATUSTEXT",
+    source="measured mission/order/download/*: MAV_MISSION_ERROR ends the download; a text",
+)
 @pytest.mark.parametrize("seq", [2, 9])
 def test_a_download_goes_item_by_item(station: Any, seq: int) -> None:
     upload(station, (*THREE, Item()))
     assert settled_count(station, 4) == 4
     station.mav.mission_request_int_send(station.system, 1, seq, MISSION)
-    reply = station.receive(TRANSFER)
-    assert (reply.get_type(), reply.type) == ("MISSION_ACK", ERROR)
+    assert station.receive("MISSION_ACK").type == ERROR
     assert is_said(station, "WPM: REJ. CMD: Req. WP was unexpected\t")
 
 
@@ -452,15 +503,19 @@ def test_an_item_is_sent_again(station: Any) -> None:
         assert station.receive("MISSION_ITEM_INT").seq == seq
 
 
-@pytest.mark.covers("MISSION_WRITE_PARTIAL_LIST", "MISSION_REQUEST_PARTIAL_LIST", source="measured: no answer")
+@pytest.mark.covers(
+    "MISSION_WRITE_PARTIAL_LIST", "MISSION_REQUEST_PARTIAL_LIST", source="measured mission/partial/*: no answer"
+)
 def test_partial_lists_are_not_known(station: Any) -> None:
     upload(station, THREE)
     station.mav.mission_write_partial_list_send(station.system, 1, 1, 2, MISSION)
     station.mav.mission_request_partial_list_send(station.system, 1, 1, 2, MISSION)
-    assert station.receive(TRANSFER, 0.5) is None
+    assert station.receive(GIVEN, 0.5) is None
 
 
-@pytest.mark.covers("MISSION_CLEAR_ALL", source="measured: accepted for all kinds, and for one that is not known")
+@pytest.mark.covers(
+    "MISSION_CLEAR_ALL", source="measured mission/clear/*: accepted for all kinds, and for one that is not known"
+)
 @pytest.mark.parametrize("kind", [ALL, 7])
 def test_clearing_other_kinds(station: Any, kind: int) -> None:
     upload(station, THREE)
@@ -476,24 +531,32 @@ def test_clearing_other_kinds(station: Any, kind: int) -> None:
 # --- the current item ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.covers("MISSION_CURRENT", source="measured: no total without a mission; not started with one")
+@pytest.mark.covers(
+    "MISSION_CURRENT", source="measured mission/current/after_upload: no total without a mission; not started with one"
+)
 def test_the_current_item_is_told(station: Any) -> None:
-    assert current(station) == (0, NO_TOTAL, NO_MISSION, SUSPENDED)
-    upload(station, THREE)
-    assert current(station) == (0, 3, NOT_STARTED, SUSPENDED)
+    for items, told in (((), (0, NO_TOTAL, NO_MISSION, SUSPENDED)), (THREE, (0, 3, NOT_STARTED, SUSPENDED))):
+        upload(station, items)
+        assert current(station, *told) == told
 
 
 @pytest.mark.covers("MISSION_SET_CURRENT", "MISSION_CURRENT", source="https://mavlink.io/en/messages/common.html")
 def test_the_current_item_is_set(station: Any) -> None:
+    """PX4's navigator has taken the mission over when MISSION_CURRENT tells it: before, it would begin it anew."""
     upload(station, (*THREE, Item()))
+    first, third = (0, 4, NOT_STARTED, SUSPENDED), (2, 4, NOT_STARTED, SUSPENDED)
+    assert current(station, *first) == first
     station.mav.mission_set_current_send(station.system, 1, 2)
-    assert current(station) == (2, 4, NOT_STARTED, SUSPENDED)
+    assert current(station, *third) == third
     station.mav.mission_set_current_send(station.system, 1, 4)
     assert is_said(station, "WPM: WP CURR CMD: Not in list\t")
-    assert current(station)[0] == 2
+    station.receive("MISSION_CURRENT")
+    assert current(station, *third) == third
 
 
-@pytest.mark.covers("MAV_CMD_DO_SET_MISSION_CURRENT", source="measured: MAV_RESULT_UNSUPPORTED")
+@pytest.mark.covers(
+    "MAV_CMD_DO_SET_MISSION_CURRENT", source="measured mission/set_current/command/*: MAV_RESULT_UNSUPPORTED"
+)
 def test_the_command_for_it_is_not_known(station: Any) -> None:
     upload(station, THREE)
     assert station.command(DO_SET_MISSION_CURRENT, 1) == RESULT_UNSUPPORTED

@@ -1,6 +1,5 @@
 """Offboard: the mode can be chosen on the ground, and armed only while setpoints come in."""
 
-import time
 from typing import Any
 
 import pytest
@@ -16,11 +15,9 @@ def test_arming_wants_setpoints(station: Any) -> None:
     station.set_mode(*OFFBOARD)
     try:
         assert station.command(ARM_DISARM, 1) == 1
-        for _ in range(20):
-            # Attitude without thrust: it may be armed with this, and stays where it is.
-            station.mav.set_attitude_target_send(0, station.system, 1, 0, LEVEL, 0.0, 0.0, 0.0, 0.0)
-            time.sleep(0.05)
-        assert station.command(ARM_DISARM, 1) == 0
-        assert station.command(ARM_DISARM, 0) == 0
+        # Attitude without thrust: it may be armed with this, and stays where it is.
+        level = (0, station.system, 1, 0, LEVEL, 0.0, 0.0, 0.0, 0.0)
+        assert station.arm_while(lambda: station.mav.set_attitude_target_send(*level)) == 0
     finally:
+        station.disarm()
         station.set_mode(*HOLD)

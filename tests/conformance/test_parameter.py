@@ -14,8 +14,18 @@ HASH = "_HASH_CHECK"
 RC_LOSS_T, RC_IN_MODE = "COM_RC_LOSS_T", "COM_RC_IN_MODE"
 """A number and an integer that every vehicle has."""
 CRUISE, GREATEST_SPEED = "MPC_XY_CRUISE", "MPC_XY_VEL_MAX"
-SETTLE_S = 3.0
+SETTLE_S = 10.0
 SILENCE_S = 0.5
+LATE = (
+    {"FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ"},
+    {"SENS_FLOW_MAXHGT", "SENS_FLOW_MAXR", "SENS_FLOW_MINHGT", "SENS_FLOW_RATE", "SENS_FLOW_ROT", "SENS_FLOW_SCALE"},
+)
+"""Parameters that join the list when a mission is checked (PX4 src/modules/navigator/MissionFeasibility/
+FeasibilityChecker.cpp), and with the first optical flow (src/modules/sensors/sensors.cpp)."""
+DOES_NOT_EXIST, READ_ONLY, TYPE_UNSUPPORTED, TYPE_MISMATCH = 1, 5, 6, 7
+"""MAV_PARAM_ERROR."""
+ERROR = ["PARAM_ERROR", "UNKNOWN_345"]
+"""Older pymavlinks do not know its name."""
 PAGE = "https://mavlink.io/en/services/parameter.html"
 
 pytestmark = pytest.mark.covers("PARAM_VALUE", source=PAGE)
@@ -54,16 +64,34 @@ def read(station: Any, name: str = "", index: int = -1, target: tuple[int, int] 
 def has_no_answer(station: Any, name: str = "", index: int = -1, target: tuple[int, int] | None = None) -> bool:
     """Whether PARAM_REQUEST_READ is not answered within half a second."""
     ask(station, name, index, target)
-    return station.receive("PARAM_VALUE", SILENCE_S) is None
+    return station.receive(["PARAM_VALUE", *ERROR], SILENCE_S) is None
+
+
+def refused(station: Any, name: str = "", index: int = -1) -> int | None:
+    """The error of the next PARAM_ERROR, if it is ours and about that name or index; None if a PARAM_VALUE comes first.
+
+    The index of a name that was asked for, and the name of an index, are unset memory in PX4.
+    """
+    message = station.receive(["PARAM_VALUE", *ERROR])
+    if message is None or message.get_type() == "PARAM_VALUE":
+        return None
+    frame = bytes(message.get_msgbuf())
+    payload = frame[HEADER_BYTES : HEADER_BYTES + frame[1]].ljust(21, b"\0")
+    told_index, system, component, told_name, error = struct.unpack("<hBB16sB", payload)
+    assert (system, component) == (255, 190)
+    assert told_index == index if index >= 0 else told_name.rstrip(b"\0").decode() == name
+    return int(error)
 
 
 def set_value(station: Any, name: str, value: float | int, kind: int) -> None:
-    station.mav.param_set_send(station.system, 1, name.encode(), wire(value, kind), kind)
+    station.set_parameter(name, wire(value, kind), kind)
 
 
 @pytest.fixture(scope="module")
 def listed(station: Any) -> list[Any]:
     """The answers to PARAM_REQUEST_LIST, the hash first."""
+    while values(station, "", SILENCE_S):
+        pass  # what PX4 tells by itself
     station.mav.param_request_list_send(station.system, 1)
     first = station.receive("PARAM_VALUE")
     return [first, *(station.receive("PARAM_VALUE") for _ in range(first.param_count))]
@@ -81,7 +109,9 @@ def restored(station: Any) -> Iterator[None]:
             values(station, name, 0.3)
 
 
-@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: the hash comes first, then all by name, indices in order")
+@pytest.mark.covers(
+    "PARAM_REQUEST_LIST", source="measured param_list/*: the hash comes first, then all by name, indices in order"
+)
 def test_the_list_is_whole_and_in_order(listed: list[Any]) -> None:
     first, *others = listed
     assert (first.param_id, first.param_index, first.param_type) == (HASH, NO_INDEX, UINT32)
@@ -93,10 +123,15 @@ def test_the_list_is_whole_and_in_order(listed: list[Any]) -> None:
 
 
 @pytest.mark.airframe(10044)
-@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: 947 parameters of the simulated hexacopter")
+@pytest.mark.covers(
+    "PARAM_REQUEST_LIST", source="measured param_list/param_count: 947 parameters of the simulated hexacopter"
+)
 def test_the_list_of_the_simulated_hexacopter(listed: list[Any]) -> None:
-    assert len(listed) == 1 + 947
-    found = {each.param_index: (each.param_id, each.param_type) for each in listed[1:]}
+    """Once started; what joins it later does so together."""
+    names = {each.param_id for each in listed[1:]}
+    assert all(late <= names or not late & names for late in LATE)
+    found = [(each.param_id, each.param_type) for each in listed[1:] if each.param_id not in set.union(*LATE)]
+    assert len(found) == 947
     assert [found[index] for index in (0, 1, 946)] == [
         ("ASPD_SCALE_1", REAL32),
         ("ATT_EN", INT32),
@@ -105,22 +140,35 @@ def test_the_list_of_the_simulated_hexacopter(listed: list[Any]) -> None:
     assert (found[147], found[550]) == (("CA_ROTOR11_KM", REAL32), ("MC_ROLLRATE_P", REAL32))
 
 
-@pytest.mark.covers("PARAM_REQUEST_LIST", source="measured: asked for again, the list begins again")
+@pytest.mark.covers(
+    "PARAM_REQUEST_LIST",
+    source="measured param_list/restart_when_requested_again/*: asked for again, the list begins again",
+)
 def test_a_list_that_is_asked_for_again_begins_again(station: Any, listed: list[Any]) -> None:
     station.mav.param_request_list_send(station.system, 1)
     begun = [station.receive("PARAM_VALUE").param_index for _ in range(100)]
     station.mav.param_request_list_send(station.system, 1)
-    indices = begun + [message.param_index for message in station.collect("PARAM_VALUE", 1.5)]
+    indices, last = list(begun), listed[0].param_count - 1
+    while (message := station.receive("PARAM_VALUE")) is not None and message.param_index != last:
+        indices.append(message.param_index)
     assert indices.count(0) == 2
-    assert set(range(listed[0].param_count)) <= set(indices)
+    assert set(range(last)) <= set(indices)
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: _HASH_CHECK, whatever its value, ends the list")
+@pytest.mark.covers(
+    "PARAM_SET", source="PX4 src/modules/mavlink/mavlink_parameters.cpp: _HASH_CHECK, whatever its value, ends the list"
+)
 def test_setting_the_hash_ends_the_list(station: Any, listed: list[Any]) -> None:
     station.mav.param_request_list_send(station.system, 1)
     assert station.receive("PARAM_VALUE").param_id == HASH
     station.mav.param_set_send(station.system, 1, HASH.encode(), 0.0, UINT32)
     assert len(station.collect("PARAM_VALUE", 1.0)) < len(listed) // 2
+
+
+@pytest.mark.covers("PARAM_SET", "PARAM_ERROR", source="PX4 src/modules/mavlink/mavlink_parameters.cpp")
+def test_the_hash_can_not_be_set(station: Any) -> None:
+    station.mav.param_set_send(station.system, 1, HASH.encode(), 0.0, UINT32)
+    assert refused(station, HASH) == READ_ONLY
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source=PAGE)
@@ -137,7 +185,7 @@ def test_a_parameter_is_read_by_its_name(station: Any, listed: list[Any], name: 
 
 
 @pytest.mark.covers("PARAM_REQUEST_READ", source=PAGE)
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: an index counts, whatever the name says")
+@pytest.mark.covers("PARAM_REQUEST_READ", source="measured param_read/index/*: an index counts, whatever the name says")
 @pytest.mark.parametrize("name", ["", RC_LOSS_T])
 @pytest.mark.parametrize("place", [0, 1, 500, -1])
 def test_a_parameter_is_read_by_its_index(station: Any, listed: list[Any], name: str, place: int) -> None:
@@ -147,7 +195,8 @@ def test_a_parameter_is_read_by_its_index(station: Any, listed: list[Any], name:
 
 
 @pytest.mark.covers(
-    "PARAM_REQUEST_READ", source="measured: the hash, and a parameter outside the list, have index 65535"
+    "PARAM_REQUEST_READ",
+    source="measured param_read/inactive, param_list/first: what the list has not has index 65535",
 )
 @pytest.mark.parametrize(("name", "kind"), [(HASH, UINT32), ("FW_T_CLMB_MAX", REAL32)])
 def test_what_the_list_has_not_is_read_without_an_index(station: Any, listed: list[Any], name: str, kind: int) -> None:
@@ -156,20 +205,24 @@ def test_what_the_list_has_not_is_read_without_an_index(station: Any, listed: li
     assert message.param_count == listed[0].param_count
 
 
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: no answer")
+@pytest.mark.covers("PARAM_REQUEST_READ", "PARAM_ERROR", source="PX4 src/modules/mavlink/mavlink_parameters.cpp")
 @pytest.mark.parametrize(
     ("name", "index"), [("NO_SUCH_PARAM", -1), ("com_rc_loss_t", -1), ("", -1), ("", 32767), ("", -2)]
 )
-def test_what_is_not_there_has_no_answer(station: Any, name: str, index: int) -> None:
-    assert has_no_answer(station, name, index)
+def test_what_is_not_there_can_not_be_read(station: Any, name: str, index: int) -> None:
+    ask(station, name, index)
+    assert refused(station, name, index) == DOES_NOT_EXIST
 
 
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: no answer")
+@pytest.mark.covers("PARAM_REQUEST_READ", "PARAM_ERROR", source="PX4 src/modules/mavlink/mavlink_parameters.cpp")
 def test_after_the_last_index_there_is_nothing(station: Any, listed: list[Any]) -> None:
-    assert has_no_answer(station, "", listed[0].param_count)
+    ask(station, "", listed[0].param_count)
+    assert refused(station, index=listed[0].param_count) == DOES_NOT_EXIST
 
 
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: PX4 wants its own system, and component 1 or all")
+@pytest.mark.covers(
+    "PARAM_REQUEST_READ", source="measured param_target/read/*: PX4 wants its own system, and component 1 or all"
+)
 @pytest.mark.parametrize(
     ("offset", "component", "answered"), [(0, 1, True), (0, 0, True), (0, 190, False), (77, 1, False)]
 )
@@ -177,17 +230,23 @@ def test_targets(station: Any, offset: int, component: int, answered: bool) -> N
     target = station.system + offset, component
     if answered:
         assert read(station, RC_LOSS_T, target=target).param_id == RC_LOSS_T
+        ask(station, "NO_SUCH_PARAM", target=target)
+        assert refused(station, "NO_SUCH_PARAM") == DOES_NOT_EXIST
     else:
         assert has_no_answer(station, RC_LOSS_T, target=target)
+        assert has_no_answer(station, "NO_SUCH_PARAM", target=target)
 
 
-@pytest.mark.covers("PARAM_REQUEST_READ", source="measured: a broadcast has no answer")
+@pytest.mark.covers("PARAM_REQUEST_READ", source="measured param_target/read/0/0: a broadcast has no answer")
 @pytest.mark.parametrize("component", [0, 1])
 def test_a_broadcast_has_no_answer(station: Any, component: int) -> None:
     assert has_no_answer(station, RC_LOSS_T, target=(0, component))
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: an echo to who sets it, then what is new to all links")
+@pytest.mark.covers(
+    "PARAM_SET",
+    source="measured param_set/float/echo_gcs, param_set/int/*: an echo to who sets it, then what is new to all links",
+)
 @pytest.mark.parametrize(("name", "kind", "value"), [(RC_LOSS_T, REAL32, 6.5), (RC_IN_MODE, INT32, 2)])
 def test_a_changed_value_is_told_twice(station: Any, listed: list[Any], name: str, kind: int, value: float) -> None:
     expected = next(each for each in listed if each.param_id == name)
@@ -200,34 +259,41 @@ def test_a_changed_value_is_told_twice(station: Any, listed: list[Any], name: st
     assert value_of(read(station, name)) == value
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: one echo, as nothing has changed")
+@pytest.mark.covers("PARAM_SET", source="measured param_set/same_value/echo_gcs: one echo, as nothing has changed")
 def test_the_same_value_is_told_once(station: Any) -> None:
     before = value_of(read(station, RC_LOSS_T))
     set_value(station, RC_LOSS_T, before, REAL32)
     assert values(station, RC_LOSS_T, 0.25, at_least=1) == [before]
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: ignored without an answer")
+@pytest.mark.covers("PARAM_SET", "PARAM_ERROR", source="PX4 src/modules/mavlink/mavlink_parameters.cpp")
 @pytest.mark.parametrize(
-    ("name", "value", "kind"),
+    ("name", "value", "kind", "error"),
     [
-        (RC_LOSS_T, 7, INT32),
-        (RC_IN_MODE, 3.0, REAL32),
-        (RC_IN_MODE, 1, UINT8),
-        (RC_IN_MODE, 1, INT16),
-        (RC_IN_MODE, 1, UINT32),
-        ("NO_SUCH_PARAM", 1.0, REAL32),
+        (RC_LOSS_T, 7, INT32, TYPE_MISMATCH),
+        (RC_IN_MODE, 3.0, REAL32, TYPE_MISMATCH),
+        (RC_IN_MODE, 1, UINT8, TYPE_UNSUPPORTED),
+        (RC_IN_MODE, 1, INT16, TYPE_UNSUPPORTED),
+        (RC_IN_MODE, 1, UINT32, TYPE_UNSUPPORTED),
     ],
 )
-def test_another_type_or_name_is_ignored(station: Any, name: str, value: float, kind: int) -> None:
-    before = read(station, name)
-    set_value(station, name, value, kind)
-    assert values(station, name, 0.4) == []
-    after = read(station, name)
-    assert (before is None and after is None) or value_of(before) == value_of(after)
+def test_a_value_of_another_type_is_refused(station: Any, name: str, value: float, kind: int, error: int) -> None:
+    before = value_of(read(station, name))
+    station.mav.param_set_send(station.system, 1, name.encode(), wire(value, kind), kind)
+    assert refused(station, name) == error
+    assert value_of(read(station, name)) == before
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: the service does not look at bounds")
+@pytest.mark.covers("PARAM_SET", "PARAM_ERROR", source="PX4 src/modules/mavlink/mavlink_parameters.cpp")
+def test_what_is_not_there_can_not_be_set(station: Any) -> None:
+    station.mav.param_set_send(station.system, 1, b"NO_SUCH_PARAM", 1.0, REAL32)
+    assert refused(station, "NO_SUCH_PARAM") == DOES_NOT_EXIST
+
+
+@pytest.mark.covers(
+    "PARAM_SET",
+    source="measured param_set/float_above_max/*, param_set/int_above_max/*: the service does not look at bounds",
+)
 @pytest.mark.parametrize(("name", "value", "kind"), [(RC_LOSS_T, -3.0, REAL32), (RC_IN_MODE, 99, INT32)])
 def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, kind: int) -> None:
     set_value(station, name, value, kind)
@@ -237,19 +303,24 @@ def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, k
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
-@pytest.mark.covers("PARAM_SET", source="measured: the position controller lowers MPC_XY_CRUISE to MPC_XY_VEL_MAX")
+@pytest.mark.covers(
+    "PARAM_SET",
+    source="measured flights/parameter_coupling: the position controller lowers MPC_XY_CRUISE to MPC_XY_VEL_MAX",
+)
 def test_a_cruise_speed_above_the_greatest_is_lowered(station: Any) -> None:
     greatest = value_of(read(station, GREATEST_SPEED))
     set_value(station, CRUISE, 5000.0, REAL32)
     assert value_of(station.receive("PARAM_VALUE")) == 5000.0
-    told = []
-    while (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None and greatest not in told:
+    told: list[float | int] = []
+    while greatest not in told and (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None:
         told += [value_of(message)] if message.param_id == CRUISE else []
     assert greatest in told
     assert value_of(read(station, CRUISE)) == greatest
 
 
-@pytest.mark.covers("PARAM_SET", source="measured: NaN is kept, and is no change that other links hear of")
+@pytest.mark.covers(
+    "PARAM_SET", source="measured param_set/float_nan/*: NaN is kept, and is no change that other links hear of"
+)
 def test_nan_is_taken(station: Any) -> None:
     set_value(station, RC_LOSS_T, math.nan, REAL32)
     told = values(station, RC_LOSS_T, 0.25, at_least=1)
@@ -258,7 +329,7 @@ def test_nan_is_taken(station: Any) -> None:
     assert math.isnan(value_of(read(station, RC_LOSS_T)))
 
 
-@pytest.mark.covers("PARAM_SET", "PARAM_REQUEST_READ", source="measured: the hash follows the values")
+@pytest.mark.covers("PARAM_SET", "PARAM_REQUEST_READ", source="measured param_hash/*: the hash follows the values")
 def test_the_hash_changes_with_a_value_and_comes_back_with_it(station: Any) -> None:
     before = value_of(read(station, RC_LOSS_T))
     hashes = []
@@ -268,42 +339,3 @@ def test_the_hash_changes_with_a_value_and_comes_back_with_it(station: Any) -> N
         hashes.append(value_of(read(station, HASH)))
     assert hashes[0] != hashes[1]
     assert hashes[0] == hashes[2]
-
-
-@pytest.mark.covers("PARAM_ERROR", "PARAM_REQUEST_READ", source="measured: error 1, DOES_NOT_EXIST")
-@pytest.mark.parametrize(
-    ("name", "index"), [("NO_SUCH_PARAM", -1), ("com_rc_loss_t", -1), ("", -1), ("", 32767), ("", -2)]
-)
-@pytest.mark.parametrize("component", [0, 1])
-def test_reading_what_is_not_there_is_refused(station: Any, name: str, index: int, component: int) -> None:
-    ask(station, name, index, (station.system, component))
-    refusal = station.receive("PARAM_ERROR")
-    assert refusal.error == 1
-    assert (refusal.target_system, refusal.target_component) == (255, 190)
-    assert (refusal.param_index if index >= 0 else refusal.param_id) == (index if index >= 0 else name)
-
-
-@pytest.mark.covers("PARAM_ERROR", "PARAM_SET", source="measured: errors 1, 5, 6 and 7")
-@pytest.mark.parametrize(
-    ("name", "value", "kind", "error"),
-    [
-        ("NO_SUCH_PARAM", 1.0, REAL32, 1),
-        (HASH, 0, UINT32, 5),
-        (RC_IN_MODE, 1, UINT8, 6),
-        (RC_IN_MODE, 1, UINT32, 6),
-        (RC_IN_MODE, 3.0, REAL32, 7),
-        (RC_LOSS_T, 7, INT32, 7),
-    ],
-)
-def test_setting_what_cannot_be_set_is_refused(station: Any, name: str, value: float, kind: int, error: int) -> None:
-    set_value(station, name, value, kind)
-    refusal = station.receive("PARAM_ERROR")
-    assert (refusal.param_id, refusal.error) == (name, error)
-
-
-@pytest.mark.covers("PARAM_ERROR", source="measured: its own system, and component 1 or all")
-@pytest.mark.parametrize("target", [(0, 0), (0, 1), (77, 1), (None, 190)])
-def test_a_refusal_is_for_whom_asked_this_autopilot(station: Any, target: tuple[int | None, int]) -> None:
-    system = station.system if target[0] is None else target[0]
-    ask(station, "NO_SUCH_PARAM", target=(system, target[1]))
-    assert station.receive("PARAM_ERROR", SILENCE_S) is None

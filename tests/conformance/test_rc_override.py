@@ -11,7 +11,10 @@ CENTRE, UNUSED = 1500, 65535
 @pytest.mark.covers(
     "RC_CHANNELS_OVERRIDE", "RC_CHANNELS", source="https://mavlink.io/en/messages/common.html#RC_CHANNELS_OVERRIDE"
 )
-@pytest.mark.covers("RC_CHANNELS", source="measured: eight channels, full strength, UINT16_MAX for the others")
+@pytest.mark.covers(
+    "RC_CHANNELS",
+    source="measured misc/rc_override/rc_channels: eight channels, full strength, UINT16_MAX for the others",
+)
 def test_channels_are_shown(station: Any) -> None:
     for _ in range(20):
         station.mav.rc_channels_override_send(station.system, 1, *(CENTRE,) * 8)

@@ -49,7 +49,8 @@ def custom_mode(main: int, sub: int) -> int:
 
 @pytest.mark.covers("MAV_CMD_DO_SET_MODE", "HEARTBEAT", source=f"{PAGE}#MAV_CMD_DO_SET_MODE")
 @pytest.mark.covers(
-    "MAV_CMD_DO_SET_MODE", source="measured: on the ground every mode may be chosen, also unflyable ones"
+    "MAV_CMD_DO_SET_MODE",
+    source="measured mode/disarmed/DO_SET_MODE/*: on the ground every mode may be chosen, also unflyable ones",
 )
 @pytest.mark.parametrize(("mode", "base_mode"), SELECTABLE.items())
 def test_a_mode_is_chosen(station: Any, mode: tuple[int, int], base_mode: int) -> None:
@@ -58,14 +59,19 @@ def test_a_mode_is_chosen(station: Any, mode: tuple[int, int], base_mode: int) -
     assert (beat.custom_mode, beat.base_mode) == (custom_mode(*mode), base_mode)
 
 
-@pytest.mark.covers("MAV_CMD_DO_SET_MODE", source="measured: MAV_RESULT_TEMPORARILY_REJECTED, and the mode stays")
+@pytest.mark.covers(
+    "MAV_CMD_DO_SET_MODE",
+    source="measured mode/disarmed/DO_SET_MODE/*: MAV_RESULT_TEMPORARILY_REJECTED, and the mode stays",
+)
 @pytest.mark.parametrize("mode", REFUSED)
 def test_a_mode_that_nobody_can_choose_is_refused(station: Any, mode: tuple[int, int]) -> None:
     assert station.command(DO_SET_MODE, CUSTOM, *mode) == TEMPORARILY_REJECTED
     assert station.heartbeat().custom_mode == custom_mode(*HOLD)
 
 
-@pytest.mark.covers("MAV_CMD_DO_SET_MODE", source="measured: main mode AUTO without a sub mode is MISSION")
+@pytest.mark.covers(
+    "MAV_CMD_DO_SET_MODE", source="measured mode/disarmed/DO_SET_MODE/*: main mode AUTO without a sub mode is MISSION"
+)
 @pytest.mark.parametrize(("asked", "chosen"), [((4, 0), (4, 4)), ((3, 3), (3, 0))])
 def test_a_sub_mode_that_is_not_known(station: Any, asked: tuple[int, int], chosen: tuple[int, int]) -> None:
     assert station.command(DO_SET_MODE, CUSTOM, *asked) == ACCEPTED
@@ -73,7 +79,9 @@ def test_a_sub_mode_that_is_not_known(station: Any, asked: tuple[int, int], chos
 
 
 @pytest.mark.covers("SET_MODE", "COMMAND_ACK", source=f"{PAGE}#SET_MODE")
-@pytest.mark.covers("SET_MODE", source="measured: answered as MAV_CMD_DO_SET_MODE, as QGroundControl expects")
+@pytest.mark.covers(
+    "SET_MODE", source="measured mode/disarmed/SET_MODE/*: answered as MAV_CMD_DO_SET_MODE, as QGroundControl expects"
+)
 @pytest.mark.parametrize(("main", "sub", "result"), [(1, 0, 0), (2, 0, 0), (3, 0, 0), (4, 4, 0), (4, 5, 0), (99, 0, 1)])
 def test_set_mode(station: Any, main: int, sub: int, result: int) -> None:
     station.mav.set_mode_send(station.system, CUSTOM, custom_mode(main, sub))

@@ -9,7 +9,10 @@ STABILIZED, HOLD = (7, 0), (4, 3)
 
 
 @pytest.mark.covers("STATUSTEXT", source="https://mavlink.io/en/messages/common.html#STATUSTEXT")
-@pytest.mark.covers("STATUSTEXT", source="measured: text and severity of a refused arming; each text has the next id")
+@pytest.mark.covers(
+    "STATUSTEXT",
+    source="measured mode/arm_in/*/texts, misc/text/chunking: text and severity; each has the next id",
+)
 def test_a_long_text_comes_in_chunks(station: Any) -> None:
     station.set_mode(*STABILIZED)
     ids = []

@@ -93,14 +93,19 @@ def rates_hz(station: Any) -> dict[str, float]:
 
 
 @pytest.mark.airframe(10044)
-@pytest.mark.covers(*RATES_HZ, source="measured: what PX4 streams to a ground station, and no more")
+@pytest.mark.covers(
+    *RATES_HZ, source="measured stream/gcs/disarmed/*: what PX4 streams to a ground station, and no more"
+)
 def test_these_messages_are_streamed(rates_hz: dict[str, float]) -> None:
     assert set(rates_hz) == set(RATES_HZ)
 
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.covers(name, source="measured: its rate")) for name in RATES_HZ],
+    [
+        pytest.param(name, marks=pytest.mark.covers(name, source=f"measured stream/gcs/disarmed/{name}: its rate"))
+        for name in RATES_HZ
+    ],
 )
 def test_rate(station: Any, rates_hz: dict[str, float], name: str) -> None:
     if station.airframe != 10044 and (name in PARTS or name not in rates_hz):

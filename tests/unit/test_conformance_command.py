@@ -16,8 +16,13 @@ from sitl_emu.core import dialect
 from sitl_emu.run import conformance, conformance_report
 from sitl_emu.run.conformance import Conformance, Covers, Result
 
+from .measurements import is_known
+
 ROOT = Path(__file__).parents[2]
-SOURCE = re.compile(r"https://(mavlink\.io|docs\.px4\.io)/\S+|PX4 parameter [A-Z0-9_]+\b.*|measured: .+")
+SOURCE = re.compile(
+    r"https://(mavlink\.io|docs\.px4\.io)/\S+|PX4 parameter [A-Z0-9_]+\b.*|PX4 src/\S+\.(cpp|hpp|py|yaml)(: .+)?|"
+    r"measured (?P<ids>[^:]+): .+"
+)
 NAMES = {codec.msgname for codec in dialect.mavlink_map.values()} | {
     entry.name for entry in dialect.enums["MAV_CMD"].values()
 }
@@ -80,7 +85,10 @@ def run_of(*results: Result) -> Conformance:
 
 
 def result(test: str, outcome: str, reason: str = "") -> Result:
-    covers = (Covers(("PARAM_SET", "MAV_CMD_DO_SET_HOME"), "https://mavlink.io/en/"), Covers((), "measured: a|b <2>"))
+    covers = (
+        Covers(("PARAM_SET", "MAV_CMD_DO_SET_HOME"), "https://mavlink.io/en/"),
+        Covers((), "measured a/b: a|b <2>"),
+    )
     return Result("parameter", "Parameter protocol", test, covers, outcome, reason, 0.5)
 
 
@@ -97,7 +105,7 @@ def test_the_page_tells_what_is_tested_what_failed_why_it_is_expected_and_what_i
         assert piece in text
     missing = text[text.index("Not tested") :]
     assert "PARAM_REQUEST_LIST" in missing and "PARAM_SET" not in missing and "MAV_CMD_DO_SET_MODE" in missing
-    cell = r"measured: a\|b &lt;2&gt;" if suffix == ".md" else "measured: a|b &lt;2&gt;"
+    cell = r"measured a/b: a\|b &lt;2&gt;" if suffix == ".md" else "measured a/b: a|b &lt;2&gt;"
     assert cell in text
 
 
@@ -158,8 +166,11 @@ def test_every_conformance_test_tells_where_its_expectation_comes_from(items: li
     for item in items:
         sources = [marker.kwargs.get("source", "") for marker in item.iter_markers("covers")]
         assert any(sources), f"{item.nodeid}: no source"
-        wrong = [source for source in sources if source and not SOURCE.fullmatch(source)]
-        assert not wrong, f"{item.nodeid}: {wrong}: see tests/conformance/README.md"
+        for source in filter(None, sources):
+            told = SOURCE.fullmatch(source)
+            assert told, f"{item.nodeid}: {source}: see tests/conformance/README.md"
+            unknown = [name for name in (told["ids"] or "").split(", ") if name and not is_known(name)]
+            assert not unknown, f"{item.nodeid}: no such measurement: {unknown}"
 
 
 def test_the_wheel_carries_the_conformance_tests(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ from autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
 UNSTABLE_US = 2_500_000
-"""The GPS has told something else for so long; PX4 was seen to say so 2 to 3 s after its position was moved away."""
+"""The GPS has told something else for so long: ours, in place of the innovation filters of EKF2 (ekf2/EKF2.cpp)."""
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -58,7 +58,7 @@ def sensor_combined(pack: Pack, record: SensorCombined) -> bytes:
 
 @row("vehicle_acceleration")
 def vehicle_acceleration(pack: Pack, record: SensorCombined) -> bytes:
-    """Specific force, as measured."""
+    """Specific force, not filtered."""
     return pack(record.timestamp, record.timestamp, *record.accelerometer_m_s2)
 
 

@@ -1,9 +1,9 @@
 """SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL: change and ask the rate of a stream on the link of the command.
 
-As measured on PX4 v1.18 and in its MavlinkReceiver::set_message_interval: a negative interval stops a stream, 0 (or
-NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs, and so does a
-command with parameters that PX4 does not know (3, 4, and 7: where to send the answer). REQUEST_DATA_STREAM has no
-effect.
+As measured on PX4 v1.18 (interval/set/*) and in its MavlinkReceiver::set_message_interval: a negative interval stops a
+stream, 0 (or NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs,
+and so does a command with parameters that PX4 does not know (3, 4, and 7: where to send the answer).
+REQUEST_DATA_STREAM has no effect.
 """
 
 import math

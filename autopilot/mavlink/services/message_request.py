@@ -16,7 +16,7 @@ from sitl_emu.core import dialect as mavlink
 
 REQUEST_MESSAGE = 512
 ACCEPTED_IN_SILENCE = frozenset({292})
-"""Accepted without anything being sent, as measured (ESC_EEPROM)."""
+"""Accepted without anything being sent, as measured: ESC_EEPROM (request_message/292)."""
 OF_SERVICES = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
 """Sent by services in PX4, so that there is no stream to ask."""
 
