@@ -4,13 +4,16 @@ import time
 from typing import Any
 
 import pytest
+from pymavlink.dialects.v20 import common
 
 ACTUATOR_TEST, DO_MOTOR_TEST, REQUEST_MESSAGE, SERVO_OUTPUT_RAW = 310, 209, 512, 36
 ACCEPTED, UNSUPPORTED = 0, 3
 DISARMED_PWM, SLOWEST_PWM = 900, 1000
 LITTLE = 0.01
-"""Thrust of a tested motor. PX4's simulation tips a vehicle on the ground over by it; the opposite one (1 and 2, 3 and
-4 of a hexacopter and of a quadcopter) tips it back."""
+OPPOSITE = {"MAV_TYPE_HEXAROTOR": {1: 4, 3: 6}, "MAV_TYPE_QUADROTOR": {1: 2, 3: 4}}
+"""PX4's simulation lets a tested motor tip a vehicle over on the ground, which has no friction there, and a calibration
+wants it level: the opposite motor, tested for as long, tips it back."""
+OUTPUTS = {"MAV_TYPE_HEXAROTOR": 6, "MAV_TYPE_QUADROTOR": 4}
 LIMIT_S = 30.0
 NAN = float("nan")
 
@@ -22,13 +25,21 @@ pytestmark = [
 ]
 
 
+def kind(station: Any) -> str:
+    return str(common.enums["MAV_TYPE"][station.vehicle_type].name)
+
+
+def and_its_opposite(station: Any, motor: int) -> tuple[int, int]:
+    return motor, OPPOSITE[kind(station)][motor]
+
+
 def outputs(station: Any) -> tuple[float, list[int]]:
-    """Vehicle time in seconds, and PWM of the first four outputs, which are asked for where they are not streamed."""
+    """Vehicle time in seconds, and PWM of the motors' outputs, which are asked for where they are not streamed."""
     while station.link.recv_match(blocking=False) is not None:
         pass
     station.mav.command_long_send(station.system, 1, REQUEST_MESSAGE, 0, SERVO_OUTPUT_RAW, *(0.0,) * 6)
     message = station.receive("SERVO_OUTPUT_RAW")
-    return message.time_usec / 1e6, [getattr(message, f"servo{n}_raw") for n in range(1, 5)]
+    return message.time_usec / 1e6, [getattr(message, f"servo{n + 1}_raw") for n in range(OUTPUTS[kind(station)])]
 
 
 def outputs_when(station: Any, motor: int, turns: bool) -> tuple[float, list[int]]:
@@ -50,26 +61,26 @@ def actuator_test(station: Any, value: float, seconds: float, function: float) -
     "SERVO_OUTPUT_RAW",
     source="PX4 src/modules/simulation/pwm_out_sim/PWMSim.hpp: a disarmed output of the simulation stands at 900 µs",
 )
-@pytest.mark.parametrize("motor", [3, 4])
-def test_a_motor_turns_until_its_time_is_over(station: Any, motor: int) -> None:
-    began_s, standing = outputs(station)
-    assert standing == [DISARMED_PWM] * 4
-    assert actuator_test(station, LITTLE, 1.5, motor) == ACCEPTED
-    _, turning = outputs_when(station, motor - 1, turns=True)
-    assert turning.pop(motor - 1) > SLOWEST_PWM
-    assert turning == [DISARMED_PWM] * 3
-    ended_s, standing = outputs_when(station, motor - 1, turns=False)
-    assert standing == [DISARMED_PWM] * 4
-    assert ended_s - began_s > 1.4
+def test_a_motor_turns_until_its_time_is_over(station: Any) -> None:
+    for motor in and_its_opposite(station, 3):
+        began_s, standing = outputs(station)
+        assert set(standing) == {DISARMED_PWM}
+        assert actuator_test(station, LITTLE, 1.5, motor) == ACCEPTED
+        _, turning = outputs_when(station, motor - 1, turns=True)
+        assert turning.pop(motor - 1) > SLOWEST_PWM
+        assert set(turning) == {DISARMED_PWM}
+        ended_s, standing = outputs_when(station, motor - 1, turns=False)
+        assert set(standing) == {DISARMED_PWM}
+        assert ended_s - began_s > 1.4
 
 
-@pytest.mark.parametrize("motor", [1, 2])
-def test_a_motor_is_released_before_its_time(station: Any, motor: int) -> None:
-    assert actuator_test(station, LITTLE, 30.0, motor) == ACCEPTED
-    outputs_when(station, motor - 1, turns=True)
-    assert actuator_test(station, NAN, 0.0, motor) == ACCEPTED
-    _, standing = outputs_when(station, motor - 1, turns=False)
-    assert standing == [DISARMED_PWM] * 4
+def test_a_motor_is_released_before_its_time(station: Any) -> None:
+    for motor in and_its_opposite(station, 1):
+        assert actuator_test(station, LITTLE, 30.0, motor) == ACCEPTED
+        outputs_when(station, motor - 1, turns=True)
+        assert actuator_test(station, NAN, 0.0, motor) == ACCEPTED
+        _, standing = outputs_when(station, motor - 1, turns=False)
+        assert set(standing) == {DISARMED_PWM}
 
 
 @pytest.mark.covers(
