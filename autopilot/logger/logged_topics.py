@@ -9,9 +9,12 @@ from autopilot.logger.rows import commander, control, estimator, navigator, outs
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
 TRUTH = "groundtruth"
-ESTIMATOR_MS = 500
-SLOW = frozenset({"estimator_fusion_control", "estimator_sensor_bias", "yaw_estimator_status"})
-"""PX4 logs estimators twice a second, and these once; its simulation at 100 Hz and more, which costs too much here."""
+ESTIMATOR_MS: Mapping[str, int] = {
+    **dict.fromkeys(("estimator_event_flags", "estimator_status_flags"), 10),
+    "estimator_status": 200,
+    **dict.fromkeys(("estimator_fusion_control", "estimator_sensor_bias", "yaw_estimator_status"), 1000),
+}
+"""All others of the estimator: 500 ms. PX4's simulation logs them at 100 Hz and more, which costs too much here."""
 
 
 class LoggedTopic(NamedTuple):
@@ -57,7 +60,7 @@ COMMON = (
     LoggedTopic("vehicle_angular_velocity", 20, estimator.vehicle_angular_velocity),
     LoggedTopic("vehicle_local_position", 100, estimator.vehicle_local_position),
     LoggedTopic("vehicle_global_position", 200, estimator.vehicle_global_position),
-    *(LoggedTopic(name, 1000 if name in SLOW else ESTIMATOR_MS, row) for name, row in estimator.OWN_NAMES.items()),
+    *(LoggedTopic(name, ESTIMATOR_MS.get(name, 500), row) for name, row in estimator.OWN_NAMES.items()),
     LoggedTopic("wind", 1000, estimator.wind),
     LoggedTopic("vehicle_land_detected", STATE_MS, estimator.vehicle_land_detected, state=True),
     LoggedTopic("vehicle_control_mode", STATE_MS, commander.vehicle_control_mode, "vehicle_status", state=True),
