@@ -96,7 +96,7 @@ class Autopilot:
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.started = self._started_modules()
         failures = FailureInjectionManager(*shared)
-        estimator_commands = EstimatorCommands(self.estimator, self.topics)
+        estimator_commands = EstimatorCommands(self.estimator, *shared)
         owners = (
             self.commander,
             self.navigator,

@@ -5,16 +5,25 @@ barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_Q
 NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
 BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
 stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Calibrations (CAL_*,
-SENS_BOARD_*_OFF) are applied; nothing else is filtered or averaged here, and HIL_STATE_QUATERNION (the truth) is kept
-for the log alone.
+SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and SENS_MAG_RATE
+(vehicle_air_data, vehicle_magnetometer); HIL_STATE_QUATERNION (the truth) is kept for the log alone.
 """
 
 import math
+from typing import NamedTuple
 
 from autopilot.battery_estimator import BatteryEstimator
 from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
+from autopilot.imu_integrator import ImuIntegrator
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import NONE, corrected_accel, corrected_gyro, corrected_mag, corrections_of
+from autopilot.sensor_calibration import (
+    NONE,
+    Corrections,
+    corrected_accel,
+    corrected_gyro,
+    corrected_mag,
+    corrections_of,
+)
 from autopilot.topics import (
     NAN,
     BatteryStatus,
@@ -23,12 +32,14 @@ from autopilot.topics import (
     GroundTruth,
     RangingBeaconRange,
     SensorBaro,
-    SensorCombined,
     SensorGps,
+    SensorImu,
     SensorMag,
     SensorsStatusImu,
     Topics,
     Vector3,
+    VehicleAirData,
+    VehicleMagnetometer,
 )
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import (
@@ -64,11 +75,53 @@ WRONG_EAST_DEG = 100.0 / 111_195.0
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
 LOWEST_QNH_HPA = 500.0
 """SENS_BARO_QNH has this for its lower bound."""
+GAS_CONSTANT_J_KG_K = 287.1
+ABSOLUTE_ZERO_C = -273.15
+QUALITY_STEPS = 99
+
+
+class GpsQuality(NamedTuple):
+    """What HIL_GPS does not carry: accuracy of the speed (m/s), dilutions of precision."""
+
+    s_variance_m_s: float
+    hdop: float
+    vdop: float
+
+
+SIH_GPS, SIH_GPS_NO_FIX = GpsQuality(0.4, 0.7, 1.1), GpsQuality(100.0, 100.0, 100.0)
+"""PX4's sensor_gps_sim (src/modules/simulation/sensor_gps_sim/SensorGpsSim.cpp), which SENS_EN_GPSSIM starts."""
+MAVLINK_GPS = GpsQuality(0.25, 0.0, 0.0)
+"""PX4's simulator_mavlink (SimulatorMavlink.cpp, handle_message_hil_gps)."""
+FIX_3D = 3
+
+
+class Mean:
+    """Adds up samples of a sensor, and hands out their mean no more often than a rate (VehicleMagnetometer.cpp)."""
+
+    def __init__(self, values: int, *, keeps_pace: bool) -> None:
+        """`keeps_pace`: the next mean is due an interval after the last was, not after the last one's time."""
+        self._sums, self._keeps_pace = [0.0] * values, keeps_pace
+        self._time_sum_us = self._count = self._last_us = 0
+
+    def add(self, time_us: int, values: tuple[float, ...], rate_hz: float) -> tuple[int, tuple[float, ...]] | None:
+        """Time and values of a mean that is due, or None."""
+        self._sums = [total + value for total, value in zip(self._sums, values, strict=True)]
+        self._time_sum_us += time_us
+        self._count += 1
+        mean_us = self._time_sum_us // self._count
+        if not rate_hz > 0.0 or mean_us < self._last_us + 1e6 / rate_hz:
+            return None
+        due_us = self._last_us + int(1e6 / rate_hz)
+        behind = mean_us > due_us + 1e6 / rate_hz
+        self._last_us = mean_us if behind or not self._keeps_pace else due_us
+        mean = tuple(total / self._count for total in self._sums)
+        self._sums, self._time_sum_us, self._count = [0.0] * len(mean), 0, 0
+        return mean_us, mean
 
 
 class Sensors:
-    """Writer of sensor_combined, sensor_baro, _mag and _gps, distance_sensor, battery_status, esc_status,
-    ranging_beacon and groundtruth."""
+    """Writer of sensor_imu, _combined, _baro, _mag and _gps, vehicle_magnetometer, vehicle_air_data, distance_sensor,
+    battery_status, esc_status, ranging_beacon and groundtruth."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -77,6 +130,9 @@ class Sensors:
         self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
         """FAILURE_TYPE of each."""
         self._imu_fails = False
+        self._integrator = ImuIntegrator(topics)
+        self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(2, keeps_pace=True)
+        self._mag_calibrations = self._baro_calibrations = 0
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
         self._cell_v = NAN
@@ -92,8 +148,9 @@ class Sensors:
             self._note_failures()
         if self._parameters.version != self._version:
             self._version = self._parameters.version
-            self._corrections = corrections_of(self._parameters)
+            known, self._corrections = self._corrections, corrections_of(self._parameters)
             self._corrects = self._corrections != NONE
+            self._count_calibrations(known)
         for message in messages:
             if type(message) is HilSensor:
                 self._on_hil_sensor(message)
@@ -111,6 +168,12 @@ class Sensors:
             elif type(message) is RangingBeacon:
                 self._on_ranging_beacon(message)
         return self._now_us
+
+    def _count_calibrations(self, before: Corrections) -> None:
+        """Who averages and estimates begins anew with another calibration."""
+        after = self._corrections
+        self._mag_calibrations += (before.mag_offset, before.mag_matrix) != (after.mag_offset, after.mag_matrix)
+        self._baro_calibrations += before.baro_offset_pa != after.baro_offset_pa
 
     def _note_failures(self) -> None:
         self._failures = failures = self._topics.failure_injection
@@ -134,27 +197,50 @@ class Sensors:
         if makes_sense and self._imu_fails:
             self._publish_failing_imu(now_us, gyro, accel)
         elif makes_sense:
-            topics.sensor_combined = SensorCombined(now_us, gyro, accel)
+            topics.sensor_imu = SensorImu(now_us, gyro, accel)
+            self._integrator.update(now_us, gyro, accel)
         mag_updated = updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and math.isfinite(sum(field))
         if mag_updated and self._mag != OFF:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
+            due = self._mag_mean.add(now_us, field, self._parameters["SENS_MAG_RATE"])
+            if due is not None:
+                sample_us, (x, y, z) = due
+                topics.vehicle_magnetometer = VehicleMagnetometer(now_us, sample_us, (x, y, z), self._mag_calibrations)
         if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
             if self._baro == STUCK:
                 topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
-                return
-            sea_level_hpa = float(self._parameters["SENS_BARO_QNH"])
-            baro_alt_m = altitude_m(pressure_hpa, sea_level_hpa)
-            topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
+                pressure_hpa, temperature_c = topics.sensor_baro.pressure_pa * 0.01, topics.sensor_baro.temperature_c
+            else:
+                baro_alt_m = altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"]))
+                topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
+            self._average_baro(now_us, pressure_hpa, temperature_c)
+
+    def _average_baro(self, now_us: int, pressure_hpa: float, temperature_c: float) -> None:
+        due = self._baro_mean.add(now_us, (pressure_hpa, temperature_c), self._parameters["SENS_BARO_RATE"])
+        if due is None:
+            return
+        sample_us, (pressure_hpa, temperature_c) = due
+        pressure_pa = pressure_hpa * 100.0
+        self._topics.vehicle_air_data = VehicleAirData(
+            now_us,
+            sample_us,
+            altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"])),
+            pressure_pa,
+            temperature_c,
+            pressure_pa / (GAS_CONSTANT_J_KG_K * max(temperature_c - ABSOLUTE_ZERO_C, 1.0)),
+            self._baro_calibrations,
+        )
 
     def _publish_failing_imu(self, now_us: int, gyro: Vector3, accel: Vector3) -> None:
         """Without one of them there is no sensor_combined, as in PX4."""
         if OFF in (self._gyro, self._accel):
             return
-        last = self._topics.sensor_combined
+        last = self._topics.sensor_imu
         gyro = last.gyro_rad_s if self._gyro == STUCK else gyro
         accel = last.accelerometer_m_s2 if self._accel == STUCK else accel
-        self._topics.sensor_combined = SensorCombined(now_us, gyro, accel)
+        self._topics.sensor_imu = SensorImu(now_us, gyro, accel)
+        self._integrator.update(now_us, gyro, accel)
 
     def _on_hil_gps(self, message: HilGps) -> None:
         if self._gps == OFF:
@@ -166,6 +252,9 @@ class Sensors:
         latitude_deg, longitude_deg = message.lat * 1e-7, message.lon * 1e-7
         if self._gps == WRONG:
             longitude_deg += WRONG_EAST_DEG / max(math.cos(math.radians(latitude_deg)), 1e-6)
+        quality = MAVLINK_GPS
+        if self._parameters["SENS_EN_GPSSIM"]:
+            quality = SIH_GPS if message.fix_type >= FIX_3D else SIH_GPS_NO_FIX
         self._topics.sensor_gps = SensorGps(
             timestamp,
             latitude_deg,
@@ -178,6 +267,7 @@ class Sensors:
             NAN if message.epv == UNKNOWN_DOP else message.epv * 1e-2,
             message.fix_type,
             message.satellites_visible,
+            *quality,
         )
 
     def _on_distance_sensor(self, message: DistanceSensor) -> None:

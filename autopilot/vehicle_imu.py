@@ -6,9 +6,9 @@ from sample to sample, the coning metric that of the corrections which its integ
 
 import itertools
 import math
-from operator import itemgetter, mul
+from operator import attrgetter, itemgetter, mul
 
-from autopilot.topics import SensorCombined, Topics, Vector3, VehicleImuStatus
+from autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
 
 EVERY, SAMPLES = 50, 25
 """Of so many ticks the last ones are looked at: PX4 does so with all, and tells of it twice as often."""
@@ -26,6 +26,7 @@ class VehicleImu:
         self._topics = topics
         self._ticks = 0
         self._samples: list[SensorCombined] = []
+        self._raw: list[SensorImu] = []
         self._accel_vibration = self._gyro_vibration = 0.0
 
     def update(self, now_us: int) -> None:
@@ -34,17 +35,20 @@ class VehicleImu:
         if ticks < EVERY - SAMPLES:
             return
         self._samples.append(self._topics.sensor_combined)
+        self._raw.append(self._topics.sensor_imu)
         if ticks == EVERY:
             self._publish(now_us)
             self._samples.clear()
+            self._raw.clear()
             self._ticks = 0
 
     def _publish(self, now_us: int) -> None:
         gyro, accel = (list(map(itemgetter(place), self._samples)) for place in (1, 2))
         self._accel_vibration = filtered(self._accel_vibration, accel)
         self._gyro_vibration = filtered(self._gyro_vibration, gyro)
-        mean_accel, var_accel = mean_and_variance(accel)
-        mean_gyro, var_gyro = mean_and_variance(gyro)
+        raw_gyro, raw_accel = ([*map(attrgetter(name), self._raw)] for name in ("gyro_rad_s", "accelerometer_m_s2"))
+        mean_accel, var_accel = mean_and_variance(raw_accel)
+        mean_gyro, var_gyro = mean_and_variance(raw_gyro)
         self._topics.vehicle_imu_status = VehicleImuStatus(
             now_us,
             self._accel_vibration,

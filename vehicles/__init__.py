@@ -85,8 +85,9 @@ def read(folder: pathlib.Path) -> Vehicle:
         raise VehicleError(f"{where}: there must be exactly one of the tables propulsion, chassis, sih_rover")
     if file.propulsion is not None and (file.gear is None or file.aerodynamics is None):
         raise VehicleError(f"{where}: with propulsion, the tables gear and aerodynamics are needed too")
+    parameters = {"SIM_GPS_USED": file.sensors.gps.satellites, **_airframe(airframe)}
     return Vehicle(
-        folder.name, file.description, mass, moments, file.battery, file.sensors, _airframe(airframe),
+        folder.name, file.description, mass, moments, file.battery, file.sensors, parameters,
         file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
         file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
     )  # fmt: skip

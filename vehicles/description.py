@@ -138,29 +138,37 @@ class Magnetometer:
 
 @dataclass(frozen=True, slots=True)
 class Barometer:
-    """White noise, and a slow Gauss-Markov drift with its time constant."""
+    """White noise, and a slow Gauss-Markov drift with its time constant.
+
+    `polar_of_normals` gives the noise the distribution of PX4's SensorBaroSim.
+    """
 
     noise_pa: Annotated[float, Limits(0.0)]
     rate_hz: Annotated[float, Limits(1.0, 250.0)]
     drift_pa: Annotated[float, Limits(0.0)] = 0.0
     drift_time_s: Annotated[float, Limits(1.0)] = 300.0
     temperature_c: Annotated[float, Limits(-40.0, 85.0)] = 15.0
+    polar_of_normals: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Gps:
-    """Per-axis standard deviations: white noise and Gauss-Markov drift of position, white noise of velocity."""
+    """Per-axis standard deviations: white noise and Gauss-Markov drift of position and of velocity; what it reports."""
 
     rate_hz: Annotated[float, Limits(1.0, 50.0)]
     noise_horizontal_m: Annotated[float, Limits(0.0)]
     noise_vertical_m: Annotated[float, Limits(0.0)]
     drift_horizontal_m: Annotated[float, Limits(0.0)]
     drift_vertical_m: Annotated[float, Limits(0.0)]
-    drift_time_s: Annotated[float, Limits(1.0)]
+    drift_time_s: Annotated[float, Limits(0.01)]
     noise_velocity_m_s: Annotated[float, Limits(0.0)]
     eph_m: Annotated[float, Limits(0.01)]
     epv_m: Annotated[float, Limits(0.01)]
-    satellites: Annotated[int, Limits(0, 60)]
+    satellites: Annotated[int, Limits(0, 50)]
+    """In use; also what the airframe's SIM_GPS_USED starts from."""
+    drift_velocity_horizontal_m_s: Annotated[float, Limits(0.0)] = 0.0
+    drift_velocity_vertical_m_s: Annotated[float, Limits(0.0)] = 0.0
+    drift_velocity_time_s: Annotated[float, Limits(0.01)] = 1.0
 
 
 @dataclass(frozen=True, slots=True)

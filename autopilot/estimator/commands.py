@@ -1,15 +1,18 @@
 """Commands to the estimator, as PX4's EKF2 takes them (src/modules/ekf2/EKF2.cpp, v1.18).
 
-EXTERNAL_POSITION_ESTIMATE moves the position, whatever aids it, and what aids it brings it back. DO_SET_GLOBAL_ORIGIN
-moves the local frame under the vehicle. EXTERNAL_WIND_ESTIMATE sets the wind on the ground alone, and PX4 answers it
-twice: the filter accepts it, the commander does not know it. An external heading is accepted and changes nothing here.
+EXTERNAL_POSITION_ESTIMATE moves the position, whatever aids it, and what aids it brings it back.
+EXTERNAL_ATTITUDE_ESTIMATE turns the heading. DO_SET_GLOBAL_ORIGIN moves the local frame under the vehicle.
+EXTERNAL_WIND_ESTIMATE sets the wind on the ground alone, and PX4 answers it twice: the filter accepts it, the commander
+does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arming EKF2_SENS_EN keeps that.
 """
 
 import math
 
 from autopilot.commands import CommandResult, answer_later
-from autopilot.estimator.estimator import Estimator
-from autopilot.topics import Topics, VehicleCommand, WindEstimate
+from autopilot.estimator import external_estimates
+from autopilot.estimator.estimator import ENABLE_BITS, Estimator
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 EXTERNAL_ATTITUDE_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE
@@ -18,10 +21,9 @@ EXTERNAL_WIND_ESTIMATE = 43004
 """MAV_CMD_EXTERNAL_WIND_ESTIMATE, of MAVLink's development dialect."""
 DO_SET_GLOBAL_ORIGIN: int = mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
 ESTIMATOR_SENSOR_ENABLE: int = mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE
-FUSION_SOURCES = range(9)
-"""MAV_CMD_ESTIMATOR_SENSOR_ENABLE, param1: GPS, optical flow, vision, auxiliary position, barometer, range finder,
-magnetometer, airspeed, beacon."""
 UNKNOWN_ACCURACY_M = 50.0
+UNKNOWN_HEADING_ACCURACY_DEG = 20.0
+LONGEST_DELAY_S = 15.0
 ACCEPTED = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
 FAILED = CommandResult(mavlink.MAV_RESULT_FAILED)
 UNSUPPORTED = CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
@@ -29,7 +31,7 @@ TEMPORARILY_REJECTED = CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
 
 
 class EstimatorCommands:
-    """Owner of the five; writes wind when it is told."""
+    """Owner of the five."""
 
     COMMANDS = frozenset(
         {
@@ -41,9 +43,9 @@ class EstimatorCommands:
         }
     )
 
-    def __init__(self, estimator: Estimator, topics: Topics) -> None:
-        self._filter = estimator.filter
-        self._topics = topics
+    def __init__(self, estimator: Estimator, topics: Topics, parameters: Parameters) -> None:
+        self._ekf, self._fusion = estimator.ekf, estimator.fusion
+        self._topics, self._parameters = topics, parameters
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
         """Decide and act."""
@@ -52,42 +54,75 @@ class EstimatorCommands:
         if command.command == EXTERNAL_POSITION_ESTIMATE:
             return self._position(now_us, command)
         if command.command == EXTERNAL_WIND_ESTIMATE:
-            return self._wind(now_us, command)
+            return self._wind(command)
         if command.command == EXTERNAL_ATTITUDE_ESTIMATE:
-            return ACCEPTED if math.isfinite(command.param3) else UNSUPPORTED
+            return self._attitude(command)
         if not _is_place(command):
             return FAILED
-        self._filter.move_origin(now_us, command.param5, command.param6, command.param7)
+        self._ekf.move_origin(command.param5, command.param6, command.param7)
         return ACCEPTED
 
     def _sensor_enable(self, command: VehicleCommand) -> CommandResult:
-        """param1 is the source, param3 whether it may be used; there is one of each (param2)."""
+        """param1 is the source, param3 whether it may be used (1); there is one of each (param2)."""
         source = int(command.param1) if math.isfinite(command.param1) else -1
-        if source not in FUSION_SOURCES:
+        if not 0 <= source < len(ENABLE_BITS):
             return UNSUPPORTED
-        others = self._filter.disabled - {source}
-        self._filter.disabled = others if command.param3 > 0.5 else others | {source}
-        return ACCEPTED
+        enable = math.isfinite(command.param3) and int(command.param3) == 1
+        others = self._ekf.disabled - {source}
+        self._ekf.disabled = others if enable else others | {source}
+        if not self._topics.vehicle_status.armed:
+            enabled = sum(bits for other, bits in enumerate(ENABLE_BITS) if other not in self._ekf.disabled)
+            self._parameters.set("EKF2_SENS_EN", enabled | SECOND_GPS_BIT & int(self._parameters["EKF2_SENS_EN"]))
+        return ACCEPTED if not enable or self._available(source) else TEMPORARILY_REJECTED
+
+    def _available(self, source: int) -> bool:
+        """A parameter has switched the sensor on."""
+        value = self._parameters
+        wanted = (
+            value["EKF2_GPS_CTRL"],
+            value["EKF2_OF_CTRL"],
+            value["EKF2_EV_CTRL"],
+            any(value[f"EKF2_AGP{number}_CTRL"] for number in range(4)),
+            value["EKF2_BARO_CTRL"],
+            value["EKF2_RNG_CTRL"],
+            value["EKF2_MAG_TYPE"] != MAG_TYPE_NONE,
+            value["EKF2_ARSP_THR"] > 0.0,
+            value["EKF2_RNGBC_CTRL"],
+        )
+        return bool(wanted[source])
 
     def _position(self, now_us: int, command: VehicleCommand) -> CommandResult:
-        """param2 is the delay (s), param3 the accuracy (1 σ, m), param5 and param6 are latitude and longitude."""
+        """param2 is the delay (s), param3 the accuracy (1 σ, m), param5 to 7 latitude, longitude and altitude."""
         if not all(map(math.isfinite, (command.param2, command.param5, command.param6))):
             return TEMPORARILY_REJECTED
         if not _is_place(command):
             return FAILED
         accuracy_m = command.param3 if 0.0 < command.param3 < math.inf else UNKNOWN_ACCURACY_M
-        self._filter.take_position(now_us, command.param5, command.param6, accuracy_m)
+        measured_us = now_us - int(min(max(command.param2, 0.0), LONGEST_DELAY_S) * 1e6)
+        place = (command.param5, command.param6, command.param7)
+        external_estimates.take_position(self._ekf, place, accuracy_m, measured_us)
         return ACCEPTED
 
-    def _wind(self, now_us: int, command: VehicleCommand) -> CommandResult:
-        """param1 is the speed (m/s), param3 where the wind comes from (degrees)."""
-        speed_m_s, direction_rad = command.param1, math.radians(command.param3)
-        if self._topics.vehicle_land_detected.landed and math.isfinite(speed_m_s) and math.isfinite(direction_rad):
-            speed_m_s = max(speed_m_s, 0.0)
-            north, east = -speed_m_s * math.cos(direction_rad), -speed_m_s * math.sin(direction_rad)
-            self._topics.wind = WindEstimate(now_us, north, east)
+    def _attitude(self, command: VehicleCommand) -> CommandResult:
+        """param3 is the heading, param7 its accuracy (1 σ; degrees)."""
+        if not math.isfinite(command.param3):
+            return UNSUPPORTED
+        accuracy_deg = command.param7 if math.isfinite(command.param7) else UNKNOWN_HEADING_ACCURACY_DEG
+        external_estimates.take_heading(self._ekf, math.radians(command.param3), math.radians(accuracy_deg))
+        return ACCEPTED
+
+    def _wind(self, command: VehicleCommand) -> CommandResult:
+        """param1 is the speed (m/s), param3 where the wind comes from; param2 and param4 their accuracies (degrees)."""
+        told = (command.param1, math.radians(command.param3), command.param2, math.radians(command.param4))
+        if not self._ekf.flags.in_air and math.isfinite(told[0] + told[1]):
+            external_estimates.take_wind(self._ekf, *told)
+            self._fusion.drag.wind_told = True
         answer_later(self._topics, command, UNSUPPORTED)
         return ACCEPTED
+
+
+MAG_TYPE_NONE = 5
+SECOND_GPS_BIT = 1 << 1
 
 
 def _is_place(command: VehicleCommand) -> bool:

@@ -1,10 +1,11 @@
-"""The filter's covariance: 15 error states, predicted and updated with numpy.
+"""The filter's covariance: 24 error states, predicted and updated with numpy, in place.
 
-Error states, in this order: attitude (3, small rotation in NED, rad), velocity NED (3), position NED (3), gyro bias
-(3, rad/s), accelerometer bias (3, m/s²). This is the usual error-state filter (Solà, "Quaternion kinematics for the
-error-state Kalman filter", 2017, with the global angular error), with the noise parameters and their meaning as in
-PX4's EKF2 (src/modules/ekf2/EKF/covariance.cpp, v1.18), which adds the square of noise times step at every 10 ms
-step. Magnetic field and wind, states 16 to 24 of EKF2, are left out.
+Error states in PX4's order (src/modules/ekf2/EKF, state.h, v1.18): attitude (3, small rotation in NED, rad), velocity
+NED (3), position NED (3), gyro bias (3), accelerometer bias (3), Earth's magnetic field (3), magnetic bias of the body
+(3), wind NE (2), terrain (1). This is the error-state filter with the global angular error (Solà, "Quaternion
+kinematics for the error-state Kalman filter", 2017). Noise parameters mean what they mean in PX4 (covariance.cpp): each
+adds the square of noise times step at every step of the filter. PX4 predicts at every step; here several steps are
+predicted at once when something is to be fused, which neglects what attitude errors do to position within these 64 ms.
 """
 
 from typing import Any
@@ -12,77 +13,68 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autopilot.topics import Vector3
-
 Matrix = NDArray[Any]
-STATES = 15
-ATTITUDE, VELOCITY, POSITION, GYRO_BIAS, ACCEL_BIAS = 0, 3, 6, 9, 12
-EKF_STEP_S = 0.01
-"""EKF2_PREDICT_US: the step to which PX4's noise parameters refer."""
+STATES = 24
+ATTITUDE, VELOCITY, POSITION, GYRO_BIAS, ACCEL_BIAS, MAG_I, MAG_B, WIND, TERRAIN = 0, 3, 6, 9, 12, 15, 18, 21, 23
+YAW, HEIGHT = ATTITUDE + 2, POSITION + 2
+MOVING, DRIVING = 9, 15
+"""States that change by themselves, and those that make them change."""
+FLOOR = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
+"""PX4's lower limits of variances (constrainStateVariances)."""
 
 
-def initial(
-    tilt_rad: float, yaw_rad: float, velocity_m_s: float, position_m: float, gyro_bias: float, accel_bias: float
-) -> Matrix:
-    """Covariance at the start: standard deviations on the diagonal."""
-    sigmas = [tilt_rad, tilt_rad, yaw_rad] + [velocity_m_s] * 3 + [position_m] * 3 + [gyro_bias] * 3 + [accel_bias] * 3
-    return np.diag(np.square(np.array(sigmas)))
+def transition() -> Matrix:
+    """The part of the transition matrix that is not an identity's, (9, 15), at rest; `predict` overwrites it."""
+    return np.eye(MOVING, DRIVING)
 
 
-def noise_rates(gyro_noise: float, accel_noise: float, gyro_bias_noise: float, accel_bias_noise: float) -> Matrix:
-    """Growth of the variances per second, shape (15,), from EKF2_GYR_NOISE, EKF2_ACC_NOISE and their biases'."""
-    rates = np.zeros(STATES)
-    rates[0:3] = gyro_noise**2 * EKF_STEP_S
-    rates[3:6] = accel_noise**2 * EKF_STEP_S
-    rates[9:12] = gyro_bias_noise**2 * EKF_STEP_S
-    rates[12:15] = accel_bias_noise**2 * EKF_STEP_S
-    return rates
+def predict(p: Matrix, a: Matrix, rotation: tuple[float, ...], force: tuple[float, float, float], dt_s: float) -> None:
+    """Propagate `p` over `dt_s`: `rotation` body to NED by rows, `force` the specific force integrated in NED (m/s).
 
-
-def predict(
-    covariance: Matrix, rotation: list[float], delta_velocity: Vector3, dt_s: float, noise: Matrix, transition: Matrix
-) -> Matrix:
-    """The covariance `dt_s` later.
-
-    `rotation`: body to NED, 9 numbers by rows; `delta_velocity`: specific force integrated over the step, NED, m/s;
-    `noise`: see `noise_rates`; `transition`: scratch (15, 15), an identity at first, overwritten.
+    `a` is `transition`'s, kept between calls.
     """
-    r = np.array(rotation).reshape(3, 3)
-    dvn, dve, dvd = delta_velocity
-    transition[0:3, 9:12] = r * -dt_s
-    transition[3:6, 12:15] = r * -dt_s
-    transition[3, 1], transition[3, 2] = dvd, -dve
-    transition[4, 0], transition[4, 2] = -dvd, dvn
-    transition[5, 0], transition[5, 1] = dve, -dvn
-    transition[6, 3] = transition[7, 4] = transition[8, 5] = dt_s
-    predicted: Matrix = transition @ covariance @ transition.T
-    predicted.flat[:: STATES + 1] += noise * dt_s
-    return predicted
+    a[0:3, 9:12] = a[3:6, 12:15] = np.array(rotation).reshape(3, 3) * -dt_s
+    dvn, dve, dvd = force
+    a[3, 1], a[3, 2], a[4, 0], a[4, 2], a[5, 0], a[5, 1] = dvd, -dve, -dvd, dvn, dve, -dvn
+    a[6, 3] = a[7, 4] = a[8, 5] = dt_s
+    moved = a @ p[:DRIVING]
+    others = moved[:, MOVING:]
+    p[:MOVING, MOVING:] = others
+    p[MOVING:, :MOVING] = others.T
+    np.matmul(moved[:, :DRIVING], a.T, out=p[:MOVING, :MOVING])
 
 
-def fuse(covariance: Matrix, correction: Matrix, index: int, innovation: float, variance: float) -> None:
-    """Fuse one direct observation of state `index`, in place.
-
-    `innovation` is measured minus estimated before any `correction` (15,) of this batch, which is accounted for here
-    and added to: the caller puts the batch's correction into its state at the end, and zeroes it.
-    """
-    row = covariance[index].copy()
-    gain = row / (row[index] + variance)
-    correction += gain * (innovation - correction[index])
-    covariance -= np.outer(gain, row)
+def update(p: Matrix, gain: Matrix, ph: Matrix, innovation_variance: float) -> None:
+    """Joseph's update for any gain, in place: `ph` is P·H, `innovation_variance` H·P·H + R."""
+    half = gain[:, np.newaxis] * (ph - (0.5 * innovation_variance) * gain)
+    p -= half
+    p -= half.T
 
 
-def symmetric(covariance: Matrix, floor: Matrix) -> Matrix:
-    """The covariance freed of what rounding did: symmetric, its diagonal at least `floor` (15,)."""
-    tidy: Matrix = (covariance + covariance.T) * 0.5
-    diagonal = tidy.flat[:: STATES + 1]
-    tidy.flat[:: STATES + 1] = np.maximum(diagonal, floor)
-    return tidy
+def update_optimal(p: Matrix, gain: Matrix, ph: Matrix) -> None:
+    """The same for Kalman's own gain, `ph` / innovation variance, which is shorter."""
+    p -= gain[:, np.newaxis] * ph
 
 
-def forget(covariance: Matrix, first: int, count: int, variance: float) -> None:
-    """Make `count` states from `first` unknown: no correlation, the variance as given. For resets."""
-    covariance[first : first + count, :] = 0.0
-    covariance[:, first : first + count] = 0.0
-    for index in range(first, first + count):
-        covariance[index, index] = variance
+def update_one(p: Matrix, index: int, gain: float, ph: Matrix, innovation_variance: float) -> None:
+    """The same for a gain that is zero but for state `index`."""
+    variance = float(p[index, index]) - 2.0 * gain * float(ph[index]) + gain * gain * innovation_variance
+    row = p[index] - gain * ph
+    row[index] = variance
+    p[index] = row
+    p[:, index] = row
+
+
+def uncorrelate(p: Matrix, first: int, variances: tuple[float, ...]) -> None:
+    """Make states from `first` on independent of all others, with these variances."""
+    last = first + len(variances)
+    p[first:last, :] = 0.0
+    p[:, first:last] = 0.0
+    for index, variance in enumerate(variances, first):
+        p[index, index] = variance
+
+
+def raise_to_floor(p: Matrix) -> None:
+    """Keep the variances from vanishing."""
+    diagonal = p.reshape(-1)[:: STATES + 1]
+    np.maximum(diagonal, FLOOR, out=diagonal)

@@ -1,139 +1,270 @@
-"""The estimator: attitude, velocity and position from noisy sensors alone.
+"""The estimator: PX4's EKF2 (src/modules/ekf2, v1.18).
 
-An error-state Kalman filter with the behaviour and the parameters of PX4's EKF2 (src/modules/ekf2, v1.18): start at
-rest, local origin at the first good GPS fix, GPS position and velocity, height from the source of EKF2_HGT_REF with the
-other one's offset estimated, magnetic heading, zero velocity at rest, innovation gates, dead reckoning for
-EKF2_NOAID_TOUT after the last horizontal aid, reset when aid comes back and disagrees. The state is predicted at every
-IMU sample (strapdown.py), the covariance only with each GPS fix, or after 140 ms without one (covariance.py); what then
-is fused, and how, is a file for each sensor (aid_sources/).
+It hands samples of all sensors to the filter (fusion.py), which runs as far behind the present as EKF2_DELAY_MAX, and
+publishes what the output predictor makes of it at present. The state is predicted with every second IMU sample
+(125 Hz), the covariance when something is fused; what is fused, and how, is a file for each sensor (aid_sources/).
 
-Differs from EKF2: the filter runs on the newest sample instead of a delayed one, so sensor delays (EKF2_*_DELAY) do
-not act; no magnetic field states, wind, several instances, or GPS heading.
+Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary positions and velocities, several instances.
 """
 
 import math
 
-from autopilot.estimator.aid_sources import rest
-from autopilot.estimator.aid_sources.barometer import BarometerAid
-from autopilot.estimator.aid_sources.gnss import GnssAid
-from autopilot.estimator.aid_sources.magnetometer import MAG_TYPE_NONE, MagnetometerAid
-from autopilot.estimator.aid_sources.optical_flow import OpticalFlowAid
-from autopilot.estimator.aid_sources.range_finder import RangeFinderAid
-from autopilot.estimator.aid_sources.vision import VisionAid
-from autopilot.estimator.alignment import Alignment
-from autopilot.estimator.filter import GPS_TIMEOUT_US, Filter
-from autopilot.estimator.publication import IMU_HZ, Fused, Publication
-from autopilot.estimator.terrain import Terrain
+from autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
+from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.fusion import Fusion
+from autopilot.estimator.publication import IMU_HZ, Publication
+from autopilot.estimator.records import Records
+from autopilot.estimator.samples import (
+    BaroSample,
+    FlowSample,
+    GnssSample,
+    MagSample,
+    RangeSample,
+    SystemFlags,
+    VisionSample,
+)
 from autopilot.parameters import Parameters
-from autopilot.topics import Topics
+from autopilot.topics import DistanceSensorSample, Topics, Vector3, VehicleOdometry
 
-FUSE_EVERY_US = 140_000
-"""A little more than the period of PX4's simulated GPS, with whose fixes everything else is fused as well."""
+STATUS_TIMEOUT_US = 3_000_000
+RANGE_TIMEOUT_US = 1_000_000
+DECLINATION_CHANGE_DEG = 0.1
+LONGEST_DT_S = 0.04
+LONGEST_FLOW_S = 1.0
+FARTHEST_M, FASTEST_M_S = 1e6, 1e3
+"""What is beyond these is no pose of a vehicle, and nothing to compute with."""
+QUATERNION_TOLERANCE = 1e-5
+ENABLE_BITS = (1 << 0, 1 << 2, 1 << 3, 0b1111 << 4, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12)
+"""Of EKF2_SENS_EN, by MAV_CMD_ESTIMATOR_SENSOR_ENABLE's source; there may be four auxiliary positions."""
+ANTENNA = ("SENS_GPS0_OFFX", "SENS_GPS0_OFFY", "SENS_GPS0_OFFZ")
+
+
+class Settings(dict[str, float]):
+    """Values of parameters by name, read when they are first asked for; `clear` after a change."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        super().__init__()
+        self._parameters = parameters
+
+    def __missing__(self, name: str) -> float:
+        value = self[name] = float(self._parameters[name])
+        return value
 
 
 class Estimator:
-    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude and vehicle_local_position (125 Hz, on the ticks of
-    position control), vehicle_global_position (62.5 Hz), estimator_status and
-    estimator_innovations (with each fusion)."""
+    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude and vehicle_local_position (with each step of the
+    filter, 125 Hz), vehicle_global_position (62.5 Hz), wind, and all that records.py tells."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
-        self.filter = kalman = Filter()
-        terrain = Terrain()
-        self._state = kalman.state
-        self._alignment = Alignment()
-        self._magnetometer = MagnetometerAid(topics, kalman)
-        self._barometer = BarometerAid(topics, kalman)
-        self._vision = VisionAid(topics, kalman)
-        self._optical_flow = OpticalFlowAid(topics, kalman, terrain)
-        self._gnss = GnssAid(topics, parameters, kalman)
-        self._range_finder = RangeFinderAid(topics, kalman, terrain)
-        self._publication = Publication(topics, kalman, terrain)
-        self._ticks = 0
-        self._imu_us = self._fused_us = 0
-        self._sample_us = -1
-        self._version = -1
-        self._refresh()
-
-    def _refresh(self) -> None:
-        self._version = self._parameters.version
-        names = (name for name in self._parameters if name.startswith(("EKF2_", "IMU_")))
-        self.filter.refresh({name: float(self._parameters[name]) for name in names})
-        for part in (self._gnss, self._vision, self._range_finder, self._publication):
-            part.refresh()
+        self._settings = Settings(parameters)
+        self.ekf = ekf = Ekf(self._settings)
+        self.fusion = Fusion(ekf)
+        self._publication = Publication(topics, self.fusion)
+        self._records = Records(topics, self.fusion, self._publication)
+        self._version = parameters.version
+        self._enable_sensors()
+        self._imu_us = self._steps = 0
+        self._mag, self._baro = topics.vehicle_magnetometer, topics.vehicle_air_data
+        self._gps, self._range = topics.sensor_gps, topics.distance_sensor
+        self._flow, self._vision = topics.vehicle_optical_flow, topics.vehicle_visual_odometry
+        self._status, self._land = topics.vehicle_status, topics.vehicle_land_detected
+        self._mag_calibration = self._baro_calibration = -1
+        self._declination_saved = False
+        self._range_us = 0
 
     def update(self, now_us: int) -> None:
         """One IMU sample, and whatever else has come in."""
         topics = self._topics
         imu = topics.sensor_combined
-        if imu.timestamp == self._sample_us:
+        if imu.timestamp == self._imu_us:
             return  # the IMU is silent
-        self._sample_us = imu.timestamp
-        gyro, accel = imu.gyro_rad_s, imu.accelerometer_m_s2
-        ticks = self._ticks = self._ticks + 1
+        dt_s = (imu.timestamp - self._imu_us) * 1e-6
+        self._imu_us = imu.timestamp
         if self._parameters.version != self._version:
-            self._refresh()
-        dt = (now_us - self._imu_us) * 1e-6
-        self._imu_us = now_us
-        if not 0.0 < dt < 0.04:
-            dt = 1.0 / IMU_HZ
-        publication = self._publication
-        publication.rates(now_us, gyro, dt)
-        if not self.filter.aligned:
-            self._align(now_us)
-            publication.last_imu = (gyro, accel)
+            self._version = self._parameters.version
+            self._settings.clear()
+            self.ekf.refresh()
+            self.ekf.down_sampler.target_us = self._settings["EKF2_PREDICT_US"]
+            self._publication.refresh()
+            self._enable_sensors()
+        if not 0.0 < dt_s < LONGEST_DT_S:
+            dt_s = 1.0 / IMU_HZ
+        publication, fusion = self._publication, self.fusion
+        publication.rates(now_us, topics.sensor_imu.gyro_rad_s, dt_s)
+        # PX4 hands over the sample that has just come, then the others, then lets the filter run.
+        self._feed(now_us)
+        stepped = fusion.on_imu(now_us, imu.gyro_rad_s, imu.accelerometer_m_s2, dt_s)
+        if not stepped:
             return
-        self._state.predict(gyro, accel, dt)
-        if (
-            topics.sensor_gps.timestamp != self._gnss.sample_us
-            or now_us - self._fused_us >= FUSE_EVERY_US
-            or topics.vehicle_visual_odometry is not self._vision.sample
-            or topics.vehicle_optical_flow is not self._optical_flow.sample
-        ):
-            self._fuse(now_us)
-        publication.last_imu = (gyro, accel)
-        if not ticks & 1:
+        self._steps += 1
+        if self.ekf.flags.tilt_align:
             publication.attitude(now_us)
-            publication.local_position(now_us)
-            if not ticks & 3:
-                publication.global_position(now_us)
+        publication.local_position(now_us)
+        if self._steps & 1:
+            publication.global_position(now_us)
+            if not self._declination_saved:
+                self._save_declination()
+        self._records.update(now_us)
 
-    def _align(self, now_us: int) -> None:
-        """Collect samples until tilt and heading are known: then the filter begins."""
-        topics, kalman, alignment = self._topics, self.filter, self._alignment
-        imu, mag = topics.sensor_combined, topics.sensor_mag
-        alignment.on_imu(imu.gyro_rad_s, imu.accelerometer_m_s2)
-        if mag.timestamp != self._magnetometer.sample_us:
-            self._magnetometer.sample_us = mag.timestamp
-            alignment.on_mag(mag.magnetometer_ga)
-        heading = alignment.heading_ready()
-        uses_mag = int(kalman.settings["EKF2_MAG_TYPE"]) != MAG_TYPE_NONE
-        height = math.isfinite(topics.sensor_baro.baro_alt_m) or not int(kalman.settings["EKF2_BARO_CTRL"])
-        if not (alignment.tilt_ready() and height and (heading or not uses_mag)):
+    def _enable_sensors(self) -> None:
+        """EKF2_SENS_EN, which is not looked at in flight."""
+        if not self._topics.vehicle_status.armed:
+            enabled = int(self._settings["EKF2_SENS_EN"])
+            self.ekf.disabled = frozenset(source for source, bits in enumerate(ENABLE_BITS) if not enabled & bits)
+
+    # --- samples -------------------------------------------------------------------------------------------
+
+    def _feed(self, now_us: int) -> None:
+        """What has come in since the last time."""
+        topics = self._topics
+        if topics.vehicle_air_data is not self._baro:
+            self._on_baro(now_us)
+        if topics.vehicle_visual_odometry is not self._vision:
+            self._vision = topics.vehicle_visual_odometry
+            self._on_vision(now_us, self._vision)
+        if topics.vehicle_optical_flow is not self._flow:
+            self._on_flow(now_us)
+        if topics.sensor_gps is not self._gps:
+            self._on_gps(now_us)
+        if topics.vehicle_magnetometer is not self._mag:
+            self._on_mag(now_us)
+        own = topics.distance_sensor
+        sample = own if own.timestamp else topics.distance_sensor_outside
+        if sample is not self._range:
+            self._range = sample
+            self._on_range(now_us, sample)
+        if topics.vehicle_land_detected is not self._land or topics.vehicle_status is not self._status:
+            self._on_system(now_us)
+
+    def _due(self, time_us: int, delay: str) -> int:
+        """When a sample that came at `time_us` is to be fused."""
+        return time_us - int(self._settings[delay] * 1000.0) - self.fusion.half_step_us
+
+    def _on_mag(self, now_us: int) -> None:
+        self._mag = mag = self._topics.vehicle_magnetometer
+        reset = mag.calibration_count != self._mag_calibration
+        self._mag_calibration = mag.calibration_count
+        sample = MagSample(self._due(mag.timestamp_sample, "EKF2_MAG_DELAY"), mag.magnetometer_ga, reset)
+        self.fusion.magnetometer.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_baro(self, now_us: int) -> None:
+        self._baro = baro = self._topics.vehicle_air_data
+        reset = baro.calibration_count != self._baro_calibration
+        self._baro_calibration = baro.calibration_count
+        self.fusion.drag.air_density_kg_m3 = baro.rho
+        sample = BaroSample(self._due(baro.timestamp_sample, "EKF2_BARO_DELAY"), baro.baro_alt_meter, reset)
+        self.fusion.baro.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_gps(self, now_us: int) -> None:
+        """A fix; SENS_GPS0_DELAY says how late it is (VehicleGPSPosition.cpp)."""
+        self._gps = gps = self._topics.sensor_gps
+        antenna = tuple(float(self._settings[name]) for name in ANTENNA)
+        sample = GnssSample(
+            self._due(gps.timestamp, "SENS_GPS0_DELAY"),
+            gps.latitude_deg,
+            gps.longitude_deg,
+            gps.altitude_msl_m,
+            (gps.vel_n_m_s, gps.vel_e_m_s, gps.vel_d_m_s),
+            gps.eph,
+            gps.epv,
+            gps.s_variance_m_s,
+            gps.fix_type,
+            gps.satellites_used,
+            math.hypot(gps.hdop, gps.vdop),
+            antenna=(antenna[0], antenna[1], antenna[2]),
+        )
+        self.fusion.gnss.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_range(self, now_us: int, sensor: DistanceSensorSample) -> None:
+        self._range_us = now_us
+        distance_m, quality = sensor.current_distance, sensor.signal_quality
+        if not math.isfinite(distance_m):
+            distance_m, quality = math.inf, 0
+        sample = RangeSample(self._due(sensor.timestamp, "EKF2_RNG_DELAY"), distance_m, quality)
+        self.fusion.range.sensor.limits_m = (sensor.min_distance, sensor.max_distance)
+        self.fusion.range.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_flow(self, now_us: int) -> None:
+        """Rates of image and gyro, by what they turned in a time; signs are the reverse of the sensor's."""
+        self._flow = flow = self._topics.vehicle_optical_flow
+        dt_s = flow.integration_timespan_us * 1e-6
+        (px, py), (gx, gy, gz) = flow.pixel_flow, flow.delta_angle
+        if not math.isfinite(px + py) or not dt_s < LONGEST_FLOW_S:
             return
-        kalman.begin(now_us, alignment.attitude(kalman.declination_rad), heading_known=heading)
-        self._barometer.begin()
-        self._fused_us = now_us
+        rate, gyro = (0.0, 0.0), (0.0, 0.0, 0.0)
+        if dt_s > 0.0:
+            rate, gyro = (-px / dt_s, -py / dt_s), (-gx / dt_s, -gy / dt_s, -gz / dt_s)
+        elif flow.quality:
+            return
+        middle_us = flow.timestamp - flow.integration_timespan_us // 2
+        sample = FlowSample(self._due(middle_us, "EKF2_OF_DELAY"), rate, gyro, flow.quality)
+        value, fusion = self._settings, self.fusion
+        fusion.flow.limits = (value["SENS_FLOW_MAXR"], value["SENS_FLOW_MINHGT"], value["SENS_FLOW_MAXHGT"])
+        fusion.flow.buffer.push(now_us, sample, fusion.observation_interval_us)
+        if math.isfinite(flow.distance_m) and now_us > self._range_us + RANGE_TIMEOUT_US:
+            quality = int(flow.quality / 255.0 * 100.0)
+            ranged = RangeSample(self._due(flow.timestamp, "EKF2_RNG_DELAY"), flow.distance_m, quality)
+            fusion.range.sensor.limits_m = fusion.flow.limits[1:]
+            fusion.range.buffer.push(now_us, ranged, fusion.observation_interval_us)
 
-    def _fuse(self, now_us: int) -> None:
-        """Predict the covariance up to now and fuse what is new."""
-        kalman, vision, gnss = self.filter, self._vision, self._gnss
-        kalman.predict_covariance()
-        still = rest.at_rest(self._topics, kalman)
-        if still:
-            rest.fuse_rest(kalman)
-        kalman.state.restart_sums()
-        self._fused_us = now_us
-        self._magnetometer.update(now_us, other_heading=vision.gives_heading)
-        self._barometer.update(now_us, other_reference=vision.gives_height or gnss.gives_height)
-        vision.update(now_us, gps_fused=gnss.fused)
-        self._optical_flow.update(now_us)
-        gnss.update(now_us)
-        if not still and now_us - kalman.horizontal_good_us > GPS_TIMEOUT_US:
-            rest.fuse_fake_velocity(now_us, kalman)
-        kalman.apply()
-        kalman.tidy()
-        self._range_finder.update(now_us)
-        flow_fused = self._optical_flow.fused(now_us)
-        fused = Fused(gnss.fused, self._barometer.fused, self._magnetometer.fused, flow_fused, vision.fused)
-        self._publication.status(now_us, fused)
+    def _on_vision(self, now_us: int, odometry: VehicleOdometry) -> None:
+        value = self._settings
+        by_parameter = bool(int(value["EKF2_EV_NOISE_MD"]))
+        nan3 = (math.nan,) * 3
+        position = odometry.position if _within(odometry.position, FARTHEST_M) else nan3
+        velocity = odometry.velocity if _within(odometry.velocity, FASTEST_M_S) else nan3
+        q = odometry.q
+        norm = math.sqrt(sum(part * part for part in q))
+        if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
+            q = (math.nan, math.nan, math.nan, math.nan)
+        if not (math.isfinite(sum(position)) or math.isfinite(sum(velocity)) or math.isfinite(sum(q))):
+            return
+        sample = VisionSample(
+            self._due(odometry.timestamp, "EKF2_EV_DELAY"),
+            position,
+            velocity,
+            q,
+            _variances(odometry.position_variance, value["EKF2_EVP_NOISE"], by_parameter=by_parameter),
+            _variances(odometry.velocity_variance, value["EKF2_EVV_NOISE"], by_parameter=by_parameter),
+            _variances(odometry.orientation_variance, value["EKF2_EVA_NOISE"], by_parameter=by_parameter),
+            odometry.pose_frame,
+            odometry.velocity_frame,
+            odometry.reset_counter,
+            odometry.quality,
+        )
+        self.fusion.vision.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_system(self, now_us: int) -> None:
+        """On the ground or in the air, at rest or not; EKF2_POS_LOCK holds the position of who is landed."""
+        self._status, self._land = status, land = self._topics.vehicle_status, self._topics.vehicle_land_detected
+        in_air, at_rest, effect = status.armed, False, False
+        if land.timestamp and now_us < land.timestamp + STATUS_TIMEOUT_US:
+            in_air, at_rest, effect = not land.landed, land.at_rest, land.in_ground_effect
+        ekf = self.ekf
+        lock = bool(int(self._settings["EKF2_POS_LOCK"]))
+        held = lock and not in_air and ekf.local_horizontal_valid and ekf.origin is not None
+        flags = SystemFlags(now_us - self.fusion.half_step_us, at_rest, in_air, effect, held)
+        self.fusion.system_flags.push(now_us, flags, self.fusion.observation_interval_us)
+
+    def _save_declination(self) -> None:
+        """EKF2_MAG_DECL, once the place is known (EKF2_DECL_TYPE bit 1), as EKF2.cpp's UpdateMagCalibration does."""
+        declination_deg = math.degrees(self.fusion.magnetometer.declination_rad)
+        if not math.isfinite(declination_deg) or not int(self._settings["EKF2_DECL_TYPE"]) & SAVE_GEO_DECL:
+            return
+        self._declination_saved = True
+        if abs(declination_deg - self._settings["EKF2_MAG_DECL"]) > DECLINATION_CHANGE_DEG:
+            self._parameters.set("EKF2_MAG_DECL", declination_deg)
+
+
+def _within(vector: Vector3, largest: float) -> bool:
+    return all(abs(part) < largest for part in vector)
+
+
+def _variances(told: Vector3, noise: float, *, by_parameter: bool) -> Vector3:
+    """The message's where EKF2_EV_NOISE_MD is 0 and it has them, but no less than the parameter's."""
+    least = noise * noise
+    if by_parameter or not all(math.isfinite(value) for value in told):
+        return least, least, least
+    x, y, z = (max(value, least) for value in told)
+    return x, y, z

@@ -1,75 +1,66 @@
-"""What the estimator tells: rates, attitude, local and global position, status.
+"""What the estimator tells the autopilot: rates, attitude, local and global position.
 
-PX4's EKF2 (EKF2.cpp, output_predictor) and vehicle_angular_velocity (v1.18). Corrections of velocity and position fade
-in with EKF2_TAU_VEL and EKF2_TAU_POS of 0.25 s.
+PX4's EKF2 (EKF2.cpp: PublishAttitude, PublishLocalPosition, PublishGlobalPosition, PublishWindEstimate) and
+vehicle_angular_velocity (v1.18): rates are the raw gyro's, low-passed (IMU_GYRO_CUTOFF, IMU_DGYRO_CUTOFF), less the
+bias.
 """
 
 import math
-from typing import NamedTuple
 
-from autopilot.estimator.filter import (
-    GPS_TIMEOUT_US,
-    HEADING_RATIO,
-    HEIGHT_RATIO,
-    POSITION_RATIO,
-    VELOCITY_RATIO,
-    Filter,
-)
+from autopilot.estimator import covariance as cov
+from autopilot.estimator.fusion import Fusion
 from autopilot.estimator.imu_filter import LowPass2p, alpha
-from autopilot.estimator.terrain import Terrain
 from autopilot.topics import (
     NAN,
-    EstimatorInnovations,
-    EstimatorStatus,
     Topics,
     Vector3,
     VehicleAngularVelocity,
     VehicleAttitude,
     VehicleGlobalPosition,
     VehicleLocalPosition,
+    WindEstimate,
 )
+from sitl_emu.core.geodesy import MapProjection
 
 IMU_HZ = 250.0
-KEEP = 1.0 - 0.008 / 0.25
-"""Share of a correction that is still to come after the 8 ms between two local positions."""
-
-
-class Fused(NamedTuple):
-    """Which sensors aid at present."""
-
-    gps: bool
-    baro: bool
-    mag: bool
-    flow: bool
-    vision: bool
+SENSOR_RANGE, SENSOR_FLOW = 1, 2
+"""vehicle_local_position.dist_bottom_sensor_bitfield."""
+RANGE_MARGIN = 0.9
+FLOW_RATE_SHARE = 0.5
+ALIGNED_IN_FLIGHT_US = 1_000_000
+DEFAULT_GYRO_CUTOFF_HZ = 0.0
+SPREAD_EVERY_US = 40_000
+"""Accuracies are worked out so often (ours; PX4 does with each position)."""
 
 
 class Publication:
-    """Writer of vehicle_angular_velocity, vehicle_attitude, vehicle_local_position, vehicle_global_position,
-    estimator_status and estimator_innovations, each when asked."""
+    """Writer of vehicle_angular_velocity, vehicle_attitude, vehicle_local_position, vehicle_global_position, wind."""
 
-    def __init__(self, topics: Topics, kalman: Filter, terrain: Terrain) -> None:
-        self._topics, self._filter, self._terrain = topics, kalman, terrain
-        self._eph = self._epv = self._evh = self._evv = NAN
-        self._rates = self._rates_derivative = (0.0, 0.0, 0.0)
-        self._vibration = (0.0, 0.0, 0.0)
-        self.last_imu = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        """Gyro and accelerometer of the sample before."""
-        self._gyro_cutoff_hz = 0.0
+    def __init__(self, topics: Topics, fusion: Fusion) -> None:
+        self._topics, self._fusion, self._ekf = topics, fusion, fusion.ekf
+        self._rates: Vector3 = (0.0, 0.0, 0.0)
+        self._rates_derivative: Vector3 = (0.0, 0.0, 0.0)
+        self._spread = (NAN,) * 7
+        """eph, epv, evh, evv, variances of heading, tilt and height above ground, as of a moment ago."""
+        self._limited_to = (math.inf,) * 5
+        self._spread_us = 0
+        self._gyro_cutoff_hz = DEFAULT_GYRO_CUTOFF_HZ
         self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
+        self.refresh()
 
     def refresh(self) -> None:
         """Take over changed parameters."""
-        settings = self._filter.settings
-        if settings["IMU_GYRO_CUTOFF"] != self._gyro_cutoff_hz:
-            self._gyro_cutoff_hz = settings["IMU_GYRO_CUTOFF"]
+        value = self._ekf.settings
+        if value["IMU_GYRO_CUTOFF"] != self._gyro_cutoff_hz:
+            self._gyro_cutoff_hz = value["IMU_GYRO_CUTOFF"]
             self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
-        self._derivative_alpha = alpha(settings["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
-        self._least_range_m = settings["EKF2_MIN_RNG"]
+        self._derivative_alpha = alpha(value["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
+        self._imu_offset = (value["EKF2_IMU_POS_X"], value["EKF2_IMU_POS_Y"], value["EKF2_IMU_POS_Z"])
+        self._offset_matters = any(self._imu_offset)
 
     def rates(self, now_us: int, gyro: Vector3, dt: float) -> None:
-        """Body rates of one IMU sample, filtered, and their derivative."""
-        bx, by, bz = self._filter.state.gyro_bias
+        """Body rates of one raw gyro sample, filtered, and their derivative."""
+        bx, by, bz = self._ekf.state.gyro_bias
         x, y, z = self._gyro_filter.update(*gyro)
         x -= bx
         y -= by
@@ -87,117 +78,146 @@ class Publication:
 
     def attitude(self, now_us: int) -> None:
         """Attitude, as a quaternion and in Euler angles."""
-        state = self._filter.state
-        r00, _, _, r10, _, _, r20, r21, r22 = state.rotation
+        output, resets = self._ekf.output, self._ekf.resets
+        r00, _, _, r10, _, _, r20, r21, r22 = output.rotation
         pitch = math.asin(-r20 if -1.0 < r20 < 1.0 else math.copysign(1.0, -r20))
         euler = (math.atan2(r21, r22), pitch, math.atan2(r10, r00))
-        self._topics.vehicle_attitude = VehicleAttitude(now_us, state.q, euler)
+        self._topics.vehicle_attitude = VehicleAttitude(now_us, output.q, euler, resets.quat_change, resets.quat & 255)
 
     def local_position(self, now_us: int) -> None:
-        """Position, velocity and acceleration in the local frame, every 8 ms."""
-        kalman = self._filter
-        state, origin = kalman.state, kalman.origin
-        an, ae, ad = state.accel
-        valid, z_valid = kalman.xy_valid(now_us), kalman.z_valid(now_us)
-        keep = KEEP
-        svn, sve, svd, spn, spe, spd = kalman.smooth
-        svn *= keep
-        sve *= keep
-        svd *= keep
-        spn *= keep
-        spe *= keep
-        spd *= keep
-        kalman.smooth = [svn, sve, svd, spn, spe, spd]
-        down = state.pd + spd
-        dist_bottom, dist_bottom_valid = NAN, False
-        if self._terrain.valid(now_us):
-            dist_bottom, dist_bottom_valid = max(self._terrain.down_m - down, self._least_range_m), True
-        lat, lon = (origin.lat0_deg, origin.lon0_deg) if origin is not None else (NAN, NAN)
+        """Position, velocity and acceleration in the local frame, with every step of the filter."""
+        ekf, output, flags, resets = self._ekf, self._ekf.output, self._ekf.flags, self._ekf.resets
+        x, y, down, vx, vy, vz, z_deriv = self._body_origin()
+        ax, ay, az = output.acceleration()
+        valid = not ekf.horizontal_dead_reckoning_too_long
+        z_valid = not (ekf.vertical_position_dead_reckoning_too_long and ekf.vertical_velocity_dead_reckoning_too_long)
+        origin, ref_alt = ekf.origin, ekf.origin_alt
+        has_origin = origin is not None
+        z = down + (ref_alt if ref_alt == ref_alt else 0.0)
+        if now_us >= self._spread_us:
+            self._spread_us = now_us + SPREAD_EVERY_US
+            p = ekf.p
+            self._spread = (*self.accuracies(), float(p[2, 2]), ekf.tilt_variance(), ekf.hagl_variance())
+            self._limited_to = self._limits()
+        eph, epv, evh, evv, heading_var, tilt_var, hagl_var = self._spread
+        hagl_m = max(ekf.state.terrain - down, 0.0)
+        (dw, _, _, dz) = resets.quat_change
+        sensors = SENSOR_RANGE if flags.rng_terrain or flags.rng_hgt else 0
+        sensors |= SENSOR_FLOW if flags.opt_flow_terrain else 0
         self._topics.vehicle_local_position = VehicleLocalPosition(
-            now_us,
-            valid,
-            z_valid,
-            valid,
-            z_valid,
-            state.pn + spn,
-            state.pe + spe,
-            down,
-            state.vn + svn,
-            state.ve + sve,
-            state.vd + svd,
-            an,
-            ae,
-            ad,
-            self._topics.vehicle_attitude.euler[2],
-            lat,
-            lon,
-            kalman.ref_alt_m,
-            kalman.origin_us,
-            dist_bottom,
-            dist_bottom_valid,
-            self._eph,
-            self._epv,
-            self._evh,
-            self._evv,
-            kalman.xy_reset_counter,
-            kalman.z_reset_counter,
-        )
+            now_us, now_us, valid, z_valid, valid, z_valid,
+            x, y, z, resets.pos_ne_change, resets.pos_ne & 255, resets.pos_d_change, resets.pos_d & 255,
+            vx, vy, vz, z_deriv, resets.vel_ne_change, resets.vel_ne & 255, resets.vel_d_change, resets.vel_d & 255,
+            ax, ay, az,
+            self._topics.vehicle_attitude.euler[2], heading_var, math.remainder(output.unaided_yaw, math.tau),
+            2.0 * math.atan2(dz, dw), resets.quat & 255, self.heading_good_for_control(),
+            tilt_var, has_origin, has_origin, ekf.origin_us if has_origin else 0,
+            origin.lat0_deg if origin is not None else NAN, origin.lon0_deg if origin is not None else NAN,
+            (ref_alt if ref_alt == ref_alt else 0.0) if has_origin else NAN,
+            ekf.hagl_valid, hagl_m, hagl_var, resets.hagl_change, resets.hagl & 255, sensors,
+            eph, epv, evh, evv, flags.inertial_dead_reckoning or flags.wind_dead_reckoning, *self._limited_to,
+        )  # fmt: skip
+
+    def _body_origin(self) -> tuple[float, float, float, float, float, float, float]:
+        """Position (down: below sea level), velocity and z_deriv of the body's origin, which EKF2_IMU_POS_* tell."""
+        output = self._ekf.output
+        if not self._offset_matters:
+            return output.pn, output.pe, output.pd, output.vn, output.ve, output.vd, output.z_deriv
+        r, (x, y, z), (gx, gy, gz) = output.rotation, self._imu_offset, self._rates
+        vx, vy, vz = gy * z - gz * y, gz * x - gx * z, gx * y - gy * x
+        n, e, d = (r[3 * row] * x + r[3 * row + 1] * y + r[3 * row + 2] * z for row in range(3))
+        vn, ve, vd = (r[3 * row] * vx + r[3 * row + 1] * vy + r[3 * row + 2] * vz for row in range(3))
+        return (
+            output.pn - n, output.pe - e, output.pd - d,
+            output.vn - vn, output.ve - ve, output.vd - vd, output.z_deriv - vd,
+        )  # fmt: skip
+
+    def heading_good_for_control(self) -> bool:
+        """Aligned; where a compass gives the heading, a second after that was done in flight."""
+        ekf, flags = self._ekf, self._ekf.flags
+        if not flags.yaw_align or not (flags.mag_hdg or flags.mag_3d):
+            return flags.yaw_align
+        aligned_us = self._fusion.magnetometer.aligned_us
+        return flags.mag_aligned_in_flight and ekf.time_us - aligned_us > ALIGNED_IN_FLIGHT_US
+
+    def accuracies(self) -> tuple[float, float, float, float]:
+        """eph, epv, evh, evv; where nothing was fused for too long, innovations tell more than variances."""
+        ekf, flags, fusion, p = self._ekf, self._ekf.flags, self._fusion, self._ekf.p
+        eph, evh = math.sqrt(p[6, 6] + p[7, 7]), math.sqrt(p[3, 3] + p[4, 4])
+        if ekf.horizontal_dead_reckoning_too_long:
+            if flags.gnss_pos:
+                eph = max(eph, math.hypot(*fusion.gnss.pos.innovation))
+                evh = max(evh, math.hypot(*fusion.gnss.pos.innovation))
+            if flags.ev_pos:
+                eph = max(eph, math.hypot(*fusion.vision.pos.aid.innovation))
+                evh = max(evh, math.hypot(*fusion.vision.pos.aid.innovation))
+            if flags.gnss_vel:
+                evh = max(evh, math.hypot(*fusion.gnss.vel.innovation))
+            if flags.ev_vel:
+                evh = max(evh, math.hypot(*fusion.vision.vel.aid.innovation))
+            if flags.opt_flow:
+                clearance = max(ekf.settings["EKF2_MIN_RNG"], 0.1)
+                evh = max(evh, max(ekf.hagl_m, clearance) * math.hypot(*fusion.flow.aid.innovation))
+        return eph, math.sqrt(p[cov.HEIGHT, cov.HEIGHT]), evh, math.sqrt(p[5, 5])
+
+    def _limits(self) -> tuple[float, float, float, float, float]:
+        """vxy_max, vz_max, hagl_min, hagl_max_z, hagl_max_xy: what sensors in use allow; infinite: anything."""
+        ekf, flags = self._ekf, self._ekf.flags
+        unlimited = (math.inf,) * 5
+        relies_on_range = flags.rng_hgt and ekf.vertical_position_aids() == 1
+        relies_on_flow = flags.opt_flow and not ekf.other_horizontal_aid(True)
+        if not relies_on_range and not relies_on_flow:
+            return unlimited
+        range_min, range_max = self._fusion.range.sensor.limits_m
+        hagl_min, hagl_max_z, hagl_max_xy, vxy_max = math.inf, math.inf, math.inf, math.inf
+        if relies_on_range:
+            hagl_min, hagl_max_z = range_min, RANGE_MARGIN * range_max
+        if relies_on_flow:
+            fastest, nearest, farthest = self._fusion.flow.limits
+            if (not flags.opt_flow_terrain and flags.rng_terrain) or not ekf.terrain_valid:
+                nearest, farthest = max(nearest, range_min), min(farthest, RANGE_MARGIN * range_max)
+            vxy_max = FLOW_RATE_SHARE * fastest * min(max(ekf.hagl_m, nearest), farthest)
+            hagl_min, hagl_max_xy = nearest, max(farthest * 0.9, farthest - 1.0)
+        return vxy_max, math.inf, hagl_min, hagl_max_z, hagl_max_xy
 
     def global_position(self, now_us: int) -> None:
         """The last local position as a place on Earth."""
-        origin = self._filter.origin
-        if origin is None:
+        ekf, origin = self._ekf, self._ekf.origin
+        if origin is None or not ekf.flags.yaw_align:
             return
-        ref_alt_m = self._filter.ref_alt_m
-        local = self._topics.vehicle_local_position
+        local, resets = self._topics.vehicle_local_position, ekf.resets
+        self._topics.vehicle_global_position = self._place(now_us, local, origin)._replace(
+            delta_alt=-resets.pos_d_change,
+            delta_terrain=-resets.hagl_change,
+            lat_lon_reset_counter=resets.pos_ne & 255,
+            alt_reset_counter=resets.pos_d & 255,
+            terrain_reset_counter=resets.hagl & 255,
+        )
+
+    def _place(self, now_us: int, local: VehicleLocalPosition, origin: MapProjection) -> VehicleGlobalPosition:
+        ekf = self._ekf
         lat, lon = origin.reproject(local.x, local.y)
-        terrain_alt = ref_alt_m - self._terrain.down_m
-        self._topics.vehicle_global_position = VehicleGlobalPosition(
-            now_us, local.xy_valid, lat, lon, ref_alt_m - local.z, terrain_alt, self._eph, self._epv
-        )
-
-    def status(self, now_us: int, fused: Fused) -> None:
-        """How the filter does, after a fusion."""
-        kalman = self._filter
-        vn, ve, vd, pn, pe, pd = kalman.covariance.diagonal()[3:9].tolist()
-        self._eph, self._epv = math.sqrt(pn + pe), math.sqrt(pd)
-        self._evh, self._evv = math.sqrt(vn + ve), math.sqrt(vd)
-        self._topics.estimator_innovations = EstimatorInnovations(now_us, kalman.innovations.copy())
-        ratios = kalman.ratios
-        self._topics.estimator_status = EstimatorStatus(
+        alt = local.ref_alt - local.z
+        alt_valid = math.isfinite(ekf.origin_alt) and not ekf.vertical_position_dead_reckoning_too_long
+        return VehicleGlobalPosition(
             now_us,
-            True,
-            kalman.yaw_aligned,
-            ratios[VELOCITY_RATIO],
-            ratios[POSITION_RATIO],
-            ratios[HEIGHT_RATIO],
-            ratios[HEADING_RATIO],
-            fused.gps,
-            fused.baro,
-            fused.mag,
-            kalman.origin is not None and now_us - kalman.horizontal_aid_us > GPS_TIMEOUT_US,
-            kalman.state.gyro_bias,
-            kalman.state.accel_bias,
-            self._measure_vibration(),
-            kalman.horizontal_good_us,
-            fused.flow,
-            fused.vision,
-            kalman.disabled,
+            now_us,
+            lat,
+            lon,
+            alt,
+            alt,
+            local.xy_valid,
+            alt_valid,
+            eph=local.eph,
+            epv=local.epv,
+            terrain_alt=-ekf.state.terrain,
+            terrain_alt_valid=ekf.terrain_valid,
+            dead_reckoning=local.dead_reckoning,
         )
 
-    def _measure_vibration(self) -> Vector3:
-        """EKF2's three: coning, high-frequency gyro and accelerometer, from neighbouring samples."""
-        imu = self._topics.sensor_combined
-        (gx, gy, gz), (ax, ay, az) = self.last_imu
-        x, y, z = imu.gyro_rad_s
-        cone = math.hypot(gy * z - gz * y, gz * x - gx * z, gx * y - gy * x)
-        spin = math.hypot(x - gx, y - gy, z - gz)
-        x, y, z = imu.accelerometer_m_s2
-        shake = math.hypot(x - ax, y - ay, z - az)
-        old_cone, old_spin, old_shake = self._vibration
-        self._vibration = (
-            old_cone + 0.1 * (cone - old_cone),
-            old_spin + 0.1 * (spin - old_spin),
-            old_shake + 0.1 * (shake - old_shake),
-        )
-        return self._vibration
+    def wind(self, now_us: int) -> None:
+        """Wind, where it is estimated or was told."""
+        ekf = self._ekf
+        if ekf.flags.wind or self._fusion.drag.wind_told:
+            north, east = ekf.state.wind
+            self._topics.wind = WindEstimate(now_us, north, east, ekf.variance(cov.WIND), ekf.variance(cov.WIND + 1))

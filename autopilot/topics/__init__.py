@@ -38,9 +38,6 @@ from autopilot.topics.control import (
     VehicleTorqueSetpoint,
 )
 from autopilot.topics.estimator import (
-    EstimatorInnovations,
-    EstimatorStatus,
-    Innovation,
     VehicleAngularVelocity,
     VehicleAttitude,
     VehicleGlobalPosition,
@@ -56,8 +53,10 @@ from autopilot.topics.estimator_records import (
     EstimatorEventFlags,
     EstimatorFusionControl,
     EstimatorGpsStatus,
+    EstimatorInnovations,
     EstimatorSensorBias,
     EstimatorStates,
+    EstimatorStatus,
     EstimatorStatusFlags,
     YawEstimatorStatus,
 )
@@ -123,10 +122,13 @@ from autopilot.topics.sensors import (
     SensorBaro,
     SensorCombined,
     SensorGps,
+    SensorImu,
     SensorMag,
     SensorsStatusImu,
     SystemPower,
+    VehicleAirData,
     VehicleImuStatus,
+    VehicleMagnetometer,
 )
 from autopilot.topics.system import CpuLoad, LoggerStatus
 from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
@@ -191,7 +193,6 @@ __all__ = [
     "HealthReport",
     "HomePosition",
     "HoverThrustEstimate",
-    "Innovation",
     "InputRc",
     "LandingGear",
     "LandingTargetPose",
@@ -217,6 +218,7 @@ __all__ = [
     "SensorBaro",
     "SensorCombined",
     "SensorGps",
+    "SensorImu",
     "SensorMag",
     "SensorsStatusImu",
     "SystemPower",
@@ -225,6 +227,7 @@ __all__ = [
     "TrajectorySetpoint",
     "TransponderReport",
     "Vector3",
+    "VehicleAirData",
     "VehicleAngularVelocity",
     "VehicleAttitude",
     "VehicleAttitudeSetpoint",
@@ -236,6 +239,7 @@ __all__ = [
     "VehicleLandDetected",
     "VehicleLocalPosition",
     "VehicleLocalPositionSetpoint",
+    "VehicleMagnetometer",
     "VehicleOdometry",
     "VehicleOpticalFlow",
     "VehicleRatesSetpoint",
@@ -269,7 +273,10 @@ class Topics:
     """The present record of every topic; one slot each, each with one writer."""
 
     def __init__(self) -> None:
+        self.sensor_imu = SensorImu()
         self.sensor_combined = SensorCombined()
+        self.vehicle_air_data = VehicleAirData()
+        self.vehicle_magnetometer = VehicleMagnetometer()
         self.sensor_baro = SensorBaro()
         self.sensor_mag = SensorMag()
         self.sensor_gps = SensorGps()
@@ -289,6 +296,8 @@ class Topics:
         self.vehicle_global_position = VehicleGlobalPosition()
         self.estimator_status = EstimatorStatus()
         self.estimator_innovations = EstimatorInnovations()
+        self.estimator_innovation_variances = EstimatorInnovations()
+        self.estimator_innovation_test_ratios = EstimatorInnovations()
         self.estimator_aid_src_baro_hgt = EstimatorAidSource1d()
         self.estimator_aid_src_fake_hgt = EstimatorAidSource1d()
         self.estimator_aid_src_gnss_hgt = EstimatorAidSource1d()
@@ -307,9 +316,11 @@ class Topics:
         self.estimator_baro_bias = EstimatorBias()
         self.estimator_gnss_hgt_bias = EstimatorBias()
         self.estimator_states = EstimatorStates()
+        self.estimator_status_flags = EstimatorStatusFlags()
         self.estimator_event_flags = EstimatorEventFlags()
         self.estimator_gps_status = EstimatorGpsStatus()
         self.estimator_fusion_control = EstimatorFusionControl()
+        self.estimator_sensor_bias = EstimatorSensorBias()
         self.yaw_estimator_status = YawEstimatorStatus()
         self.wind = WindEstimate()
         self.vehicle_land_detected = VehicleLandDetected()

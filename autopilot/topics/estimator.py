@@ -1,7 +1,5 @@
 """Where and how the vehicle is (writers: estimator/, land_detector.py)."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 from autopilot.topics.values import NAN, Quaternion, Vector3
@@ -13,6 +11,8 @@ class VehicleAttitude(NamedTuple):
     timestamp: int = 0
     q: Quaternion = (1.0, 0.0, 0.0, 0.0)
     euler: Vector3 = (0.0, 0.0, 0.0)
+    delta_q_reset: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    quat_reset_counter: int = 0
 
 
 class VehicleAngularVelocity(NamedTuple):
@@ -27,6 +27,7 @@ class VehicleLocalPosition(NamedTuple):
     """NED position, velocity and acceleration from the reference point, as PX4's vehicle_local_position."""
 
     timestamp: int = 0
+    timestamp_sample: int = 0
     xy_valid: bool = False
     z_valid: bool = False
     v_xy_valid: bool = False
@@ -34,80 +35,78 @@ class VehicleLocalPosition(NamedTuple):
     x: float = 0.0
     y: float = 0.0
     z: float = 0.0
+    delta_xy: tuple[float, float] = (0.0, 0.0)
+    xy_reset_counter: int = 0
+    delta_z: float = 0.0
+    z_reset_counter: int = 0
     vx: float = 0.0
     vy: float = 0.0
     vz: float = 0.0
+    z_deriv: float = 0.0
+    delta_vxy: tuple[float, float] = (0.0, 0.0)
+    vxy_reset_counter: int = 0
+    delta_vz: float = 0.0
+    vz_reset_counter: int = 0
     ax: float = 0.0
     ay: float = 0.0
     az: float = 0.0
     heading: float = 0.0
+    heading_var: float = NAN
+    unaided_heading: float = NAN
+    delta_heading: float = 0.0
+    heading_reset_counter: int = 0
+    heading_good_for_control: bool = False
+    tilt_var: float = NAN
+    xy_global: bool = False
+    z_global: bool = False
+    ref_timestamp: int = 0
     ref_lat: float = NAN
     ref_lon: float = NAN
     ref_alt: float = NAN
-    ref_timestamp: int = 0
-    dist_bottom: float = NAN
     dist_bottom_valid: bool = False
+    dist_bottom: float = NAN
+    dist_bottom_var: float = NAN
+    delta_dist_bottom: float = 0.0
+    dist_bottom_reset_counter: int = 0
+    dist_bottom_sensor_bitfield: int = 0
     eph: float = NAN
     epv: float = NAN
     evh: float = NAN
     evv: float = NAN
-    xy_reset_counter: int = 0
-    z_reset_counter: int = 0
+    dead_reckoning: bool = False
+    vxy_max: float = NAN
+    vz_max: float = NAN
+    hagl_min: float = NAN
+    hagl_max_z: float = NAN
+    hagl_max_xy: float = NAN
 
 
 class VehicleGlobalPosition(NamedTuple):
     """The same as latitude, longitude (deg) and altitude AMSL (m)."""
 
     timestamp: int = 0
-    valid: bool = False
+    timestamp_sample: int = 0
     lat: float = NAN
     lon: float = NAN
     alt: float = NAN
-    terrain_alt: float = NAN
+    alt_ellipsoid: float = NAN
+    lat_lon_valid: bool = False
+    alt_valid: bool = False
+    delta_alt: float = 0.0
+    delta_terrain: float = 0.0
+    lat_lon_reset_counter: int = 0
+    alt_reset_counter: int = 0
+    terrain_reset_counter: int = 0
     eph: float = NAN
     epv: float = NAN
-
-
-class EstimatorStatus(NamedTuple):
-    """Health of the filter: innovation test ratios (1 is the gate) and what ESTIMATOR_STATUS.flags shows."""
-
-    timestamp: int = 0
-    tilt_aligned: bool = False
-    yaw_aligned: bool = False
-    vel_test_ratio: float = 0.0
-    pos_test_ratio: float = 0.0
-    hgt_test_ratio: float = 0.0
-    mag_test_ratio: float = 0.0
-    gps_fused: bool = False
-    baro_fused: bool = False
-    mag_fused: bool = False
+    terrain_alt: float = NAN
+    terrain_alt_valid: bool = False
     dead_reckoning: bool = False
-    gyro_bias: Vector3 = (0.0, 0.0, 0.0)
-    accel_bias: Vector3 = (0.0, 0.0, 0.0)
-    vibration: Vector3 = (0.0, 0.0, 0.0)
-    horizontal_good_us: int = 0
-    """When a horizontal position was last taken from a sensor."""
-    flow_fused: bool = False
-    vision_fused: bool = False
-    disabled: frozenset[int] = frozenset()
-    """ESTIMATOR_SENSOR_FUSION_SOURCEs that a command has switched off."""
 
-
-class Innovation(NamedTuple):
-    """What one measurement of the filter differed by: estimate minus measurement, as PX4 tells it."""
-
-    innovation: float = NAN
-    variance: float = NAN
-    """Of the innovation."""
-    test_ratio: float = NAN
-    """Its square over that of the gate; more than 1 is refused."""
-
-
-class EstimatorInnovations(NamedTuple):
-    """The last innovations of each sensor, by PX4's names of fields; those of a velocity have all three axes."""
-
-    timestamp: int = 0
-    by_field: Mapping[str, tuple[Innovation, ...]] = MappingProxyType({})
+    @property
+    def valid(self) -> bool:
+        """Where the vehicle is on the globe is known."""
+        return self.lat_lon_valid and self.alt_valid
 
 
 class WindEstimate(NamedTuple):
@@ -116,6 +115,8 @@ class WindEstimate(NamedTuple):
     timestamp: int = 0
     windspeed_north: float = NAN
     windspeed_east: float = NAN
+    variance_north: float = NAN
+    variance_east: float = NAN
 
 
 class VehicleLandDetected(NamedTuple):

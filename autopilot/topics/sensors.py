@@ -6,7 +6,15 @@ from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 
 class SensorCombined(NamedTuple):
-    """One IMU sample: bias-free it is not; the estimator knows the bias."""
+    """Means over one integral of VehicleIMU; biases are still in it, the estimator knows them."""
+
+    timestamp: int = 0
+    gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
+    accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
+
+
+class SensorImu(NamedTuple):
+    """One raw sample of gyro and accelerometer, calibrated (uORB sensor_gyro and sensor_accel)."""
 
     timestamp: int = 0
     gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
@@ -22,11 +30,32 @@ class SensorBaro(NamedTuple):
     temperature_c: float = NAN
 
 
+class VehicleAirData(NamedTuple):
+    """Means of barometer samples at SENS_BARO_RATE."""
+
+    timestamp: int = 0
+    timestamp_sample: int = 0
+    baro_alt_meter: float = NAN
+    baro_pressure_pa: float = NAN
+    ambient_temperature: float = NAN
+    rho: float = NAN
+    calibration_count: int = 0
+
+
 class SensorMag(NamedTuple):
     """Magnetic field in the body frame, gauss."""
 
     timestamp: int = 0
     magnetometer_ga: Vector3 = NAN3
+
+
+class VehicleMagnetometer(NamedTuple):
+    """Means of magnetometer samples at SENS_MAG_RATE, gauss."""
+
+    timestamp: int = 0
+    timestamp_sample: int = 0
+    magnetometer_ga: Vector3 = NAN3
+    calibration_count: int = 0
 
 
 class SensorGps(NamedTuple):
@@ -43,6 +72,9 @@ class SensorGps(NamedTuple):
     epv: float = NAN
     fix_type: int = 0
     satellites_used: int = 0
+    s_variance_m_s: float = NAN
+    hdop: float = NAN
+    vdop: float = NAN
 
 
 class DistanceSensorSample(NamedTuple):

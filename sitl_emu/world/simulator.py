@@ -13,7 +13,7 @@ import struct
 from typing import NamedTuple
 
 from sitl_emu.core.geodesy import MapProjection
-from sitl_emu.core.geomagnetism import MagneticField, magnetic_field
+from sitl_emu.core.geomagnetism import magnetic_field
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_ACCEL,
     FIELDS_UPDATED_BARO,
@@ -103,8 +103,8 @@ class VehicleSimulator:
         """PX4's SIH_WIND_N, SIH_WIND_E in m/s: air that moves *south*, *west*; they add to the world's wind."""
 
         sensors = vehicle.sensors
-        self._imu = Imu(sensors.imu, seed, name)
-        self.magnetometer = Magnetometer(sensors.magnetometer, _field(vehicle, home), seed, name)
+        self._imu = Imu(sensors.imu, seed, name, home.lat_deg)
+        self.magnetometer = Magnetometer(sensors.magnetometer, magnetic_field(home.lat_deg, home.lon_deg), seed, name)
         self.barometer = Barometer(sensors.barometer, seed, name)
         self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
         self._lidar = Lidar(sensors.lidar, terrain, seed, name) if sensors.lidar else None
@@ -182,7 +182,7 @@ class VehicleSimulator:
         if now_us >= self._due_at:
             updated |= self._slow_sensors(now_us, messages)
         reading = self._imu.read(
-            body.ax_m_s2, body.ay_m_s2, body.az_m_s2, body.p_rad_s, body.q_rad_s, body.r_rad_s, body.running
+            body.ax_m_s2, body.ay_m_s2, body.az_m_s2, body.p_rad_s, body.q_rad_s, body.r_rad_s, body.q, body.running
         )
         pressure, pressure_alt = self._pressure
         temperature = self.barometer.temperature_c
@@ -278,13 +278,6 @@ def _dynamics(vehicle: Vehicle, home: Home, terrain: Terrain, start: tuple[float
     if vehicle.chassis is not None:
         return Ackermann(vehicle, terrain.height_m, *start, gravity)
     return SihAckermann(vehicle, terrain.height_m, *start, gravity, home.lat_deg, home.lon_deg)
-
-
-def _field(vehicle: Vehicle, home: Home) -> MagneticField:
-    """The field at home; an airframe that comes with a declination of its own (EKF2_MAG_DECL) finds that one."""
-    field = magnetic_field(home.lat_deg, home.lon_deg)
-    declination_deg = vehicle.airframe.get("EKF2_MAG_DECL")
-    return field if declination_deg is None else field._replace(declination_rad=math.radians(declination_deg))
 
 
 def _period_us(rate_hz: float) -> int:

@@ -9,11 +9,16 @@ from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors
 from autopilot.topics import Topics, Vector3, VehicleLandDetected
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.core.geomagnetism import magnetic_field
 from sitl_emu.core.simulator_api import HilGps, HilSensor, SimulatorMessage
+from sitl_emu.world.atmosphere import gravity_m_s2
 
 LAT, LON, ALT_M = 47.39774, 8.545594, 488.0
-DECLINATION = math.radians(3.4)
+FIELD = magnetic_field(LAT, LON)
+DECLINATION = FIELD.declination_rad
+SPIN_RAD_S = 7.292115e-5
 TICK_S = 0.004
+GRAVITY_M_S2 = gravity_m_s2(LAT)
 Path = Callable[[float], tuple[Vector3, Vector3, Vector3]]
 """Time to position, velocity and acceleration, NED."""
 
@@ -26,7 +31,7 @@ class Feed:
     """Steps an estimator; `yaw` of the vehicle is fixed, what is public may be changed on the way."""
 
     def __init__(self, path: Path = standing, yaw: float = 0.7, **parameters: float) -> None:
-        airframe = {"EKF2_REQ_GPS_H": 0.5, "EKF2_MAG_DECL": math.degrees(DECLINATION), **parameters}
+        airframe = {"EKF2_REQ_GPS_H": 0.5, "SENS_GPS0_DELAY": 0, **parameters}
         self.parameters, self.topics = Parameters("multicopter", airframe), Topics()
         self.sensors = Sensors(self.topics, self.parameters)
         self.estimator = Estimator(self.topics, self.parameters)
@@ -49,7 +54,9 @@ class Feed:
         self.ticks += 1
         position, velocity, acceleration = self.path(self.time_s)
         moving = any(velocity)
-        self.topics.vehicle_land_detected = VehicleLandDetected(0, not moving, not moving, not moving)
+        self.topics.vehicle_land_detected = VehicleLandDetected(
+            self.ticks * 4000, not moving, not moving, not moving, at_rest=not moving
+        )
         messages: list[SimulatorMessage] = []
         if self.gps and self.ticks % 31 == 0:
             messages.append(self._fix(position, velocity))
@@ -69,21 +76,24 @@ class Feed:
         fields, mag, pressure = 0b111111, (0.0, 0.0, 0.0), 0.0
         if self.ticks % 5 == 0:
             fields |= 0b111000000
-            mx, my = self._to_body(0.21 * math.cos(DECLINATION), 0.21 * math.sin(DECLINATION))
-            mag = (mx + gauss(0, 0.012), my + gauss(0, 0.012), 0.43 + gauss(0, 0.012))
+            horizontal = FIELD.strength_gauss * math.cos(FIELD.inclination_rad)
+            mx, my = self._to_body(horizontal * math.cos(DECLINATION), horizontal * math.sin(DECLINATION))
+            mz = FIELD.strength_gauss * math.sin(FIELD.inclination_rad)
+            mag = (mx + gauss(0, 0.012), my + gauss(0, 0.012), mz + gauss(0, 0.012))
         if self.baro and self.ticks % 12 == 0:
             fields |= 0b1101000000000
             height = ALT_M - position[2] + gauss(0, 0.1)
             pressure = 1013.25 * (1.0 - 0.0065 * height / 288.15) ** 5.2559
         ax, ay = self._to_body(acceleration[0], acceleration[1])
+        spin_x, spin_y = self._to_body(SPIN_RAD_S * math.cos(math.radians(LAT)), 0.0)
         return HilSensor(
             self.ticks * 4000,
             ax + gauss(0, 0.07),
             ay + gauss(0, 0.07),
-            acceleration[2] - 9.80665 + self.accel_bias_z + gauss(0, 0.07),
-            self.gyro_bias_x + gauss(0, 0.007),
-            gauss(0, 0.007),
-            gauss(0, 0.007),
+            acceleration[2] - GRAVITY_M_S2 + self.accel_bias_z + gauss(0, 0.07),
+            self.gyro_bias_x + spin_x + gauss(0, 0.007),
+            spin_y + gauss(0, 0.007),
+            -SPIN_RAD_S * math.sin(math.radians(LAT)) + gauss(0, 0.007),
             *mag,
             pressure,
             0.0,

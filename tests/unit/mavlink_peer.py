@@ -29,6 +29,7 @@ from autopilot.topics import (
     VehicleGlobalPosition,
     VehicleLocalPosition,
     VehicleLocalPositionSetpoint,
+    VehicleMagnetometer,
 )
 from sitl_emu.core import dialect as mavlink
 
@@ -92,6 +93,7 @@ class Peer:
         now_us, topics = self.now_us, self.topics
         topics.sensor_combined = SensorCombined(now_us)
         topics.sensor_mag = SensorMag(now_us, (0.2, 0.0, 0.4))
+        topics.vehicle_magnetometer = VehicleMagnetometer(now_us, now_us, (0.2, 0.0, 0.4))
         topics.sensor_baro = SensorBaro(now_us, 95_600.0, 489.0, 20.0)
         topics.sensor_gps = SensorGps(
             now_us // GPS_EVERY_US * GPS_EVERY_US, LAT_DEG, LON_DEG, ALT_M, 0.1, 0.0, 0.0, 0.9, 1.78, 3, 10
@@ -101,10 +103,24 @@ class Peer:
         topics.vehicle_attitude = VehicleAttitude(now_us, euler=(0.1, -0.2, 0.3))
         topics.vehicle_angular_velocity = VehicleAngularVelocity(now_us)
         topics.vehicle_local_position = VehicleLocalPosition(
-            now_us, True, True, True, True, 1.0, 2.0, -3.0, 0.5, ref_lat=LAT_DEG, ref_lon=LON_DEG, ref_alt=ALT_M
+            now_us,
+            now_us,
+            True,
+            True,
+            True,
+            True,
+            1.0,
+            2.0,
+            -3.0,
+            vx=0.5,
+            ref_lat=LAT_DEG,
+            ref_lon=LON_DEG,
+            ref_alt=ALT_M,
         )
-        topics.vehicle_global_position = VehicleGlobalPosition(now_us, True, LAT_DEG, LON_DEG, ALT_M + 3.0)
-        topics.estimator_status = EstimatorStatus(now_us, True, True)
+        topics.vehicle_global_position = VehicleGlobalPosition(
+            now_us, now_us, LAT_DEG, LON_DEG, ALT_M + 3.0, ALT_M + 3.0, True, True
+        )
+        topics.estimator_status = EstimatorStatus(now_us, now_us, control_mode_flags=0b111)
         topics.home_position = HomePosition(now_us, True, LAT_DEG, LON_DEG, ALT_M, 0.0, 0.0, 0.0, 0.0)
         topics.rtl_time_estimate = RtlTimeEstimate(now_us, True, 20.0, 122.0)
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us)

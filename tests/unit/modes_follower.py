@@ -48,7 +48,7 @@ class Follower:
     def place(self, north: float, east: float, up: float, heading: float = 0.0) -> None:
         """Stand still somewhere."""
         self.topics.vehicle_local_position = VehicleLocalPosition(
-            self.now_us, True, True, True, True, north, east, -up, heading=heading,
+            self.now_us, self.now_us, True, True, True, True, north, east, -up, heading=heading,
             ref_lat=HOME.lat0_deg, ref_lon=HOME.lon0_deg, ref_alt=ALTITUDE_M, ref_timestamp=1,
         )  # fmt: skip
 

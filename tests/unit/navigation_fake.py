@@ -161,20 +161,18 @@ class FakeVehicle:
             topics.sensor_mag = SensorMag(now, (0.2, 0.0, 0.4))
             topics.sensor_baro = SensorBaro(now, 95000.0, HOME_ALT + self.up)
             topics.vehicle_attitude = VehicleAttitude(now, euler=self.euler)
-            topics.estimator_status = EstimatorStatus(
-                now, tilt_aligned=True, yaw_aligned=True, gps_fused=True, horizontal_good_us=now
-            )
+            topics.estimator_status = EstimatorStatus(now, now, control_mode_flags=0b111)
         lat, lon = PLACE.reproject(self.north, self.east)
         known = self.gps and self.now_us > 1_000_000
         if self.gps:
             received = PLACE.reproject(self.north + self.gps_error_north, self.east)
             topics.sensor_gps = SensorGps(now, *received, HOME_ALT + self.up, fix_type=3)
         topics.vehicle_local_position = VehicleLocalPosition(
-            now, known, True, known, True, self.north, self.east, -self.up,
+            now, now, known, True, known, True, self.north, self.east, -self.up,
             ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
         )  # fmt: skip
         topics.vehicle_global_position = VehicleGlobalPosition(
-            now, known, lat, lon, HOME_ALT + self.up, HOME_ALT, 0.5, 0.8
+            now, now, lat, lon, HOME_ALT + self.up, HOME_ALT + self.up, known, known, eph=0.5, epv=0.8
         )
         topics.vehicle_land_detected = VehicleLandDetected(now, self.landed, self.landed, self.landed)
         topics.battery_status = self.battery._replace(timestamp=now)

@@ -84,7 +84,7 @@ class RoverBody:
         """What the estimator would say."""
         vx, vy = self.speed * math.cos(self.heading), self.speed * math.sin(self.heading)
         self.topics.vehicle_local_position = VehicleLocalPosition(
-            self.now_us, True, True, True, True, self.north, self.east, 0.0, vx, vy, heading=self.heading,
+            self.now_us, self.now_us, True, True, True, True, self.north, self.east, vx=vx, vy=vy, heading=self.heading,
             ref_lat=HOME.lat0_deg, ref_lon=HOME.lon0_deg, ref_alt=488.0, ref_timestamp=1,
         )  # fmt: skip
         self.topics.vehicle_angular_velocity = VehicleAngularVelocity(self.now_us, (0.0, 0.0, yaw_rate))

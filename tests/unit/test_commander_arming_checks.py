@@ -7,11 +7,13 @@ from collections.abc import Callable
 import pytest
 
 from autopilot.commander import arming_checks
-from autopilot.commander.arming_checks.checks import CHECKS
+from autopilot.commander.arming_checks.checks import AFTER_ESTIMATOR, BEFORE_ESTIMATOR
+from autopilot.commander.arming_checks.estimator import EstimatorCheck
 from autopilot.commander.arming_checks.findings import GPS, LOGGING, PREARM_CHECK, XY_POSITION_CONTROL
 from autopilot.constants import NavState
 from autopilot.topics import (
     BatteryStatus,
+    EstimatorStatus,
     FailureDetectorStatus,
     GcsHeartbeats,
     GeofenceResult,
@@ -26,7 +28,6 @@ from autopilot.topics import (
     SensorMag,
     Topics,
     TrajectorySetpoint,
-    VehicleAttitude,
     VehicleAttitudeSetpoint,
     VehicleLocalPosition,
     VehicleStatus,
@@ -40,7 +41,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "imu": ("sensor_combined", SensorCombined()),
     "magnetometer": ("sensor_mag", SensorMag()),
     "baro": ("sensor_baro", SensorBaro()),
-    "estimator": ("vehicle_attitude", VehicleAttitude()),
+    "estimator": ("estimator_status", EstimatorStatus()),
     "battery": ("battery_status", BatteryStatus(connected=True, warning=2)),
     "geofence": ("geofence_result", GeofenceResult(breached=True, action=2)),
     "failure_detector": ("failure_detector_status", FailureDetectorStatus(fd_pitch=True)),
@@ -94,7 +95,9 @@ def check(vehicle: FakeVehicle) -> None:
 
 def test_every_check_stands_in_the_list_and_here() -> None:
     files = {path.stem for path in pathlib.Path(arming_checks.__file__).parent.glob("*.py")} - NOT_CHECKS
-    in_list = {function.__module__.rsplit(".", 1)[1] for function in CHECKS}
+    in_list = {
+        function.__module__.rsplit(".", 1)[1] for function in (*BEFORE_ESTIMATOR, EstimatorCheck, *AFTER_ESTIMATOR)
+    }
     assert files | {"logger"} == in_list
     assert files == FORBIDS.keys() | FLAGS.keys()
 
@@ -212,12 +215,12 @@ def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:
     assert vehicle.topics.health_report.can_arm_mode_flags
 
 
-def test_position_that_may_be_too_far_off_is_none() -> None:
+def test_position_that_may_be_two_and_a_half_times_too_far_off_is_none() -> None:
     vehicle = ready(COM_POS_FS_EPH=5.0)
-    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(eph=6.0)
+    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(eph=13.0)
     check(vehicle)
     assert vehicle.topics.failsafe_flags.local_position_invalid
-    assert vehicle.topics.failsafe_flags.global_position_invalid
+    assert not vehicle.topics.failsafe_flags.local_position_invalid_relaxed
 
 
 def test_offboard_position_needs_a_position() -> None:

@@ -118,7 +118,7 @@ def test_lost_position_descends_at_once_and_holds_again_when_it_is_back() -> Non
     assert vehicle.modes == ["AUTO_LOITER", "DESCEND"]
     assert vehicle.take_texts() == ["Failsafe activated"]
     vehicle.gps = True
-    vehicle.run(0.5)
+    vehicle.run(1.5)
     assert vehicle.modes[-1] == "AUTO_LOITER"
     assert status(vehicle) == ACTIVE
 

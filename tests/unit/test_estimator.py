@@ -5,7 +5,8 @@ import math
 import pytest
 
 from autopilot.topics import DistanceSensorSample, Vector3
-from tests.unit.estimator_feed import ALT_M, LAT, LON, Feed
+from tests.typed import now
+from tests.unit.estimator_feed import ALT_M, DECLINATION, LAT, LON, Feed
 
 
 def circle(time_s: float) -> tuple[Vector3, Vector3, Vector3]:
@@ -26,12 +27,12 @@ def circle(time_s: float) -> tuple[Vector3, Vector3, Vector3]:
     )
 
 
-def test_knows_where_it_is_two_seconds_after_power_on() -> None:
+def test_knows_where_it_is_four_seconds_after_power_on() -> None:
     feed = Feed()
-    feed.run(2.0)
-    local, status = feed.topics.vehicle_local_position, feed.topics.estimator_status
+    feed.run(4.0)
+    local, flags = feed.topics.vehicle_local_position, feed.topics.estimator_status_flags
     assert local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid
-    assert status.tilt_aligned and status.yaw_aligned and status.gps_fused and status.baro_fused and status.mag_fused
+    assert flags.cs_tilt_align and flags.cs_yaw_align and flags.cs_gnss_pos and flags.cs_baro_hgt and flags.cs_mag
     assert (local.ref_lat, local.ref_lon) == pytest.approx((LAT, LON), abs=1e-5)
     assert local.ref_alt == pytest.approx(ALT_M, abs=0.5)
     assert local.heading == pytest.approx(0.7, abs=0.05)
@@ -49,7 +50,7 @@ def test_stands_still_on_the_ground() -> None:
         seen.append((local.x, local.z, local.vx, local.vz, local.heading))
     spans = [max(column) - min(column) for column in zip(*seen, strict=True)]
     assert spans[0] < 0.3 and spans[1] < 0.3, "position"
-    assert spans[2] < 0.05 and spans[3] < 0.05, "velocity"
+    assert spans[2] < 0.1 and spans[3] < 0.1, "velocity"
     assert spans[4] < 0.02, "heading"
 
 
@@ -70,9 +71,9 @@ def test_learns_an_imu_bias() -> None:
     feed = Feed()
     feed.accel_bias_z, feed.gyro_bias_x = 0.15, 0.02
     feed.run(20.0)
-    status = feed.topics.estimator_status
-    assert status.gyro_bias[0] == pytest.approx(0.02, abs=0.005)
-    assert status.accel_bias[2] == pytest.approx(0.15, abs=0.05)
+    bias = feed.topics.estimator_sensor_bias
+    assert bias.gyro_bias[0] == pytest.approx(0.02, abs=0.005)
+    assert bias.accel_bias[2] == pytest.approx(0.15, abs=0.05)
     assert feed.topics.vehicle_angular_velocity.xyz[0] == pytest.approx(0.0, abs=0.02)
 
 
@@ -91,17 +92,15 @@ def test_position_ends_five_seconds_after_the_last_fix_and_comes_back() -> None:
     feed.gps = False
     feed.run(4.7)
     local = feed.topics.vehicle_local_position
-    assert local.xy_valid and feed.topics.estimator_status.dead_reckoning
-    assert not feed.topics.estimator_status.gps_fused
+    assert local.xy_valid and local.dead_reckoning
     feed.run(0.5)
     local = feed.topics.vehicle_local_position
     assert not local.xy_valid and not local.v_xy_valid and local.z_valid
-    assert not feed.topics.vehicle_global_position.valid
-    resets = local.xy_reset_counter
+    assert not now(feed.topics.vehicle_global_position.valid)
     feed.gps = True
     feed.run(1.5)
     local = feed.topics.vehicle_local_position
-    assert local.xy_valid and local.xy_reset_counter == resets + 1
+    assert local.xy_valid and feed.topics.vehicle_global_position.valid
     assert math.dist((local.x, local.y), circle(feed.time_s)[0][:2]) < 1.0
 
 
@@ -113,7 +112,7 @@ def test_timeout_is_the_parameter_s() -> None:
     assert not feed.topics.vehicle_local_position.xy_valid
 
 
-def test_a_jump_of_the_gps_is_gated_and_after_five_seconds_believed() -> None:
+def test_a_jump_of_the_gps_is_gated_and_after_seven_seconds_believed() -> None:
     feed = Feed(circle)
     feed.run(12.0)
     feed.gps_offset_m = 60.0
@@ -121,7 +120,7 @@ def test_a_jump_of_the_gps_is_gated_and_after_five_seconds_believed() -> None:
     assert feed.topics.estimator_status.pos_test_ratio > 1.0
     error = feed.topics.vehicle_local_position.x - circle(feed.time_s)[0][0]
     assert abs(error) < 2.0
-    feed.run(5.0)
+    feed.run(8.0)
     error = feed.topics.vehicle_local_position.x - circle(feed.time_s)[0][0]
     assert error == pytest.approx(60.0, abs=2.0)
 
@@ -132,7 +131,7 @@ def test_height_goes_on_without_barometer() -> None:
     feed.baro = False
     feed.run(10.0)
     local = feed.topics.vehicle_local_position
-    assert local.z_valid and not feed.topics.estimator_status.baro_fused
+    assert local.z_valid and not feed.topics.estimator_status_flags.cs_baro_hgt
     assert local.z == pytest.approx(circle(feed.time_s)[0][2], abs=0.5)
 
 
@@ -146,7 +145,7 @@ def test_the_barometer_goes_along_when_the_height_jumps_to_what_gps_says() -> No
     feed.gps = False
     feed.run(1.0)
     assert feed.topics.vehicle_local_position.z == pytest.approx(-30.0, abs=1.0)
-    assert feed.topics.estimator_status.baro_fused
+    assert feed.topics.estimator_status_flags.cs_baro_hgt
 
 
 def test_barometer_as_height_reference() -> None:
@@ -158,8 +157,8 @@ def test_barometer_as_height_reference() -> None:
 def test_distance_to_ground() -> None:
     feed = Feed(circle)
     feed.run(10.0)
-    for _ in range(10):
-        feed.run(0.1)
+    for _ in range(60):
+        feed.run(0.052)
         height = -feed.topics.vehicle_local_position.z
         feed.topics.distance_sensor = DistanceSensorSample(feed.ticks * 4000, height + 2.0, 0.2, 12.0)
     local = feed.topics.vehicle_local_position
@@ -177,11 +176,40 @@ def test_same_sensors_same_estimate() -> None:
     assert ends[0] == ends[1]
 
 
-def test_declination_comes_from_the_place_unless_a_parameter_has_it() -> None:
-    feed = Feed(EKF2_MAG_DECL=0.0)
+def test_declination_comes_from_the_place_and_is_saved() -> None:
+    feed = Feed()
     feed.run(3.0)
-    # The feed's field turns 3.4 degrees east; the IGRF's at that place is 0.7 less (at degree 6).
-    assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7 - math.radians(0.7), abs=0.03)
-    nowhere = Feed(EKF2_MAG_DECL=0.0, EKF2_DECL_TYPE=0)
-    nowhere.run(3.0)
-    assert nowhere.topics.vehicle_local_position.heading == pytest.approx(0.7 - math.radians(3.4), abs=0.03)
+    assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7, abs=0.03)
+    assert feed.parameters["EKF2_MAG_DECL"] == pytest.approx(math.degrees(DECLINATION), abs=1e-3)
+
+
+def test_without_the_place_the_saved_declination_counts() -> None:
+    feed = Feed(EKF2_MAG_DECL=13.4)
+    feed.gps = False
+    feed.run(6.0)
+    turned = math.radians(13.4) - DECLINATION
+    assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7 + turned, abs=0.03)
+    assert feed.parameters["EKF2_MAG_DECL"] == pytest.approx(13.4)
+
+
+def test_height_does_not_drift_before_arming() -> None:
+    feed = Feed()
+    feed.run(5.0)
+    heights = []
+    for _ in range(40):
+        feed.run(0.5)
+        heights.append(feed.topics.vehicle_local_position.z)
+    assert max(heights) - min(heights) < 0.15
+
+
+def test_what_it_fuses_is_told() -> None:
+    feed = Feed()
+    feed.run(4.0)
+    topics = feed.topics
+    for aid in (topics.estimator_aid_src_gnss_pos, topics.estimator_aid_src_gnss_vel, topics.estimator_aid_src_mag):
+        assert aid.fused and not aid.innovation_rejected and max(aid.test_ratio) < 1.0
+    assert topics.estimator_aid_src_baro_hgt.fused
+    states = topics.estimator_states
+    assert states.n_states == 25 and min(states.covariances[:15]) > 0.0
+    assert topics.estimator_fusion_control.gps_active[0] and topics.estimator_gps_status.checks_passed
+    assert topics.estimator_status.timestamp_sample < topics.estimator_status.timestamp

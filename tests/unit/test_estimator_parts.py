@@ -8,74 +8,85 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from autopilot.commander.arming_checks.estimator import Validity
 from autopilot.estimator import covariance as cov
-from autopilot.estimator.alignment import Alignment
-from autopilot.estimator.gps_checks import GpsChecks
-from autopilot.estimator.height_bias import HeightBias
+from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.aid_sources.gnss_checks import GnssChecks
+from autopilot.estimator.aid_sources.range_finder import Consistency
+from autopilot.estimator.bias_estimator import BiasEstimator
+from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.estimator import Settings
+from autopilot.estimator.imu_down_sampler import ImuDownSampler
 from autopilot.estimator.imu_filter import LowPass2p, alpha
-from autopilot.estimator.strapdown import Strapdown
-from autopilot.estimator.terrain import Terrain
+from autopilot.estimator.output_predictor import OutputPredictor
+from autopilot.estimator.samples import BaroSample, GnssSample, ImuSample, SampleBuffer
+from autopilot.estimator.state import State
+from autopilot.estimator.yaw_estimator import YawEstimator
 from autopilot.parameters import Parameters
-from autopilot.topics import SensorGps, Vector3
-from sitl_emu.core.attitude import quaternion
+from autopilot.topics import Vector3
+from sitl_emu.core.attitude import euler, quaternion
 from tests.typed import now
 
 G = 9.80665
-RANGE_NOISE = (0.1, 0.05, 5.0, 5.0, 0.5)
+STEP_S = 0.008
+FAST = 1e3
 
 
-def euler_of(rotation: tuple[float, ...]) -> Vector3:
-    return (
-        math.atan2(rotation[7], rotation[8]),
-        math.asin(-rotation[6]),
-        math.atan2(rotation[3], rotation[0]),
-    )
+def imu(time_us: int, gyro: Vector3, accel: Vector3) -> ImuSample:
+    turn = (gyro[0] * STEP_S, gyro[1] * STEP_S, gyro[2] * STEP_S)
+    return ImuSample(time_us, turn, (accel[0] * STEP_S, accel[1] * STEP_S, accel[2] * STEP_S), STEP_S)
 
 
-def test_strapdown_at_rest_stays() -> None:
-    state = Strapdown()
-    for _ in range(2500):
-        state.predict((0.0, 0.0, 0.0), (0.0, 0.0, -G), 0.004)
-    assert (state.vn, state.ve, state.vd) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-
-
-def test_strapdown_turns_by_the_angle_of_its_rate() -> None:
-    state = Strapdown()
-    for _ in range(250):
-        state.predict((0.0, 0.0, math.pi / 2), (0.0, 0.0, -G), 0.004)
-    assert euler_of(state.rotation)[2] == pytest.approx(math.pi / 2, abs=1e-4)
-    assert math.fsum(c * c for c in state.q) == pytest.approx(1.0, abs=1e-9)
-
-
-def test_strapdown_falls_by_half_g_t_squared() -> None:
-    state = Strapdown()
-    for _ in range(250):
-        state.predict((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.004)
-    assert state.pd == pytest.approx(G / 2, rel=1e-6)
-    assert state.vd == pytest.approx(G, rel=1e-6)
-
-
-def test_biases_are_taken_off() -> None:
-    state = Strapdown()
-    state.gyro_bias, state.accel_bias = (0.1, -0.05, 0.02), (0.2, -0.1, 0.3)
-    for _ in range(250):
-        state.predict((0.1, -0.05, 0.02), (0.2, -0.1, 0.3 - G), 0.004)
-    assert euler_of(state.rotation) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-    assert (state.vn, state.ve, state.vd) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-
-
-def moving(error: list[float]) -> Strapdown:
-    """A state after 0.1 s of turning and accelerating, which began with an error."""
-    state = Strapdown()
-    state.q, state.vn, state.ve, state.vd = quaternion(0.2, -0.3, 1.0), 3.0, -2.0, 0.5
-    state.correct(error, math.inf, math.inf)
-    state.restart_sums()
-    for _ in range(25):
-        state.predict((0.3, -0.2, 0.5), (1.5, -2.0, -11.0), 0.004)
+def moved(state: State, gyro: Vector3, accel: Vector3, steps: int) -> State:
+    for _ in range(steps):
+        state.predict(imu(0, gyro, accel), FAST)
     return state
 
 
-def difference(a: Strapdown, b: Strapdown) -> list[float]:
+# --- state ------------------------------------------------------------------------------------------------------
+
+
+def test_at_rest_it_stays() -> None:
+    state = moved(State(), (0.0, 0.0, 0.0), (0.0, 0.0, -G), 1000)
+    assert (state.vn, state.ve, state.vd) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_it_turns_by_the_angle_of_its_rate() -> None:
+    state = moved(State(), (0.0, 0.0, math.pi / 2), (0.0, 0.0, -G), 125)
+    assert state.yaw == pytest.approx(math.pi / 2, abs=1e-4)
+    assert math.fsum(c * c for c in state.q) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_it_falls_by_half_g_t_squared() -> None:
+    state = moved(State(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 125)
+    assert state.alt == pytest.approx(-G / 2, rel=1e-6)
+    assert state.vd == pytest.approx(G, rel=1e-6)
+
+
+def test_biases_are_taken_off_and_so_is_the_turn_of_the_earth() -> None:
+    state = State()
+    state.set_latitude(90.0)
+    state.gravity_m_s2 = G
+    state.gyro_bias, state.accel_bias = (0.1, -0.05, 0.02), (0.2, -0.1, 0.3)
+    moved(state, (0.1, -0.05, 0.02 - 7.292115e-5), (0.2, -0.1, 0.3 - G), 125)
+    assert euler(state.q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert (state.vn, state.ve, state.vd) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+# --- covariance -------------------------------------------------------------------------------------------------
+
+
+def disturbed(error: list[float]) -> State:
+    """A state after 0.1 s of turning and accelerating, which began with an error."""
+    state = State()
+    state.set_attitude(quaternion(0.2, -0.3, 1.0))
+    state.vn, state.ve, state.vd = 3.0, -2.0, 0.5
+    state.correct(error, math.inf, math.inf, mag=True, wind=True)
+    state.restart_sums()
+    return moved(state, (0.3, -0.2, 0.5), (1.5, -2.0, -11.0), 12)
+
+
+def difference(a: State, b: State) -> list[float]:
     """Error state of b seen from a."""
     aw, ax, ay, az = a.q
     bw, bx, by, bz = b.q
@@ -83,88 +94,223 @@ def difference(a: Strapdown, b: Strapdown) -> list[float]:
     x = -bw * ax + bx * aw - by * az + bz * ay
     y = -bw * ay + bx * az + by * aw - bz * ax
     z = -bw * az - bx * ay + by * ax + bz * aw
-    moved = [b.vn - a.vn, b.ve - a.ve, b.vd - a.vd, b.pn - a.pn, b.pe - a.pe, b.pd - a.pd]
-    gyro = [p - q for p, q in zip(b.gyro_bias, a.gyro_bias, strict=True)]
-    accel = [p - q for p, q in zip(b.accel_bias, a.accel_bias, strict=True)]
-    return [2 * x, 2 * y, 2 * z, *moved, *gyro, *accel]
+    change = [b.vn - a.vn, b.ve - a.ve, b.vd - a.vd, b.pn - a.pn, b.pe - a.pe, a.alt - b.alt]
+    others = [
+        p - q
+        for mine, yours in ((b.gyro_bias, a.gyro_bias), (b.accel_bias, a.accel_bias))
+        for p, q in zip(mine, yours, strict=True)
+    ]
+    return [2 * x, 2 * y, 2 * z, *change, *others]
 
 
-@pytest.mark.parametrize("index", range(cov.STATES))
-def test_transition_is_the_derivative_of_the_strapdown(index: int) -> None:
-    reference = moving([0.0] * cov.STATES)
+@pytest.mark.parametrize("index", range(15))
+def test_the_transition_is_the_derivative_of_the_prediction(index: int) -> None:
+    reference = disturbed([0.0] * cov.STATES)
     size = 1e-4
     error = [0.0] * cov.STATES
     error[index] = size
-    measured = np.array(difference(reference, moving(error))) / size
-    transition = np.identity(cov.STATES)
-    delta_velocity = (reference.dvn, reference.dve, reference.dvd)
-    noise = np.zeros(cov.STATES)
-    cov.predict(np.identity(cov.STATES), list(reference.rotation), delta_velocity, reference.dt_s, noise, transition)
+    measured = np.array(difference(reference, disturbed(error))) / size
+    transition = cov.transition()
+    force = (reference.dvn, reference.dve, reference.dvd)
+    cov.predict(np.identity(cov.STATES), transition, reference.rotation, force, reference.dt_s)
+    whole = np.identity(cov.STATES)
+    whole[:9, :15] = transition
     # First order in a step of 0.1 s: the terms of second order (half dt squared times 10 m/s²) are left out.
-    assert transition[:, index] == pytest.approx(measured, abs=0.06)
+    assert whole[:15, index] == pytest.approx(measured, abs=0.06)
 
 
-@given(index=st.integers(0, 14), innovation=st.floats(-5, 5), variance=st.floats(0.01, 100), seed=st.integers(0, 99))
-def test_fuse_is_kalmans_update(index: int, innovation: float, variance: float, seed: int) -> None:
-    root = np.random.default_rng(seed).normal(size=(15, 15))
+@given(seed=st.integers(0, 99))
+def test_the_prediction_is_what_the_whole_transition_makes_of_the_covariance(seed: int) -> None:
+    root = np.random.default_rng(seed).normal(size=(cov.STATES, cov.STATES))
     prior = root @ root.T
-    h = np.zeros((1, 15))
-    h[0, index] = 1.0
-    gain = prior @ h.T / (h @ prior @ h.T + variance)
-    posterior, correction = prior.copy(), np.zeros(15)
-    cov.fuse(posterior, correction, index, innovation, variance)
-    assert posterior == pytest.approx((np.identity(15) - gain @ h) @ prior, abs=1e-8)
-    assert correction == pytest.approx(gain[:, 0] * innovation, abs=1e-9)
+    p, transition = prior.copy(), cov.transition()
+    state = disturbed([0.0] * cov.STATES)
+    cov.predict(p, transition, state.rotation, (state.dvn, state.dve, state.dvd), state.dt_s)
+    whole = np.identity(cov.STATES)
+    whole[:9, :15] = transition
+    assert p == pytest.approx(whole @ prior @ whole.T, abs=1e-8)
 
 
-def test_a_batch_counts_what_it_has_already_corrected() -> None:
-    covariance, correction = np.identity(15), np.zeros(15)
-    cov.fuse(covariance, correction, 3, 1.0, 1.0)
-    cov.fuse(covariance, correction, 3, 1.0, 1.0)
-    assert correction[3] == pytest.approx(2 / 3)
-    assert covariance[3, 3] == pytest.approx(1 / 3)
+@given(innovation_variance=st.floats(0.01, 100), seed=st.integers(0, 99), index=st.integers(0, 23))
+def test_updates_are_kalmans_and_josephs(innovation_variance: float, seed: int, index: int) -> None:
+    random_numbers = np.random.default_rng(seed)
+    root = random_numbers.normal(size=(cov.STATES, cov.STATES))
+    prior = root @ root.T
+    h = np.zeros(cov.STATES)
+    h[index] = 1.0
+    ph = prior @ h
+    own = float(ph @ h) + innovation_variance
+    kalman = ph / own
+    best = (np.identity(cov.STATES) - np.outer(kalman, h)) @ prior
+    posterior = prior.copy()
+    cov.update_optimal(posterior, kalman, ph)
+    assert posterior == pytest.approx(best, abs=1e-8)
+    gain = kalman * random_numbers.uniform(size=cov.STATES)
+    rest = np.identity(cov.STATES) - np.outer(gain, h)
+    joseph = rest @ prior @ rest.T + innovation_variance * np.outer(gain, gain)
+    posterior = prior.copy()
+    cov.update(posterior, gain, ph, own)
+    assert posterior == pytest.approx(joseph, abs=1e-7)
 
 
-def test_forget_leaves_no_correlation() -> None:
-    covariance = np.ones((15, 15))
-    cov.forget(covariance, 6, 2, 4.0)
+def test_what_is_uncorrelated_has_no_correlation() -> None:
+    covariance = np.ones((cov.STATES, cov.STATES))
+    cov.uncorrelate(covariance, 6, (4.0, 4.0))
     assert covariance[6, 6] == covariance[7, 7] == 4.0
     assert covariance[6, 7] == covariance[0, 6] == covariance[14, 7] == 0.0
     assert covariance[8, 8] == 1.0
 
 
-@given(roll=st.floats(-0.5, 0.5), pitch=st.floats(-0.5, 0.5), yaw=st.floats(-3.1, 3.1))
-def test_alignment_finds_any_attitude_at_rest(roll: float, pitch: float, yaw: float) -> None:
-    truth = Strapdown()
-    truth.q = quaternion(roll, pitch, yaw)
-    truth.predict((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1e-9)
-    r = truth.rotation
-    declination = 0.06
-    field = (0.2 * math.cos(declination), 0.2 * math.sin(declination), 0.43)
-
-    def to_body(v: Vector3) -> Vector3:
-        return (
-            r[0] * v[0] + r[3] * v[1] + r[6] * v[2],
-            r[1] * v[0] + r[4] * v[1] + r[7] * v[2],
-            r[2] * v[0] + r[5] * v[1] + r[8] * v[2],
-        )
-
-    alignment = Alignment()
-    for _ in range(75):
-        alignment.on_imu((0.0, 0.0, 0.0), to_body((0.0, 0.0, -G)))
-        alignment.on_mag(to_body(field))
-    assert alignment.tilt_ready() and alignment.heading_ready()
-    q = alignment.attitude(declination)
-    assert abs(sum(a * b for a, b in zip(q, truth.q, strict=True))) == pytest.approx(1.0, abs=1e-9)
+# --- samples ----------------------------------------------------------------------------------------------------
 
 
-def test_alignment_waits_until_it_stands_still() -> None:
-    alignment = Alignment()
-    for _ in range(74):
-        alignment.on_imu((0.0, 0.0, 0.0), (0.0, 0.0, -G))
-    alignment.on_imu((0.5, 0.0, 0.0), (0.0, 0.0, -G))
-    alignment.on_imu((0.0, 0.0, 0.0), (0.0, 0.0, -G))
-    assert not alignment.tilt_ready()
+def baro(time_us: int) -> BaroSample:
+    return BaroSample(time_us, 100.0, reset=False)
+
+
+def test_a_buffer_gives_what_the_horizon_has_reached_and_forgets_the_rest() -> None:
+    buffer: SampleBuffer[BaroSample] = SampleBuffer(20)
+    for time_us in (100_000, 150_000, 200_000):
+        assert buffer.push(time_us + 5_000, baro(time_us), 10_000)
+    assert not buffer.push(210_000, baro(205_000), 10_000), "too close behind the one before"
+    assert buffer.pop(99_000) is None
+    found = buffer.pop(160_000)
+    assert found is not None and found.time_us == 150_000
+    assert buffer.pop(160_000) is None
+    newest = buffer.newest()
+    assert newest is not None and newest.time_us == 200_000
+    assert buffer.pop(900_000) is None, "too old"
+
+
+def test_two_samples_of_four_milliseconds_make_a_step() -> None:
+    sampler, taken = ImuDownSampler(10_000.0), []
+    for tick in range(1, 201):
+        if sampler.update(tick * 4_000, 0.004, 0.0, 0.0, 0.0, 0.0, -G * 0.004, 0.004):
+            taken.append(sampler.take())
+    steps = [sample.dt_s for sample in taken[20:]]
+    assert steps == pytest.approx([0.008] * len(steps))
+    assert taken[-1].delta_angle == pytest.approx((0.008, 0.0, 0.0), abs=1e-6)
+    assert taken[-1].delta_velocity[2] == pytest.approx(-G * 0.008, rel=1e-4)
+
+
+# --- output predictor -------------------------------------------------------------------------------------------
+
+
+def test_the_output_draws_near_to_the_filter() -> None:
+    output = OutputPredictor(20)
+    output.align((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    output.gravity_m_s2 = G
+    truth = quaternion(0.0, 0.0, 0.1)
+    for _ in range(1500):
+        for _ in range(2):
+            output.update((0.0, 0.0, 0.0), (0.0, 0.0, -G), 0.004)
+        nothing: Vector3 = (0.0, 0.0, 0.0)
+        output.correct(0.152, 0.008, truth, nothing, (1.0, -2.0, 3.0), (nothing, nothing), (0.25, 0.25))
+    assert euler(output.q)[2] == pytest.approx(0.1, abs=1e-3)
+    assert (output.pn, output.pe, output.pd) == pytest.approx((1.0, -2.0, 3.0), abs=0.02)
+    assert (output.vn, output.ve, output.vd, output.z_deriv) == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=0.02)
+    assert max(output.tracking_error) < 0.02
+
+
+def test_a_turn_of_the_filter_turns_past_and_present() -> None:
+    output = OutputPredictor(20)
+    output.reset_quaternion(quaternion(0.0, 0.0, 1.0))
+    assert euler(output.q)[2] == pytest.approx(1.0)
+
+
+# --- checks and biases ------------------------------------------------------------------------------------------
+
+
+def test_an_aid_filters_its_test_ratio_with_the_sign_of_the_innovation() -> None:
+    aid = AidSource(1)
+    for tick in range(1, 100):
+        aid.update(tick * 50_000, (1.0,), (1.0,), (-2.0,), (1.0,), 5.0)
+    assert aid.test_ratio[0] == pytest.approx(4.0 / 25.0)
+    assert aid.test_ratio_filtered[0] == pytest.approx(-4.0 / 25.0, abs=1e-3)
+    assert not now(aid.innovation_rejected)
+    aid.update(5_000_000, (1.0,), (1.0,), (6.0,), (1.0,), 5.0)
+    assert now(aid.innovation_rejected)
+    aid.clip(0)
+    assert aid.innovation[0] == pytest.approx(5.0) and not aid.innovation_rejected
+
+
+def test_a_bias_is_found_and_followed_slowly() -> None:
+    bias, rng = BiasEstimator(), random.Random(1)
+    for _ in range(2000):
+        bias.predict(0.13, 0.05)
+        bias.fuse(2.0 + rng.gauss(0.0, 0.2), 0.04, 2.0, 0.05)
+    assert bias.bias == pytest.approx(2.0, abs=0.3)
+    bias.fuse(30.0, 0.04, 2.0, 0.05)
+    assert bias.bias < 4.0
+
+
+@pytest.mark.parametrize(("climb_m_s", "consistent"), [(-1.0, True), (1.0, False)])
+def test_a_range_has_to_change_as_the_vehicle_climbs(climb_m_s: float, consistent: bool) -> None:
+    check = Consistency()
+    for tick in range(1, 400):
+        distance = 5.0 + tick * 0.05 if consistent else 5.0
+        check.update(tick * 50_000, (distance, 0.0001), (-1.0, 0.01), 1.0, moving=False)
+    assert check.consistent is consistent
+    assert climb_m_s
+
+
+def fix(**other: float) -> GnssSample:
+    good = GnssSample(
+        time_us=0, lat=47.0, lon=8.0, alt=488.0, vel=(0.0, 0.0, 0.0), hacc=0.9, vacc=1.8, sacc=0.3, fix_type=3,
+        nsats=10, pdop=1.2,
+    )  # fmt: skip
+    return good._replace(**other)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [{"fix_type": 2}, {"nsats": 5}, {"hacc": 3.5}, {"vacc": 5.5}, {"sacc": 0.6}])
+def test_gnss_checks_want_good_fixes_without_a_break(bad: dict[str, float]) -> None:
+    ekf = Ekf(Settings(Parameters("multicopter", {"EKF2_REQ_GPS_H": 0.5})))
+    ekf.flags.in_air = False
+    checks = GnssChecks(ekf)
+
+    def run(time_us: int, sample: GnssSample) -> bool:
+        ekf.time_us = time_us
+        return checks.run(sample)
+
+    assert not run(1_000_000, fix())
+    assert not run(1_400_000, fix())
+    assert run(1_600_000, fix())
+    assert not run(1_700_000, fix(**bad))
+    assert checks.failures.mask()
+    assert not run(1_800_000, fix())
+    assert now(checks.failures.mask()) == 0
+
+
+def test_an_estimate_has_to_be_well_for_a_second_and_may_then_be_worse() -> None:
+    validity = Validity()
+
+    def look(now_us: int, error: float) -> bool:
+        return validity.update(now_us, valid=True, timestamp=now_us, error=error, limit=1.0)
+
+    assert not look(1, 2.0)
+    assert not look(900_000, 0.5)
+    assert look(1_100_000, 0.5)
+    assert look(1_200_000, 2.4)
+    assert not look(1_300_000, 2.6)
+    assert not look(1_400_000, 0.5)
+
+
+def test_the_yaw_estimator_finds_the_heading_by_acceleration() -> None:
+    yaw, heading = YawEstimator(), 1.0
+    speed = 0.0
+    for step in range(2500):
+        accelerating = step > 250
+        forward = 2.0 * math.sin(0.01 * step) if accelerating else 0.0
+        speed += forward * STEP_S
+        yaw.predict(imu(step * 8_000, (0.0, 0.0, 0.0), (forward, 0.0, -G)), 1, (0.0,) * 3, at_rest=False, flying=True)
+        if step % 16 == 0:
+            yaw.fuse_velocity(speed * math.cos(heading), speed * math.sin(heading), 0.3, in_air=accelerating)
+    assert yaw.converged
+    assert yaw.yaw == pytest.approx(heading, abs=0.1)
+    assert yaw.record(1, 1).yaw_composite_valid
+
+
+# --- filters ----------------------------------------------------------------------------------------------------
 
 
 def gain_at(filtered: LowPass2p, frequency_hz: float) -> float:
@@ -177,50 +323,3 @@ def test_gyro_filter_halves_the_power_at_its_cutoff() -> None:
     assert gain_at(LowPass2p(250.0, 40.0), 4.0) == pytest.approx(1.0, abs=0.01)
     assert gain_at(LowPass2p(250.0, 0.0), 100.0) == pytest.approx(1.0, abs=0.06)
     assert alpha(0.0, 0.004) == 1.0
-
-
-def test_height_bias_finds_an_offset_and_follows_slowly() -> None:
-    bias, rng = HeightBias(), random.Random(1)
-    for _ in range(2000):
-        bias.update(2.0 + rng.gauss(0.0, 0.2), 0.04, 0.05)
-    assert bias.bias_m == pytest.approx(2.0, abs=0.1)
-    bias.update(12.0, 0.04, 0.05)
-    assert bias.bias_m < 4.0
-
-
-def test_terrain_needs_a_fresh_range_and_little_tilt() -> None:
-    terrain = Terrain()
-    terrain.update(1_000_000, 5.0, 0.5, -5.0, 0.0, RANGE_NOISE)
-    assert not terrain.valid(1_000_000)
-    terrain.update(1_000_000, 5.0, 0.9, -4.5, 0.0, RANGE_NOISE)
-    assert terrain.valid(1_000_000)
-    assert terrain.down_m == pytest.approx(0.0)
-    assert not terrain.valid(2_100_000)
-
-
-def test_terrain_refuses_a_wild_range() -> None:
-    terrain = Terrain()
-    for tick in range(20):
-        terrain.update(tick * 50_000, 5.0, 1.0, -5.0, 0.0, RANGE_NOISE)
-    terrain.update(1_000_000, 0.3, 1.0, -5.0, 0.0, RANGE_NOISE)
-    assert terrain.down_m == pytest.approx(0.0, abs=0.01)
-
-
-def fix(**other: float) -> SensorGps:
-    good = SensorGps(0, 47.0, 8.0, 488.0, 0.0, 0.0, 0.0, 0.9, 1.8, 3, 10)
-    return good._replace(**other)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("bad", [{"fix_type": 2}, {"satellites_used": 5}, {"eph": 3.5}, {"epv": 5.5}])
-def test_gps_checks_want_good_fixes_without_a_break(bad: dict[str, float]) -> None:
-    parameters = Parameters("multicopter", {"EKF2_REQ_GPS_H": 0.5})
-    checks = GpsChecks(parameters)
-    checks.update(0, fix())
-    checks.update(400_000, fix())
-    assert not now(checks.passed)
-    checks.update(500_000, fix())
-    assert now(checks.passed)
-    checks.update(600_000, fix(**bad))
-    assert not checks.passed
-    checks.update(700_000, fix())
-    assert not checks.passed

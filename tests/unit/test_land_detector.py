@@ -38,7 +38,7 @@ class Descending:
         self.run(1.0)
 
     def moves(self, vz: float, thrust: float, vx: float = 0.0, dist_bottom: float | None = None) -> None:
-        local = VehicleLocalPosition(0, True, True, True, True, vx=vx, vz=vz)
+        local = VehicleLocalPosition(0, 0, True, True, True, True, vx=vx, vz=vz)
         if dist_bottom is not None:
             local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True)
         self.topics.vehicle_local_position = local
@@ -138,7 +138,7 @@ def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
     topics = Topics()
     detector = LandDetector(topics, Parameters("multicopter"))
     topics.actuator_armed = ActuatorArmed(True)
-    topics.vehicle_local_position = VehicleLocalPosition(0, True, True, True, True)
+    topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
     topics.vehicle_rates_setpoint = VehicleRatesSetpoint(20_000)
     detector.update(20_000)
     assert topics.vehicle_land_detected.landed
@@ -151,7 +151,7 @@ def test_arming_alone_is_no_takeoff() -> None:
     """The thrust setpoint is still that of the flight before."""
     topics = Topics()
     detector = LandDetector(topics, Parameters("multicopter"))
-    topics.vehicle_local_position = VehicleLocalPosition(0, True, True, True, True)
+    topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
     topics.vehicle_rates_setpoint = VehicleRatesSetpoint(1_000_000, (0.0,) * 3, (0.0, 0.0, -0.3))
     detector.update(9_980_000)
     topics.actuator_armed = ActuatorArmed(True)
@@ -163,7 +163,7 @@ def test_arming_alone_is_no_takeoff() -> None:
 def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:
     topics = Topics()
     topics.vehicle_status = topics.vehicle_status._replace(vehicle_type="rover", nav_state=nav_state)
-    topics.vehicle_global_position = VehicleGlobalPosition(0, True, 47.0 + north_deg, 8.0, 0.0)
+    topics.vehicle_global_position = VehicleGlobalPosition(0, 0, 47.0 + north_deg, 8.0, 0.0, 0.0, True, True)
     home = PositionSetpoint(0, True, 0, 47.0, 8.0, 0.0)
     topics.position_setpoint_triplet = PositionSetpointTriplet(0, current=home)
     return topics, LandDetector(topics, Parameters("rover"))

@@ -278,7 +278,19 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     now = rig.now_us
     topics.vehicle_attitude = VehicleAttitude(now, (0.5, -0.5, 0.5, -0.5), (0.1, 0.2, 0.3))
     topics.vehicle_local_position = VehicleLocalPosition(
-        now, True, True, x=1.0, y=2.0, z=-3.0, vz=0.5, heading=0.7, ref_lat=47.0, eph=0.25, xy_reset_counter=3
+        now,
+        now,
+        True,
+        True,
+        x=1.0,
+        y=2.0,
+        z=-3.0,
+        z_deriv=0.5,
+        heading=0.7,
+        xy_global=True,
+        ref_lat=47.0,
+        eph=0.25,
+        xy_reset_counter=3,
     )
     topics.actuator_outputs = ActuatorOutputs(now, (0.1, 0.2, 0.3, 0.4), (1100, 1200, 1300, 1400))
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)

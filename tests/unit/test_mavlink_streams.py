@@ -10,6 +10,7 @@ from autopilot.mavlink.streams import modules
 from autopilot.topics import (
     ActuatorArmed,
     EscStatus,
+    EstimatorFusionControl,
     EstimatorStatus,
     FailsafeFlags,
     GeofenceResult,
@@ -19,6 +20,7 @@ from autopilot.topics import (
     PositionControllerStatus,
     VehicleLandDetected,
     VehicleLocalPositionSetpoint,
+    VehicleMagnetometer,
     VehicleStatus,
 )
 from sitl_emu.core import dialect as mavlink
@@ -159,21 +161,19 @@ def test_a_receiver_without_a_fix() -> None:
     assert (told.fix_type, told.eph, told.epv, told.h_acc, told.vel_acc) == (0, 10_000, 10_000, 100_000, 100_000)
 
 
-def test_what_the_estimator_can_be_relied_on_for() -> None:
-    """On the ground by GPS, in the air by it, by vision alone, and with GPS that is refused."""
+def test_what_the_estimator_says_of_itself_is_passed_on() -> None:
     peer = Peer()
     peer.now_us = 1_000
     peer.fly()
-    flags = []
-    for landed, gps, vision, ratio in ((True, 1, 0, 0.1), (False, 1, 0, 0.1), (False, 0, 1, 0.1), (False, 1, 0, 1.5)):
-        peer.topics.vehicle_land_detected = VehicleLandDetected(landed=landed)
-        peer.topics.estimator_status = EstimatorStatus(
-            1, True, True, pos_test_ratio=ratio, gps_fused=bool(gps), vision_fused=bool(vision)
-        )
-        told = only(peer.send(command_long(REQUEST_MESSAGE, 230)), "ESTIMATOR_STATUS")[0]
-        flags.append(told.flags)
-    good = 1 | 2 | 4 | 8 | 16 | 32
-    assert flags == [good | 128 | 256 | 512, good | 256 | 512, good | 256, good | 256 | 512 | 1024]
+    peer.topics.estimator_status = EstimatorStatus(
+        1_000_000, vel_test_ratio=0.1, pos_test_ratio=0.2, hgt_test_ratio=0.3, hdg_test_ratio=0.4, hagl_test_ratio=0.5,
+        pos_horiz_accuracy=0.25, pos_vert_accuracy=0.125, solution_status_flags=831,
+    )  # fmt: skip
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 230)), "ESTIMATOR_STATUS")[0]
+    ratios = (told.vel_ratio, told.pos_horiz_ratio, told.pos_vert_ratio, told.mag_ratio, told.hagl_ratio)
+    assert ratios == pytest.approx((0.1, 0.2, 0.3, 0.4, 0.5))
+    assert (told.pos_horiz_accuracy, told.pos_vert_accuracy, told.flags) == (0.25, 0.125, 831)
+    assert math.isnan(told.tas_ratio)
 
 
 def test_which_fields_of_the_imu_are_new() -> None:
@@ -183,7 +183,7 @@ def test_which_fields_of_the_imu_are_new() -> None:
     peer.fly()
     peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=60_000)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b111111111
-    peer.topics.sensor_mag = peer.topics.sensor_mag._replace(timestamp=60_000)
+    peer.topics.vehicle_magnetometer = VehicleMagnetometer(60_000, 60_000)
     peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=96_000)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b1101000111111
 
@@ -315,17 +315,14 @@ def test_which_sensors_are_fused() -> None:
     """GPS, flow, vision, auxiliary position, barometer, range finder, magnetometer, airspeed, beacon."""
     peer = Peer()
     peer.fly()
-    peer.topics.estimator_status = EstimatorStatus(
-        1, True, True, gps_fused=True, baro_fused=True, mag_fused=True, disabled=frozenset({4})
-    )
+    peer.topics.estimator_fusion_control = EstimatorFusionControl(
+        1, (True, False), True, rng_intended=True, mag_intended=True, gps_active=(True, True), baro_active=True,
+        mag_active=True,
+    )  # fmt: skip
     status = only(peer.send(command_long(REQUEST_MESSAGE, 514)), "ESTIMATOR_SENSOR_FUSION_STATUS")[0]
     assert list(status.intended) == [1, 1, 0, 0, 0, 1, 1, 0, 0]
-    assert list(status.active) == [1, 0, 0, 0, 1, 0, 1, 0, 0]
+    assert list(status.active) == [3, 0, 0, 0, 1, 0, 1, 0, 0]
     assert all(map(math.isnan, status.test_ratio))
-    peer.parameters.set("EKF2_SENS_EN", 8191 & ~1)
-    peer.parameters.set("EKF2_EV_CTRL", 15)
-    status = only(peer.send(command_long(REQUEST_MESSAGE, 514)), "ESTIMATOR_SENSOR_FUSION_STATUS")[0]
-    assert list(status.intended) == [0, 1, 1, 0, 0, 1, 1, 0, 0]
 
 
 def test_what_is_not_controlled_is_ignored_in_the_mask() -> None:

@@ -159,7 +159,7 @@ def test_with_yaw_lock_it_keeps_north_while_the_vehicle_turns() -> None:
 
 def test_a_region_of_interest_needs_no_control() -> None:
     rig = Rig()
-    here = VehicleGlobalPosition(0, True, 47.0, 8.0, 520.0)
+    here = VehicleGlobalPosition(0, 0, 47.0, 8.0, 520.0, 520.0, True, True)
     rig.topics.vehicle_global_position = here
     # 20 m east, 20 m below
     rig.topics.vehicle_roi = VehicleRoi(3, 47.0, 8.0 + 20.0 / (111_195.0 * math.cos(math.radians(47.0))), 500.0)

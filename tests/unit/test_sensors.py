@@ -150,18 +150,18 @@ def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
     reader, topics = sensors()
     every = IMU._replace(fields_updated=0x1FFF)
     reader.update([every])
-    seen = (topics.sensor_combined, topics.sensor_mag, topics.sensor_baro)
+    seen = (topics.sensor_imu, topics.sensor_mag, topics.sensor_baro)
     later = every._replace(time_usec=8000, xgyro=0.5, xacc=5.0, xmag=0.4, abs_pressure=900.0)
     for unit in (0, 2, 3):
         inject_failure(topics, unit, 1)
     reader.update([later])
-    assert (topics.sensor_combined, topics.sensor_mag, topics.sensor_baro) == seen
+    assert (topics.sensor_imu, topics.sensor_mag, topics.sensor_baro) == seen
     for unit in (0, 2, 3):
         inject_failure(topics, unit, 2)
     reader.update([later])
-    assert topics.sensor_combined.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
-    assert topics.sensor_combined.gyro_rad_s == seen[0].gyro_rad_s
-    assert topics.sensor_combined.accelerometer_m_s2[0] == 5.0
+    assert topics.sensor_imu.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
+    assert topics.sensor_imu.gyro_rad_s == seen[0].gyro_rad_s
+    assert topics.sensor_imu.accelerometer_m_s2[0] == 5.0
     assert topics.sensor_mag.magnetometer_ga == seen[1].magnetometer_ga
     assert topics.sensor_baro.baro_alt_m == seen[2].baro_alt_m
     inject_failure(topics, 0, 0)

@@ -9,7 +9,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
-from autopilot.topics import EstimatorGpsStatus, PositionSetpointTriplet, SensorMag, VehicleGlobalPosition
+from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, VehicleGlobalPosition, VehicleMagnetometer
 from gcs import shell as gcs_shell
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
@@ -144,7 +144,7 @@ def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:
     console = Console()
     console.autopilot.now_us = 2_000_000
     topics = console.autopilot.topics
-    topics.sensor_mag = SensorMag(1_900_000, (0.2, 0.0, 0.4))
+    topics.vehicle_magnetometer = VehicleMagnetometer(1_900_000, 1_900_000, (0.2, 0.0, 0.4))
     assert console.output("listener vehicle_magnetometer") == (
         "\nTOPIC: vehicle_magnetometer\n vehicle_magnetometer\n"
         "    timestamp: 1900000 (0.100000 seconds ago)\n"
@@ -153,8 +153,8 @@ def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:
         "    magnetometer_ga: [0.20000, 0.00000, 0.40000]\n"
         "    calibration_count: 0\n"
     )
-    topics.estimator_gps_status = EstimatorGpsStatus(1_000_000, checks_passed=True)
-    assert "    checks_passed: True\n" in console.output("listener estimator_gps_status")
+    topics.estimator_status = EstimatorStatus(1_000_000, 1_000_000, control_mode_flags=7)
+    assert "    control_mode_flags: 7 (0b111)\n" in console.output("listener estimator_status")
     topics.position_setpoint_triplet = PositionSetpointTriplet(1_000_000)
     assert "    current (position_setpoint):\n        timestamp: " in console.output(
         "listener position_setpoint_triplet"
@@ -281,7 +281,7 @@ def test_modules_say_whether_they_run() -> None:
     assert console.output("mc_pos_control status") == "INFO  [mc_pos_control] running\n"
     assert rover.output("mc_pos_control status").startswith("INFO  [mc_pos_control] not running\nCommand")
     assert rover.output("land_detector status") == "INFO  [land_detector] running (rover)\n"
-    assert console.output("ekf2 status").startswith("ekf2:0 EKF dt: 0.0080s, attitude: 0, local position: 0,")
+    assert console.output("ekf2 status").startswith("ekf2:0 EKF dt: 0.0100s, attitude: 0, local position: 0,")
     assert "Geofence: 0 inclusion, 0 exclusion polygons" in console.output("navigator status")
     assert console.output("ekf2 start") == "ERROR [ekf2] Task already running\nCommand 'ekf2' failed, returned -1.\n"
 
@@ -313,7 +313,7 @@ def test_navigator_makes_traffic_that_is_not_told_on_mavlink() -> None:
     console = Console()
     autopilot = console.autopilot
     assert console.output("navigator fake_traffic") == ""
-    autopilot.topics.vehicle_global_position = VehicleGlobalPosition(1, True, 47.4, 8.5, 500.0)
+    autopilot.topics.vehicle_global_position = VehicleGlobalPosition(1, 1, 47.4, 8.5, 500.0, 500.0, True, True)
     assert console.output("navigator fake_traffic") == ""
     assert [report.icao_address for report in autopilot.topics.transponder_reports][:3] == [3, 4, 5]
     for _ in range(25):

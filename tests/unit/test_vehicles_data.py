@@ -6,6 +6,9 @@ import pytest
 
 import vehicles
 from autopilot.parameters import Parameters
+from sitl_emu.run.simulated_parameters import SimulatedParameters
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
 from tests.typed import present
 from vehicles import VehicleError, inertia
 from vehicles.inertia import Cuboid
@@ -137,3 +140,16 @@ def test_wrong_airframe_is_named(folder: Path) -> None:
     (folder / "airframe.json").unlink()
     with pytest.raises(VehicleError, match=r"mine/airframe\.json"):
         vehicles.read(folder)
+
+
+def test_satellites_are_what_the_simulator_begins_with() -> None:
+    for model in vehicles.models():
+        vehicle = vehicles.load(model)
+        assert vehicle.airframe["SIM_GPS_USED"] == vehicle.sensors.gps.satellites
+    iris = vehicles.load("iris")
+    parameters = Parameters("multicopter", iris.airframe)
+    simulator = VehicleSimulator(iris, Home(47.0, 8.0, 488.0, 0.0), 1, FlatGround())
+    SimulatedParameters(parameters, simulator).update()
+    assert simulator.sim_gps_used == 16
+    parameters.set("SIM_GPS_USED", 7)
+    assert int(parameters["SIM_GPS_USED"]) == 7

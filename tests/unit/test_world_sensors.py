@@ -70,8 +70,8 @@ def test_imu_noise_and_bias() -> None:
     still, running = [], []
     imu = Imu(M600.imu, 1, "uas")
     for _ in range(3000):
-        still.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, False))
-        running.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, True))
+        still.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, LEVEL, False))
+        running.append(imu.read(0.0, 0.0, -9.8, 0.0, 0.0, 0.0, LEVEL, True))
     for axis in range(6):
         data = M600.imu.accel_noise_still_m_s2 + M600.imu.gyro_noise_still_rad_s
         assert statistics.pstdev(sample[axis] for sample in still) == pytest.approx(data[axis], rel=0.1)

@@ -60,11 +60,8 @@ from autopilot.texts import Say, SendEvent
 from autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
-CHECKS: tuple[Check, ...] = (
-    imu.check,
-    baro.check,
-    gps.check,
-    estimator.check,
+BEFORE_ESTIMATOR: tuple[Check, ...] = (imu.check, baro.check, gps.check)
+AFTER_ESTIMATOR: tuple[Check, ...] = (
     logger.check,
     magnetometer.check,
     manual_control.check,
@@ -106,6 +103,7 @@ class HealthAndArmingChecks:
         self._reported_us = -REPORT_INTERVAL_US
         self._version = -1
         self._settings = _settings(parameters)
+        self._checks = (*BEFORE_ESTIMATOR, estimator.EstimatorCheck().check, *AFTER_ESTIMATOR)
         self._told: set[str] = set()
         self._told_us = -REPORT_INTERVAL_US
         self._ever_passed = False
@@ -117,7 +115,7 @@ class HealthAndArmingChecks:
             self._version = self._parameters.version
             self._settings = _settings(self._parameters)
         findings = Findings()
-        for check in CHECKS:
+        for check in self._checks:
             check(now_us, topics, self._settings, findings)
         flags = findings.flags()
         can_run = runnable_modes(flags)
@@ -179,6 +177,7 @@ class HealthAndArmingChecks:
 def _settings(parameters: Parameters) -> Settings:
     return Settings(
         com_pos_fs_eph_m=float(parameters["COM_POS_FS_EPH"]),
+        com_vel_fs_evh_m_s=float(parameters["COM_VEL_FS_EVH"]),
         com_of_loss_us=int(parameters["COM_OF_LOSS_T"] * 1e6),
         com_rc_loss_us=int(parameters["COM_RC_LOSS_T"] * 1e6),
         com_dl_loss_us=int(parameters["COM_DL_LOSS_T"] * 1e6),

@@ -1,43 +1,106 @@
 """What the estimator knows: attitude, height, local and global position (PX4's estimatorCheck).
 
-A position counts while it is fresh and its error stays below COM_POS_FS_EPH (horizontally; 0 and less: no limit).
+A position counts while it is fresh and its error stays below COM_POS_FS_EPH (negative: no limit), a velocity below
+COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what did not has to be well for a second.
+Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios.
 """
 
 from autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
 from autopilot.constants import Severity
-from autopilot.topics import Topics
+from autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
 
 TIMEOUT_US = 1_000_000
-UNSTABLE_US = 2_500_000
-"""The GPS has told something else for so long: ours, in place of the innovation filters of EKF2 (ekf2/EKF2.cpp)."""
+PROBATION_US = 1_000_000
+KEPT_FACTOR = 2.5
+INFINITE = float("inf")
+UNSTABLE = (
+    ("pre_flt_fail_innov_heading", "heading_not_stable", "heading estimate invalid"),
+    ("pre_flt_fail_innov_vel_horiz", "hor_vel_not_stable", "horizontal velocity unstable"),
+    ("pre_flt_fail_innov_vel_vert", "vert_vel_not_stable", "vertical velocity unstable"),
+    ("pre_flt_fail_innov_pos_horiz", "hor_pos_not_stable", "horizontal position unstable"),
+    ("pre_flt_fail_innov_height", "hgt_not_stable", "height estimate not stable"),
+)
+"""What the filter finds wrong before flight, the event, the text; PX4 tells the first."""
 
 
-def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """Flags for what is not valid; no attitude forbids arming."""
+class Validity:
+    """Whether an estimate may be used, with hysteresis in error and time."""
+
+    def __init__(self) -> None:
+        self.valid = False
+        self._failed_us = 0
+
+    def update(self, now_us: int, *, valid: bool, timestamp: int, error: float, limit: float) -> bool:
+        """Look at the estimate of `timestamp`, which says of itself whether it is valid, and how far off it may be."""
+        fresh = timestamp > 0 and now_us <= timestamp + TIMEOUT_US
+        allowed = limit * KEPT_FACTOR if self.valid else limit
+        if not (valid and fresh and error < allowed):
+            self.valid, self._failed_us = False, now_us
+        elif now_us > self._failed_us + PROBATION_US:
+            self.valid = True
+        return self.valid
+
+
+class EstimatorCheck:
+    """Keeps what was valid."""
+
+    def __init__(self) -> None:
+        self._global_position, self._local_position, self._local_velocity = Validity(), Validity(), Validity()
+        self._global_relaxed, self._local_relaxed = Validity(), Validity()
+
+    def check(self, now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+        """Flags for what is not valid; an unknown attitude forbids arming."""
+        status, armed = topics.estimator_status, topics.vehicle_status.armed
+        _check_attitude(now_us, topics, findings)
+        if not armed:
+            _check_innovations(status, findings)
+        _check_flags(topics.estimator_status_flags, findings)
+        local, position = topics.vehicle_local_position, topics.vehicle_global_position
+        limit_m = settings.com_pos_fs_eph_m if settings.com_pos_fs_eph_m >= 0.0 else INFINITE
+        xy_valid, v_xy_valid = local.xy_valid, local.v_xy_valid
+        if not armed:
+            xy_valid = xy_valid and not status.pre_flt_fail_innov_pos_horiz
+            v_xy_valid = v_xy_valid and not status.pre_flt_fail_innov_vel_horiz
+        findings.global_position_invalid = not self._global_position.update(
+            now_us, valid=position.valid, timestamp=position.timestamp, error=position.eph, limit=limit_m
+        )
+        findings.global_position_invalid_relaxed = not self._global_relaxed.update(
+            now_us, valid=position.valid, timestamp=position.timestamp, error=position.eph, limit=INFINITE
+        )
+        findings.local_position_invalid = not self._local_position.update(
+            now_us, valid=xy_valid, timestamp=local.timestamp, error=local.eph, limit=limit_m
+        )
+        findings.local_position_invalid_relaxed = not self._local_relaxed.update(
+            now_us, valid=xy_valid, timestamp=local.timestamp, error=local.eph, limit=INFINITE
+        )
+        findings.local_velocity_invalid = not self._local_velocity.update(
+            now_us, valid=v_xy_valid, timestamp=local.timestamp, error=local.evh, limit=settings.com_vel_fs_evh_m_s
+        )
+        findings.local_altitude_invalid = not (local.z_valid and now_us <= local.timestamp + TIMEOUT_US)
+
+
+def _check_attitude(now_us: int, topics: Topics, findings: Findings) -> None:
     attitude = topics.vehicle_attitude
-    status = topics.estimator_status
-    if now_us - attitude.timestamp > TIMEOUT_US or not status.tilt_aligned or not status.yaw_aligned:
+    if not attitude.timestamp or now_us > attitude.timestamp + TIMEOUT_US:
         findings.attitude_invalid = True
         findings.unhealthy |= AHRS
-        text = "Preflight Fail: Attitude estimate not valid"
-        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
-        findings.arming_check_failure(*failure, text=text)
-    else:
+    if topics.estimator_status.timestamp:
         findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
-    rejected_us = now_us - status.horizontal_good_us
-    if status.gps_fused and rejected_us > UNSTABLE_US and not topics.vehicle_status.armed:
-        text = "Preflight Fail: horizontal position unstable"
-        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, "check_estimator_hor_pos_not_stable")
-        findings.arming_check_failure(*failure, text=text)
-    local = topics.vehicle_local_position
-    fresh = local.timestamp > 0 and now_us - local.timestamp < TIMEOUT_US
-    too_far_off = 0.0 < settings.com_pos_fs_eph_m < local.eph
-    findings.local_altitude_invalid = not (fresh and local.z_valid)
-    findings.local_velocity_invalid = not (fresh and local.v_xy_valid)
-    findings.local_position_invalid_relaxed = not (fresh and local.xy_valid)
-    findings.local_position_invalid = findings.local_position_invalid_relaxed or too_far_off
-    position = topics.vehicle_global_position
-    findings.global_position_invalid_relaxed = (
-        not position.valid or now_us - position.timestamp > TIMEOUT_US or findings.local_position_invalid_relaxed
-    )
-    findings.global_position_invalid = findings.global_position_invalid_relaxed or too_far_off
+        return
+    failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
+    findings.arming_check_failure(*failure, text="Preflight Fail: ekf2 missing data")
+
+
+def _check_innovations(status: EstimatorStatus, findings: Findings) -> None:
+    for name, event, text in UNSTABLE:
+        if getattr(status, name):
+            failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, f"check_estimator_{event}")
+            findings.arming_check_failure(*failure, text=f"Preflight Fail: {text}")
+            return
+
+
+def _check_flags(flags: EstimatorStatusFlags, findings: Findings) -> None:
+    """A compass that disagrees with everything else has to be calibrated, in flight as well."""
+    if flags.cs_mag_fault:
+        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.CRITICAL, "check_estimator_mag_fault")
+        findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!")

@@ -68,6 +68,7 @@ class Settings(NamedTuple):
     """Parameters that the checks obey, copied when they change."""
 
     com_pos_fs_eph_m: float
+    com_vel_fs_evh_m_s: float
     com_of_loss_us: int
     com_rc_loss_us: int
     com_dl_loss_us: int

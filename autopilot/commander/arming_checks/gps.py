@@ -9,6 +9,8 @@ from autopilot.constants import Severity
 from autopilot.topics import Topics
 
 FIX_3D = 3
+GNSS_POS = 1 << 2
+"""Bit of estimator_status.control_mode_flags."""
 TOLD = "Preflight: GPS fix too low"
 EVENT = "check_estimator_gps_fix_too_low"
 
@@ -18,7 +20,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     gps = topics.sensor_gps
     if not settings.sys_has_gps:
         return
-    if topics.estimator_status.gps_fused:
+    if topics.estimator_status.control_mode_flags & GNSS_POS:
         findings.health_present |= Component.GPS
     if gps.timestamp == 0 or gps.fix_type >= FIX_3D or topics.vehicle_status.armed:
         return

@@ -1,135 +1,298 @@
-"""Position, velocity and height from GPS: PX4's EKF2, aid_sources/gnss (v1.18). The first good fix is the origin."""
+"""Position and velocity from GNSS, and the emergency yaw that follows from them.
+
+PX4's EKF2 (EKF/aid_sources/gnss/gps_control.cpp, v1.18). The first good fix is the origin of the local frame.
+"""
 
 import math
 
 from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_sources import magnetometer
-from autopilot.estimator.filter import (
-    GPS_TIMEOUT_US,
-    HEIGHT_RATIO,
-    POSITION_RATIO,
-    REJECTED_TIMEOUT_US,
-    VELOCITY_RATIO,
-    Filter,
-)
-from autopilot.estimator.gps_checks import LEAST_FIX, GpsChecks
-from autopilot.estimator.height_bias import HeightBias
-from autopilot.parameters import Parameters
-from autopilot.topics import SensorGps, Topics
+from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.aid_sources.gnss_checks import GnssChecks
+from autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
+from autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
+from autopilot.estimator.yaw_estimator import YawEstimator
+from sitl_emu.core.geodesy import wrap_pi
 
 FUSION_SOURCE = 0
-USE_POSITION, USE_HEIGHT, USE_VELOCITY = 1, 2, 4
+HPOS, VPOS, VEL, YAW = 1, 2, 4, 8
 """Bits of EKF2_GPS_CTRL."""
-HGT_REF_BARO = 0
-EPH_UNKNOWN_M, EPV_UNKNOWN_M = 1.0, 1.5
-SPEED_ACCURACY_M_S = 0.25
-"""What PX4's simulator_mavlink says of HIL_GPS's speed accuracy."""
+DEAD_RECKONING = 1
+"""EKF2_GPS_MODE: reset only where nothing else gives a velocity."""
+YAW_RESET_DELAY_US = 1_000_000
+YAW_FAILURE_RAD = math.radians(25.0)
+VERTICAL_NOISE_FACTOR = 1.5
+LEAST_NOISE = 0.01
 
 
-class GnssAid:
-    """`fused`: the receiver is in use."""
+class Gnss:
+    """`sample` is the one at the horizon, `ready` whether it came just now and passed the checks.
 
-    def __init__(self, topics: Topics, parameters: Parameters, kalman: Filter) -> None:
-        self._topics, self._filter = topics, kalman
-        self._checks = GpsChecks(parameters)
-        self._bias = HeightBias()
-        self.sample_us = 0
-        self.fused = False
+    `stopped`: the receiver was just given up, its height as well.
+    """
 
-    def refresh(self) -> None:
-        """Take over changed parameters."""
-        settings = self._filter.settings
-        self._control = int(settings["EKF2_GPS_CTRL"])
-        self._height_by_baro = int(settings["EKF2_HGT_REF"]) == HGT_REF_BARO
+    def __init__(self, ekf: Ekf) -> None:
+        self._ekf = ekf
+        self.buffer: SampleBuffer[GnssSample] = SampleBuffer(ekf.observation_buffer_length)
+        self.checks = GnssChecks(ekf)
+        self.yaw_estimator = YawEstimator()
+        self.pos, self.vel = AidSource(2), AidSource(3)
+        self.sample: GnssSample | None = None
+        self.ready = self.stopped = False
+        self._measured = (0.0, 0.0)
 
     @property
-    def gives_height(self) -> bool:
-        """Heights are the receiver's at present, unless vision's are wanted."""
-        return not self._height_by_baro and self.fused
+    def intended(self) -> bool:
+        """Parameters and commands want it."""
+        return bool(int(self._ekf.settings["EKF2_GPS_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
 
-    def update(self, now_us: int) -> None:
-        """Fuse a fix that is new; none for long is noticed as well."""
-        gps = self._topics.sensor_gps
-        if gps.timestamp != self.sample_us:
-            self.sample_us = gps.timestamp
-            self._on_fix(now_us, gps)
-        elif now_us - self.sample_us > GPS_TIMEOUT_US:
-            self.fused = False
-            self._checks.lost()
-
-    def _on_fix(self, now_us: int, gps: SensorGps) -> None:
-        kalman = self._filter
-        self._checks.update(now_us, gps)
-        enabled = self._control & USE_POSITION and FUSION_SOURCE not in kalman.disabled
-        usable = gps.fix_type >= LEAST_FIX and enabled and kalman.yaw_aligned
-        if not usable or (not self.fused and not self._checks.passed):
-            self.fused = False
+    def control(self, imu: ImuSample) -> None:
+        """One step of the filter."""
+        ekf, flags = self._ekf, self._ekf.flags
+        self.ready = self.stopped = False
+        if not self.buffer.pushed_us or not self.intended:
+            self.stop()
             return
-        # A correction waiting from rest, mag or baro belongs to the state before a reset.
-        kalman.apply()
-        self.fused = True
-        if kalman.origin is None:
-            kalman.set_origin(now_us, gps.latitude_deg, gps.longitude_deg, gps.altitude_msl_m)
-            self._bias.reset(0.0)
-            self._reset(now_us, gps)
-            magnetometer.turn_by_declination(kalman, gps.latitude_deg, gps.longitude_deg)
+        sample = self.buffer.pop(imu.time_us)
+        if sample is not None:
+            self.sample = sample
+            self._on_sample(imu, sample)
+        elif (flags.gnss_vel or flags.gnss_pos) and not ekf.newest_recent(self.buffer.pushed_us, RESET_TIMEOUT_US):
+            self.stop()
+
+    def follow(self, imu: ImuSample, steps: int) -> None:
+        """Several steps of the filter, added up, for the yaw estimator."""
+        flags = self._ekf.flags
+        if self.buffer.pushed_us and self.intended:
+            flying = flags.in_air and not flags.vehicle_at_rest
+            bias = self._ekf.state.gyro_bias
+            self.yaw_estimator.predict(imu, steps, bias, at_rest=flags.vehicle_at_rest, flying=flying)
+
+    def _on_sample(self, imu: ImuSample, sample: GnssSample) -> None:
+        ekf, flags = self._ekf, self._ekf.flags
+        passed_before = self.checks.initial_passed
+        self.ready = self.checks.run(sample)
+        if self.ready:
+            if not passed_before:
+                ekf.events.add("gps_checks_passed")
+        elif (flags.gnss_vel or flags.gnss_pos) and ekf.timed_out(self.checks.last_pass_us, RESET_TIMEOUT_US):
+            self.stop()
+        ekf.predict_covariance()
+        self._update_position(sample)
+        self._update_velocity(imu, sample)
+        if not self.ready:
             return
-        if kalman.xy_valid(now_us):
-            self._fuse_horizontal(now_us, gps)
-        else:
-            self._reset(now_us, gps)
-        self._fuse_height(now_us, gps)
+        self._control_yaw_estimator()
+        force_reset = self._yaw_emergency()
+        self._control_velocity(force_reset=force_reset)
+        self._control_position(sample, force_reset=force_reset)
+        ekf.apply()
 
-    def _reset(self, now_us: int, gps: SensorGps) -> None:
-        """Position and velocity as the receiver says."""
-        kalman = self._filter
-        assert kalman.origin is not None
-        accuracy_m_s = max(SPEED_ACCURACY_M_S, kalman.settings["EKF2_GPS_V_NOISE"])
-        kalman.reset_velocity((gps.vel_n_m_s, gps.vel_e_m_s), accuracy_m_s**2)
-        place = kalman.origin.project(gps.latitude_deg, gps.longitude_deg)
-        kalman.reset_position(place, self._position_noise(gps.eph) ** 2)
-        kalman.horizontal_aid_us = kalman.horizontal_good_us = now_us
-        kalman.xy_reset_counter += 1
+    # --- observations --------------------------------------------------------------------------------------
 
-    def _fuse_horizontal(self, now_us: int, gps: SensorGps) -> None:
-        kalman = self._filter
-        state, settings = kalman.state, kalman.settings
-        assert kalman.origin is not None
-        good = False
-        if self._control & USE_VELOCITY:
-            variance = max(SPEED_ACCURACY_M_S, settings["EKF2_GPS_V_NOISE"]) ** 2
-            velocity = (
-                (cov.VELOCITY, gps.vel_n_m_s - state.vn, variance),
-                (cov.VELOCITY + 1, gps.vel_e_m_s - state.ve, variance),
-                (cov.VELOCITY + 2, gps.vel_d_m_s - state.vd, 2.25 * variance),
-            )
-            good = kalman.gated(VELOCITY_RATIO, velocity, settings["EKF2_GPS_V_GATE"], "gps_vel")
-        north, east = kalman.origin.project(gps.latitude_deg, gps.longitude_deg)
-        variance = self._position_noise(gps.eph) ** 2
-        position = ((cov.POSITION, north - state.pn, variance), (cov.POSITION + 1, east - state.pe, variance))
-        if kalman.gated(POSITION_RATIO, position, settings["EKF2_GPS_P_GATE"], "gps_hpos"):
-            kalman.horizontal_good_us = kalman.horizontal_aid_us = now_us
-        elif good:
-            kalman.horizontal_aid_us = now_us
-        if now_us - kalman.horizontal_good_us > REJECTED_TIMEOUT_US:
-            self._reset(now_us, gps)
+    def _offset_body(self, sample: GnssSample) -> tuple[float, float, float]:
+        value, (x, y, z) = self._ekf.settings, sample.antenna
+        return (x - value["EKF2_IMU_POS_X"], y - value["EKF2_IMU_POS_Y"], z - value["EKF2_IMU_POS_Z"])
 
-    def _fuse_height(self, now_us: int, gps: SensorGps) -> None:
-        if not self._control & USE_HEIGHT:
+    def _update_velocity(self, imu: ImuSample, sample: GnssSample) -> None:
+        ekf, aid = self._ekf, self.vel
+        state, value = ekf.state, ekf.settings
+        x, y, z = self._offset_body(sample)
+        vn, ve, vd = sample.vel
+        if x or y or z:
+            gx, gy, gz = (turn / imu.dt_s - bias for turn, bias in zip(imu.delta_angle, state.gyro_bias, strict=True))
+            on, oe, od = state.to_earth(gy * z - gz * y, gz * x - gx * z, gx * y - gy * x)
+            vn, ve, vd = vn - on, ve - oe, vd - od
+        variance = max(sample.sacc, value["EKF2_GPS_V_NOISE"], LEAST_NOISE) ** 2
+        variances = (variance, variance, variance * VERTICAL_NOISE_FACTOR**2)
+        innovation_variances = [ekf.variance(cov.VELOCITY + axis) + variances[axis] for axis in range(3)]
+        innovations = (state.vn - vn, state.ve - ve, state.vd - vd)
+        gate = max(value["EKF2_GPS_V_GATE"], 1.0)
+        aid.update(sample.time_us, (vn, ve, vd), variances, innovations, innovation_variances, gate)
+        # A bad accelerometer is to be corrected by a good receiver, whatever it says of the vertical.
+        horizontal_good = aid.test_ratio[0] < 1.0 and aid.test_ratio[1] < 1.0
+        accurate = sample.sacc < value["EKF2_REQ_SACC"]
+        if ekf.faults.bad_acc_vertical and aid.test_ratio[2] > 1.0 and horizontal_good and accurate:
+            aid.clip(2)
+
+    def _update_position(self, sample: GnssSample) -> None:
+        ekf, aid = self._ekf, self.pos
+        state, value = ekf.state, ekf.settings
+        noise = max(sample.hacc, value["EKF2_GPS_P_NOISE"])
+        if not ekf.other_horizontal_aid(ekf.flags.gnss_pos):
+            # Nothing else holds the attitude: the receiver has to, however poor it is.
+            noise = min(noise, value["EKF2_NOAID_NOISE"])
+        variance = max(noise, LEAST_NOISE) ** 2
+        on, oe, _ = state.to_earth(*self._offset_body(sample))
+        north, east = (0.0, 0.0) if ekf.origin is None else ekf.origin.project(sample.lat, sample.lon)
+        self._measured = (north - on, east - oe)
+        innovations = (state.pn - self._measured[0], state.pe - self._measured[1])
+        variances = (ekf.variance(cov.POSITION) + variance, ekf.variance(cov.POSITION + 1) + variance)
+        gate = max(value["EKF2_GPS_P_GATE"], 1.0)
+        aid.update(sample.time_us, (sample.lat, sample.lon), (variance, variance), innovations, variances, gate)
+
+    # --- velocity ------------------------------------------------------------------------------------------
+
+    def _control_velocity(self, *, force_reset: bool) -> None:
+        ekf, flags, aid = self._ekf, self._ekf.flags, self.vel
+        usable = (
+            int(ekf.settings["EKF2_GPS_CTRL"]) & VEL
+            and flags.tilt_align
+            and flags.yaw_align
+            and not flags.gnss_fault
+            and not flags.gnss_hgt_fault
+        )
+        if flags.gnss_vel:
+            if not usable:
+                self._stop_velocity()
+                return
+            ekf.fuse_velocity(aid)
+            if ekf.timed_out(aid.time_last_fuse, RESET_TIMEOUT_US) or force_reset:
+                if force_reset or self._velocity_reset_allowed():
+                    self._reset_velocity()
+                else:
+                    self._stop_velocity()
+        elif usable and self.checks.passed:
+            fits = aid.test_ratio[0] < 1.0 and aid.test_ratio[1] < 1.0
+            started = ekf.was_yaw_aligned and not force_reset and fits and ekf.fuse_velocity(aid)
+            if not started and (force_reset or self._velocity_reset_allowed()):
+                self._reset_velocity()
+                started = True
+            if started:
+                ekf.events.add("starting_gps_fusion")
+                flags.gnss_vel = True
+
+    def _velocity_reset_allowed(self) -> bool:
+        ekf, flags = self._ekf, self._ekf.flags
+        if flags.gnss_fault:
+            return False
+        if int(ekf.settings["EKF2_GPS_MODE"]) == DEAD_RECKONING:
+            return not ekf.other_horizontal_aid(flags.gnss_vel)
+        return flags.wind_dead_reckoning or ekf.horizontal_velocity_aids() <= int(flags.gnss_vel)
+
+    def _reset_velocity(self) -> None:
+        ekf, aid = self._ekf, self.vel
+        ekf.events.add("reset_vel_to_gps")
+        n, e, d = aid.observation
+        a, b, c = aid.observation_variance
+        ekf.reset_velocity((n, e, d), (a, b, c))
+        aid.reset(ekf.time_us)
+
+    def _stop_velocity(self) -> None:
+        flags = self._ekf.flags
+        if flags.gnss_vel:
+            flags.gnss_vel = False
+            if not flags.gnss_pos:
+                self.checks.reset()
+
+    # --- position ------------------------------------------------------------------------------------------
+
+    def _control_position(self, sample: GnssSample, *, force_reset: bool) -> None:
+        ekf, flags, aid = self._ekf, self._ekf.flags, self.pos
+        enabled = bool(int(ekf.settings["EKF2_GPS_CTRL"]) & HPOS)
+        usable = enabled and flags.tilt_align and flags.yaw_align and not flags.gnss_hgt_fault
+        if flags.gnss_pos:
+            if not usable:
+                self._stop_position()
+                return
+            ekf.fuse_horizontal_position(aid)
+            if ekf.timed_out(aid.time_last_fuse, RESET_TIMEOUT_US) or force_reset:
+                if self._position_reset_allowed():
+                    self._reset_position(sample)
+                else:
+                    self._stop_position()
+                    flags.gnss_fault = True
             return
-        kalman, index = self._filter, cov.POSITION + 2
-        settings, down_m = kalman.settings, kalman.state.pd
-        variance = max(gps.epv if math.isfinite(gps.epv) else EPV_UNKNOWN_M, 1.5 * settings["EKF2_GPS_P_NOISE"]) ** 2
-        height = gps.altitude_msl_m - kalman.ref_alt_m
-        if self._height_by_baro:
-            self._bias.update(height + down_m, variance + kalman.variance(index), 0.1)
-        innovation = self._bias.bias_m - height - down_m
-        slot = None if self._height_by_baro else HEIGHT_RATIO
-        if kalman.gated(slot, ((index, innovation, variance),), settings["EKF2_GPS_P_GATE"], "gps_vpos"):
-            kalman.height_aid_us = kalman.height_good_us = now_us
-        elif now_us - kalman.height_good_us > REJECTED_TIMEOUT_US:
-            kalman.reset_height(now_us, -height, variance)
+        if not enabled or not self.checks.passed:
+            return
+        if not usable:
+            if ekf.origin is None:
+                self._reset_position(sample)
+            return
+        fits = aid.test_ratio[0] < 1.0 and aid.test_ratio[1] < 1.0
+        started = False
+        if ekf.origin is not None and ekf.was_yaw_aligned and not force_reset and fits:
+            started = ekf.fuse_horizontal_position(aid)
+        if ekf.origin is None or (not started and self._position_reset_allowed()):
+            self._reset_position(sample)
+            started = True
+        if started:
+            ekf.events.add("starting_gps_fusion")
+            flags.gnss_pos, flags.gnss_fault = True, False
 
-    def _position_noise(self, accuracy_m: float) -> float:
-        accuracy = accuracy_m if math.isfinite(accuracy_m) else EPH_UNKNOWN_M
-        return max(accuracy, self._filter.settings["EKF2_GPS_P_NOISE"])
+    def _position_reset_allowed(self) -> bool:
+        ekf, flags = self._ekf, self._ekf.flags
+        if flags.gnss_fault:
+            return False
+        if int(ekf.settings["EKF2_GPS_MODE"]) == DEAD_RECKONING:
+            return not ekf.other_horizontal_aid(flags.gnss_pos)
+        return ekf.horizontal_position_aids() <= int(flags.gnss_pos)
+
+    def _reset_position(self, sample: GnssSample) -> None:
+        ekf, aid = self._ekf, self.pos
+        ekf.events.add("reset_pos_to_gps")
+        ekf.reset_to_place(sample.lat, sample.lon, aid.observation_variance[0] + aid.observation_variance[1])
+        aid.reset(ekf.time_us)
+
+    def _stop_position(self) -> None:
+        flags = self._ekf.flags
+        if flags.gnss_pos:
+            flags.gnss_pos = False
+            if not flags.gnss_vel:
+                self.checks.reset()
+
+    # --- yaw -----------------------------------------------------------------------------------------------
+
+    def _control_yaw_estimator(self) -> None:
+        ekf, flags, aid = self._ekf, self._ekf.flags, self.vel
+        accuracy = math.sqrt(aid.observation_variance[0])
+        vn, ve = aid.observation[0], aid.observation[1]
+        if not accuracy < ekf.settings["EKF2_REQ_SACC"] or not math.isfinite(vn + ve):
+            return
+        self.yaw_estimator.fuse_velocity(vn, ve, accuracy, in_air=flags.in_air)
+        wanted = int(ekf.settings["EKF2_GPS_CTRL"]) & (VEL | HPOS)
+        if wanted and not flags.yaw_align and flags.tilt_align:
+            self._reset_yaw()
+
+    def _reset_yaw(self) -> bool:
+        ekf, estimator = self._ekf, self.yaw_estimator
+        if not estimator.converged:
+            return False
+        ekf.reset_yaw(estimator.yaw, estimator.variance)
+        ekf.flags.yaw_align = True
+        ekf.events.add("yaw_aligned_to_imu_gps")
+        return True
+
+    def _yaw_emergency(self) -> bool:
+        """In flight, GNSS disagrees for a second, and so does the yaw that follows from it: that yaw it is."""
+        ekf, flags, estimator = self._ekf, self._ekf.flags, self.yaw_estimator
+        if flags.gnss_fault or not flags.in_air or not estimator.converged:
+            return False
+        if abs(wrap_pi(ekf.state.yaw - estimator.yaw)) <= YAW_FAILURE_RAD:
+            return False
+
+        def fails(in_use: bool, aid: AidSource, fused_us: int) -> bool:
+            late = ekf.timed_out(fused_us, YAW_RESET_DELAY_US) and fused_us > ekf.on_ground_us
+            return in_use and aid.innovation_rejected and late
+
+        if not (
+            fails(flags.gnss_vel, self.vel, ekf.hor_vel_fused_us)
+            or fails(flags.gnss_pos, self.pos, ekf.hor_pos_fused_us)
+        ):
+            return False
+        self._reset_yaw()
+        ekf.forget_gyro_bias_z()
+        flags.mag_fault = flags.mag_fault or flags.mag_hdg or flags.mag_3d
+        flags.ev_yaw_fault = flags.ev_yaw_fault or flags.ev_yaw
+        return True
+
+    # --- end -----------------------------------------------------------------------------------------------
+
+    def stop(self) -> None:
+        """Use the receiver no more."""
+        flags = self._ekf.flags
+        if flags.gnss_vel or flags.gnss_pos:
+            self.checks.reset()
+        self._stop_velocity()
+        self._stop_position()
+        self.stopped = True
+        self.yaw_estimator.reset()

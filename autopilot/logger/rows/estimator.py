@@ -2,7 +2,7 @@
 
 import math
 
-from autopilot.logger.packing import Pack, Value, by_name, row, zeros
+from autopilot.logger.packing import Pack, by_name, row
 from autopilot.topics import (
     EstimatorAidSource1d,
     EstimatorAidSource2d,
@@ -11,7 +11,11 @@ from autopilot.topics import (
     EstimatorEventFlags,
     EstimatorFusionControl,
     EstimatorGpsStatus,
+    EstimatorInnovations,
+    EstimatorSensorBias,
     EstimatorStates,
+    EstimatorStatus,
+    EstimatorStatusFlags,
     VehicleAngularVelocity,
     VehicleAttitude,
     VehicleGlobalPosition,
@@ -24,13 +28,6 @@ from autopilot.topics import (
 NAN = math.nan
 
 
-@row("vehicle_attitude")
-def vehicle_attitude(pack: Pack, record: VehicleAttitude) -> bytes:
-    """Body to NED."""
-    time_us = record.timestamp
-    return pack(time_us, time_us, *record.q, 1.0, 0.0, 0.0, 0.0, 0)
-
-
 @row("vehicle_angular_velocity")
 def vehicle_angular_velocity(pack: Pack, record: VehicleAngularVelocity) -> bytes:
     """Body rates and their derivative."""
@@ -38,53 +35,16 @@ def vehicle_angular_velocity(pack: Pack, record: VehicleAngularVelocity) -> byte
     return pack(time_us, time_us, *xyz, *derivative)
 
 
-def _global_origin(record: VehicleLocalPosition) -> tuple[Value, ...]:
-    return record.ref_lat == record.ref_lat, record.ref_alt == record.ref_alt
-
-
-vehicle_local_position = by_name(
-    "vehicle_local_position",
-    VehicleLocalPosition,
-    {
-        "timestamp_sample": "timestamp",
-        "z_deriv": "vz",
-        "unaided_heading": "heading",
-        "heading_good_for_control": "xy_valid",
-        **dict.fromkeys(("vxy_max", "vz_max", "hagl_min", "hagl_max_z", "hagl_max_xy"), NAN),
-        **dict.fromkeys(("heading_var", "tilt_var", "dist_bottom_var"), NAN),
-        **zeros(
-            "delta_xy", "delta_vxy", "delta_z", "delta_vz", "delta_heading", "delta_dist_bottom", "vxy_reset_counter"
-        ),
-        **zeros(
-            "vz_reset_counter", "heading_reset_counter", "dist_bottom_reset_counter", "dist_bottom_sensor_bitfield"
-        ),
-        **zeros("dead_reckoning"),
-    },
-    ("xy_global", "z_global"),
-    _global_origin,
-)
-vehicle_global_position = by_name(
-    "vehicle_global_position",
-    VehicleGlobalPosition,
-    {
-        "timestamp_sample": "timestamp",
-        "alt_ellipsoid": "alt",
-        "lat_lon_valid": "valid",
-        "alt_valid": "valid",
-        **zeros("delta_alt", "delta_terrain", "lat_lon_reset_counter", "alt_reset_counter", "terrain_reset_counter"),
-        **zeros("dead_reckoning"),
-    },
-    ("terrain_alt_valid",),
-    lambda record: (record.terrain_alt == record.terrain_alt,),
-)
+vehicle_attitude = by_name("vehicle_attitude", VehicleAttitude, {"timestamp_sample": "timestamp"})
+vehicle_local_position = by_name("vehicle_local_position", VehicleLocalPosition)
+vehicle_global_position = by_name("vehicle_global_position", VehicleGlobalPosition)
 vehicle_land_detected = by_name("vehicle_land_detected", VehicleLandDetected)
 wind = by_name(
     "wind",
     WindEstimate,
     {
         "timestamp_sample": "timestamp",
-        **dict.fromkeys(("variance_north", "variance_east", "tas_innov", "tas_innov_var"), NAN),
-        **dict.fromkeys(("beta_innov", "beta_innov_var"), NAN),
+        **dict.fromkeys(("tas_innov", "tas_innov_var", "beta_innov", "beta_innov_var"), NAN),
     },
 )
 AID_SOURCES = {
@@ -104,6 +64,12 @@ OWN_NAMES = {
             "estimator_gps_status": EstimatorGpsStatus,
             "estimator_fusion_control": EstimatorFusionControl,
             "yaw_estimator_status": YawEstimatorStatus,
+            "estimator_status": EstimatorStatus,
+            "estimator_status_flags": EstimatorStatusFlags,
+            "estimator_sensor_bias": EstimatorSensorBias,
+            "estimator_innovations": EstimatorInnovations,
+            "estimator_innovation_variances": EstimatorInnovations,
+            "estimator_innovation_test_ratios": EstimatorInnovations,
         }.items()
     },
 }

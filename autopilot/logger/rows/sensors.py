@@ -16,7 +16,9 @@ from autopilot.topics import (
     SensorMag,
     SensorsStatusImu,
     SystemPower,
+    VehicleAirData,
     VehicleImuStatus,
+    VehicleMagnetometer,
 )
 
 NAN = math.nan
@@ -119,12 +121,12 @@ def sensors_status_imu(pack: Pack, record: SensorsStatusImu) -> bytes:
 
 
 @row("vehicle_air_data")
-def vehicle_air_data(pack: Pack, record: SensorBaro) -> bytes:
+def vehicle_air_data(pack: Pack, record: VehicleAirData) -> bytes:
     """Pressure altitude, and the density that goes with it."""
-    time_us, pressure, altitude, _ = record
+    time_us, sample_us, altitude, pressure, _, _, calibrations = record
     density = pressure / (AIR_GAS_CONSTANT * (AMBIENT_TEMPERATURE_C + KELVIN))
-    told = (SIMULATED_BAROMETER, altitude, pressure, AMBIENT_TEMPERATURE_C, density, 0, 0)
-    return pack(time_us, time_us, *told)
+    told = (SIMULATED_BAROMETER, altitude, pressure, AMBIENT_TEMPERATURE_C, density, 0, calibrations)
+    return pack(time_us, sample_us, *told)
 
 
 @row("sensor_baro")
@@ -135,9 +137,10 @@ def sensor_baro(pack: Pack, record: SensorBaro) -> bytes:
 
 
 @row("vehicle_magnetometer")
-def vehicle_magnetometer(pack: Pack, record: SensorMag) -> bytes:
+def vehicle_magnetometer(pack: Pack, record: VehicleMagnetometer) -> bytes:
     """Field in the body frame, gauss."""
-    return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, 0)
+    time_us, sample_us, field, calibrations = record
+    return pack(time_us, sample_us, SIMULATED_MAGNETOMETER, *field, calibrations)
 
 
 @row("sensor_mag")

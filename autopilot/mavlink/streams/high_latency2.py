@@ -80,10 +80,10 @@ def _failure_flags(context: Context) -> int:
     report, failsafe, status = topics.health_report, topics.failsafe_flags, topics.estimator_status
     failing = report.enabled & ~report.health
     flags: int = sum(told for bit, told in FAILURES if failing & bit)
-    ratios = (status.vel_test_ratio, status.pos_test_ratio, status.hgt_test_ratio, status.mag_test_ratio)
+    ratios = (status.vel_test_ratio, status.pos_test_ratio, status.hgt_test_ratio, status.hdg_test_ratio)
     for is_so, flag in (
         (topics.battery_status.warning > LOW, mavlink.HL_FAILURE_FLAG_BATTERY),
-        (max(ratios) > 1.0, mavlink.HL_FAILURE_FLAG_ESTIMATOR),
+        (any(ratio > 1.0 for ratio in ratios), mavlink.HL_FAILURE_FLAG_ESTIMATOR),
         (topics.geofence_result.breached, mavlink.HL_FAILURE_FLAG_GEOFENCE),
         (failsafe.manual_control_signal_lost, mavlink.HL_FAILURE_FLAG_RC_RECEIVER),
         (failsafe.offboard_control_signal_lost, mavlink.HL_FAILURE_FLAG_OFFBOARD_LINK),

@@ -15,11 +15,12 @@ def fields(now_us: int, context: Context) -> Fields:
     """m/s² and rad/s without the biases that the estimator found, gauss, hPa, m, °C."""
     topics = context.topics
     sample = topics.sensor_combined
-    status = topics.estimator_status
-    (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, status.accel_bias
-    (p, q, r), (bp, bq, br) = sample.gyro_rad_s, status.gyro_bias
-    mag, baro = topics.sensor_mag, topics.sensor_baro
-    mx, my, mz = mag.magnetometer_ga
+    bias = topics.estimator_sensor_bias
+    accel_bias, gyro_bias = (bias.accel_bias, bias.gyro_bias) if bias.timestamp else ((0.0, 0.0, 0.0),) * 2
+    (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, accel_bias
+    (p, q, r), (bp, bq, br) = sample.gyro_rad_s, gyro_bias
+    mag, baro = topics.vehicle_magnetometer, topics.sensor_baro
+    mx, my, mz = mag.magnetometer_ga if mag.timestamp else (0.0, 0.0, 0.0)
     updated = IMU_FIELDS
     updated |= MAG_FIELDS if sample.timestamp - mag.timestamp < PERIOD_US else 0
     updated |= BARO_FIELDS if sample.timestamp - baro.timestamp < PERIOD_US else 0

@@ -9,7 +9,8 @@ from autopilot.shell.commands.module import default_command
 if TYPE_CHECKING:
     from autopilot.autopilot import Autopilot
 
-EKF_DT_S = 0.008
+TILT_ALIGN = 1
+"""Bit of estimator_status.control_mode_flags."""
 
 
 def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
@@ -17,10 +18,10 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
     if list(arguments[:1]) != ["status"]:
         return (yield from default_command("ekf2", True, arguments))
     topics = autopilot.topics
-    aligned = topics.estimator_status.tilt_aligned and topics.estimator_status.yaw_aligned
+    aligned = bool(topics.estimator_status.control_mode_flags & TILT_ALIGN)
     local, global_position = topics.vehicle_local_position.xy_valid, topics.vehicle_global_position.valid
     yield (
-        f"ekf2:0 EKF dt: {EKF_DT_S:.4f}s, attitude: {aligned:d}, "
+        f"ekf2:0 EKF dt: {autopilot.estimator.ekf.dt_s:.4f}s, attitude: {aligned:d}, "
         f"local position: {local:d}, global position: {global_position:d}\n"
     )
     return SUCCESS

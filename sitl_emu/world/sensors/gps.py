@@ -1,4 +1,4 @@
-"""GNSS receiver: position with slow Gauss-Markov drift and small white noise, velocity with white noise.
+"""GNSS receiver: position and velocity with Gauss-Markov drift and white noise, as far as the data has either.
 
 Every vehicle's drift is its own (another name, another generator): two vehicles side by side disagree, as receivers
 without common corrections do. `eph` and `epv` are what the receiver says of itself, in metres.
@@ -26,6 +26,10 @@ class Gps:
         self._north = GaussMarkov(data.drift_horizontal_m, time_s, dt_s, drift)
         self._east = GaussMarkov(data.drift_horizontal_m, time_s, dt_s, drift)
         self._down = GaussMarkov(data.drift_vertical_m, time_s, dt_s, drift)
+        time_s = data.drift_velocity_time_s
+        self._vn = GaussMarkov(data.drift_velocity_horizontal_m_s, time_s, dt_s, drift)
+        self._ve = GaussMarkov(data.drift_velocity_horizontal_m_s, time_s, dt_s, drift)
+        self._vd = GaussMarkov(data.drift_velocity_vertical_m_s, time_s, dt_s, drift)
         self.satellites = data.satellites
 
     def read(
@@ -37,9 +41,9 @@ class Gps:
         east = east_m + self._east.step() + data.noise_horizontal_m * draw()
         down = down_m + self._down.step() + data.noise_vertical_m * draw()
         lat, lon = self._projection.reproject(north, east)
-        vn = vn_m_s + data.noise_velocity_m_s * draw()
-        ve = ve_m_s + data.noise_velocity_m_s * draw()
-        vd = vd_m_s + data.noise_velocity_m_s * draw()
+        vn = vn_m_s + self._vn.step() + data.noise_velocity_m_s * draw()
+        ve = ve_m_s + self._ve.step() + data.noise_velocity_m_s * draw()
+        vd = vd_m_s + self._vd.step() + data.noise_velocity_m_s * draw()
         fixed = self.satellites >= MIN_SATELLITES
         return HilGps(
             time_us,

@@ -1,0 +1,71 @@
+"""Roll and pitch from where gravity is felt, while nothing aids horizontally (bit 2 of EKF2_IMU_CTRL).
+
+PX4's EKF2 (EKF/aid_sources/gravity/gravity_fusion.cpp, v1.18). PX4 works out the innovations at every step, fused or
+not; here those that are not fused are worked out ten times a second, for the log.
+"""
+
+import math
+
+import numpy as np
+
+from autopilot.estimator import covariance as cov
+from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.ekf import GRAVITY_VECTOR, Ekf
+from autopilot.estimator.samples import ImuSample
+from autopilot.topics import Vector3
+
+GRAVITY_M_S2 = 9.80665
+GATE = 0.25
+NOT_FUSED_EVERY_US = 100_000
+
+
+class Gravity:
+    """The accelerometer as a plumb line."""
+
+    def __init__(self, ekf: Ekf) -> None:
+        self._ekf = ekf
+        self.aid = AidSource(3)
+
+    def control(self, imu: ImuSample) -> None:
+        """One step of the filter."""
+        ekf, flags = self._ekf, self._ekf.flags
+        assert ekf.accel_mean is not None
+        quiet = 0.9 * GRAVITY_M_S2 < math.hypot(*ekf.accel_mean) < 1.1 * GRAVITY_M_S2
+        flags.gravity_vector = (
+            bool(int(ekf.settings["EKF2_IMU_CTRL"]) & GRAVITY_VECTOR)
+            and (quiet or flags.vehicle_at_rest)
+            and not ekf.horizontal_aiding
+            and flags.tilt_align
+        )
+        if flags.gravity_vector or imu.time_us >= self.aid.timestamp_sample + NOT_FUSED_EVERY_US:
+            self._update(imu)
+
+    def _update(self, imu: ImuSample) -> None:
+        ekf, aid, state = self._ekf, self.aid, self._ekf.state
+        ekf.predict_covariance()
+        felt = [velocity / imu.dt_s - bias for velocity, bias in zip(imu.delta_velocity, state.accel_bias, strict=True)]
+        norm = math.hypot(*felt) or 1.0
+        measured = (felt[0] / norm, felt[1] / norm, felt[2] / norm)
+        variance = max(ekf.settings["EKF2_GRAV_NOISE"], 0.01) ** 2
+        rotation = state.rotation
+        jacobians = [_jacobian(rotation, axis) for axis in range(3)]
+        told = [ekf.innovation_variance(h, variance)[1] for h in jacobians]
+        aid.update(imu.time_us, measured, (variance,) * 3, _innovation(rotation, measured), told, GATE)
+        if not ekf.flags.gravity_vector or aid.innovation_rejected:
+            return
+        for axis, h in enumerate(jacobians):
+            ph, aid.innovation_variance[axis] = ekf.innovation_variance(h, variance)
+            aid.innovation[axis] = _innovation(state.rotation, measured)[axis]
+            ekf.fuse(ph / aid.innovation_variance[axis], ph, aid.innovation[axis], aid.innovation_variance[axis])
+        aid.fused, aid.time_last_fuse = True, imu.time_us
+
+
+def _innovation(rotation: tuple[float, ...], measured: Vector3) -> Vector3:
+    return -rotation[6] - measured[0], -rotation[7] - measured[1], -rotation[8] - measured[2]
+
+
+def _jacobian(rotation: tuple[float, ...], axis: int) -> cov.Matrix:
+    """Of the direction "up" along a body axis, by the attitude: the cross product of that axis (NED) and up."""
+    h = np.zeros(cov.STATES)
+    h[0], h[1] = -rotation[3 + axis], rotation[axis]
+    return h

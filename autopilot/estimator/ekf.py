@@ -1,0 +1,737 @@
+"""The filter itself: state and covariance at the fusion horizon, how measurements get in, how the state is set anew.
+
+PX4's EKF2 (src/modules/ekf2/EKF: ekf.cpp, ekf_helper.cpp, position_fusion.cpp, velocity_fusion.cpp, yaw_fusion.cpp,
+covariance.cpp, v1.18). What aids it, and when, is in aid_sources/, a file each. Numbers are PX4's unless said
+otherwise.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from autopilot.estimator import covariance as cov
+from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.bias_estimator import BiasEstimator
+from autopilot.estimator.flags import ControlStatus, FaultStatus
+from autopilot.estimator.imu_down_sampler import ImuDownSampler
+from autopilot.estimator.output_predictor import OutputPredictor
+from autopilot.estimator.samples import ImuSample
+from autopilot.estimator.state import State
+from autopilot.topics import NAN, Quaternion, Vector3
+from sitl_emu.core.attitude import product
+from sitl_emu.core.geodesy import MapProjection, wrap_pi
+
+RESET_TIMEOUT_US = 7_000_000
+NO_AID_TIMEOUT_US = 1_000_000
+HEIGHT_FUSION_TIMEOUT_US = 5_000_000
+BAD_ACCEL_RESET_US = 500_000
+BAD_ACCEL_NOISE_M_S2 = 4.9
+GYRO_BIAS, ACCEL_BIAS, GRAVITY_VECTOR = 1, 2, 4
+"""Bits of EKF2_IMU_CTRL."""
+SENSOR_WEIGHT = 0.1
+"""Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
+ALIGNED_WITH_GRAVITY = 0.966
+LEAST_VARIANCE = 0.01**2
+YAW_RESET_TURNS_VELOCITY_RAD = 0.3
+LEAST_COVARIANCE_STEPS, COVARIANCE_STEPS = 4, 8
+"""The covariance is predicted when something is fused and so many steps have passed, at the latest after the second
+number (ours; PX4 predicts at each)."""
+OPTIMAL_WITHIN = 1e-6
+INITIAL_WIND_VARIANCE = 1.0
+WIND_NOISE_WITH_CLIMB = 0.5
+CLIMB_RATE_S = 10.0
+BARO, GNSS, RANGE, EV, UNKNOWN = range(5)
+"""EKF2_HGT_REF."""
+
+
+@dataclass(slots=True)
+class Resets:
+    """How often each part of the state jumped, and by how much it did last (NED; metres and m/s)."""
+
+    vel_ne: int = 0
+    vel_d: int = 0
+    pos_ne: int = 0
+    pos_d: int = 0
+    quat: int = 0
+    hagl: int = 0
+    vel_ne_change: tuple[float, float] = (0.0, 0.0)
+    vel_d_change: float = 0.0
+    pos_ne_change: tuple[float, float] = (0.0, 0.0)
+    pos_d_change: float = 0.0
+    quat_change: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    hagl_change: float = 0.0
+
+
+class Ekf:
+    """`state` and `p` at `time_us`, the fusion horizon; `latest_us` is the present. Times in µs; 0: never."""
+
+    def __init__(self, settings: Mapping[str, float]) -> None:
+        """`settings`: values of parameters by name; buffers get their length now, as in PX4 at boot."""
+        self.settings = settings
+        self.state = State()
+        self.p = np.zeros((cov.STATES, cov.STATES))
+        self._transition = cov.transition()
+        self._growth, self._caps = np.zeros(cov.STATES), np.zeros(cov.STATES)
+        self.refresh()
+        self._correction = np.zeros(cov.STATES)
+        self._corrected = False
+        self.flags = ControlStatus()
+        self.was_in_air, self.was_at_rest = True, False
+        self.was_yaw_aligned = self.was_ev_yaw = False
+        """Flags at the step before; those of the line above when the aids were last looked after."""
+        self.faults = FaultStatus()
+        self.events: set[str] = set()
+        """What happened since somebody told it, by the fields of uORB estimator_event_flags."""
+        self.resets = Resets()
+        self.down_sampler = ImuDownSampler(settings["EKF2_PREDICT_US"])
+        step_ms = max(settings["EKF2_PREDICT_US"] * 1e-3, 1.0)
+        delay_ms = min(max(settings["EKF2_DELAY_MAX"], 0.0), 1000.0)
+        self.imu_buffer_length = max(2, math.ceil(delay_ms / step_ms))
+        self.observation_buffer_length = max(2, min(math.floor(delay_ms * 1.5 / step_ms + 0.5), self.imu_buffer_length))
+        self.output = OutputPredictor(self.imu_buffer_length)
+        self.initialised = False
+        self.time_us = self.latest_us = 0
+        self.dt_s = step_ms * 1e-3
+        """Mean step of the filter."""
+        self.accel_mean: Vector3 | None = None
+        self._gyro_mean: Vector3 = (0.0, 0.0, 0.0)
+        self._rate_peak = self._accel_peak = 0.0
+        self.accel_inhibited = [False, False, False]
+        self.gyro_inhibited = False
+        self._climb_rate = 0.0
+        self.origin: MapProjection | None = None
+        self.origin_us = 0
+        self.origin_alt = NAN
+        self.last_known_position = (0.0, 0.0)
+        self.last_known_alt = 0.0
+        self.hor_pos_fused_us = self.hgt_fused_us = self.hor_vel_fused_us = self.ver_vel_fused_us = 0
+        self.heading_fused_us = self.terrain_fused_us = 0
+        self.in_air_us = self.on_ground_us = 0
+        self.good_vertical_accel_us = self.bad_vertical_accel_us = 0
+        self.horizontal_dead_reckoning_too_long = True
+        self.vertical_position_dead_reckoning_too_long = True
+        self.vertical_velocity_dead_reckoning_too_long = True
+        self.terrain_valid = False
+        self.height_reference = UNKNOWN
+        self._counts = (0,) * 6
+        """Counters of resets at the beginning of this step: several resets in it tell one change."""
+        self.ne_vision = False
+        """Vision gives north: its frame is NED."""
+        self.baro_bias, self.gnss_hgt_bias, self.ev_hgt_bias = BiasEstimator(), BiasEstimator(), BiasEstimator()
+        self.ev_pos_bias = (BiasEstimator(), BiasEstimator())
+        self.on_yaw_change: Quaternion | None = None
+        self.disabled: frozenset[int] = frozenset()
+        """Sensors that MAV_CMD_ESTIMATOR_SENSOR_ENABLE has switched off."""
+
+    # --- time ----------------------------------------------------------------------------------------------
+
+    def timed_out(self, since_us: int, period_us: float) -> bool:
+        """At the horizon, `since_us` is longer ago than that, or was never."""
+        return since_us == 0 or since_us + period_us < self.time_us
+
+    def recent(self, since_us: int, period_us: float) -> bool:
+        """At the horizon, `since_us` is not that long ago."""
+        return since_us != 0 and since_us + period_us > self.time_us
+
+    def newest_recent(self, pushed_us: int, period_us: float) -> bool:
+        """At present, a sample came in not that long ago."""
+        return pushed_us != 0 and pushed_us + period_us > self.latest_us
+
+    # --- prediction ----------------------------------------------------------------------------------------
+
+    def begin_step(self, imu: ImuSample) -> bool:
+        """Take the delayed sample and predict the state; False before the tilt is known."""
+        dt = imu.dt_s
+        predict_s = self.settings["EKF2_PREDICT_US"] * 1e-6
+        if self.accel_mean is None:
+            self.dt_s = min(max(dt, 0.5 * predict_s), 2.0 * predict_s)
+        else:
+            self.dt_s += 0.01 * (min(max(dt, 0.5 * predict_s), 2.0 * predict_s) - self.dt_s)
+        self.time_us = imu.time_us
+        self._filter_imu(imu)
+        if not self.initialised and not self._initialise_tilt():
+            return False
+        self.was_yaw_aligned, self.was_ev_yaw = self.flags.yaw_align, self.flags.ev_yaw
+        resets = self.resets
+        self._counts = (resets.vel_ne, resets.vel_d, resets.pos_ne, resets.pos_d, resets.quat, resets.hagl)
+        self._inhibit_biases(imu)
+        self.state.predict(imu, self.settings["EKF2_VEL_LIM"])
+        if self.state.steps >= COVARIANCE_STEPS:
+            self.predict_covariance()
+        return True
+
+    def refresh(self) -> None:
+        """Take over changed parameters: what a second of unit steps adds to variances, and up to which they grow."""
+        value = self.settings
+
+        def square(name: str) -> float:
+            return min(max(value[name], 0.0), 1.0) ** 2
+
+        gyro, accel, field = square("EKF2_GYR_NOISE"), square("EKF2_ACC_NOISE"), value["EKF2_MAG_NOISE"] ** 2
+        self._growth = np.array(
+            [gyro] * 3 + [accel] * 3 + [0.0] * 3 + [square("EKF2_GYR_B_NOISE")] * 3 + [square("EKF2_ACC_B_NOISE")] * 3
+            + [square("EKF2_MAG_E_NOISE")] * 3 + [square("EKF2_MAG_B_NOISE")] * 3 + [0.0] * 3
+        )  # fmt: skip
+        self._caps = np.array(
+            [math.inf] * 9 + [gyro] * 3 + [accel] * 3 + [field] * 6 + [INITIAL_WIND_VARIANCE] * 2 + [math.inf]
+        )
+
+    def _filter_imu(self, imu: ImuSample) -> None:
+        """Low-passes of accelerometer and, until the tilt is known, gyro."""
+        _, (gx, gy, gz), (vx, vy, vz), dt = imu
+        ax, ay, az = vx / dt, vy / dt, vz / dt
+        if self.accel_mean is None:
+            self.accel_mean, self._gyro_mean = (ax, ay, az), (gx / dt, gy / dt, gz / dt)
+            return
+        mx, my, mz = self.accel_mean
+        weight = SENSOR_WEIGHT
+        self.accel_mean = (mx + weight * (ax - mx), my + weight * (ay - my), mz + weight * (az - mz))
+        if not self.initialised:
+            mx, my, mz = self._gyro_mean
+            self._gyro_mean = (mx + weight * (gx / dt - mx), my + weight * (gy / dt - my), mz + weight * (gz / dt - mz))
+
+    def _initialise_tilt(self) -> bool:
+        """Roll and pitch from where gravity seems to be, once the vehicle is quiet."""
+        accel = self.accel_mean
+        assert accel is not None
+        gravity = math.hypot(*accel)
+        quiet = math.hypot(*self._gyro_mean) <= math.radians(15.0)
+        if not (0.8 * 9.80665 <= gravity <= 1.2 * 9.80665 and quiet):
+            return False
+        self.initialised = True
+        self.state.set_attitude(_shortest_turn_to_level(accel))
+        self._initialise_covariance()
+        self.output.align(self.state.q, (0.0, 0.0, 0.0), self._position())
+        return True
+
+    def _initialise_covariance(self) -> None:
+        value = self.settings
+        self.p[:] = 0.0
+        tilt = max(value["EKF2_ANGERR_INIT"], 0.01) ** 2
+        velocity = max(value["EKF2_GPS_V_NOISE"], 0.01) ** 2
+        position = max(value["EKF2_GPS_P_NOISE"], 0.01) ** 2
+        height = max(value["EKF2_BARO_NOISE"], 0.01) ** 2
+        if self.flags.gps_hgt:
+            height = max(1.5 * value["EKF2_GPS_P_NOISE"], 0.01) ** 2
+        if self.flags.rng_hgt:
+            height = max(value["EKF2_RNG_NOISE"], 0.01) ** 2
+        gyro_bias, accel_bias = value["EKF2_GBIAS_INIT"] ** 2, value["EKF2_ABIAS_INIT"] ** 2
+        field = value["EKF2_MAG_NOISE"] ** 2
+        diagonal = [tilt, tilt, 0.0, velocity, velocity, 2.25 * velocity, position, position, height]
+        diagonal += [gyro_bias] * 3 + [accel_bias] * 3 + [field] * 6 + [INITIAL_WIND_VARIANCE] * 2
+        diagonal.append(value["EKF2_MIN_RNG"] ** 2)
+        np.fill_diagonal(self.p, diagonal)
+        self.state.restart_sums()
+
+    def predict_covariance(self) -> None:
+        """The covariance up to the horizon, from what the state has summed up; not if it nearly is."""
+        state = self.state
+        if state.steps < LEAST_COVARIANCE_STEPS and self.flags.tilt_align:
+            return
+        if not state.steps:
+            return
+        p, total_s = self.p, state.dt_s
+        cov.predict(p, self._transition, state.rotation, (state.dvn, state.dve, state.dvd), total_s)
+        # Every step adds the square of noise times step.
+        spread = total_s * total_s / state.steps
+        diagonal = p.reshape(-1)[:: cov.STATES + 1]
+        diagonal += self._growth * spread * (diagonal < self._caps)
+        if self.faults.bad_acc_vertical:
+            diagonal[cov.VELOCITY : cov.POSITION] += BAD_ACCEL_NOISE_M_S2**2 * spread
+        value = self.settings
+        if self.height_reference != RANGE:
+            speed_squared = state.vn * state.vn + state.ve * state.ve
+            terrain = value["EKF2_TERR_NOISE"] ** 2 + value["EKF2_TERR_GRAD"] ** 2 * speed_squared
+            diagonal[cov.TERRAIN] += terrain * spread
+        if self.flags.wind:
+            self._predict_wind(diagonal)
+        state.restart_sums()
+        self._constrain_variances()
+
+    def _predict_wind(self, diagonal: cov.Matrix) -> None:
+        noise = self._wind_noise() * self.state.dt_s
+        wind = diagonal[cov.WIND : cov.TERRAIN]
+        wind += noise * (wind < INITIAL_WIND_VARIANCE)
+
+    def _wind_noise(self) -> float:
+        """Variance that wind gains a second; more while climbing. Its low-pass is fed here, not at every step."""
+        dt_s = self.state.dt_s
+        self._climb_rate += dt_s / (dt_s + CLIMB_RATE_S) * (self.state.vd - self._climb_rate)
+        density = min(max(self.settings["EKF2_WIND_NSD"], 0.0), 1.0)
+        return (density * (1.0 + WIND_NOISE_WITH_CLIMB * abs(self._climb_rate))) ** 2
+
+    def _constrain_variances(self) -> None:
+        cov.raise_to_floor(self.p)
+        if not self.flags.heading_observable:
+            heading = min(float(self.p[cov.YAW, cov.YAW]), self.settings["EKF2_HEAD_NOISE"] ** 2)
+            cov.uncorrelate(self.p, cov.YAW, (heading,))
+
+    def _inhibit_biases(self, imu: ImuSample) -> None:
+        """Which biases may not be learnt: those that this motion does not show."""
+        value, dt, flags, state = self.settings, imu.dt_s, self.flags, self.state
+        control = int(value["EKF2_IMU_CTRL"])
+        keep = 1.0 - min(max(dt / max(value["EKF2_ABL_TAU"], 1e-6), 0.0), 1.0)
+        x, y, z = imu.delta_angle
+        bx, by, bz = state.gyro_bias
+        x, y, z = x / dt - bx, y / dt - by, z / dt - bz
+        self._rate_peak = max(math.sqrt(x * x + y * y + z * z), keep * self._rate_peak)
+        x, y, z = imu.delta_velocity
+        bx, by, bz = state.accel_bias
+        x, y, z = x / dt - bx, y / dt - by, z / dt - bz
+        self._accel_peak = max(math.sqrt(x * x + y * y + z * z), keep * self._accel_peak)
+        wild = self._rate_peak > value["EKF2_ABL_GYRLIM"] or self._accel_peak > value["EKF2_ABL_ACCLIM"]
+        self.gyro_inhibited = not control & GYRO_BIAS
+        if not control & ACCEL_BIAS or wild or self.faults.bad_acc_vertical:
+            self.accel_inhibited = [True, True, True]
+        elif flags.vehicle_at_rest:
+            self.accel_inhibited = [False, False, False]
+        elif flags.fake_hgt:
+            self.accel_inhibited = [True, True, True]
+        elif flags.fake_pos or flags.gravity_vector:
+            self.accel_inhibited = [abs(part) <= ALIGNED_WITH_GRAVITY for part in state.rotation[6:9]]
+        else:
+            self.accel_inhibited = [False, False, False]
+
+    # --- fusion --------------------------------------------------------------------------------------------
+
+    def fuse_state(self, index: int, innovation: float, innovation_variance: float, variance: float) -> None:
+        """Fuse a direct measurement of state `index`. The correction waits for `apply`: one sensor, one correction."""
+        p = self.p
+        row = p[index].copy()
+        gain = row / innovation_variance
+        own = float(row[index]) + variance
+        if self._inhibit(gain) or abs(own - innovation_variance) > OPTIMAL_WITHIN * own:
+            cov.update(p, gain, row, own)
+        else:
+            cov.update_optimal(p, gain, row)
+        self._constrain_variances()
+        self._correction -= gain * innovation
+        self._corrected = True
+
+    def fuse(self, gain: cov.Matrix, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
+        """Fuse a measurement by a gain, with its P·H and H·P·H + R (`innovation_variance`), and correct the state."""
+        self._inhibit(gain)
+        cov.update(self.p, gain, ph, innovation_variance)
+        self._constrain_variances()
+        self._correction -= gain * innovation
+        self._corrected = True
+        self.apply()
+
+    def correct(self, gain: cov.Matrix, innovation: float) -> None:
+        """Correct the state alone, and leave the covariance."""
+        self._inhibit(gain)
+        self._correction -= gain * innovation
+        self._corrected = True
+        self.apply()
+
+    def innovation_variance(self, h: cov.Matrix, variance: float) -> tuple[cov.Matrix, float]:
+        """(P·H, H·P·H + R) of a measurement."""
+        ph = self.p @ h
+        return ph, float(ph @ h) + variance
+
+    def apply(self) -> None:
+        """Put what was fused into the state."""
+        if not self._corrected:
+            return
+        values = self._correction.tolist()
+        self._correction[:] = 0.0
+        self._corrected = False
+        value, flags = self.settings, self.flags
+        self.state.correct(
+            values, abs(value["EKF2_GYR_B_LIM"]), abs(value["EKF2_ABL_LIM"]), mag=flags.mag, wind=flags.wind
+        )
+
+    def _inhibit(self, gain: cov.Matrix) -> bool:
+        """Zero the gains of what may not be corrected; True: something was."""
+        flags, changed = self.flags, False
+        if not flags.heading_observable:
+            gain[cov.YAW] = 0.0
+            changed = True
+        if self.gyro_inhibited:
+            gain[cov.GYRO_BIAS : cov.ACCEL_BIAS] = 0.0
+            changed = True
+        if True in self.accel_inhibited:
+            changed = True
+            for axis, inhibited in enumerate(self.accel_inhibited, cov.ACCEL_BIAS):
+                if inhibited:
+                    gain[axis] = 0.0
+        if not flags.mag:
+            gain[cov.MAG_I : cov.WIND] = 0.0
+            changed = True
+        return changed
+
+    def variance(self, index: int) -> float:
+        """Of one state."""
+        return float(self.p[index, index])
+
+    def tilt_variance(self) -> float:
+        """Roll's and pitch's together, rad²."""
+        return float(self.p[0, 0]) + float(self.p[1, 1])
+
+    def fuse_velocity(self, aid: AidSource) -> bool:
+        """All three axes, unless one was rejected."""
+        if aid.innovation_rejected:
+            return False
+        self._fuse_axes(cov.VELOCITY, aid)
+        self.hor_vel_fused_us = self.ver_vel_fused_us = self.time_us
+        return True
+
+    def fuse_horizontal_position(self, aid: AidSource) -> bool:
+        """North and east, unless one was rejected."""
+        if aid.innovation_rejected:
+            return False
+        self._fuse_axes(cov.POSITION, aid)
+        self.hor_pos_fused_us = self.time_us
+        return True
+
+    def fuse_vertical_position(self, aid: AidSource) -> bool:
+        """Down, unless it was rejected."""
+        if aid.innovation_rejected:
+            return False
+        self._fuse_axes(cov.HEIGHT, aid)
+        self.hgt_fused_us = self.time_us
+        return True
+
+    def _fuse_axes(self, first: int, aid: AidSource) -> None:
+        measured = zip(aid.innovation, aid.innovation_variance, aid.observation_variance, strict=True)
+        for index, (innovation, innovation_variance, variance) in enumerate(measured, first):
+            self.fuse_state(index, innovation, innovation_variance, variance)
+        aid.fused, aid.time_last_fuse = True, self.time_us
+
+    def update_height_aid(self, aid: AidSource, time_us: int, down_m: float, variance: float, gate: float) -> None:
+        """A sample of the vertical position, with zero at sea level. Bad accelerometers make it be taken anyway."""
+        self.predict_covariance()
+        innovation = -self.state.alt - down_m
+        aid.update(time_us, (down_m,), (variance,), (innovation,), (self.variance(cov.HEIGHT) + variance,), gate)
+        if self.faults.bad_acc_vertical and aid.innovation_rejected:
+            aid.clip(0)
+
+    def fuse_yaw(self, aid: AidSource) -> bool:
+        """A heading; on the ground a wrong one is drawn near all the same, as it may be due to a wrong gyro bias."""
+        h = np.zeros(cov.STATES)
+        h[cov.YAW] = 1.0
+        ph, innovation_variance = self.innovation_variance(h, aid.observation_variance[0])
+        aid.innovation_variance[0] = innovation_variance
+        if aid.innovation_rejected:
+            on_ground = not self.flags.in_air and self.timed_out(self.in_air_us, 5e6)
+            if not on_ground or not self.timed_out(aid.time_last_fuse, 1e6):
+                return False
+            aid.clip(0)
+            self.forget_gyro_bias_z()
+        self.fuse(ph / innovation_variance, ph, aid.innovation[0], innovation_variance)
+        self.heading_fused_us = aid.time_last_fuse = self.time_us
+        aid.fused = True
+        self.faults.bad_hdg = False
+        return True
+
+    def forget_gyro_bias_z(self) -> None:
+        """The yaw gyro's bias may be anything again."""
+        cov.uncorrelate(self.p, cov.GYRO_BIAS + 2, (self.settings["EKF2_GBIAS_INIT"] ** 2,))
+
+    # --- who aids ------------------------------------------------------------------------------------------
+
+    def horizontal_position_aids(self) -> int:
+        """How many sources of horizontal position are in use."""
+        flags = self.flags
+        return flags.gnss_pos + flags.ev_pos
+
+    def horizontal_velocity_aids(self) -> int:
+        """How many sources of horizontal velocity are in use."""
+        flags = self.flags
+        return flags.gnss_vel + flags.opt_flow + flags.ev_vel
+
+    @property
+    def horizontal_aiding(self) -> bool:
+        """Something aids horizontally."""
+        flags = self.flags
+        return flags.gnss_vel or flags.gnss_pos or flags.opt_flow or flags.ev_pos or flags.ev_vel
+
+    def other_horizontal_aid(self, flag: bool) -> bool:
+        """Something aids horizontally besides the source that this flag stands for."""
+        return self.horizontal_position_aids() + self.horizontal_velocity_aids() > int(flag)
+
+    def vertical_position_aids(self) -> int:
+        """How many sources of height are in use."""
+        flags = self.flags
+        return flags.gps_hgt + flags.baro_hgt + flags.rng_hgt + flags.ev_hgt
+
+    @property
+    def vertical_velocity_aiding(self) -> bool:
+        """Something measures the vertical velocity."""
+        return self.flags.gnss_vel or self.flags.ev_vel
+
+    @property
+    def vertical_aiding(self) -> bool:
+        """Something measures height or vertical velocity."""
+        return self.vertical_position_aids() > 0 or self.vertical_velocity_aiding
+
+    @property
+    def north_east_aiding(self) -> bool:
+        """What aids horizontally knows where north is."""
+        flags = self.flags
+        return flags.gnss_pos or flags.gnss_vel or (self.ne_vision and (flags.ev_pos or flags.ev_vel))
+
+    # --- what is known -------------------------------------------------------------------------------------
+
+    @property
+    def local_horizontal_valid(self) -> bool:
+        """Horizontal position and velocity may be used."""
+        return not self.horizontal_dead_reckoning_too_long
+
+    @property
+    def local_vertical_valid(self) -> bool:
+        """The height may be used."""
+        return not self.vertical_position_dead_reckoning_too_long
+
+    @property
+    def hagl_m(self) -> float:
+        """Height above the ground."""
+        return self.state.terrain + self.state.alt
+
+    @property
+    def hagl_valid(self) -> bool:
+        """The height above the ground may be used."""
+        return self.terrain_valid or self.height_reference == RANGE
+
+    def hagl_variance(self) -> float:
+        """Of the height above the ground."""
+        p = self.p
+        return max(
+            float(p[cov.TERRAIN, cov.TERRAIN] + p[cov.HEIGHT, cov.HEIGHT] - 2.0 * p[cov.TERRAIN, cov.HEIGHT]), 0.0
+        )
+
+    def height_reset_required(self) -> bool:
+        """Heights were refused for too long, or the accelerometer was bad for too long."""
+        bad_accel = self.timed_out(self.good_vertical_accel_us, BAD_ACCEL_RESET_US)
+        return bad_accel or self.timed_out(self.hgt_fused_us, HEIGHT_FUSION_TIMEOUT_US)
+
+    # --- resets --------------------------------------------------------------------------------------------
+
+    def reset_velocity(self, velocity: Vector3, variances: Vector3) -> None:
+        """Velocity NED, m/s."""
+        self.reset_horizontal_velocity(velocity[:2], variances[:2])
+        self.reset_vertical_velocity(velocity[2], variances[2])
+
+    def reset_horizontal_velocity(self, velocity: tuple[float, float], variances: tuple[float, float]) -> None:
+        """North and east, m/s; NaN keeps a variance."""
+        self.apply()
+        self.predict_covariance()
+        state, resets = self.state, self.resets
+        delta = (velocity[0] - state.vn, velocity[1] - state.ve)
+        state.vn, state.ve = velocity
+        told = [
+            max(LEAST_VARIANCE, variance) if math.isfinite(variance) else self.variance(cov.VELOCITY + axis)
+            for axis, variance in enumerate(variances)
+        ]
+        cov.uncorrelate(self.p, cov.VELOCITY, (told[0], told[1]))
+        # Else a position that nothing aids would jump as well.
+        cov.uncorrelate(self.p, cov.POSITION, (self.variance(cov.POSITION), self.variance(cov.POSITION + 1)))
+        self.output.reset_horizontal_velocity(*delta)
+        first = resets.vel_ne == self._counts[0]
+        n, e = (0.0, 0.0) if first else resets.vel_ne_change
+        resets.vel_ne_change = (n + delta[0], e + delta[1])
+        resets.vel_ne += 1
+        self.hor_vel_fused_us = self.time_us
+
+    def reset_vertical_velocity(self, velocity: float, variance: float) -> None:
+        """Down, m/s; NaN keeps the variance."""
+        self.apply()
+        self.predict_covariance()
+        resets = self.resets
+        delta = velocity - self.state.vd
+        self.state.vd = velocity
+        if math.isfinite(variance):
+            cov.uncorrelate(self.p, cov.VELOCITY + 2, (max(LEAST_VARIANCE, variance),))
+        cov.uncorrelate(self.p, cov.HEIGHT, (self.variance(cov.HEIGHT),))
+        self.output.reset_vertical_velocity(delta)
+        first = resets.vel_d == self._counts[1]
+        resets.vel_d_change = delta if first else resets.vel_d_change + delta
+        resets.vel_d += 1
+        self.ver_vel_fused_us = self.time_us
+
+    def reset_vertical_velocity_to_zero(self) -> None:
+        """Nobody knows it: zero, and very uncertain."""
+        self.reset_vertical_velocity(0.0, 10.0)
+
+    def reset_horizontal_position(self, place: tuple[float, float], variances: tuple[float, float]) -> None:
+        """North and east in the local frame, m."""
+        self.apply()
+        self.predict_covariance()
+        state = self.state
+        delta = (place[0] - state.pn, place[1] - state.pe)
+        state.pn, state.pe = place
+        self.output.reset_position(*delta, 0.0)
+        if self.flags.ev_pos:
+            for bias, shift in zip(self.ev_pos_bias, delta, strict=True):
+                bias.bias -= shift
+        for axis, variance in enumerate(variances):
+            if math.isfinite(variance):
+                cov.uncorrelate(self.p, cov.POSITION + axis, (max(LEAST_VARIANCE, variance),))
+        self._count_position_reset(delta)
+        self.hor_pos_fused_us = self.time_us
+
+    def jumped_horizontally(self, delta: tuple[float, float]) -> None:
+        """The position was moved by this much (m): the output follows at once, and whoever controls it is told."""
+        self.output.reset_position(*delta, 0.0)
+        self._count_position_reset(delta)
+        self.hor_pos_fused_us = self.time_us
+
+    def _count_position_reset(self, delta: tuple[float, float]) -> None:
+        resets = self.resets
+        first = resets.pos_ne == self._counts[2]
+        n, e = (0.0, 0.0) if first else resets.pos_ne_change
+        resets.pos_ne_change = (n + delta[0], e + delta[1])
+        resets.pos_ne += 1
+
+    def reset_to_place(self, latitude_deg: float, longitude_deg: float, variance: float) -> None:
+        """The vehicle is at this place. Without an origin it becomes one, less what was counted from the start."""
+        if self.origin is None:
+            origin = MapProjection(latitude_deg, longitude_deg)
+            if self.local_horizontal_valid:
+                origin = MapProjection(*origin.reproject(-self.state.pn, -self.state.pe))
+            self._set_origin(origin)
+        assert self.origin is not None
+        self.reset_horizontal_position(self.origin.project(latitude_deg, longitude_deg), (variance, variance))
+
+    def _set_origin(self, origin: MapProjection) -> None:
+        self.origin, self.origin_us = origin, self.time_us
+        self.state.set_latitude(origin.lat0_deg)
+        self.output.gravity_m_s2 = self.state.gravity_m_s2
+
+    def initialise_altitude(self, altitude_m: float, variance: float) -> None:
+        """The altitude AMSL is known: heights count from here on, or from where they were counted before."""
+        if not math.isfinite(self.origin_alt):
+            self.origin_alt = altitude_m - self.state.alt if self.local_vertical_valid else altitude_m
+        self.reset_altitude(altitude_m, variance)
+
+    def reset_altitude(self, altitude_m: float, variance: float) -> None:
+        """Altitude AMSL (or above where it began, without one), and with it all that is kept relative to it."""
+        self.apply()
+        self.predict_covariance()
+        state, flags, resets = self.state, self.flags, self.resets
+        delta_d = state.alt - altitude_m
+        state.alt = altitude_m
+        if math.isfinite(variance):
+            cov.uncorrelate(self.p, cov.HEIGHT, (max(LEAST_VARIANCE, variance),))
+        self.output.reset_position(0.0, 0.0, delta_d)
+        first = resets.pos_d == self._counts[3]
+        resets.pos_d_change = delta_d if first else resets.pos_d_change + delta_d
+        resets.pos_d += 1
+        if flags.baro_hgt:
+            self.baro_bias.bias += delta_d
+        if flags.ev_hgt:
+            self.ev_hgt_bias.bias -= delta_d
+        if flags.gps_hgt:
+            self.gnss_hgt_bias.bias += delta_d
+        self.count_terrain_reset(delta_d)
+        state.terrain += delta_d
+        self.hgt_fused_us = self.time_us
+
+    def count_terrain_reset(self, delta_d: float) -> None:
+        """The height above ground jumped."""
+        resets = self.resets
+        first = resets.hagl == self._counts[5]
+        resets.hagl_change = delta_d if first else resets.hagl_change + delta_d
+        resets.hagl += 1
+
+    def reset_yaw(self, yaw: float, variance: float) -> None:
+        """Heading, rad; NaN keeps the variance."""
+        self.apply()
+        self.predict_covariance()
+        if math.isfinite(variance) and variance > 0.0:
+            cov.uncorrelate(self.p, cov.YAW, (variance,))
+        turn = wrap_pi(yaw - self.state.yaw)
+        self._turn_by(turn)
+        self.heading_fused_us = self.time_us
+        if not self.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
+            self._turn_velocity(turn)
+
+    def reset_yaw_by_fusion(self, yaw: float, variance: float) -> None:
+        """Force a heading into the state by fusion, so that what hangs on the heading follows it."""
+        self.apply()
+        self.predict_covariance()
+        before = self.state.q
+        h = np.zeros(cov.STATES)
+        h[cov.YAW] = 1.0
+        ph, innovation_variance = self.innovation_variance(h, variance)
+        gain = ph / innovation_variance
+        gain[cov.YAW] = 1.0
+        turn = wrap_pi(yaw - self.state.yaw)
+        self.fuse(gain, ph, -turn, innovation_variance)
+        self._tell_yaw_reset(before)
+        self.heading_fused_us = self.time_us
+        if not self.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
+            self._turn_velocity(turn)
+
+    def _turn_by(self, turn: float) -> None:
+        before = self.state.q
+        self.state.turn(0.0, 0.0, turn)
+        self._tell_yaw_reset(before)
+
+    def _tell_yaw_reset(self, before: Quaternion) -> None:
+        w, x, y, z = before
+        change = product(self.state.q, (w, -x, -y, -z))
+        self.output.reset_quaternion(change)
+        self.on_yaw_change = change
+        resets = self.resets
+        resets.quat_change = change if resets.quat == self._counts[4] else product(change, resets.quat_change)
+        resets.quat += 1
+
+    def _turn_velocity(self, turn: float) -> None:
+        cosine, sine = math.cos(turn), math.sin(turn)
+        n, e = self.state.vn, self.state.ve
+        variance = max(self.variance(cov.VELOCITY), self.variance(cov.VELOCITY + 1))
+        self.reset_horizontal_velocity((cosine * n - sine * e, sine * n + cosine * e), (variance, variance))
+
+    # --- the local frame -----------------------------------------------------------------------------------
+
+    def _position(self) -> Vector3:
+        return (self.state.pn, self.state.pe, -self.state.alt)
+
+    def move_origin(self, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
+        """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude.
+
+        Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
+        """
+        self.apply()
+        self._counts = (-1,) * 6
+        state, before = self.state, self.origin
+        self._set_origin(MapProjection(latitude_deg, longitude_deg))
+        if before is not None and self.origin is not None:
+            place = self.origin.project(*before.reproject(state.pn, state.pe))
+            known = self.origin.project(*before.reproject(*self.last_known_position))
+            delta = (place[0] - state.pn, place[1] - state.pe)
+            state.pn, state.pe = place
+            self.last_known_position = known
+            self.output.reset_position(*delta, 0.0)
+            self._count_position_reset(delta)
+        if math.isfinite(altitude_amsl_m):
+            self._move_origin_altitude(altitude_amsl_m)
+
+    def _move_origin_altitude(self, altitude_amsl_m: float) -> None:
+        resets = self.resets
+        if not math.isfinite(self.origin_alt) and self.local_vertical_valid:
+            above_start = self.state.alt
+            self.origin_alt = altitude_amsl_m
+            self.reset_altitude(above_start + altitude_amsl_m, NAN)
+            return
+        change = altitude_amsl_m - self.origin_alt if math.isfinite(self.origin_alt) else 0.0
+        self.origin_alt = altitude_amsl_m
+        resets.pos_d_change = resets.hagl_change = change
+        resets.pos_d += 1
+        resets.hagl += 1
+
+
+def _shortest_turn_to_level(accel: Vector3) -> Quaternion:
+    """The smallest rotation that makes the measured force point up (body to NED)."""
+    norm = math.hypot(*accel)
+    x, y, z = accel[0] / norm, accel[1] / norm, accel[2] / norm
+    # from (x, y, z) to (0, 0, -1): axis is their cross product, cosine their dot product
+    w = 1.0 - z
+    if w < 1e-6:
+        return 0.0, 1.0, 0.0, 0.0  # upside down
+    q = (w, -y, x, 0.0)
+    length = math.sqrt(sum(value * value for value in q))
+    return (q[0] / length, q[1] / length, q[2] / length, 0.0)
