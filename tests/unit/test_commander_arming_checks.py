@@ -287,7 +287,8 @@ def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not
     """PX4's estimatorCheck tells a poor fix and no silence; what the position then lacks denies arming."""
     vehicle = ready(COM_ARM_WO_GPS=0)
     for fused in (True, False):
-        vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_fused=fused)
+        flags = 0b111 if fused else 0b011
+        vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(control_mode_flags=flags)
         check(vehicle)
         assert bool(vehicle.topics.health_report.present & GPS) is fused
     assert vehicle.topics.health_report.health & GPS

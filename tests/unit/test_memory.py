@@ -15,7 +15,7 @@ from sitl_emu.world.simulator import Home, VehicleSimulator
 
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICKS_A_SECOND = 250
-CLIMB_S, WARM_S, WATCHED_S = 10, 3, 10
+CLIMB_S, WARM_S, WATCHED_S = 10, 8, 20
 GROWTH_KIB_MIN = 60.0
 """Ours: a sixth of what keeping one float of every tick would take (250 Hz · 60 s · 24 bytes of a float)."""
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from autopilot.topics import SensorCombined, Topics
+from autopilot.topics import SensorCombined, SensorImu, Topics
 from autopilot.vehicle_imu import VehicleImu
 
 TICK_US = 4_000
@@ -17,7 +17,9 @@ def shaken(noise: float, ticks: int = 5_000) -> Topics:
     imu = VehicleImu(topics)
     for n in range(1, ticks + 1):
         gyro = (draw.gauss(0.0, noise), draw.gauss(0.0, noise), draw.gauss(0.0, noise))
-        topics.sensor_combined = SensorCombined(n * TICK_US, gyro, (1.0, 2.0, -9.0 + draw.gauss(0.0, noise)))
+        accel = (1.0, 2.0, -9.0 + draw.gauss(0.0, noise))
+        topics.sensor_imu = SensorImu(n * TICK_US, gyro, accel)
+        topics.sensor_combined = SensorCombined(n * TICK_US, gyro, accel)
         imu.update(n * TICK_US)
     return topics
 
