@@ -121,18 +121,13 @@ class State:
         self.pn += (vn + 0.5 * dvn) * dt
         self.pe += (ve + 0.5 * dve) * dt
         self.alt -= (vd + 0.5 * dvd) * dt
-        limit = velocity_limit_m_s
-        self.vn = min(max(vn + dvn, -limit), limit)
-        self.ve = min(max(ve + dve, -limit), limit)
-        self.vd = min(max(vd + dvd, -limit), limit)
+        self.vn, self.ve, self.vd = _limited(vn + dvn, ve + dve, vd + dvd, velocity_limit_m_s)
 
     def correct(self, c: list[float], gyro_limit: float, accel_limit: float, *, mag: bool, wind: bool) -> None:
         """Apply a filter correction (24 error states), each within its limits; `mag`, `wind`: those are estimated."""
         self.turn(c[0], c[1], c[2])
-        limit = LARGEST_VELOCITY_M_S
-        self.vn = min(max(self.vn + c[3], -limit), limit)
-        self.ve = min(max(self.ve + c[4], -limit), limit)
-        self.vd = min(max(self.vd + c[5], -limit), limit)
+        vn, ve, vd = self.vn + c[3], self.ve + c[4], self.vd + c[5]
+        self.vn, self.ve, self.vd = _limited(vn, ve, vd, LARGEST_VELOCITY_M_S)
         self.pn += c[6]
         self.pe += c[7]
         self.alt -= c[8]
@@ -173,4 +168,7 @@ class State:
 
 
 def _limited(x: float, y: float, z: float, limit: float) -> Vector3:
+    """Each within ±limit; nearly always all are, and this runs with every correction of the filter."""
+    if -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit:
+        return x, y, z
     return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))

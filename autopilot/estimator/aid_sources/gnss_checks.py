@@ -5,9 +5,11 @@ have to hold for EKF2_REQ_GPS_H seconds, and drift and speed are measured while 
 """
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, fields
+from operator import attrgetter
 
 from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.flags import mask
 from autopilot.estimator.samples import GnssSample
 from autopilot.estimator.state import ZERO
 from autopilot.topics import NAN, Vector3
@@ -38,9 +40,10 @@ class Failures:
 
     def mask(self) -> int:
         """As one number."""
-        return sum(1 << bit for bit, failed in enumerate(astuple(self)) if failed)
+        return mask(_failures(self))
 
 
+_failures = attrgetter(*(field.name for field in fields(Failures)))
 CHECK_BITS = {
     "nsats": 0, "pdop": 1, "hacc": 2, "vacc": 3, "sacc": 4, "hdrift": 5, "vdrift": 6, "hspeed": 7, "vspeed": 8,
     "spoofed": 9, "fix": 10, "jammed": 11,
