@@ -1,9 +1,10 @@
 """A vehicle of `sitl-emu launch`: autopilot, simulator, sockets and the loop that ticks them, in one process.
 
-It runs unthrottled until it is armable, and at the asked speed from then on. `launch` begins it.
+It runs unthrottled until it is armable, and at the asked speed from then on. While it runs unthrottled it speaks, but
+does not listen: what is sent to it waits until it is armable. A script that arms as soon as position and home are there
+would otherwise hit the second, in PX4's time, until the commander trusts them. `launch` begins it.
 """
 
-import math
 import os
 import signal
 import sys
@@ -122,17 +123,19 @@ def _fly_on(
     """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
     channel = MemoryChannel()
-    boot, pacer = Pacer(math.inf), Pacer(speed)
-    pace, controls, commands = boot, None, autopilot.topics.vehicle_commands
+    pacer, booted = Pacer(speed), False
+    controls, commands = None, autopilot.topics.vehicle_commands
     while True:
         simulated_parameters.update()
         channel.simulator.send(simulator.tick(controls))
         channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
         controls = channel.simulator.receive()
-        if pace is boot and _booted(autopilot):
-            pace = pacer
+        if not booted and (booted := _booted(autopilot)):
             pacer.start()
-        serve(autopilot, sockets, pace)
+        if booted:
+            serve(autopilot, sockets, pacer)
+        else:
+            sockets.flush()
         for device in devices:
             device.keep_alive(clock_s())
         if autopilot.topics.vehicle_commands is not commands:
