@@ -188,7 +188,7 @@ def test_nothing_that_is_published_is_nan_in_flight() -> None:
     rig.take_off(5.0)
     local = rig.topics.vehicle_local_position
     numbers = [v for v in local._replace(dist_bottom=0.0) if isinstance(v, float)]
-    assert all(math.isfinite(v) for v in numbers)
+    assert not any(map(math.isnan, numbers))  # limits where nothing limits are infinite, as PX4's are
 
 
 def test_a_parameter_changed_in_flight_does_not_shake_it() -> None:

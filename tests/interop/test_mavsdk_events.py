@@ -44,7 +44,8 @@ def test_without_a_position_it_is_told_why_it_cannot_arm(vehicle: Vehicle) -> No
             events, "health_and_arming_checks", lambda report: not report.current_mode_intention.can_arm_or_run
         )
         unhealthy = {problem.health_component for problem in report.current_mode_intention.problems}
-        assert {"gps", "global_position_estimate"} <= unhealthy
+        assert "global_position_estimate" in unhealthy
+        assert "gps" not in unhealthy  # PX4 finds no fault with a GPS that is silent (estimatorCheck.cpp)
         with pytest.raises(MavsdkError):
             vehicle.action.arm()
     finally:

@@ -31,6 +31,7 @@ class Sticks:
     @contextlib.contextmanager
     def held(self) -> Iterator["Sticks"]:
         """For the time of a block."""
+        self._plugin.set_manual_control_input(*self._position)  # MAVSDK starts no mode before the first
         self._thread.start()
         try:
             yield self

@@ -30,7 +30,7 @@ def test_all_parameters_come_as_integers_and_floats(vehicle: Vehicle) -> None:
 @pytest.mark.parametrize(
     ("name", "result"),
     [
-        ("NO_SUCH_PARAM", ParamResult.TIMEOUT),  # PX4 does not answer
+        ("NO_SUCH_PARAM", ParamResult.DOES_NOT_EXIST),  # PARAM_ERROR
         ("A_NAME_OF_17_CHAR", ParamResult.PARAM_NAME_TOO_LONG),
         ("MPC_XY_CRUISE", ParamResult.WRONG_TYPE),
     ],

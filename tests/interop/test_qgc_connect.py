@@ -220,8 +220,10 @@ def qgc(tmp_path: Path) -> QGroundControl:
 
 
 def parameters(heard: list[Any]) -> list[int]:
-    """Indices of a parameter list, the hash left out."""
-    return [m.param_index for m in heard if m.get_type() == "PARAM_VALUE" and m.param_index != NO_INDEX]
+    """Indices of a parameter list. What is told before its hash is left out: the declination that PX4 saves."""
+    values = [m for m in heard if m.get_type() == "PARAM_VALUE"]
+    begin = next((place for place, m in enumerate(values) if m.param_index == NO_INDEX), 0)
+    return [m.param_index for m in values[begin:] if m.param_index != NO_INDEX]
 
 
 def test_the_first_connect(qgc: QGroundControl) -> None:

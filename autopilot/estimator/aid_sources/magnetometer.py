@@ -376,7 +376,7 @@ class Magnetometer:
         cov.uncorrelate(self._ekf.p, cov.MAG_I, (self._ekf.settings["EKF2_MAG_NOISE"] ** 2,) * 3)
 
     def _reset_states(self, *, reset_heading: bool) -> None:
-        """Field and bias anew: from the model where it is known, else as measured."""
+        """Field and bias anew: from the model where it is known, else from the sample."""
         ekf, state = self._ekf, self._ekf.state
         ekf.apply()
         if self._model is None:
