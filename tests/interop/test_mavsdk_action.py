@@ -10,7 +10,7 @@ from mavsdk.plugins.telemetry import FlightMode, LandedState
 
 from tests.interop.mavsdk_vehicle import METRES_PER_DEGREE, Vehicle, connected, distance_m, place, until
 
-INSTANCE_TO_END = 6
+INSTANCE_TO_END = 0
 
 
 def test_altitudes_are_kept_in_parameters(vehicle: Vehicle) -> None:

@@ -10,7 +10,7 @@ from mavsdk.plugins.gimbal.gimbal import ControlMode, GimbalError, GimbalMode, S
 
 from tests.interop.mavsdk_vehicle import Vehicle, connected, until
 
-INSTANCE = 9
+INSTANCE = 0
 
 
 @pytest.fixture
