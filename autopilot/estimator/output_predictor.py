@@ -13,7 +13,7 @@ import math
 from collections import deque
 
 from autopilot.topics import Quaternion, Vector3
-from sitl_emu.core.attitude import product
+from sitl_emu.core.attitude import after_small_turn, product, rotation
 
 Entry = tuple[Quaternion, float, float, float, float, float, float, float, float]
 """Attitude, velocity and position NED, vertical velocity of the second integration, its step (s)."""
@@ -59,7 +59,7 @@ class OutputPredictor:
 
     def align(self, q: Quaternion, velocity: Vector3, position: Vector3) -> None:
         """Begin anew at this state; the past is forgotten."""
-        self.q, self.rotation = q, rotation_of(q)
+        self.q, self.rotation = q, rotation(q)
         self.vn, self.ve, self.vd = velocity
         self.pn, self.pe, self.pd = position
         self.z_deriv, self._oldest_down_m = self.vd, self.pd
@@ -79,25 +79,8 @@ class OutputPredictor:
         half = 0.5 * dt
         ux, uy, uz = (gx - bx) * half, (gy - by) * half, (gz - bz) * half
         hx, hy, hz = ux + 0.5 * tx, uy + 0.5 * ty, uz + 0.5 * tz
-        qw, qx, qy, qz = self.q
-        w = qw - qx * hx - qy * hy - qz * hz
-        x = qx + qw * hx + qy * hz - qz * hy
-        y = qy + qw * hy + qz * hx - qx * hz
-        z = qz + qw * hz + qx * hy - qy * hx
-        # One Newton step of 1/sqrt normalises a quaternion that is already close to one.
-        scale = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
-        w *= scale
-        x *= scale
-        y *= scale
-        z *= scale
-        self.q = (w, x, y, z)
-        xx, yy, zz = x * x, y * y, z * z
-        xy, xz, yz = x * y, x * z, y * z
-        wx, wy, wz = w * x, w * y, w * z
-        r00, r01, r02 = 1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy)
-        r10, r11, r12 = 2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx)
-        r20, r21, r22 = 2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)
-        self.rotation = (r00, r01, r02, r10, r11, r12, r20, r21, r22)
+        self.q = q = after_small_turn(self.q, hx, hy, hz)
+        self.rotation = r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation(q)
         ax, ay, az = accel
         bx, by, bz = self._accel_bias
         ax -= bx
@@ -210,7 +193,7 @@ class OutputPredictor:
     def reset_quaternion(self, change: Quaternion) -> None:
         """Turn past and present by `change` (in NED)."""
         self.q = _normalized(product(change, self.q))
-        self.rotation = rotation_of(self.q)
+        self.rotation = rotation(self.q)
         past = self._past
         for _ in range(len(past)):
             entry = past.popleft()
@@ -244,16 +227,6 @@ class OutputPredictor:
         self.pd += d
         sn, se, sd = self._shift_p
         self._shift_p = (sn + n, se + e, sd + d)
-
-
-def rotation_of(q: Quaternion) -> tuple[float, ...]:
-    """The rotation as a matrix by rows, nine numbers."""
-    w, x, y, z = q
-    return (
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip
 
 
 def _normalized(q: Quaternion) -> Quaternion:

@@ -9,10 +9,9 @@ world.
 
 import math
 
-from autopilot.estimator.output_predictor import rotation_of
 from autopilot.estimator.samples import ImuSample
 from autopilot.topics import Quaternion, Vector3
-from sitl_emu.core.attitude import product
+from sitl_emu.core.attitude import after_small_turn, product, rotation
 
 GRAVITY_M_S2 = 9.80665
 EARTH_SPIN_RATE_RAD_S = 7.2921150e-5
@@ -65,7 +64,7 @@ class State:
 
     def set_attitude(self, q: Quaternion) -> None:
         """Replace the attitude."""
-        self.q, self.rotation = q, rotation_of(q)
+        self.q, self.rotation = q, rotation(q)
 
     @property
     def yaw(self) -> float:
@@ -82,25 +81,8 @@ class State:
         hx = 0.5 * (ax - (bx + r00 * rate_n + r20 * rate_d) * dt)
         hy = 0.5 * (ay - (by + r01 * rate_n + r21 * rate_d) * dt)
         hz = 0.5 * (az - (bz + r02 * rate_n + r22 * rate_d) * dt)
-        qw, qx, qy, qz = self.q
-        w = qw - qx * hx - qy * hy - qz * hz
-        x = qx + qw * hx + qy * hz - qz * hy
-        y = qy + qw * hy + qz * hx - qx * hz
-        z = qz + qw * hz + qx * hy - qy * hx
-        # One Newton step of 1/sqrt normalises a quaternion that is already close to one.
-        scale = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
-        w *= scale
-        x *= scale
-        y *= scale
-        z *= scale
-        self.q = (w, x, y, z)
-        xx, yy, zz = x * x, y * y, z * z
-        xy, xz, yz = x * y, x * z, y * z
-        wx, wy, wz = w * x, w * y, w * z
-        r00, r01, r02 = 1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy)
-        r10, r11, r12 = 2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx)
-        r20, r21, r22 = 2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)
-        self.rotation = (r00, r01, r02, r10, r11, r12, r20, r21, r22)
+        self.q = q = after_small_turn(self.q, hx, hy, hz)
+        self.rotation = r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation(q)
         bx, by, bz = self.accel_bias
         vx -= bx * dt
         vy -= by * dt

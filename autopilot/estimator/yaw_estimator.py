@@ -8,10 +8,9 @@ about the vertical alone, here there is one, and five yaws relative to it. Attit
 
 import math
 
-from autopilot.estimator.output_predictor import rotation_of
 from autopilot.estimator.samples import ImuSample
 from autopilot.topics import Quaternion, Vector3, YawEstimatorStatus
-from sitl_emu.core.attitude import product
+from sitl_emu.core.attitude import product, rotation
 from sitl_emu.core.geodesy import wrap_pi
 
 MODELS = 5
@@ -111,7 +110,7 @@ class YawEstimator:
         self._follow(imu)
         if not self.active or self._q is None:
             return
-        r = rotation_of(self._q)
+        r = rotation(self._q)
         self._dn += r[0] * x + r[1] * y + r[2] * z
         self._de += r[3] * x + r[4] * y + r[5] * z
         noise = ACCEL_NOISE_M_S2 if flying else 2.0 * ACCEL_NOISE_M_S2
@@ -166,7 +165,7 @@ class YawEstimator:
         accuracy_m_s = max(accuracy_m_s, 0.01)
         if not self.active:
             self.yaw, self.variance = 0.0, (math.pi / 2.0) ** 2
-            r = rotation_of(self._q)
+            r = rotation(self._q)
             self._yaw_of_reference = math.atan2(r[3], r[0])
             self._models = [
                 Model(

@@ -4,6 +4,8 @@ import math
 
 Quaternion = tuple[float, float, float, float]
 Euler = tuple[float, float, float]
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+"""A matrix by rows."""
 STRAIGHT = 1.0 - 1e-7
 """Sine of a pitch that is as good as 90 degrees."""
 
@@ -32,6 +34,33 @@ def euler(q: Quaternion) -> Euler:
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return roll, math.asin(sine), yaw
+
+
+def rotation(q: Quaternion) -> Rotation:
+    """The rotation of a unit quaternion as a matrix by rows: of a vehicle's attitude, from body (FRD) to NED."""
+    w, x, y, z = q
+    xx, yy, zz = x * x, y * y, z * z
+    xy, xz, yz = x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
+    return (
+        1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy),
+        2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx),
+        2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy),
+    )  # fmt: skip
+
+
+def after_small_turn(q: Quaternion, hx: float, hy: float, hz: float) -> Quaternion:
+    """The attitude after a small turn about the body's axes, given by half its angles (rad).
+
+    One Newton step of 1/sqrt normalises a quaternion that is already close to one.
+    """
+    qw, qx, qy, qz = q
+    w = qw - qx * hx - qy * hy - qz * hz
+    x = qx + qw * hx + qy * hz - qz * hy
+    y = qy + qw * hy + qz * hx - qx * hz
+    z = qz + qw * hz + qx * hy - qy * hx
+    scale = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
+    return w * scale, x * scale, y * scale, z * scale
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:

@@ -9,9 +9,9 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.ev_pos import turned
 from autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
-from autopilot.estimator.output_predictor import rotation_of
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, Quaternion
+from sitl_emu.core.attitude import rotation
 
 VERTICAL = 2
 """Bit of EKF2_EV_CTRL."""
@@ -64,7 +64,7 @@ class VisionHeight:
         ekf, flags, value = self._ekf, self._ekf.flags, self._ekf.settings
         down, variance = sample.pos[2], sample.position_var[2]
         if not (flags.ev_yaw and flags.ev_pos) and sample.pos_frame == FRAME_FRD and turn is not None:
-            (_, _, down), (_, _, variance) = turned(sample, rotation_of(turn))
+            (_, _, down), (_, _, variance) = turned(sample, rotation(turn))
         _, _, below = ekf.state.to_earth(
             value["EKF2_EV_POS_X"] - value["EKF2_IMU_POS_X"],
             value["EKF2_EV_POS_Y"] - value["EKF2_IMU_POS_Y"],

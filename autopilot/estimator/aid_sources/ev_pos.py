@@ -8,9 +8,9 @@ import math
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
-from autopilot.estimator.output_predictor import rotation_of
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion, Vector3
+from sitl_emu.core.attitude import rotation
 
 HORIZONTAL = 1
 """Bit of EKF2_EV_CTRL."""
@@ -111,7 +111,7 @@ class VisionPosition:
         if sample.pos_frame == FRAME_FRD and not own_frame:
             if turn is None:
                 return unknown
-            (x, y, _), (a, b, _) = turned(sample, rotation_of(turn))
+            (x, y, _), (a, b, _) = turned(sample, rotation(turn))
         least = max(value["EKF2_EVP_NOISE"], LEAST_NOISE_M) ** 2
         if flags.gnss_pos:
             least = max(least, value["EKF2_GPS_P_NOISE"] ** 2)

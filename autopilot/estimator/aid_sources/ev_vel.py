@@ -10,9 +10,9 @@ import numpy as np
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
-from autopilot.estimator.output_predictor import rotation_of
 from autopilot.estimator.samples import ImuSample, VisionSample
 from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
+from sitl_emu.core.attitude import rotation
 
 VELOCITY = 4
 """Bit of EKF2_EV_CTRL."""
@@ -81,7 +81,7 @@ class VisionVelocity:
                 if turn is None:
                     self._measured = NAN3
                     return
-                measured, variance = _turned(sample, rotation_of(turn))
+                measured, variance = _turned(sample, rotation(turn))
             elif sample.vel_frame != FRAME_FRD and not ekf.flags.yaw_align:
                 self._measured = NAN3
                 return
