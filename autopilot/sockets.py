@@ -78,11 +78,13 @@ class LinkSockets:
         return links
 
     def receive(self, index: int, exactly: int | None = None) -> list[bytes]:
-        """Datagrams of one link: those that wait, AT_ONCE at most, or `exactly` so many (waiting for those under way).
+        """Datagrams of one link: those that wait, AT_ONCE at most, or `exactly` so many of the standing remote port.
 
-        Raises DatagramLostError when those under way do not come.
+        Those that are announced are waited for, and what others send meanwhile is left aside: it was not announced.
+        Raises DatagramLostError when they do not come.
         """
         opened, datagrams = self._sockets[index], list[bytes]()
+        announced_by = (LOOPBACK, self._links[index].ports.remote) if exactly is not None else None
         timeout_s = 0.0 if exactly is None else UNDER_WAY_LIMIT_S
         if opened.gettimeout() != timeout_s:  # to set it is a system call
             opened.settimeout(timeout_s)
@@ -97,6 +99,8 @@ class LinkSockets:
             except TimeoutError:
                 name = self._links[index].name
                 raise DatagramLostError(f"{name} link: {len(datagrams)} of {exactly} datagrams came") from None
+            if announced_by is not None and sender != announced_by:
+                continue
             if not self._spoken_to[index]:
                 self._peers[index], self._spoken_to[index] = sender, True
             datagrams.append(data)

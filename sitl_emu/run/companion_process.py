@@ -38,7 +38,11 @@ BOX_COLOUR, TEXT_COLOUR, FOUND_COLOUR = (0, 200, 255), (255, 255, 255), (60, 60,
 
 
 class UdpLink:
-    """A MAVLink link of the companion: exactly so many datagrams in, messages out, all logged."""
+    """A MAVLink link of the companion: exactly so many datagrams in, messages out, all logged.
+
+    What comes from elsewhere than the remote port is left aside: it is in nobody's count. From instance 9 on,
+    every PX4 of a machine sends to one port.
+    """
 
     def __init__(self, name: str, local_port: int, remote_port: int, log: TlogWriter | None, start_us: int) -> None:
         """Bind a local port (0: any). Raises StartError when it is taken."""
@@ -63,12 +67,14 @@ class UdpLink:
         return int(self._socket.getsockname()[1])
 
     def read(self, now_us: int, exactly: int) -> list[mavlink.MAVLink_message]:
-        """The messages in the next `exactly` datagrams."""
-        messages = list[mavlink.MAVLink_message]()
-        for _ in range(exactly):
-            datagram = self._socket.recv(LARGEST_DATAGRAM_BYTES)
-            self._write(now_us, datagram)
-            messages += self.wire.decode(datagram)
+        """The messages in the next `exactly` datagrams of the remote port."""
+        messages, left = list[mavlink.MAVLink_message](), exactly
+        while left:
+            datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM_BYTES)
+            if sender == self._remote:
+                left -= 1
+                self._write(now_us, datagram)
+                messages += self.wire.decode(datagram)
         return messages
 
     def send(self, now_us: int, message: mavlink.MAVLink_message) -> None:

@@ -43,7 +43,7 @@ class RadioSocket:
         """Where the companion listens; an outside companion is sent nothing until it has spoken."""
 
     def receive(self, exactly: int | None) -> list[bytes]:
-        """Exactly so many datagrams, or (None) those that wait."""
+        """Exactly so many datagrams of the peer, or (None) those that wait."""
         datagrams = list[bytes]()
         self._socket.settimeout(0.0 if exactly is None else UNDER_WAY_LIMIT_S)
         while exactly is None or len(datagrams) < exactly:
@@ -53,7 +53,8 @@ class RadioSocket:
                 break
             if exactly is None:
                 self.peer = sender
-            datagrams.append(data)
+            if sender == self.peer:
+                datagrams.append(data)
         return datagrams
 
     def send(self, data: bytes) -> None:

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from autopilot.sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, PortInUseError
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.ports import LinkPorts
+from sitl_emu.run.companion_process import UdpLink
 
 LIMIT_S = 2.0
 
@@ -103,6 +105,28 @@ def test_of_a_long_datagram_the_start_is_read(bench: Bench) -> None:
         assert [len(data) for data in bench.heard()] == [LARGEST_DATAGRAM_BYTES]
         long.sendto(b"", bench.address)
         assert bench.heard() == [b""]
+
+
+def test_in_lockstep_strangers_are_not_counted(bench: Bench) -> None:
+    with peer() as stranger:
+        stranger.sendto(b"not announced", bench.address)
+        for data in (b"one", b"two"):
+            bench.standing.sendto(data, bench.address)
+        assert bench.sockets.receive(0, exactly=2) == [b"one", b"two"]
+        bench.say(b"answer")
+        assert bench.standing.recv(100) == b"answer"
+
+
+def test_a_companion_in_lockstep_hears_its_own_autopilot_alone() -> None:
+    with peer() as stranger, peer() as autopilot:
+        link = UdpLink("autopilot", 0, int(autopilot.getsockname()[1]), None, 0)
+        try:
+            for speaker, system in ((stranger, 31), (autopilot, 10)):
+                heartbeat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3)
+                speaker.sendto(heartbeat.pack(mavlink.MAVLink(None, system, 1)), ("127.0.0.1", link.port))
+            assert [message.get_srcSystem() for message in link.read(0, exactly=1)] == [10]
+        finally:
+            link.close()
 
 
 def test_what_else_is_watched_is_told(bench: Bench) -> None:

@@ -148,13 +148,14 @@ def test_a_scenario_that_can_not_start_leaves_no_folder(tmp_path: Path) -> None:
 
 def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "scenario.yaml").write_text(GOOD)
-    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path))
+    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path), "--instance", "100")
     assert status == 2 and "is not empty" in text
 
 
 def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "scenario.yaml").write_text(GOOD)
-    status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path / "scenario.yaml" / "run"))
+    file = tmp_path / "scenario.yaml"
+    status, text = call("run", str(file), "--out", str(file / "run"), "--instance", "100")
     assert status == 2 and "can't write there" in text and "--out" in text
 
 
