@@ -35,7 +35,7 @@ SENSOR_WEIGHT = 0.1
 ALIGNED_WITH_GRAVITY = 0.966
 LEAST_VARIANCE = 0.01**2
 YAW_RESET_TURNS_VELOCITY_RAD = 0.3
-LEAST_COVARIANCE_STEPS, COVARIANCE_STEPS = 4, 8
+LEAST_COVARIANCE_STEPS, COVARIANCE_STEPS = 8, 8
 """The covariance is predicted when something is fused and so many steps have passed, at the latest after the second
 number (ours; PX4 predicts at each)."""
 OPTIMAL_WITHIN = 1e-6
@@ -306,25 +306,28 @@ class Ekf:
             cov.update(p, gain, row, own)
         else:
             cov.update_optimal(p, gain, row)
-        self._constrain_variances()
         self._correction -= gain * innovation
         self._corrected = True
 
-    def fuse(self, gain: cov.Matrix, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
-        """Fuse a measurement by a gain, with its P·H and H·P·H + R (`innovation_variance`), and correct the state."""
+    def fuse(self, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
+        """Fuse a measurement, given its P·H and H·P·H + R (`innovation_variance`), and correct the state."""
+        gain = ph / innovation_variance
+        if self._inhibit(gain):
+            cov.update(self.p, gain, ph, innovation_variance)
+        else:
+            cov.update_optimal(self.p, gain, ph)
+        self._correct(gain * -innovation)
+
+    def fuse_by(self, gain: cov.Matrix, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
+        """The same by another gain than Kalman's, which is P·H / innovation variance."""
         self._inhibit(gain)
         cov.update(self.p, gain, ph, innovation_variance)
-        self._constrain_variances()
-        self._correction -= gain * innovation
-        self._corrected = True
-        self.apply()
+        self._correct(gain * -innovation)
 
     def correct(self, gain: cov.Matrix, innovation: float) -> None:
         """Correct the state alone, and leave the covariance."""
         self._inhibit(gain)
-        self._correction -= gain * innovation
-        self._corrected = True
-        self.apply()
+        self._correct(gain * -innovation)
 
     def innovation_variance(self, h: cov.Matrix, variance: float) -> tuple[cov.Matrix, float]:
         """(P·H, H·P·H + R) of a measurement."""
@@ -333,15 +336,16 @@ class Ekf:
 
     def apply(self) -> None:
         """Put what was fused into the state."""
-        if not self._corrected:
-            return
-        values = self._correction.tolist()
-        self._correction[:] = 0.0
-        self._corrected = False
+        if self._corrected:
+            correction = self._correction
+            self._correction, self._corrected = np.zeros(cov.STATES), False
+            self._correct(correction)
+
+    def _correct(self, correction: cov.Matrix) -> None:
+        self._constrain_variances()
         value, flags = self.settings, self.flags
-        self.state.correct(
-            values, abs(value["EKF2_GYR_B_LIM"]), abs(value["EKF2_ABL_LIM"]), mag=flags.mag, wind=flags.wind
-        )
+        limits = abs(value["EKF2_GYR_B_LIM"]), abs(value["EKF2_ABL_LIM"])
+        self.state.correct(correction.tolist(), *limits, mag=flags.mag, wind=flags.wind)
 
     def _inhibit(self, gain: cov.Matrix) -> bool:
         """Zero the gains of what may not be corrected; True: something was."""
@@ -420,7 +424,7 @@ class Ekf:
                 return False
             aid.clip(0)
             self.forget_gyro_bias_z()
-        self.fuse(ph / innovation_variance, ph, aid.innovation[0], innovation_variance)
+        self.fuse(ph, aid.innovation[0], innovation_variance)
         self.heading_fused_us = aid.time_last_fuse = self.time_us
         aid.fused = True
         self.faults.bad_hdg = False
@@ -659,7 +663,7 @@ class Ekf:
         gain = ph / innovation_variance
         gain[cov.YAW] = 1.0
         turn = wrap_pi(yaw - self.state.yaw)
-        self.fuse(gain, ph, -turn, innovation_variance)
+        self.fuse_by(gain, ph, -turn, innovation_variance)
         self._tell_yaw_reset(before)
         self.heading_fused_us = self.time_us
         if not self.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:

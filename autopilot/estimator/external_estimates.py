@@ -64,7 +64,7 @@ def _fuse_position(ekf: Ekf, place: tuple[float, float], variance: float) -> Non
         forced = row / (float(row[cov.POSITION + axis]) + FORCING_VARIANCE)
         ekf.correct(forced, innovation)
         told = float(row[cov.POSITION + axis]) + variance
-        ekf.fuse(row / told, row, 0.0, told)
+        ekf.fuse(row, 0.0, told)
     ekf.jumped_horizontally((state.pn - before[0], state.pe - before[1]))
 
 

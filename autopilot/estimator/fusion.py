@@ -59,7 +59,6 @@ class Fusion:
         """One sample of the present: rad/s, m/s². True: the filter has made a step."""
         ekf = self.ekf
         ekf.latest_us = time_us
-        ekf.output.update(gyro, accel, dt_s)
         gx, gy, gz = gyro
         ax, ay, az = accel
         if int(ekf.settings["EKF2_DRAG_CTRL"]):
@@ -67,8 +66,9 @@ class Fusion:
         sampler = ekf.down_sampler
         if not sampler.update(time_us, gx * dt_s, gy * dt_s, gz * dt_s, ax * dt_s, ay * dt_s, az * dt_s, dt_s):
             return False
-        imu = self._imu
-        imu.append(sampler.take())
+        imu, newest = self._imu, sampler.take()
+        ekf.output.update(newest)
+        imu.append(newest)
         if len(imu) < ekf.imu_buffer_length:
             return False
         self._observation_interval_us = (time_us - imu[0].time_us) // (ekf.observation_buffer_length - 1)

@@ -1,10 +1,12 @@
-"""From the filter's late state to the present: the IMU integrated at its full rate, drawn towards the filter.
+"""From the filter's late state to the present: the newest IMU samples integrated, drawn towards the filter.
 
 PX4's EKF2 (EKF/output_predictor, v1.18; idea: A. Khosravian and others, "Recursive attitude estimation in the presence
 of multi-rate and multi-delay vector measurements", ACC 2015). The past of the integration is kept as far back as the
-fusion horizon. There it is compared with the filter: attitude errors are worked off by a turn that is added to each IMU
-sample, errors of velocity and position shift the whole past at once, with gains that follow from EKF2_TAU_VEL and
+fusion horizon. There it is compared with the filter: attitude errors are worked off by a turn that is added to each
+step, errors of velocity and position shift the whole past at once, with gains that follow from EKF2_TAU_VEL and
 EKF2_TAU_POS. A second integration of the height alone keeps a velocity that fits the change of height (`z_deriv`).
+
+PX4 integrates at the IMU's rate; here the filter's steps are integrated, as nothing looks at the present in between.
 
 Shifts of the whole past are kept as one sum: a stored velocity or position is what it was when stored, less that sum.
 """
@@ -12,6 +14,7 @@ Shifts of the whole past are kept as one sum: a stored velocity or position is w
 import math
 from collections import deque
 
+from autopilot.estimator.samples import ImuSample
 from autopilot.topics import Quaternion, Vector3
 from sitl_emu.core.attitude import after_small_turn, product, rotation
 
@@ -23,7 +26,7 @@ VERTICAL_DAMPING = 1.1
 ATTITUDE_SHARE = 0.5
 LEAST_DT_S, MOST_DT_S = 1e-4, 0.03
 MEAN_WEIGHT = 0.2
-STEP_AT_START_S, UPDATE_AT_START_S = 0.01, 0.005
+STEP_AT_START_S = 0.01
 LEAST_COS_SQUARED = 1e-6
 """Of the pitch: straight up or down there is no yaw."""
 
@@ -48,14 +51,17 @@ class OutputPredictor:
         self._shift_z_deriv = 0.0
         self._oldest_down_m = 0.0
         """Height of the second integration at the horizon."""
-        self._vertical_dt_s = 0.0
+        self._dt_s = 0.0
         self._gyro_bias: Vector3 = (0.0, 0.0, 0.0)
         self._accel_bias: Vector3 = (0.0, 0.0, 0.0)
         self._turn: Vector3 = (0.0, 0.0, 0.0)
+        """Half the angle that is added to each step, in the body's axes."""
+        self._attitude_error = 0.0
         self._v_integral: Vector3 = (0.0, 0.0, 0.0)
         self._p_integral: Vector3 = (0.0, 0.0, 0.0)
-        self._update_s, self._step_s = UPDATE_AT_START_S, STEP_AT_START_S
-        self._dvn = self._dve = self._dvd = self._dv_s = 0.0
+        self._step_s = STEP_AT_START_S
+        self.acceleration: Vector3 = (0.0, 0.0, 0.0)
+        """Mean over the last step, NED."""
 
     def align(self, q: Quaternion, velocity: Vector3, position: Vector3) -> None:
         """Begin anew at this state; the past is forgotten."""
@@ -68,32 +74,24 @@ class OutputPredictor:
         self._shift_z_deriv = 0.0
         self._v_integral = self._p_integral = (0.0, 0.0, 0.0)
 
-    # --- at the IMU's rate ---------------------------------------------------------------------------------
-
-    def update(self, gyro: Vector3, accel: Vector3, dt: float) -> None:
-        """One IMU sample: `gyro` rad/s, `accel` m/s², over `dt` s."""
-        self._update_s += MEAN_WEIGHT * (min(max(dt, LEAST_DT_S), MOST_DT_S) - self._update_s)
-        gx, gy, gz = gyro
+    def update(self, imu: ImuSample) -> None:
+        """The newest step."""
+        _, (ux, uy, uz), (ax, ay, az), dt = imu
         bx, by, bz = self._gyro_bias
         tx, ty, tz = self._turn
         half = 0.5 * dt
-        ux, uy, uz = (gx - bx) * half, (gy - by) * half, (gz - bz) * half
-        hx, hy, hz = ux + 0.5 * tx, uy + 0.5 * ty, uz + 0.5 * tz
-        self.q = q = after_small_turn(self.q, hx, hy, hz)
+        ux, uy, uz = 0.5 * ux - bx * half, 0.5 * uy - by * half, 0.5 * uz - bz * half
+        self.q = q = after_small_turn(self.q, ux + tx, uy + ty, uz + tz)
         self.rotation = r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation(q)
-        ax, ay, az = accel
         bx, by, bz = self._accel_bias
-        ax -= bx
-        ay -= by
-        az -= bz
-        dvn = (r00 * ax + r01 * ay + r02 * az) * dt
-        dve = (r10 * ax + r11 * ay + r12 * az) * dt
-        dvd = (r20 * ax + r21 * ay + r22 * az + self.gravity_m_s2) * dt
-        self._dvn += dvn
-        self._dve += dve
-        self._dvd += dvd
-        self._dv_s += dt
-        self._vertical_dt_s += dt
+        ax -= bx * dt
+        ay -= by * dt
+        az -= bz * dt
+        dvn = r00 * ax + r01 * ay + r02 * az
+        dve = r10 * ax + r11 * ay + r12 * az
+        dvd = r20 * ax + r21 * ay + r22 * az + self.gravity_m_s2 * dt
+        self.acceleration = (dvn / dt, dve / dt, dvd / dt)
+        self._dt_s = dt
         vn, ve, vd = self.vn, self.ve, self.vd
         self.pn += (vn + 0.5 * dvn) * dt
         self.pe += (ve + 0.5 * dve) * dt
@@ -102,17 +100,6 @@ class OutputPredictor:
         self.z_deriv += dvd
         # Rate of the Euler angle yaw, from the gyro alone.
         self.unaided_yaw += 2.0 * (r21 * uy + r22 * uz) / max(1.0 - r20 * r20, LEAST_COS_SQUARED)
-
-    def acceleration(self) -> Vector3:
-        """Mean acceleration NED since the last call."""
-        dt_s = self._dv_s
-        if dt_s <= 0.0:
-            return 0.0, 0.0, 0.0
-        mean = (self._dvn / dt_s, self._dve / dt_s, self._dvd / dt_s)
-        self._dvn = self._dve = self._dvd = self._dv_s = 0.0
-        return mean
-
-    # --- at the filter's rate ------------------------------------------------------------------------------
 
     def correct(
         self,
@@ -134,7 +121,7 @@ class OutputPredictor:
         en, ee, ed = velocity[0] - on, velocity[1] - oe, velocity[2] - od
         fn, fe, fd = position[0] - opn, position[1] - ope, position[2] - opd
         self.tracking_error = (
-            self.tracking_error[0],
+            self._attitude_error,
             math.sqrt(en * en + ee * ee + ed * ed),
             math.sqrt(fn * fn + fe * fe + fd * fd),
         )
@@ -158,21 +145,20 @@ class OutputPredictor:
         past.append(
             (
                 self.q, self.vn - sn, self.ve - se, self.vd - sd, self.pn - tn, self.pe - te, self.pd - td,
-                self.z_deriv - self._shift_z_deriv, self._vertical_dt_s,
+                self.z_deriv - self._shift_z_deriv, self._dt_s,
             )
         )  # fmt: skip
-        self._vertical_dt_s = 0.0
         (ow, ox, oy, oz), vn, ve, vd, pn, pe, pd, _, _ = past[0]
         w, x, y, z = q
         # error = inverse(q) * past attitude; its vector part is half the angle in the body's axes
         scalar = w * ow + x * ox + y * oy + z * oz
-        sign = -2.0 if scalar >= 0.0 else 2.0
+        sign = -1.0 if scalar >= 0.0 else 1.0
         ex = sign * (w * ox - x * ow - y * oz + z * oy)
         ey = sign * (w * oy + x * oz - y * ow - z * ox)
         ez = sign * (w * oz - x * oy + y * ox - z * ow)
-        gain = ATTITUDE_SHARE * self._update_s / max(delay_s, self._update_s)
+        gain = ATTITUDE_SHARE * self._step_s / max(delay_s, self._step_s)
         self._turn = (ex * gain, ey * gain, ez * gain)
-        self.tracking_error = (math.sqrt(ex * ex + ey * ey + ez * ez), 0.0, 0.0)
+        self._attitude_error = 2.0 * math.sqrt(ex * ex + ey * ey + ez * ez)
         return vn + sn, ve + se, vd + sd, pn + tn, pe + te, pd + td
 
     def _correct_vertical(self, vd: float, pd: float, gain_v: float, gain_p: float) -> None:

@@ -88,7 +88,7 @@ class Publication:
         """Position, velocity and acceleration in the local frame, with every step of the filter."""
         ekf, output, flags, resets = self._ekf, self._ekf.output, self._ekf.flags, self._ekf.resets
         x, y, down, vx, vy, vz, z_deriv = self._body_origin()
-        ax, ay, az = output.acceleration()
+        ax, ay, az = output.acceleration
         valid = not ekf.horizontal_dead_reckoning_too_long
         z_valid = not (ekf.vertical_position_dead_reckoning_too_long and ekf.vertical_velocity_dead_reckoning_too_long)
         origin, ref_alt = ekf.origin, ekf.origin_alt

@@ -82,7 +82,7 @@ class Drag:
             ratio = innovation[axis] ** 2 / (GATE**2 * told[axis])
             fusable = flags.in_air and flags.wind and not flags.fake_pos
             if uses[axis] and fusable and ratio < 1.0:
-                ekf.fuse(ph / told[axis], ph, innovation[axis], told[axis])
+                ekf.fuse(ph, innovation[axis], told[axis])
         self.aid.update(sample.time_us, observation, (variance, variance), innovation, told, GATE)
         self.aid.fused, self.aid.time_last_fuse = True, ekf.time_us
 

@@ -156,7 +156,7 @@ class VisionVelocity:
         for axis, h in enumerate(jacobians):
             ph, aid.innovation_variance[axis] = ekf.innovation_variance(h, self._variance[axis])
             aid.innovation[axis] = self._body_innovation()[axis]
-            ekf.fuse(ph / aid.innovation_variance[axis], ph, aid.innovation[axis], aid.innovation_variance[axis])
+            ekf.fuse(ph, aid.innovation[axis], aid.innovation_variance[axis])
         aid.fused, aid.time_last_fuse = True, ekf.time_us
         ekf.hor_vel_fused_us = ekf.ver_vel_fused_us = ekf.time_us
         return True

@@ -56,7 +56,7 @@ class Gravity:
         for axis, h in enumerate(jacobians):
             ph, aid.innovation_variance[axis] = ekf.innovation_variance(h, variance)
             aid.innovation[axis] = _innovation(state.rotation, measured)[axis]
-            ekf.fuse(ph / aid.innovation_variance[axis], ph, aid.innovation[axis], aid.innovation_variance[axis])
+            ekf.fuse(ph, aid.innovation[axis], aid.innovation_variance[axis])
         aid.fused, aid.time_last_fuse = True, imu.time_us
 
 

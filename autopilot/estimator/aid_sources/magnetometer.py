@@ -350,7 +350,7 @@ class Magnetometer:
                 turn_left = 0.0
             else:
                 turn_left -= turn
-            ekf.fuse(gain, ph, aid.innovation[axis], aid.innovation_variance[axis])
+            ekf.fuse_by(gain, ph, aid.innovation[axis], aid.innovation_variance[axis])
         aid.fused, aid.time_last_fuse = True, ekf.time_us
         if all_states:
             ekf.heading_fused_us = ekf.time_us
@@ -365,7 +365,7 @@ class Magnetometer:
         ph, innovation_variance = ekf.innovation_variance(h, DECLINATION_VARIANCE)
         declination = self._known_declination(int(value["EKF2_DECL_TYPE"]), value["EKF2_MAG_DECL"])
         gain = _masked(ph / innovation_variance, all_states=all_states, tilt=tilt)
-        ekf.fuse(gain, ph, wrap_pi(math.atan2(y, x) - declination), innovation_variance)
+        ekf.fuse_by(gain, ph, wrap_pi(math.atan2(y, x) - declination), innovation_variance)
 
     # --- resets --------------------------------------------------------------------------------------------
 

@@ -218,7 +218,7 @@ class OpticalFlow:
             gain = ph / aid.innovation_variance[axis]
             if not terrain:
                 gain[cov.TERRAIN] = 0.0
-            ekf.fuse(gain, ph, aid.innovation[axis], aid.innovation_variance[axis])
+            ekf.fuse_by(gain, ph, aid.innovation[axis], aid.innovation_variance[axis])
         aid.fused, aid.time_last_fuse = True, ekf.time_us
         ekf.hor_vel_fused_us = ekf.time_us
         if terrain:

@@ -208,16 +208,16 @@ class RangeHeight:
         ekf, aid = self._ekf, self.aid
         if aid.innovation_rejected:
             return
-        if height:
-            ph, innovation_variance = ekf.innovation_variance(H_HAGL, aid.observation_variance[0])
+        p = ekf.p
+        ph = p[cov.TERRAIN] - p[cov.HEIGHT]
+        innovation_variance = float(ph[cov.TERRAIN] - ph[cov.HEIGHT]) + aid.observation_variance[0]
+        if height and terrain:
+            ekf.fuse(ph, aid.innovation[0], innovation_variance)
+        elif height:
             gain = ph / innovation_variance
-            if not terrain:
-                gain[cov.TERRAIN] = 0.0
-            ekf.fuse(gain, ph, aid.innovation[0], innovation_variance)
+            gain[cov.TERRAIN] = 0.0
+            ekf.fuse_by(gain, ph, aid.innovation[0], innovation_variance)
         else:
-            p, variance = ekf.p, aid.observation_variance[0]
-            ph = p[cov.TERRAIN] - p[cov.HEIGHT]
-            innovation_variance = float(ph[cov.TERRAIN] - ph[cov.HEIGHT]) + variance
             gain_terrain = float(ph[cov.TERRAIN]) / innovation_variance
             cov.update_one(p, cov.TERRAIN, gain_terrain, ph, innovation_variance)
             ekf.state.terrain -= gain_terrain * aid.innovation[0]
@@ -233,7 +233,7 @@ class RangeHeight:
         gain = np.zeros(cov.STATES)
         gain[cov.TERRAIN] = 1.0
         ph, innovation_variance = ekf.innovation_variance(H_HAGL, aid.observation_variance[0])
-        ekf.fuse(gain, ph, aid.innovation[0], innovation_variance)
+        ekf.fuse_by(gain, ph, aid.innovation[0], innovation_variance)
         ekf.count_terrain_reset(ekf.state.terrain - before)
         aid.time_last_fuse = ekf.time_us
 
