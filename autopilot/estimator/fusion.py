@@ -32,7 +32,9 @@ from autopilot.estimator.samples import ImuSample, SampleBuffer, SystemFlags
 from autopilot.topics import Vector3
 
 LOOK_AFTER_STEPS = 4
-"""Aids without a sample are looked after every so many steps (ours; PX4 looks after all of them at each)."""
+"""What needs no sample is looked after every so many steps (ours; PX4 looks after all of it at each)."""
+LATE_US = 200_000
+"""An aid without a sample for so long is looked after as well: time-outs of the aids are twice that and more."""
 ALIGNED_RAD2 = math.radians(3.0) ** 2
 
 
@@ -103,29 +105,36 @@ class Fusion:
         return True
 
     def _control(self, imu: ImuSample) -> None:
-        """An aid is looked after when a sample of it has come to the horizon, and every few steps in any case."""
+        """An aid is looked after when a sample of it has come to the horizon, and when its samples stay away."""
         time_us, flags = imu.time_us, self.ekf.flags
         self._gather(imu)
         looks_after = self._steps >= LOOK_AFTER_STEPS
+        late_us = time_us - LATE_US if looks_after else 0
         if time_us >= self.system_flags.next_us:
             system = self.system_flags.pop(time_us)
             if system is not None:
                 self._take_system_flags(system)
-        if looks_after or time_us >= self.magnetometer.buffer.next_us:
-            self.magnetometer.control(time_us)
-        if looks_after or time_us >= self.flow.buffer.next_us:
-            self.flow.control(imu)
-        if looks_after or time_us >= self.gnss.buffer.next_us:
-            self.gnss.control(imu)
+        magnetometer = self.magnetometer
+        if time_us >= magnetometer.buffer.next_us or magnetometer.buffer.popped_us < late_us:
+            magnetometer.control(time_us)
+        flow = self.flow
+        if time_us >= flow.buffer.next_us or flow.buffer.popped_us < late_us:
+            flow.control(imu)
+        gnss = self.gnss
+        if time_us >= gnss.buffer.next_us or gnss.buffer.popped_us < late_us:
+            gnss.control(imu)
             self.gnss_height.control()
         if time_us >= self.drag.buffer.next_us:
             self.drag.control(imu)
-        if looks_after or time_us >= self.baro.buffer.next_us:
-            self.baro.control(time_us)
-        if looks_after or time_us >= self.range.buffer.next_us:
-            self.range.control(time_us)
-        if looks_after or time_us >= self.vision.buffer.next_us:
-            self.vision.control(imu)
+        baro = self.baro
+        if time_us >= baro.buffer.next_us or baro.buffer.popped_us < late_us:
+            baro.control(time_us)
+        range_finder = self.range
+        if time_us >= range_finder.buffer.next_us or range_finder.buffer.popped_us < late_us:
+            range_finder.control(time_us)
+        vision = self.vision
+        if time_us >= vision.buffer.next_us or vision.buffer.popped_us < late_us:
+            vision.control(imu)
         if looks_after:
             self._look_after(imu)
         yaw_aiding = flags.mag_hdg or flags.mag_3d or flags.ev_yaw
@@ -166,6 +175,8 @@ class Fusion:
 
     def _take_system_flags(self, system: SystemFlags) -> None:
         ekf, flags = self.ekf, self.ekf.flags
+        if system.in_air and not flags.in_air:
+            flags.mag_aligned_in_flight = False
         flags.vehicle_at_rest, flags.in_air = system.at_rest, system.in_air
         if system.in_air:
             ekf.in_air_us = ekf.time_us

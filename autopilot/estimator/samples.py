@@ -123,7 +123,7 @@ Sample = TypeVar("Sample", bound=Timed)
 class SampleBuffer(Generic[Sample]):
     """Samples of one sensor that the fusion horizon has not reached yet."""
 
-    __slots__ = ("_samples", "newest_us", "next_us", "pushed_us")
+    __slots__ = ("_samples", "newest_us", "next_us", "popped_us", "pushed_us")
     NEVER_US = 1 << 62
 
     def __init__(self, length: int) -> None:
@@ -132,6 +132,8 @@ class SampleBuffer(Generic[Sample]):
         """Time of the newest sample."""
         self.pushed_us = 0
         """When the newest sample came in; 0: none ever did."""
+        self.popped_us = 0
+        """When the horizon last reached a sample."""
         self.next_us = self.NEVER_US
         """Before this time nothing can be popped."""
 
@@ -157,5 +159,6 @@ class SampleBuffer(Generic[Sample]):
             sample = samples.popleft()
             if horizon_us < sample.time_us + OLDEST_US:
                 found = sample
+        self.popped_us = horizon_us
         self.next_us = samples[0].time_us if samples else self.NEVER_US
         return found

@@ -19,9 +19,10 @@ DATAGRAM_BYTES = 1400
 """A datagram is closed before it would grow longer: it must fit an Ethernet frame."""
 RETRY_US = 8_000
 """A stream that had nothing to say is asked again after this long."""
-RESTS_AFTER_US, RESTING_US, SLOW_RESTING_US = 1_000_000, 40_000, 100_000
-"""One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle; and
-still less often one of a second or more."""
+RESTS_AFTER_US, RESTING_US = 1_000_000, 100_000
+"""One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle."""
+NEVER_RESTS_US = 40_000
+"""Interval of a stream that is asked often all the same: who wants 25 a second wants the first at once, too."""
 WINDOW_US = 40_000
 """Streams are looked through this often for those that are due before the next time; the others wait unseen."""
 NEVER_US = 1 << 62
@@ -201,9 +202,8 @@ class Link:
                     silent_us = now_us - item.nominal_us
                     if silent_us > item.interval_us:
                         item.parts = 0
-                    rests = silent_us > RESTS_AFTER_US and not 0 < item.interval_us <= RESTING_US
-                    slow = item.interval_us >= RESTS_AFTER_US
-                    item.due_us = now_us + ((SLOW_RESTING_US if slow else RESTING_US) if rests else RETRY_US)
+                    rests = silent_us > RESTS_AFTER_US and not 0 < item.interval_us <= NEVER_RESTS_US
+                    item.due_us = now_us + (RESTING_US if rests else RETRY_US)
             if item.due_us < next_due_us:
                 next_due_us = item.due_us
         self._due_us = next_due_us

@@ -63,9 +63,7 @@ class Magnetometer:
 
     def control(self, time_us: int) -> None:
         """One step of the filter, at `time_us` of the delayed IMU."""
-        ekf, flags = self._ekf, self._ekf.flags
-        if flags.in_air and not ekf.was_in_air:
-            flags.mag_aligned_in_flight = False
+        ekf = self._ekf
         if not self.intended:
             self.stop()
             return
