@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from sitl_emu.core.attitude import euler
+
 BUSES = ("UNKNOWN", "I2C", "SPI", "UAVCAN", "SIMULATION", "SERIAL", "MAVLINK")
 """Lowest three bits of a device id."""
 INDENT = "    "
@@ -70,8 +72,5 @@ def _is_quaternion(kind: str, name: str, value: Sequence[float]) -> bool:
 
 def _angles(q: Sequence[float]) -> str:
     w, x, y, z = q
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    angles = (("Roll", roll), ("Pitch", pitch), ("Yaw", yaw))
+    angles = zip(("Roll", "Pitch", "Yaw"), euler((w, x, y, z)), strict=True)
     return ", ".join(f"{name}: {math.degrees(angle):.1f} deg" for name, angle in angles)

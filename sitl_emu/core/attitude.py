@@ -32,8 +32,13 @@ def euler(q: Quaternion) -> Euler:
     if abs(sine) > STRAIGHT:
         return 0.0, math.copysign(math.pi / 2.0, sine), -2.0 * math.copysign(1.0, sine) * math.atan2(x, w)
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return roll, math.asin(sine), yaw
+    return roll, math.asin(sine), heading(q)
+
+
+def heading(q: Quaternion) -> float:
+    """Yaw alone, rad; NaN of a quaternion that is not known."""
+    w, x, y, z = q
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def rotation(q: Quaternion) -> Rotation:

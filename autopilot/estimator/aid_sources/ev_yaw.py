@@ -11,6 +11,7 @@ from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, FRAME_NED
+from sitl_emu.core.attitude import heading
 from sitl_emu.core.geodesy import wrap_pi
 
 YAW = 8
@@ -31,8 +32,7 @@ class VisionYaw:
     def control(self, sample: VisionSample, *, enabled: bool, starting: bool, jumped: bool, good: bool) -> None:
         """A pose has come to the horizon."""
         ekf, flags, aid, value = self._ekf, self._ekf.flags, self.aid, self._ekf.settings
-        w, x, y, z = sample.q
-        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw = heading(sample.q)
         variance = max(sample.orientation_var[2], value["EKF2_EVA_NOISE"] ** 2, LEAST_NOISE_RAD**2)
         told = ekf.variance(cov.YAW) + variance
         gate = max(value["EKF2_HDG_GATE"], 1.0)

@@ -20,6 +20,7 @@ from autopilot.topics import (
     VehicleImuStatus,
     VehicleMagnetometer,
 )
+from sitl_emu.core.attitude import heading
 
 NAN = math.nan
 SENSOR_DT_US = 4000
@@ -268,11 +269,6 @@ vehicle_global_position_groundtruth = by_name(
 """PX4's SIH says nothing of validity, and tells the height above its origin as terrain_alt (publish_ground_truth)."""
 
 
-def _heading(record: GroundTruth) -> tuple[Value, ...]:
-    w, x, y, z = record.q
-    return (math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),)
-
-
 vehicle_local_position_groundtruth = by_name(
     "vehicle_local_position_groundtruth",
     GroundTruth,
@@ -289,5 +285,5 @@ vehicle_local_position_groundtruth = by_name(
         **zeros("dist_bottom_sensor_bitfield", "dead_reckoning"),
     },
     ("heading",),
-    _heading,
+    lambda record: (heading(record.q),),
 )

@@ -8,6 +8,7 @@ import math
 from autopilot.commander.custom_mode import custom_mode_of
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields, vfr_hud
+from sitl_emu.core import attitude
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2
@@ -37,8 +38,7 @@ def fields(now_us: int, context: Context) -> Fields:
     position, battery = topics.vehicle_global_position, topics.battery_status
     hud = vfr_hud.fields(now_us, context)
     ground_speed, climb, heading, throttle = (0.0, 0.0, 0, 0) if hud is None else (hud[1], hud[3], hud[4], hud[5])
-    w, x, y, z = topics.vehicle_attitude_setpoint.q_d
-    target_yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    target_yaw = attitude.heading(topics.vehicle_attitude_setpoint.q_d)
     wind = topics.wind
     wind_speed = math.hypot(wind.windspeed_north, wind.windspeed_east)
     wind_heading = math.degrees(math.atan2(wind.windspeed_east, wind.windspeed_north)) % 360.0
