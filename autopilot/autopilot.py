@@ -20,6 +20,7 @@ from autopilot.estimator.commands import EstimatorCommands
 from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
+from autopilot.in_flight_calibration import InFlightCalibration
 from autopilot.land_detector import LandDetector
 from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
@@ -72,6 +73,7 @@ class Autopilot:
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
         self.vehicle_imu = VehicleImu(self.topics)
+        self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
         self.magnetometer_failover = MagnetometerFailover(self.topics, self.texts.of("vehicle_magnetometer"))
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared)
@@ -127,6 +129,7 @@ class Autopilot:
             self.commander.calibration.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
             self.parameter_corrections.update(now_us)
+            self.in_flight_calibration.update(now_us)
             self.magnetometer_failover.update(now_us)
             self.land_detector.update(now_us)
             self.rc_update.update()

@@ -6,12 +6,14 @@ most of them with every step; here those that change at every step are written t
 
 import math
 
+from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource, record_1d, record_2d, record_3d
 from autopilot.estimator.bias_estimator import BiasStatus
 from autopilot.estimator.ekf import ACCEL_BIAS, GYRO_BIAS, Ekf
 from autopilot.estimator.flags import FAULT_NAMES, control_flags, fault_flags, mask
 from autopilot.estimator.fusion import Fusion
 from autopilot.estimator.publication import Publication
+from autopilot.estimator.stable_bias import StableBias
 from autopilot.sensor_calibration import DEVICE_IDS
 from autopilot.topics import (
     NAN,
@@ -32,7 +34,7 @@ from autopilot.topics import (
 OFTEN_US, HALF_US, SELDOM_US = 100_000, 500_000, 1_000_000
 LEAST_PREFLIGHT_RATIO = 0.5
 BIAS_CHANGE = 1e-3
-VALID_VARIANCE = 0.1
+VALID_VARIANCE, MAG_VARIANCE = 0.1, 0.02
 MAG_BIAS_LIMIT_GA = 0.5
 AUXILIARY_POSITION, AIRSPEED, RANGING_BEACON = 3, 7, 8
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE's sources that no vehicle of ours has."""
@@ -58,6 +60,9 @@ class Records:
         self._flag_changes = self._fault_changes = self._event_changes = 0
         self._biases: tuple[Vector3, Vector3, Vector3] = (NAN3, NAN3, NAN3)
         self._gps_sample_us = self._steps = 0
+        self._stable = (StableBias(), StableBias(), StableBias())
+        """Of gyro, accelerometer and magnetometer."""
+        self._was_in_air = True
         self._seen = [0] * 15
 
     def update(self, now_us: int) -> None:
@@ -80,6 +85,7 @@ class Records:
         flags, faults = control_flags(ekf.flags), fault_flags(ekf.faults)
         self._status(now_us, mask(flags), mask(faults))
         self._status_flags(now_us, flags, faults)
+        self._look_at_biases(now_us)
         self._sensor_bias(now_us)
         self._publication.wind(now_us)
         if now_us >= self._half_us:
@@ -201,6 +207,28 @@ class Records:
         topics.estimator_innovation_variances = _innovations(fusion, now_us, horizon_us, "innovation_variance")
         topics.estimator_innovation_test_ratios = _innovations(fusion, now_us, horizon_us, "test_ratio")
 
+    def _look_at_biases(self, now_us: int) -> None:
+        """Which biases are stable, as EKF2.cpp's UpdateGyroCalibration and its likes see it."""
+        ekf, flags, state = self._ekf, self._ekf.flags, self._ekf.state
+        if flags.in_air and not self._was_in_air:
+            for stable in self._stable:
+                stable.restart()
+        self._was_in_air = flags.in_air
+        control, healthy = int(ekf.settings["EKF2_IMU_CTRL"]), True not in fault_flags(ekf.faults)
+        variances = ekf.p.diagonal().tolist()
+        mag_x, mag_y, mag_z = variances[cov.MAG_B : cov.WIND]
+        mag_known = flags.yaw_align and 0.0 < math.hypot(mag_x, mag_y, mag_z) <= MAG_VARIANCE
+        learnt = (
+            (cov.GYRO_BIAS, state.gyro_bias, ekf.settings["EKF2_GYR_B_LIM"],
+             bool(control & GYRO_BIAS) and flags.tilt_align, not ekf.gyro_inhibited),
+            (cov.ACCEL_BIAS, state.accel_bias, ekf.settings["EKF2_ABL_LIM"],
+             bool(control & ACCEL_BIAS) and flags.tilt_align, True not in ekf.accel_inhibited),
+            (cov.MAG_B, state.mag_b, MAG_BIAS_LIMIT_GA, mag_known, flags.mag),
+        )  # fmt: skip
+        for stable, (first, bias, limit, valid, learning) in zip(self._stable, learnt, strict=True):
+            x, y, z = variances[first : first + 3]
+            stable.update(now_us, bias, (x, y, z), limit, valid=valid and healthy, learning=learning)
+
     def _sensor_bias(self, now_us: int) -> None:
         state = self._ekf.state
         biases = (state.gyro_bias, state.accel_bias, state.mag_b)
@@ -209,7 +237,8 @@ class Records:
         ):
             return
         self._bias_us, self._biases = now_us + SELDOM_US, biases
-        self._topics.estimator_sensor_bias = _sensor_bias(self._ekf, now_us)
+        gyro, accel, mag = self._stable
+        self._topics.estimator_sensor_bias = _sensor_bias(self._ekf, now_us, (gyro.stable, accel.stable, mag.stable))
 
 
 def _states(ekf: Ekf, now_us: int) -> EstimatorStates:
@@ -225,21 +254,21 @@ def _bias(status: BiasStatus, now_us: int, sample_us: int, device_id: int) -> Es
     return EstimatorBias(now_us, sample_us, device_id, *status)
 
 
-def _sensor_bias(ekf: Ekf, now_us: int) -> EstimatorSensorBias:
+def _sensor_bias(ekf: Ekf, now_us: int, stable: tuple[bool, bool, bool]) -> EstimatorSensorBias:
     value, state = ekf.settings, ekf.state
     control = int(value["EKF2_IMU_CTRL"])
     variances = ekf.p.diagonal().tolist()
     told: list[object] = []
-    for first, device, bias, limit, wanted in (
-        (9, GYRO_DEVICE, state.gyro_bias, value["EKF2_GYR_B_LIM"], bool(control & GYRO_BIAS)),
-        (12, ACCEL_DEVICE, state.accel_bias, value["EKF2_ABL_LIM"], bool(control & ACCEL_BIAS)),
-        (18, MAG_DEVICE, state.mag_b, MAG_BIAS_LIMIT_GA, True),
-    ):
+    parts = (
+        (cov.GYRO_BIAS, GYRO_DEVICE, state.gyro_bias, value["EKF2_GYR_B_LIM"], bool(control & GYRO_BIAS)),
+        (cov.ACCEL_BIAS, ACCEL_DEVICE, state.accel_bias, value["EKF2_ABL_LIM"], bool(control & ACCEL_BIAS)),
+        (cov.MAG_B, MAG_DEVICE, state.mag_b, MAG_BIAS_LIMIT_GA, True),
+    )
+    for (first, device, bias, limit, wanted), is_stable in zip(parts, stable, strict=True):
         spread = tuple(variances[first : first + 3])
         valid = 0.0 < math.hypot(*spread) <= VALID_VARIANCE
-        told += (
-            [device, bias, limit, spread, valid, valid] if wanted else [0, (0.0,) * 3, 0.0, (0.0,) * 3, False, False]
-        )
+        nothing: list[object] = [0, (0.0,) * 3, 0.0, (0.0,) * 3, False, False]
+        told += [device, bias, limit, spread, valid, is_stable] if wanted else nothing
     return EstimatorSensorBias._make((now_us, ekf.time_us, *told))
 
 
