@@ -126,6 +126,7 @@ class VehicleSimulator:
         self._pressure = self.barometer.read(home.alt_amsl_m - self.dynamics.down_m)
         self._by_output = vehicle.sih_rover is not None
         self._output_us = -1
+        self._was_armed = False
         self._controls: tuple[float, ...] = ()
         self._armed = False
 
@@ -162,6 +163,7 @@ class VehicleSimulator:
         """Advance by 4 ms under these controls (None: none came, the last ones hold); HIL_SENSOR comes last."""
         if controls is not None:
             self._armed = controls.mode & MODE_FLAG_SAFETY_ARMED != 0
+            self._was_armed = self._was_armed or self._armed
             # SIH's rover moves its actuators only when an output comes: between two, and disarmed, they stay
             told_before = self._by_output and controls.time_usec == self._output_us
             self._controls = () if told_before else controls.controls
@@ -253,8 +255,8 @@ class VehicleSimulator:
         return updated
 
     def _esc_messages(self, now_us: int) -> list[SimulatorMessage]:
-        """How fast the motors turn; SIH's rover says so only when outputs come."""
-        if self._by_output and now_us - self._output_us >= ESCS_EVERY_US:
+        """How fast the motors turn; SIH's rover says so only when outputs come, the first of which arming brings."""
+        if self._by_output and (not self._was_armed or now_us - self._output_us >= ESCS_EVERY_US):
             return []
         rpm = tuple([round(self._full_rpm * speed) for speed in self.dynamics.speeds])
         firsts = range(0, len(rpm), ESCS_PER_MESSAGE)

@@ -8,6 +8,7 @@ from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
     DistanceSensor,
+    EscTelemetry,
     HilActuatorControls,
     HilGps,
     HilSensor,
@@ -174,6 +175,17 @@ def test_sih_rover_coasts_when_disarmed_as_px4s_does() -> None:
     for _ in range(500):
         simulator.tick(HilActuatorControls(0, 1, (0.0, 0.0), 128))
     assert math.hypot(simulator.dynamics.vn_m_s, simulator.dynamics.ve_m_s) < 0.05
+
+
+def test_sih_rover_says_nothing_of_its_motor_before_it_is_armed() -> None:
+    """The disarmed outputs at boot are none to PX4's SIH (fact stream/gcs/disarmed/message_names of the rover)."""
+    simulator, _ = simulate("sihsim_rover_ackermann", 1)
+    for armed in (0, 128):
+        told = 0
+        for _ in range(100):
+            controls = HilActuatorControls(simulator.time_usec, 1, (0.0, 0.5), armed)
+            told += count(simulator.tick(controls), EscTelemetry)
+        assert bool(told) == bool(armed)
 
 
 def test_truth_message() -> None:
