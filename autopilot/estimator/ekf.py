@@ -18,7 +18,7 @@ from autopilot.estimator.flags import ControlStatus, FaultStatus
 from autopilot.estimator.imu_down_sampler import ImuDownSampler
 from autopilot.estimator.output_predictor import OutputPredictor
 from autopilot.estimator.samples import ImuSample
-from autopilot.estimator.state import State
+from autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
 from autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
@@ -157,7 +157,7 @@ class Ekf:
         resets = self.resets
         self._counts = (resets.vel_ne, resets.vel_d, resets.pos_ne, resets.pos_d, resets.quat, resets.hagl)
         self._inhibit_biases(imu)
-        self.state.predict(imu, self.settings["EKF2_VEL_LIM"])
+        self.state.predict(imu, min(abs(self.settings["EKF2_VEL_LIM"]), LARGEST_VELOCITY_M_S))
         if self.state.steps >= COVARIANCE_STEPS:
             self.predict_covariance()
         return True
