@@ -157,7 +157,7 @@ class Ekf:
         resets = self.resets
         self._counts = (resets.vel_ne, resets.vel_d, resets.pos_ne, resets.pos_d, resets.quat, resets.hagl)
         self._inhibit_biases(imu)
-        self.state.predict(imu, min(abs(self.settings["EKF2_VEL_LIM"]), LARGEST_VELOCITY_M_S))
+        self.state.predict(imu, min(LARGEST_VELOCITY_M_S, abs(self.settings["EKF2_VEL_LIM"])))
         if self.state.steps >= COVARIANCE_STEPS:
             self.predict_covariance()
         return True

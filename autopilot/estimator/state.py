@@ -150,7 +150,7 @@ class State:
 
 
 def _limited(x: float, y: float, z: float, limit: float) -> Vector3:
-    """Each within ±limit; nearly always all are, and this runs with every correction of the filter."""
+    """Each within ±limit (NaN: none); nearly always all are, and this runs with every correction of the filter."""
     if -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit:
         return x, y, z
-    return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))
+    return min(max(x, -limit), limit), min(max(y, -limit), limit), min(max(z, -limit), limit)

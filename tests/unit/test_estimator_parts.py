@@ -103,6 +103,21 @@ def difference(a: State, b: State) -> list[float]:
     return [2 * x, 2 * y, 2 * z, *change, *others]
 
 
+@pytest.mark.parametrize("limit", [math.nan, -3.4e38, 3.4e38, math.inf, 0.0])
+def test_no_limit_however_set_makes_the_state_infinite(limit: float) -> None:
+    settings = Settings(Parameters("multicopter", {}))
+    settings |= {"EKF2_VEL_LIM": limit, "EKF2_GYR_B_LIM": limit, "EKF2_ABL_LIM": limit}
+    ekf = Ekf(settings)
+    for step in range(1, 200):
+        ekf.begin_step(imu(step * 8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
+        ekf.fuse_state(cov.VELOCITY, 1.0, 2.0, 1.0)
+        ekf.fuse_state(cov.ACCEL_BIAS, 1.0, 2.0, 1.0)
+        ekf.apply()
+    state = ekf.state
+    assert all(map(math.isfinite, (state.vn, state.ve, state.vd, *state.accel_bias, *state.gyro_bias)))
+    assert math.hypot(state.vn, state.ve, state.vd) < 2000.0
+
+
 @pytest.mark.parametrize("index", range(15))
 def test_the_transition_is_the_derivative_of_the_prediction(index: int) -> None:
     reference = disturbed([0.0] * cov.STATES)
