@@ -17,6 +17,7 @@ from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, G
 from autopilot.imu_integrator import ImuIntegrator
 from autopilot.parameters import Parameters
 from autopilot.sensor_calibration import (
+    MOST_RAD_S,
     NONE,
     Corrections,
     corrected_accel,
@@ -62,6 +63,8 @@ DOWNWARD = 25
 SEA_LEVEL_TEMPERATURE_K = 288.15
 LAPSE_RATE_K_M = 0.0065
 CHARGE_TIME_CONSTANT_S = 1.0
+LARGEST_ACCEL_M_S2 = 1000.0
+"""An accelerometer tells no more (ours: a hundred g, which no flight reaches, but a vehicle without mass does)."""
 AVERAGE_CURRENT_TIME_CONSTANT_S = 50.0
 UNKNOWN_CURRENT_A = -1.0
 """How PX4's battery says that it has no current sensor."""
@@ -70,8 +73,10 @@ LEAST_CURRENT_A = 1e-3
 SECONDS_PER_HOUR = 3600.0
 MILLI_G_M_S2 = 9.80665e-3
 GRAVITY_M_S2 = 9.80665
-WRONG_EAST_DEG = 100.0 / 111_195.0
-"""How far east of the truth a wrong GPS is: 100 m, in degrees of latitude (PX4's static jump)."""
+WRONG_DEG = 1.0
+"""How far north and east of the truth a wrong GPS is (SensorGpsSim.cpp, SimulatorMavlink.cpp)."""
+WRONG_ALTITUDE_M, WRONG_VELOCITY_M_S = 100.0, (5.0, -8.0, 2.0)
+"""What else is added to that of an outside simulator (SimulatorMavlink.cpp)."""
 PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
 LOWEST_QNH_HPA = 500.0
 """SENS_BARO_QNH has this for its lower bound."""
@@ -193,7 +198,11 @@ class Sensors:
             gyro, accel = corrected_gyro(gyro, corrections), corrected_accel(accel, corrections)
             field = corrected_mag(field, corrections)
             pressure_hpa -= 0.01 * corrections.baro_offset_pa
-        makes_sense = math.isfinite(sum(gyro) + sum(accel))
+        (x, y, z), (u, v, w) = gyro, accel
+        total = abs(x) + abs(y) + abs(z) + abs(u) + abs(v) + abs(w)
+        makes_sense = total < math.inf
+        if total > LARGEST_ACCEL_M_S2:
+            gyro, accel = _clipped(gyro, MOST_RAD_S), _clipped(accel, LARGEST_ACCEL_M_S2)
         if makes_sense and self._imu_fails:
             self._publish_failing_imu(now_us, gyro, accel)
         elif makes_sense:
@@ -249,20 +258,23 @@ class Sensors:
         if self._gps == STUCK:
             self._topics.sensor_gps = self._topics.sensor_gps._replace(timestamp=timestamp)
             return
-        latitude_deg, longitude_deg = message.lat * 1e-7, message.lon * 1e-7
-        if self._gps == WRONG:
-            longitude_deg += WRONG_EAST_DEG / max(math.cos(math.radians(latitude_deg)), 1e-6)
+        simulated_by_px4 = self._parameters["SENS_EN_GPSSIM"]
         quality = MAVLINK_GPS
-        if self._parameters["SENS_EN_GPSSIM"]:
+        if simulated_by_px4:
             quality = SIH_GPS if message.fix_type >= FIX_3D else SIH_GPS_NO_FIX
+        jump_deg, climb_m, velocity = 0.0, 0.0, (0.0, 0.0, 0.0)
+        if self._gps == WRONG:
+            jump_deg = WRONG_DEG
+            if not simulated_by_px4:
+                climb_m, velocity = WRONG_ALTITUDE_M, WRONG_VELOCITY_M_S
         self._topics.sensor_gps = SensorGps(
             timestamp,
-            latitude_deg,
-            longitude_deg,
-            message.alt * 1e-3,
-            message.vn * 1e-2,
-            message.ve * 1e-2,
-            message.vd * 1e-2,
+            message.lat * 1e-7 + jump_deg,
+            message.lon * 1e-7 + jump_deg,
+            message.alt * 1e-3 + climb_m,
+            message.vn * 1e-2 + velocity[0],
+            message.ve * 1e-2 + velocity[1],
+            message.vd * 1e-2 + velocity[2],
             NAN if message.eph == UNKNOWN_DOP else message.eph * 1e-2,
             NAN if message.epv == UNKNOWN_DOP else message.epv * 1e-2,
             message.fix_type,
@@ -400,6 +412,11 @@ def signal_quality(told: int, *, within: bool) -> int:
     if told == UNKNOWN_SIGNAL_QUALITY:
         return -1 if within else 0
     return round(100 * (told - INVALID_SIGNAL_QUALITY) / (100 - INVALID_SIGNAL_QUALITY))
+
+
+def _clipped(vector: Vector3, limit: float) -> Vector3:
+    x, y, z = vector
+    return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))
 
 
 def acceleration_ned(message: HilStateQuaternion) -> Vector3:

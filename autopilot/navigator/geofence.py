@@ -21,8 +21,8 @@ HOLD_BEGINS_US = 100_000
 """Navigator::geofence_breach_check: so long after a breach the mode may still be another than HOLD."""
 ACTION_HOLD = 2
 SOURCE_GPS = 1
-BREACH_MAXALT = mavlink.FENCE_BREACH_MAXALT
-BREACH_BOUNDARY = mavlink.FENCE_BREACH_BOUNDARY
+NOTHING = (False, False, False)
+"""No limit is broken."""
 POLYGONS = {
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
@@ -31,9 +31,6 @@ CIRCLES = {
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: True,
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: False,
 }
-TEXT_HORIZONTAL = "Geofence: exceeding maximum distance to Home\t"
-TEXT_VERTICAL = "Geofence: exceeding maximum altitude above Home\t"
-TEXT_FENCE = "Geofence: approaching or outside geofence\t"
 TEXT_WITHOUT_HOME = "Geofence invalid, doesn't contain Home position\t"
 TEXT_WITHOUT_VEHICLE = "Geofence invalid, doesn't contain current vehicle position\t"
 
@@ -127,23 +124,23 @@ class Geofence:
             return False
         self._checked_us = state.now_us
         result = state.topics.geofence_result
-        text = self._breach(*self._place()) if state.settings.gf_action else ""
-        breached = bool(text) or (result.breached and self._held_since_us is not None)
-        if breached and not result.breached:
-            if state.armed:
-                state.say(Severity.CRITICAL, text)
-                self._held_since_us = state.now_us if state.settings.gf_action == ACTION_HOLD else None
-            state.topics.geofence_result = GeofenceResult(
-                state.now_us,
-                True,
-                state.settings.gf_action,
-                BREACH_MAXALT if text is TEXT_VERTICAL else BREACH_BOUNDARY,
-                result.breach_count + 1,
-                state.now_us,
+        action, now_us = state.settings.gf_action, state.now_us
+        triggered = self._breaches(*self._place()) if action else NOTHING
+        if self._held_since_us is not None:
+            # Where it was broken is held, on the fence: nothing is taken back meanwhile.
+            distance, altitude, custom = triggered
+            triggered = (
+                distance or result.max_dist_triggered,
+                altitude or result.max_alt_triggered,
+                custom or result.custom_fence_triggered,
             )
+        if any(triggered) and not result.breached:
+            if state.armed:
+                self._held_since_us = now_us if action == ACTION_HOLD else None
+            state.topics.geofence_result = GeofenceResult(now_us, *triggered, action, result.breach_count + 1, now_us)
             return True
-        if result.breached and not breached:
-            state.topics.geofence_result = result._replace(timestamp=state.now_us, breached=False, breach_type=0)
+        if (*triggered, action) != result[1:5]:
+            state.topics.geofence_result = GeofenceResult(now_us, *triggered, action, *result[5:])
         return False
 
     def forget_hold(self) -> None:
@@ -167,7 +164,7 @@ class Geofence:
 
     def allows(self, lat_deg: float, lon_deg: float, alt_m: float) -> bool:
         """Whether a place (altitude AMSL) is within the fence."""
-        return not self._breach(lat_deg, lon_deg, alt_m)
+        return not any(self._breaches(lat_deg, lon_deg, alt_m))
 
     def _take_plan(self) -> None:
         """Notice a new fence. Areas that home, or the vehicle in flight, would break at once are not watched."""
@@ -192,18 +189,13 @@ class Geofence:
                 areas.append(area)
         self._areas = tuple(areas)
 
-    def _breach(self, lat_deg: float, lon_deg: float, alt_m: float) -> str:
-        """PX4's text for what the place breaks; empty when it is allowed."""
+    def _breaches(self, lat_deg: float, lon_deg: float, alt_m: float) -> tuple[bool, bool, bool]:
+        """Whether the place breaks the largest distance from home, the largest height above it, and the areas."""
         state = self._state
         self._take_plan()
         settings, home = state.settings, state.topics.home_position
-        if home.valid:
-            if settings.gf_max_hor_dist_m > 0.0 and (
-                distance_m(home.lat, home.lon, lat_deg, lon_deg) >= settings.gf_max_hor_dist_m
-            ):
-                return TEXT_HORIZONTAL
-            if 0.0 < settings.gf_max_ver_dist_m <= alt_m - home.alt:
-                return TEXT_VERTICAL
-        if self._areas and not inside_areas(self._areas, lat_deg, lon_deg):
-            return TEXT_FENCE
-        return ""
+        limit_m = settings.gf_max_hor_dist_m
+        too_far = home.valid and limit_m > 0.0 and distance_m(home.lat, home.lon, lat_deg, lon_deg) >= limit_m
+        too_high = home.valid and 0.0 < settings.gf_max_ver_dist_m <= alt_m - home.alt
+        outside = bool(self._areas) and not inside_areas(self._areas, lat_deg, lon_deg)
+        return too_far, too_high, outside

@@ -127,11 +127,17 @@ class GeofenceResult(NamedTuple):
     """Breach of the fence, and what GF_ACTION asks for."""
 
     timestamp: int = 0
-    breached: bool = False
+    max_dist_triggered: bool = False
+    max_alt_triggered: bool = False
+    custom_fence_triggered: bool = False
     action: int = 0
-    breach_type: int = 0
     breach_count: int = 0
     breach_time_us: int = 0
+
+    @property
+    def breached(self) -> bool:
+        """Any of the limits is."""
+        return self.max_dist_triggered or self.max_alt_triggered or self.custom_fence_triggered
 
 
 class OrbitStatus(NamedTuple):

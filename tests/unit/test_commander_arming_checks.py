@@ -43,7 +43,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "baro": ("sensor_baro", SensorBaro()),
     "estimator": ("estimator_status", EstimatorStatus()),
     "battery": ("battery_status", BatteryStatus(connected=True, warning=2)),
-    "geofence": ("geofence_result", GeofenceResult(breached=True, action=2)),
+    "geofence": ("geofence_result", GeofenceResult(max_alt_triggered=True, action=2)),
     "failure_detector": ("failure_detector_status", FailureDetectorStatus(fd_pitch=True)),
     "parachute": ("gcs_heartbeats", GcsHeartbeats()),
     "open_drone_id": ("gcs_heartbeats", GcsHeartbeats(open_drone_id_us=3_000_000)),
@@ -113,6 +113,26 @@ def test_forbids_arming(name: str) -> None:
     assert vehicle.topics.health_report.can_arm_mode_flags == 0
     assert not vehicle.topics.health_report.health & PREARM_CHECK
     assert vehicle.take_texts()
+
+
+def test_each_limit_of_the_fence_is_told_by_its_own_text() -> None:
+    """PX4's geofenceCheck.cpp."""
+    vehicle = ready()
+    vehicle.topics.geofence_result = GeofenceResult(0, True, False, True, action=2)
+    check(vehicle)
+    texts = ["Geofence: exceeding maximum distance to Home", "Geofence: approaching or outside geofence"]
+    assert vehicle.take_texts() == texts
+
+
+def test_a_fence_that_sends_home_needs_one() -> None:
+    vehicle = ready()
+    vehicle.topics.geofence_result = GeofenceResult(action=3)
+    check(vehicle)
+    assert vehicle.take_texts() == []
+    vehicle.topics.home_position = HomePosition()
+    check(vehicle)
+    assert "Preflight Fail: Geofence RTL requires valid home" in vehicle.take_texts()
+    assert vehicle.topics.health_report.can_arm_mode_flags == 0
 
 
 @pytest.mark.parametrize("name", [name for name in FLAGS if name != "gps"])

@@ -426,7 +426,7 @@ def test_high_latency_tells_what_is_not_well() -> None:
     peer.fly()
     peer.topics.failsafe_flags = FailsafeFlags(manual_control_signal_lost=False, offboard_control_signal_lost=True)
     peer.topics.battery_status = peer.topics.battery_status._replace(warning=2)
-    peer.topics.geofence_result = GeofenceResult(breached=True)
+    peer.topics.geofence_result = GeofenceResult(custom_fence_triggered=True)
     told = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
     assert told.failure_flags == 128 | 512 | 2048
     assert (told.eph, told.epv) == (9, 18)

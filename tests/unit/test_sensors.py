@@ -8,7 +8,6 @@ from autopilot.failure_injection import inject
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors, altitude_m
 from autopilot.topics import ActuatorArmed, FailureInjection, Topics
-from sitl_emu.core.geodesy import distance_m
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
@@ -131,8 +130,14 @@ def test_injected_failures_silence_the_gps_and_empty_the_battery() -> None:
     assert topics.battery_status.remaining == 0.0 and topics.battery_status.warning == 3
 
 
-def test_a_gps_that_is_stuck_or_wrong() -> None:
-    reader, topics = sensors()
+@pytest.mark.parametrize(
+    ("simulated_by_px4", "above_m", "velocity_change"), [(1, 0.0, (0.0, 0.0, 0.0)), (0, 100.0, (5.0, -8.0, 2.0))]
+)
+def test_a_gps_that_is_stuck_or_wrong(
+    simulated_by_px4: int, above_m: float, velocity_change: tuple[float, float, float]
+) -> None:
+    """SensorGpsSim.cpp and SimulatorMavlink.cpp."""
+    reader, topics = sensors(SENS_EN_GPSSIM=simulated_by_px4)
     gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
     reader.update([gps, IMU])
     first = topics.sensor_gps
@@ -141,9 +146,19 @@ def test_a_gps_that_is_stuck_or_wrong() -> None:
     assert topics.sensor_gps == first._replace(timestamp=8000)
     inject_failure(topics, 4, 4)
     reader.update([gps._replace(time_usec=12000), IMU])
-    assert topics.sensor_gps.latitude_deg == first.latitude_deg
-    east_m = distance_m(first.latitude_deg, first.longitude_deg, first.latitude_deg, topics.sensor_gps.longitude_deg)
-    assert east_m == pytest.approx(100.0, abs=0.5)
+    wrong = topics.sensor_gps
+    assert (wrong.latitude_deg, wrong.longitude_deg) == (first.latitude_deg + 1.0, first.longitude_deg + 1.0)
+    assert wrong.altitude_msl_m == pytest.approx(first.altitude_msl_m + above_m)
+    velocity = (wrong.vel_n_m_s, wrong.vel_e_m_s, wrong.vel_d_m_s)
+    told = (first.vel_n_m_s, first.vel_e_m_s, first.vel_d_m_s)
+    assert velocity == pytest.approx([old + change for old, change in zip(told, velocity_change, strict=True)])
+
+
+def test_an_imu_that_measures_what_nothing_can_is_clipped() -> None:
+    reader, topics = sensors()
+    reader.update([IMU._replace(xacc=1e38, ygyro=-1e30)])
+    assert topics.sensor_imu.accelerometer_m_s2 == (1000.0, 2.0, -9.8)
+    assert topics.sensor_imu.gyro_rad_s == pytest.approx((0.1, -math.radians(2000.0), 0.3))
 
 
 def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:

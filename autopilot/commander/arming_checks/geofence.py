@@ -4,16 +4,24 @@ from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Fin
 from autopilot.constants import Severity
 from autopilot.topics import Topics
 
-BREACH_MAXALT = 2
-EVENTS = {BREACH_MAXALT: "check_gf_violation_max_alt"}
-EVENT_OTHER = "check_gf_violation_custom_gf"
+TOLD = (
+    ("max_dist_triggered", "check_gf_violation_max_hor_dist", "Geofence: exceeding maximum distance to Home\t"),
+    ("max_alt_triggered", "check_gf_violation_max_alt", "Geofence: exceeding maximum altitude above Home\t"),
+    ("custom_fence_triggered", "check_gf_violation_custom_gf", "Geofence: approaching or outside geofence\t"),
+)
+"""What is broken, by geofence_result's field, with its event and text."""
+ACTION_RETURN = 3
+TEXT_NO_HOME = "Preflight Fail: Geofence RTL requires valid home\t"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """A breach with an action."""
+    """A breach with an action, or an action that is not possible."""
     result = topics.geofence_result
     findings.geofence_breached = result.breached and result.action != 0
     if findings.geofence_breached:
-        event = EVENTS.get(result.breach_type, EVENT_OTHER)
-        text = "" if topics.vehicle_status.armed else "Preflight Fail: Vehicle outside geofence"
-        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)
+        for field, event, text in TOLD:
+            if getattr(result, field):
+                findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)
+    if result.action == ACTION_RETURN and not topics.home_position.valid:
+        no_home = "check_gf_no_home"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, no_home, text=TEXT_NO_HOME)
