@@ -11,6 +11,7 @@ import math
 from autopilot.commands import CommandResult, answer_later
 from autopilot.estimator import external_estimates
 from autopilot.estimator.estimator import ENABLE_BITS, Estimator
+from autopilot.estimator.resets import move_origin
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -59,7 +60,7 @@ class EstimatorCommands:
             return self._attitude(command)
         if not _is_place(command):
             return FAILED
-        self._ekf.move_origin(command.param5, command.param6, command.param7)
+        move_origin(self._ekf, command.param5, command.param6, command.param7)
         return ACCEPTED
 
     def _sensor_enable(self, command: VehicleCommand) -> CommandResult:

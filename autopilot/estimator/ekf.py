@@ -1,8 +1,8 @@
-"""The filter itself: state and covariance at the fusion horizon, how measurements get in, how the state is set anew.
+"""The filter itself: state and covariance at the fusion horizon, and how measurements get in.
 
 PX4's EKF2 (src/modules/ekf2/EKF: ekf.cpp, ekf_helper.cpp, position_fusion.cpp, velocity_fusion.cpp, yaw_fusion.cpp,
-covariance.cpp, v1.18). What aids it, and when, is in aid_sources/, a file each. Numbers are PX4's unless said
-otherwise.
+covariance.cpp, v1.18). What aids it, and when, is in aid_sources/, a file each; how the state is set anew, in
+resets.py. Numbers are PX4's unless said otherwise.
 """
 
 import math
@@ -20,8 +20,7 @@ from autopilot.estimator.output_predictor import OutputPredictor
 from autopilot.estimator.samples import ImuSample
 from autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
 from autopilot.topics import NAN, Quaternion, Vector3
-from sitl_emu.core.attitude import product
-from sitl_emu.core.geodesy import MapProjection, wrap_pi
+from sitl_emu.core.geodesy import MapProjection
 
 RESET_TIMEOUT_US = 7_000_000
 NO_AID_TIMEOUT_US = 1_000_000
@@ -33,8 +32,6 @@ GYRO_BIAS, ACCEL_BIAS, GRAVITY_VECTOR = 1, 2, 4
 SENSOR_WEIGHT = 0.1
 """Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
 ALIGNED_WITH_GRAVITY = 0.966
-LEAST_VARIANCE = 0.01**2
-YAW_RESET_TURNS_VELOCITY_RAD = 0.3
 LEAST_COVARIANCE_STEPS, COVARIANCE_STEPS = 8, 8
 """The covariance is predicted when something is fused and so many steps have passed, at the latest after the second
 number (ours; PX4 predicts at each)."""
@@ -115,7 +112,7 @@ class Ekf:
         self.vertical_velocity_dead_reckoning_too_long = True
         self.terrain_valid = False
         self.height_reference = UNKNOWN
-        self._counts = (0,) * 6
+        self.counts = (0,) * 6
         """Counters of resets at the beginning of this step: several resets in it tell one change."""
         self.ne_vision = False
         """Vision gives north: its frame is NED."""
@@ -155,7 +152,7 @@ class Ekf:
             return False
         self.was_yaw_aligned, self.was_ev_yaw = self.flags.yaw_align, self.flags.ev_yaw
         resets = self.resets
-        self._counts = (resets.vel_ne, resets.vel_d, resets.pos_ne, resets.pos_d, resets.quat, resets.hagl)
+        self.counts = (resets.vel_ne, resets.vel_d, resets.pos_ne, resets.pos_d, resets.quat, resets.hagl)
         self._inhibit_biases(imu)
         self.state.predict(imu, min(LARGEST_VELOCITY_M_S, abs(self.settings["EKF2_VEL_LIM"])))
         if self.state.steps >= COVARIANCE_STEPS:
@@ -511,221 +508,8 @@ class Ekf:
         bad_accel = self.timed_out(self.good_vertical_accel_us, BAD_ACCEL_RESET_US)
         return bad_accel or self.timed_out(self.hgt_fused_us, HEIGHT_FUSION_TIMEOUT_US)
 
-    # --- resets --------------------------------------------------------------------------------------------
-
-    def reset_velocity(self, velocity: Vector3, variances: Vector3) -> None:
-        """Velocity NED, m/s."""
-        self.reset_horizontal_velocity(velocity[:2], variances[:2])
-        self.reset_vertical_velocity(velocity[2], variances[2])
-
-    def reset_horizontal_velocity(self, velocity: tuple[float, float], variances: tuple[float, float]) -> None:
-        """North and east, m/s; NaN keeps a variance."""
-        self.apply()
-        self.predict_covariance()
-        state, resets = self.state, self.resets
-        delta = (velocity[0] - state.vn, velocity[1] - state.ve)
-        state.vn, state.ve = velocity
-        told = [
-            max(LEAST_VARIANCE, variance) if math.isfinite(variance) else self.variance(cov.VELOCITY + axis)
-            for axis, variance in enumerate(variances)
-        ]
-        cov.uncorrelate(self.p, cov.VELOCITY, (told[0], told[1]))
-        # Else a position that nothing aids would jump as well.
-        cov.uncorrelate(self.p, cov.POSITION, (self.variance(cov.POSITION), self.variance(cov.POSITION + 1)))
-        self.output.reset_horizontal_velocity(*delta)
-        first = resets.vel_ne == self._counts[0]
-        n, e = (0.0, 0.0) if first else resets.vel_ne_change
-        resets.vel_ne_change = (n + delta[0], e + delta[1])
-        resets.vel_ne += 1
-        self.hor_vel_fused_us = self.time_us
-
-    def reset_vertical_velocity(self, velocity: float, variance: float) -> None:
-        """Down, m/s; NaN keeps the variance."""
-        self.apply()
-        self.predict_covariance()
-        resets = self.resets
-        delta = velocity - self.state.vd
-        self.state.vd = velocity
-        if math.isfinite(variance):
-            cov.uncorrelate(self.p, cov.VELOCITY + 2, (max(LEAST_VARIANCE, variance),))
-        cov.uncorrelate(self.p, cov.HEIGHT, (self.variance(cov.HEIGHT),))
-        self.output.reset_vertical_velocity(delta)
-        first = resets.vel_d == self._counts[1]
-        resets.vel_d_change = delta if first else resets.vel_d_change + delta
-        resets.vel_d += 1
-        self.ver_vel_fused_us = self.time_us
-
-    def reset_vertical_velocity_to_zero(self) -> None:
-        """Nobody knows it: zero, and very uncertain."""
-        self.reset_vertical_velocity(0.0, 10.0)
-
-    def reset_horizontal_position(self, place: tuple[float, float], variances: tuple[float, float]) -> None:
-        """North and east in the local frame, m."""
-        self.apply()
-        self.predict_covariance()
-        state = self.state
-        delta = (place[0] - state.pn, place[1] - state.pe)
-        state.pn, state.pe = place
-        self.output.reset_position(*delta, 0.0)
-        if self.flags.ev_pos:
-            for bias, shift in zip(self.ev_pos_bias, delta, strict=True):
-                bias.bias -= shift
-        for axis, variance in enumerate(variances):
-            if math.isfinite(variance):
-                cov.uncorrelate(self.p, cov.POSITION + axis, (max(LEAST_VARIANCE, variance),))
-        self._count_position_reset(delta)
-        self.hor_pos_fused_us = self.time_us
-
-    def jumped_horizontally(self, delta: tuple[float, float]) -> None:
-        """The position was moved by this much (m): the output follows at once, and whoever controls it is told."""
-        self.output.reset_position(*delta, 0.0)
-        self._count_position_reset(delta)
-        self.hor_pos_fused_us = self.time_us
-
-    def _count_position_reset(self, delta: tuple[float, float]) -> None:
-        resets = self.resets
-        first = resets.pos_ne == self._counts[2]
-        n, e = (0.0, 0.0) if first else resets.pos_ne_change
-        resets.pos_ne_change = (n + delta[0], e + delta[1])
-        resets.pos_ne += 1
-
-    def reset_to_place(self, latitude_deg: float, longitude_deg: float, variance: float) -> None:
-        """The vehicle is at this place. Without an origin it becomes one, less what was counted from the start."""
-        if self.origin is None:
-            origin = MapProjection(latitude_deg, longitude_deg)
-            if self.local_horizontal_valid:
-                origin = MapProjection(*origin.reproject(-self.state.pn, -self.state.pe))
-            self._set_origin(origin)
-        assert self.origin is not None
-        self.reset_horizontal_position(self.origin.project(latitude_deg, longitude_deg), (variance, variance))
-
-    def _set_origin(self, origin: MapProjection) -> None:
-        self.origin, self.origin_us = origin, self.time_us
-        self.state.set_latitude(origin.lat0_deg)
-        self.output.gravity_m_s2 = self.state.gravity_m_s2
-
-    def initialise_altitude(self, altitude_m: float, variance: float) -> None:
-        """The altitude AMSL is known: heights count from here on, or from where they were counted before."""
-        if not math.isfinite(self.origin_alt):
-            self.origin_alt = altitude_m - self.state.alt if self.local_vertical_valid else altitude_m
-        self.reset_altitude(altitude_m, variance)
-
-    def reset_altitude(self, altitude_m: float, variance: float) -> None:
-        """Altitude AMSL (or above where it began, without one), and with it all that is kept relative to it."""
-        self.apply()
-        self.predict_covariance()
-        state, flags, resets = self.state, self.flags, self.resets
-        delta_d = state.alt - altitude_m
-        state.alt = altitude_m
-        if math.isfinite(variance):
-            cov.uncorrelate(self.p, cov.HEIGHT, (max(LEAST_VARIANCE, variance),))
-        self.output.reset_position(0.0, 0.0, delta_d)
-        first = resets.pos_d == self._counts[3]
-        resets.pos_d_change = delta_d if first else resets.pos_d_change + delta_d
-        resets.pos_d += 1
-        if flags.baro_hgt:
-            self.baro_bias.bias += delta_d
-        if flags.ev_hgt:
-            self.ev_hgt_bias.bias -= delta_d
-        if flags.gps_hgt:
-            self.gnss_hgt_bias.bias += delta_d
-        self.count_terrain_reset(delta_d)
-        state.terrain += delta_d
-        self.hgt_fused_us = self.time_us
-
-    def count_terrain_reset(self, delta_d: float) -> None:
-        """The height above ground jumped."""
-        resets = self.resets
-        first = resets.hagl == self._counts[5]
-        resets.hagl_change = delta_d if first else resets.hagl_change + delta_d
-        resets.hagl += 1
-
-    def reset_yaw(self, yaw: float, variance: float) -> None:
-        """Heading, rad; NaN keeps the variance."""
-        self.apply()
-        self.predict_covariance()
-        if math.isfinite(variance) and variance > 0.0:
-            cov.uncorrelate(self.p, cov.YAW, (variance,))
-        turn = wrap_pi(yaw - self.state.yaw)
-        self._turn_by(turn)
-        self.heading_fused_us = self.time_us
-        if not self.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
-            self._turn_velocity(turn)
-
-    def reset_yaw_by_fusion(self, yaw: float, variance: float) -> None:
-        """Force a heading into the state by fusion, so that what hangs on the heading follows it."""
-        self.apply()
-        self.predict_covariance()
-        before = self.state.q
-        h = np.zeros(cov.STATES)
-        h[cov.YAW] = 1.0
-        ph, innovation_variance = self.innovation_variance(h, variance)
-        gain = ph / innovation_variance
-        gain[cov.YAW] = 1.0
-        turn = wrap_pi(yaw - self.state.yaw)
-        self.fuse_by(gain, ph, -turn, innovation_variance)
-        self._tell_yaw_reset(before)
-        self.heading_fused_us = self.time_us
-        if not self.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
-            self._turn_velocity(turn)
-
-    def _turn_by(self, turn: float) -> None:
-        before = self.state.q
-        self.state.turn(0.0, 0.0, turn)
-        self._tell_yaw_reset(before)
-
-    def _tell_yaw_reset(self, before: Quaternion) -> None:
-        w, x, y, z = before
-        change = product(self.state.q, (w, -x, -y, -z))
-        self.output.reset_quaternion(change)
-        self.on_yaw_change = change
-        resets = self.resets
-        resets.quat_change = change if resets.quat == self._counts[4] else product(change, resets.quat_change)
-        resets.quat += 1
-
-    def _turn_velocity(self, turn: float) -> None:
-        cosine, sine = math.cos(turn), math.sin(turn)
-        n, e = self.state.vn, self.state.ve
-        variance = max(self.variance(cov.VELOCITY), self.variance(cov.VELOCITY + 1))
-        self.reset_horizontal_velocity((cosine * n - sine * e, sine * n + cosine * e), (variance, variance))
-
-    # --- the local frame -----------------------------------------------------------------------------------
-
     def _position(self) -> Vector3:
         return (self.state.pn, self.state.pe, -self.state.alt)
-
-    def move_origin(self, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
-        """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude.
-
-        Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
-        """
-        self.apply()
-        self._counts = (-1,) * 6
-        state, before = self.state, self.origin
-        self._set_origin(MapProjection(latitude_deg, longitude_deg))
-        if before is not None and self.origin is not None:
-            place = self.origin.project(*before.reproject(state.pn, state.pe))
-            known = self.origin.project(*before.reproject(*self.last_known_position))
-            delta = (place[0] - state.pn, place[1] - state.pe)
-            state.pn, state.pe = place
-            self.last_known_position = known
-            self.output.reset_position(*delta, 0.0)
-            self._count_position_reset(delta)
-        if math.isfinite(altitude_amsl_m):
-            self._move_origin_altitude(altitude_amsl_m)
-
-    def _move_origin_altitude(self, altitude_amsl_m: float) -> None:
-        resets = self.resets
-        if not math.isfinite(self.origin_alt) and self.local_vertical_valid:
-            above_start = self.state.alt
-            self.origin_alt = altitude_amsl_m
-            self.reset_altitude(above_start + altitude_amsl_m, NAN)
-            return
-        change = altitude_amsl_m - self.origin_alt if math.isfinite(self.origin_alt) else 0.0
-        self.origin_alt = altitude_amsl_m
-        resets.pos_d_change = resets.hagl_change = change
-        resets.pos_d += 1
-        resets.hagl += 1
 
 
 def _shortest_turn_to_level(accel: Vector3) -> Quaternion:

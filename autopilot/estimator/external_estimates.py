@@ -8,6 +8,15 @@ import math
 
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
+from autopilot.estimator.resets import (
+    initialise_altitude,
+    jumped_horizontally,
+    reset_horizontal_position,
+    reset_horizontal_velocity,
+    reset_to_place,
+    reset_yaw,
+    reset_yaw_by_fusion,
+)
 
 LEAST_ACCURACY_M = 0.01
 GATE = 10.0
@@ -24,9 +33,9 @@ def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float
     variance = max(accuracy_m, LEAST_ACCURACY_M) ** 2
     altitude_known = LOWEST_ALTITUDE_M < altitude_m < HIGHEST_ALTITUDE_M
     if ekf.origin is None:
-        ekf.reset_to_place(latitude_deg, longitude_deg, variance)
+        reset_to_place(ekf, latitude_deg, longitude_deg, variance)
         if altitude_known:
-            ekf.initialise_altitude(altitude_m, variance)
+            initialise_altitude(ekf, altitude_m, variance)
         return
     ekf.apply()
     ekf.predict_covariance()
@@ -40,16 +49,16 @@ def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float
     ratio = sum(part * part / (GATE * GATE * (spread + variance)) for part, spread in zip(innovation, own, strict=True))
     firm = accuracy_m < FIRM_ACCURACY_M or ratio > 1.0
     if not ekf.flags.in_air or firm or ekf.horizontal_position_aids():
-        ekf.reset_horizontal_position((north, east), (variance, variance))
+        reset_horizontal_position(ekf, (north, east), (variance, variance))
         velocity = (state.vn - state.wind[0], state.ve - state.wind[1])
-        ekf.reset_horizontal_velocity(velocity, (ekf.variance(cov.VELOCITY), ekf.variance(cov.VELOCITY + 1)))
+        reset_horizontal_velocity(ekf, velocity, (ekf.variance(cov.VELOCITY), ekf.variance(cov.VELOCITY + 1)))
         cov.uncorrelate(ekf.p, cov.WIND, (UNKNOWN_WIND_VARIANCE, UNKNOWN_WIND_VARIANCE))
         state.wind = (0.0, 0.0)
     else:
         _fuse_position(ekf, (north, east), variance)
     ekf.last_known_position = (north, east)
     if altitude_known:
-        ekf.initialise_altitude(altitude_m, variance)
+        initialise_altitude(ekf, altitude_m, variance)
         ekf.last_known_alt = altitude_m
 
 
@@ -65,7 +74,7 @@ def _fuse_position(ekf: Ekf, place: tuple[float, float], variance: float) -> Non
         ekf.correct(forced, innovation)
         told = float(row[cov.POSITION + axis]) + variance
         ekf.fuse(row, 0.0, told)
-    ekf.jumped_horizontally((state.pn - before[0], state.pe - before[1]))
+    jumped_horizontally(ekf, (state.pn - before[0], state.pe - before[1]))
 
 
 def take_heading(ekf: Ekf, heading_rad: float, accuracy_rad: float) -> None:
@@ -74,9 +83,9 @@ def take_heading(ekf: Ekf, heading_rad: float, accuracy_rad: float) -> None:
         return
     ekf.flags.heading_observable = True
     if ekf.flags.yaw_align:
-        ekf.reset_yaw_by_fusion(heading_rad, accuracy_rad**2)
+        reset_yaw_by_fusion(ekf, heading_rad, accuracy_rad**2)
     else:
-        ekf.reset_yaw(heading_rad, accuracy_rad**2)
+        reset_yaw(ekf, heading_rad, accuracy_rad**2)
         ekf.flags.yaw_align = True
     ekf.flags.mag_heading_consistent = False
     ekf.flags.yaw_manual = True

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from autopilot.estimator.resets import move_origin
 from autopilot.mavlink.services import odometry
 from autopilot.topics import (
     FRAME_BODY_FRD,
@@ -243,7 +244,7 @@ def test_what_the_filter_does_not_look_at() -> None:
 def test_a_place_on_earth_can_be_given_to_a_vehicle_that_sees_alone() -> None:
     feed = Seen(**WITHOUT_GPS)
     feed.run(10.0)
-    feed.estimator.ekf.move_origin(47.0, 8.0, 500.0)
+    move_origin(feed.estimator.ekf, 47.0, 8.0, 500.0)
     feed.run(1.0)
     place = feed.topics.vehicle_global_position
     (x, _, z), _, _ = feed.path(feed.time_s)

@@ -9,6 +9,7 @@ import math
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import BARO, HEIGHT_FUSION_TIMEOUT_US, SENSOR_WEIGHT, UNKNOWN, Ekf
+from autopilot.estimator.resets import initialise_altitude, reset_altitude, reset_vertical_velocity_to_zero
 from autopilot.estimator.samples import BaroSample, SampleBuffer
 
 FUSION_SOURCE = 4
@@ -104,11 +105,11 @@ class BaroHeight:
         if ekf.height_reset_required() and ekf.height_reference == BARO:
             # All height sources are failing.
             ekf.events.add("reset_hgt_to_baro")
-            ekf.reset_altitude(self._mean_m - bias.bias, variance)
+            reset_altitude(ekf, self._mean_m - bias.bias, variance)
             bias.bias = self._mean_m - ekf.state.alt
             aid.reset(ekf.time_us)
             if not ekf.vertical_velocity_aiding:
-                ekf.reset_vertical_velocity_to_zero()
+                reset_vertical_velocity_to_zero(ekf)
         elif ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US):
             self.stop()
             if ekf.recent(ekf.hgt_fused_us, HEIGHT_FUSION_TIMEOUT_US):
@@ -119,7 +120,7 @@ class BaroHeight:
         if int(ekf.settings["EKF2_HGT_REF"]) == BARO:
             ekf.height_reference = BARO
             ekf.events.add("reset_hgt_to_baro")
-            ekf.initialise_altitude(height, variance)
+            initialise_altitude(ekf, height, variance)
             bias.reset()
             aid.reset(ekf.time_us)
         else:

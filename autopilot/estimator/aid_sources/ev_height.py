@@ -9,6 +9,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.ev_pos import turned
 from autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
+from autopilot.estimator.resets import reset_altitude
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, Quaternion
 from sitl_emu.core.attitude import rotation
@@ -83,7 +84,7 @@ class VisionHeight:
                 return
             if ekf.height_reference == EV:
                 ekf.events.add("reset_hgt_to_ev")
-                ekf.reset_altitude(-down, variance)
+                reset_altitude(ekf, -down, variance)
                 bias.reset()
             else:
                 bias.bias = down + ekf.state.alt
@@ -95,7 +96,7 @@ class VisionHeight:
         if ekf.height_reset_required() and good and ekf.height_reference == EV:
             # All height sources are failing.
             ekf.events.add("reset_hgt_to_ev")
-            ekf.reset_altitude(bias.bias - down, variance)
+            reset_altitude(ekf, bias.bias - down, variance)
             bias.bias = down + ekf.state.alt
             aid.time_last_fuse = ekf.time_us
         elif ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US):
@@ -105,7 +106,7 @@ class VisionHeight:
         ekf, bias = self._ekf, self._ekf.ev_hgt_bias
         if int(ekf.settings["EKF2_HGT_REF"]) == EV:
             ekf.events.add("reset_hgt_to_ev")
-            ekf.reset_altitude(-down, variance)
+            reset_altitude(ekf, -down, variance)
             ekf.height_reference = EV
             bias.reset()
         else:

@@ -8,6 +8,7 @@ import math
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from autopilot.estimator.resets import reset_horizontal_position
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
@@ -130,7 +131,8 @@ class VisionPosition:
         ekf = self._ekf
         north, east = ekf.ev_pos_bias
         ekf.events.add("reset_pos_to_vision")
-        ekf.reset_horizontal_position(
+        reset_horizontal_position(
+            ekf,
             (measured[0] - north.bias, measured[1] - east.bias),
             (variance[0] + north.variance, variance[1] + east.variance),
         )

@@ -10,6 +10,7 @@ import numpy as np
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from autopilot.estimator.resets import reset_velocity, reset_vertical_velocity
 from autopilot.estimator.samples import ImuSample, VisionSample
 from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
@@ -109,7 +110,7 @@ class VisionVelocity:
                 flags.ev_vel = False
         elif ekf.height_reset_required():
             velocity, variance = self._in_ned()
-            ekf.reset_vertical_velocity(velocity[2], variance[2])
+            reset_vertical_velocity(ekf, velocity[2], variance[2])
 
     def _start(self, time_us: int, gate: float, *, realigned: bool) -> None:
         ekf, flags = self._ekf, self._ekf.flags
@@ -136,7 +137,7 @@ class VisionVelocity:
         ekf = self._ekf
         ekf.events.add("reset_vel_to_vision")
         self.aid.observation, self.aid.observation_variance = list(self._measured), list(self._variance)
-        ekf.reset_velocity(*self._in_ned())
+        reset_velocity(ekf, *self._in_ned())
         self.aid.reset(ekf.time_us)
 
     def _fuse(self, time_us: int, gate: float) -> bool:

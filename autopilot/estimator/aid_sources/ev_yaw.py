@@ -9,6 +9,7 @@ import math
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from autopilot.estimator.resets import reset_yaw
 from autopilot.estimator.samples import VisionSample
 from autopilot.topics import FRAME_FRD, FRAME_NED
 from sitl_emu.core.attitude import heading
@@ -80,7 +81,7 @@ class VisionYaw:
 
     def _reset(self) -> None:
         aid = self.aid
-        self._ekf.reset_yaw(aid.observation[0], aid.observation_variance[0])
+        reset_yaw(self._ekf, aid.observation[0], aid.observation_variance[0])
         aid.time_last_fuse = self._ekf.time_us
 
     def _start(self, sample: VisionSample) -> None:

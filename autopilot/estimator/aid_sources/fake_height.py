@@ -6,6 +6,7 @@ PX4's EKF2 (EKF/aid_sources/fake_height_control.cpp, v1.18).
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.resets import reset_altitude, reset_vertical_velocity_to_zero
 
 EVERY_US = 200_000
 FAILING_US = 400_000
@@ -44,7 +45,7 @@ class FakeHeight:
     def _reset(self) -> None:
         ekf = self._ekf
         ekf.last_known_alt = ekf.state.alt
-        ekf.reset_vertical_velocity_to_zero()
+        reset_vertical_velocity_to_zero(ekf)
         ekf.events.add("reset_pos_to_last_known")
-        ekf.reset_altitude(ekf.last_known_alt, ekf.settings["EKF2_NOAID_NOISE"] ** 2)
+        reset_altitude(ekf, ekf.last_known_alt, ekf.settings["EKF2_NOAID_NOISE"] ** 2)
         self.aid.time_last_fuse = ekf.time_us

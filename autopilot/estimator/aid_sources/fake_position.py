@@ -8,6 +8,7 @@ import math
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.resets import reset_horizontal_position, reset_horizontal_velocity
 
 EVERY_US = 200_000
 FAILING_US = 400_000
@@ -75,7 +76,7 @@ class FakePosition:
         ekf.last_known_position = (ekf.state.pn, ekf.state.pe)
         ekf.events.add("reset_pos_to_last_known")
         variance = ekf.settings["EKF2_NOAID_NOISE"] ** 2
-        ekf.reset_horizontal_position(ekf.last_known_position, (variance, variance))
+        reset_horizontal_position(ekf, ekf.last_known_position, (variance, variance))
         ekf.events.add("reset_vel_to_zero")
-        ekf.reset_horizontal_velocity((0.0, 0.0), (UNKNOWN_VELOCITY_VARIANCE, UNKNOWN_VELOCITY_VARIANCE))
+        reset_horizontal_velocity(ekf, (0.0, 0.0), (UNKNOWN_VELOCITY_VARIANCE, UNKNOWN_VELOCITY_VARIANCE))
         self.aid.time_last_fuse = ekf.time_us

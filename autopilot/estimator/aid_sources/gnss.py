@@ -9,6 +9,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.gnss_checks import GnssChecks
 from autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
+from autopilot.estimator.resets import reset_to_place, reset_velocity, reset_yaw
 from autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
 from autopilot.estimator.yaw_estimator import YawEstimator
 from sitl_emu.core.geodesy import wrap_pi
@@ -174,7 +175,7 @@ class Gnss:
         ekf.events.add("reset_vel_to_gps")
         n, e, d = aid.observation
         a, b, c = aid.observation_variance
-        ekf.reset_velocity((n, e, d), (a, b, c))
+        reset_velocity(ekf, (n, e, d), (a, b, c))
         aid.reset(ekf.time_us)
 
     def _stop_velocity(self) -> None:
@@ -230,7 +231,7 @@ class Gnss:
     def _reset_position(self, sample: GnssSample) -> None:
         ekf, aid = self._ekf, self.pos
         ekf.events.add("reset_pos_to_gps")
-        ekf.reset_to_place(sample.lat, sample.lon, aid.observation_variance[0] + aid.observation_variance[1])
+        reset_to_place(ekf, sample.lat, sample.lon, aid.observation_variance[0] + aid.observation_variance[1])
         aid.reset(ekf.time_us)
 
     def _stop_position(self) -> None:
@@ -257,7 +258,7 @@ class Gnss:
         ekf, estimator = self._ekf, self.yaw_estimator
         if not estimator.converged:
             return False
-        ekf.reset_yaw(estimator.yaw, estimator.variance)
+        reset_yaw(ekf, estimator.yaw, estimator.variance)
         ekf.flags.yaw_align = True
         ekf.events.add("yaw_aligned_to_imu_gps")
         return True

@@ -9,6 +9,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.gnss import DEAD_RECKONING, VPOS, Gnss
 from autopilot.estimator.ekf import GNSS, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
+from autopilot.estimator.resets import initialise_altitude, reset_altitude
 from autopilot.estimator.samples import GnssSample
 
 MAX_INTERVAL_US = 500_000
@@ -78,7 +79,7 @@ class GnssHeight:
         if ekf.height_reset_required() and ekf.height_reference == GNSS and self._reset_allowed():
             # All height sources are failing.
             ekf.events.add("reset_hgt_to_gps")
-            ekf.reset_altitude(height, variance)
+            reset_altitude(ekf, height, variance)
             bias.bias = height - ekf.state.alt
             aid.reset(ekf.time_us)
         elif ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US):
@@ -93,7 +94,7 @@ class GnssHeight:
         recent = self._newest_recent()
         if not math.isfinite(ekf.origin_alt) and is_reference and recent:
             ekf.events.add("reset_hgt_to_gps")
-            ekf.initialise_altitude(height, variance)
+            initialise_altitude(ekf, height, variance)
             bias.reset()
             if wanted:
                 ekf.height_reference = GNSS
@@ -111,7 +112,7 @@ class GnssHeight:
             started = aid.test_ratio[0] < 1.0 and ekf.fuse_vertical_position(aid)
             if not started and self._reset_allowed():
                 ekf.events.add("reset_hgt_to_gps")
-                ekf.reset_altitude(height, variance)
+                reset_altitude(ekf, height, variance)
                 bias.reset()
                 aid.reset(ekf.time_us)
                 started = True

@@ -13,6 +13,7 @@ import numpy as np
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
+from autopilot.estimator.resets import reset_yaw
 from autopilot.estimator.samples import MagSample, SampleBuffer
 from autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import wrap_pi
@@ -403,7 +404,7 @@ class Magnetometer:
 
     def _reset_heading(self) -> None:
         ekf = self._ekf
-        ekf.reset_yaw(self._heading_of(self._mean), max(ekf.settings["EKF2_HEAD_NOISE"], 0.01) ** 2)
+        reset_yaw(ekf, self._heading_of(self._mean), max(ekf.settings["EKF2_HEAD_NOISE"], 0.01) ** 2)
         self.heading_innovation = 0.0
         ekf.flags.mag_heading_consistent = True
 

@@ -10,6 +10,7 @@ import numpy as np
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, RANGE, RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
+from autopilot.estimator.resets import count_terrain_reset, reset_horizontal_velocity
 from autopilot.estimator.samples import FlowSample, ImuSample, SampleBuffer
 from autopilot.topics import Vector3
 
@@ -231,7 +232,7 @@ class OpticalFlow:
         distance = self._hagl() / max(ekf.state.rotation[8], 1e-3)
         n, e, _ = ekf.state.to_earth(*self._velocity_body, 0.0)
         told = distance * distance * variance
-        ekf.reset_horizontal_velocity((n, e), (told, told))
+        reset_horizontal_velocity(ekf, (n, e), (told, told))
         self.aid.reset(ekf.time_us)
 
     def _reset_terrain(self) -> None:
@@ -244,7 +245,7 @@ class OpticalFlow:
             if math.hypot(n, e) > 1e-6:
                 distance = max(math.hypot(state.vn, state.ve) / math.hypot(n, e), clearance)
         terrain = distance - state.alt
-        ekf.count_terrain_reset(terrain - state.terrain)
+        count_terrain_reset(ekf, terrain - state.terrain)
         state.terrain = terrain
         cov.uncorrelate(ekf.p, cov.TERRAIN, (UNKNOWN_TERRAIN_VARIANCE,))
         self.aid.reset(ekf.time_us)

@@ -13,6 +13,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.range_finder import MAX_INTERVAL_US, RangeFinder
 from autopilot.estimator.ekf import HEIGHT_FUSION_TIMEOUT_US, RANGE, UNKNOWN, Ekf
+from autopilot.estimator.resets import count_terrain_reset, reset_altitude, reset_vertical_velocity_to_zero
 from autopilot.estimator.samples import RangeSample, SampleBuffer
 from autopilot.topics import NAN
 
@@ -139,7 +140,7 @@ class RangeHeight:
             # The ground is where heights count from.
             ekf.height_reference = RANGE
             ekf.events.add("reset_hgt_to_rng")
-            ekf.reset_altitude(aid.observation[0], aid.observation_variance[0])
+            reset_altitude(ekf, aid.observation[0], aid.observation_variance[0])
             ekf.state.terrain = 0.0
             aid.reset(ekf.time_us)
             flags.rng_hgt, flags.rng_terrain = True, False
@@ -180,10 +181,10 @@ class RangeHeight:
         if ekf.height_reset_required() and flags.rng_hgt and ekf.height_reference == RANGE and startable:
             # All height sources are failing.
             ekf.events.add("reset_hgt_to_rng")
-            ekf.reset_altitude(aid.observation[0] - ekf.state.terrain, NAN)
+            reset_altitude(ekf, aid.observation[0] - ekf.state.terrain, NAN)
             aid.reset(ekf.time_us)
             if not ekf.vertical_velocity_aiding:
-                ekf.reset_vertical_velocity_to_zero()
+                reset_vertical_velocity_to_zero(ekf)
         elif failing:
             if flags.opt_flow_terrain and ekf.terrain_valid:
                 self.stop_height()
@@ -234,7 +235,7 @@ class RangeHeight:
         gain[cov.TERRAIN] = 1.0
         ph, innovation_variance = ekf.innovation_variance(H_HAGL, aid.observation_variance[0])
         ekf.fuse_by(gain, ph, aid.innovation[0], innovation_variance)
-        ekf.count_terrain_reset(ekf.state.terrain - before)
+        count_terrain_reset(ekf, ekf.state.terrain - before)
         aid.time_last_fuse = ekf.time_us
 
     # --- the terrain without it ----------------------------------------------------------------------------

@@ -1,0 +1,246 @@
+"""How the filter's state is set anew: what jumps, what becomes unknown with it, and who is told.
+
+PX4's EKF2 (src/modules/ekf2/EKF: ekf_helper.cpp, position_fusion.cpp, velocity_fusion.cpp, yaw_fusion.cpp, v1.18). The
+output predictor follows each jump at once; `Ekf.resets` counts them and tells by how much, for whoever controls.
+"""
+
+import math
+
+import numpy as np
+
+from autopilot.estimator import covariance as cov
+from autopilot.estimator.ekf import Ekf
+from autopilot.topics import NAN, Quaternion, Vector3
+from sitl_emu.core.attitude import product
+from sitl_emu.core.geodesy import MapProjection, wrap_pi
+
+LEAST_VARIANCE = 0.01**2
+YAW_RESET_TURNS_VELOCITY_RAD = 0.3
+
+
+def reset_velocity(ekf: Ekf, velocity: Vector3, variances: Vector3) -> None:
+    """Velocity NED, m/s."""
+    reset_horizontal_velocity(ekf, velocity[:2], variances[:2])
+    reset_vertical_velocity(ekf, velocity[2], variances[2])
+
+
+def reset_horizontal_velocity(ekf: Ekf, velocity: tuple[float, float], variances: tuple[float, float]) -> None:
+    """North and east, m/s; NaN keeps a variance."""
+    ekf.apply()
+    ekf.predict_covariance()
+    state, resets = ekf.state, ekf.resets
+    delta = (velocity[0] - state.vn, velocity[1] - state.ve)
+    state.vn, state.ve = velocity
+    told = [
+        max(LEAST_VARIANCE, variance) if math.isfinite(variance) else ekf.variance(cov.VELOCITY + axis)
+        for axis, variance in enumerate(variances)
+    ]
+    cov.uncorrelate(ekf.p, cov.VELOCITY, (told[0], told[1]))
+    # Else a position that nothing aids would jump as well.
+    cov.uncorrelate(ekf.p, cov.POSITION, (ekf.variance(cov.POSITION), ekf.variance(cov.POSITION + 1)))
+    ekf.output.reset_horizontal_velocity(*delta)
+    first = resets.vel_ne == ekf.counts[0]
+    n, e = (0.0, 0.0) if first else resets.vel_ne_change
+    resets.vel_ne_change = (n + delta[0], e + delta[1])
+    resets.vel_ne += 1
+    ekf.hor_vel_fused_us = ekf.time_us
+
+
+def reset_vertical_velocity(ekf: Ekf, velocity: float, variance: float) -> None:
+    """Down, m/s; NaN keeps the variance."""
+    ekf.apply()
+    ekf.predict_covariance()
+    resets = ekf.resets
+    delta = velocity - ekf.state.vd
+    ekf.state.vd = velocity
+    if math.isfinite(variance):
+        cov.uncorrelate(ekf.p, cov.VELOCITY + 2, (max(LEAST_VARIANCE, variance),))
+    cov.uncorrelate(ekf.p, cov.HEIGHT, (ekf.variance(cov.HEIGHT),))
+    ekf.output.reset_vertical_velocity(delta)
+    first = resets.vel_d == ekf.counts[1]
+    resets.vel_d_change = delta if first else resets.vel_d_change + delta
+    resets.vel_d += 1
+    ekf.ver_vel_fused_us = ekf.time_us
+
+
+def reset_vertical_velocity_to_zero(ekf: Ekf) -> None:
+    """Nobody knows it: zero, and very uncertain."""
+    reset_vertical_velocity(ekf, 0.0, 10.0)
+
+
+def reset_horizontal_position(ekf: Ekf, place: tuple[float, float], variances: tuple[float, float]) -> None:
+    """North and east in the local frame, m."""
+    ekf.apply()
+    ekf.predict_covariance()
+    state = ekf.state
+    delta = (place[0] - state.pn, place[1] - state.pe)
+    state.pn, state.pe = place
+    ekf.output.reset_position(*delta, 0.0)
+    if ekf.flags.ev_pos:
+        for bias, shift in zip(ekf.ev_pos_bias, delta, strict=True):
+            bias.bias -= shift
+    for axis, variance in enumerate(variances):
+        if math.isfinite(variance):
+            cov.uncorrelate(ekf.p, cov.POSITION + axis, (max(LEAST_VARIANCE, variance),))
+    _count_position_reset(ekf, delta)
+    ekf.hor_pos_fused_us = ekf.time_us
+
+
+def jumped_horizontally(ekf: Ekf, delta: tuple[float, float]) -> None:
+    """The position was moved by this much (m): the output follows at once, and whoever controls it is told."""
+    ekf.output.reset_position(*delta, 0.0)
+    _count_position_reset(ekf, delta)
+    ekf.hor_pos_fused_us = ekf.time_us
+
+
+def _count_position_reset(ekf: Ekf, delta: tuple[float, float]) -> None:
+    resets = ekf.resets
+    first = resets.pos_ne == ekf.counts[2]
+    n, e = (0.0, 0.0) if first else resets.pos_ne_change
+    resets.pos_ne_change = (n + delta[0], e + delta[1])
+    resets.pos_ne += 1
+
+
+def reset_to_place(ekf: Ekf, latitude_deg: float, longitude_deg: float, variance: float) -> None:
+    """The vehicle is at this place. Without an origin it becomes one, less what was counted from the start."""
+    if ekf.origin is None:
+        origin = MapProjection(latitude_deg, longitude_deg)
+        if ekf.local_horizontal_valid:
+            origin = MapProjection(*origin.reproject(-ekf.state.pn, -ekf.state.pe))
+        _set_origin(ekf, origin)
+    assert ekf.origin is not None
+    reset_horizontal_position(ekf, ekf.origin.project(latitude_deg, longitude_deg), (variance, variance))
+
+
+def _set_origin(ekf: Ekf, origin: MapProjection) -> None:
+    ekf.origin, ekf.origin_us = origin, ekf.time_us
+    ekf.state.set_latitude(origin.lat0_deg)
+    ekf.output.gravity_m_s2 = ekf.state.gravity_m_s2
+
+
+def initialise_altitude(ekf: Ekf, altitude_m: float, variance: float) -> None:
+    """The altitude AMSL is known: heights count from here on, or from where they were counted before."""
+    if not math.isfinite(ekf.origin_alt):
+        ekf.origin_alt = altitude_m - ekf.state.alt if ekf.local_vertical_valid else altitude_m
+    reset_altitude(ekf, altitude_m, variance)
+
+
+def reset_altitude(ekf: Ekf, altitude_m: float, variance: float) -> None:
+    """Altitude AMSL (or above where it began, without one), and with it all that is kept relative to it."""
+    ekf.apply()
+    ekf.predict_covariance()
+    state, flags, resets = ekf.state, ekf.flags, ekf.resets
+    delta_d = state.alt - altitude_m
+    state.alt = altitude_m
+    if math.isfinite(variance):
+        cov.uncorrelate(ekf.p, cov.HEIGHT, (max(LEAST_VARIANCE, variance),))
+    ekf.output.reset_position(0.0, 0.0, delta_d)
+    first = resets.pos_d == ekf.counts[3]
+    resets.pos_d_change = delta_d if first else resets.pos_d_change + delta_d
+    resets.pos_d += 1
+    if flags.baro_hgt:
+        ekf.baro_bias.bias += delta_d
+    if flags.ev_hgt:
+        ekf.ev_hgt_bias.bias -= delta_d
+    if flags.gps_hgt:
+        ekf.gnss_hgt_bias.bias += delta_d
+    count_terrain_reset(ekf, delta_d)
+    state.terrain += delta_d
+    ekf.hgt_fused_us = ekf.time_us
+
+
+def count_terrain_reset(ekf: Ekf, delta_d: float) -> None:
+    """The height above ground jumped."""
+    resets = ekf.resets
+    first = resets.hagl == ekf.counts[5]
+    resets.hagl_change = delta_d if first else resets.hagl_change + delta_d
+    resets.hagl += 1
+
+
+def reset_yaw(ekf: Ekf, yaw: float, variance: float) -> None:
+    """Heading, rad; NaN keeps the variance."""
+    ekf.apply()
+    ekf.predict_covariance()
+    if math.isfinite(variance) and variance > 0.0:
+        cov.uncorrelate(ekf.p, cov.YAW, (variance,))
+    turn = wrap_pi(yaw - ekf.state.yaw)
+    _turn_by(ekf, turn)
+    ekf.heading_fused_us = ekf.time_us
+    if not ekf.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
+        _turn_velocity(ekf, turn)
+
+
+def reset_yaw_by_fusion(ekf: Ekf, yaw: float, variance: float) -> None:
+    """Force a heading into the state by fusion, so that what hangs on the heading follows it."""
+    ekf.apply()
+    ekf.predict_covariance()
+    before = ekf.state.q
+    h = np.zeros(cov.STATES)
+    h[cov.YAW] = 1.0
+    ph, innovation_variance = ekf.innovation_variance(h, variance)
+    gain = ph / innovation_variance
+    gain[cov.YAW] = 1.0
+    turn = wrap_pi(yaw - ekf.state.yaw)
+    ekf.fuse_by(gain, ph, -turn, innovation_variance)
+    _tell_yaw_reset(ekf, before)
+    ekf.heading_fused_us = ekf.time_us
+    if not ekf.north_east_aiding and abs(turn) > YAW_RESET_TURNS_VELOCITY_RAD:
+        _turn_velocity(ekf, turn)
+
+
+def _turn_by(ekf: Ekf, turn: float) -> None:
+    before = ekf.state.q
+    ekf.state.turn(0.0, 0.0, turn)
+    _tell_yaw_reset(ekf, before)
+
+
+def _tell_yaw_reset(ekf: Ekf, before: Quaternion) -> None:
+    w, x, y, z = before
+    change = product(ekf.state.q, (w, -x, -y, -z))
+    ekf.output.reset_quaternion(change)
+    ekf.on_yaw_change = change
+    resets = ekf.resets
+    resets.quat_change = change if resets.quat == ekf.counts[4] else product(change, resets.quat_change)
+    resets.quat += 1
+
+
+def _turn_velocity(ekf: Ekf, turn: float) -> None:
+    cosine, sine = math.cos(turn), math.sin(turn)
+    n, e = ekf.state.vn, ekf.state.ve
+    variance = max(ekf.variance(cov.VELOCITY), ekf.variance(cov.VELOCITY + 1))
+    reset_horizontal_velocity(ekf, (cosine * n - sine * e, sine * n + cosine * e), (variance, variance))
+
+
+def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
+    """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude.
+
+    Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
+    """
+    ekf.apply()
+    ekf.counts = (-1,) * 6
+    state, before = ekf.state, ekf.origin
+    _set_origin(ekf, MapProjection(latitude_deg, longitude_deg))
+    if before is not None and ekf.origin is not None:
+        place = ekf.origin.project(*before.reproject(state.pn, state.pe))
+        known = ekf.origin.project(*before.reproject(*ekf.last_known_position))
+        delta = (place[0] - state.pn, place[1] - state.pe)
+        state.pn, state.pe = place
+        ekf.last_known_position = known
+        ekf.output.reset_position(*delta, 0.0)
+        _count_position_reset(ekf, delta)
+    if math.isfinite(altitude_amsl_m):
+        _move_origin_altitude(ekf, altitude_amsl_m)
+
+
+def _move_origin_altitude(ekf: Ekf, altitude_amsl_m: float) -> None:
+    resets = ekf.resets
+    if not math.isfinite(ekf.origin_alt) and ekf.local_vertical_valid:
+        above_start = ekf.state.alt
+        ekf.origin_alt = altitude_amsl_m
+        reset_altitude(ekf, above_start + altitude_amsl_m, NAN)
+        return
+    change = altitude_amsl_m - ekf.origin_alt if math.isfinite(ekf.origin_alt) else 0.0
+    ekf.origin_alt = altitude_amsl_m
+    resets.pos_d_change = resets.hagl_change = change
+    resets.pos_d += 1
+    resets.hagl += 1
