@@ -33,6 +33,8 @@ LONGEST_DT_S = 0.04
 LONGEST_FLOW_S = 1.0
 FARTHEST_M, FASTEST_M_S = 1e6, 1e3
 """What is beyond these is no pose of a vehicle, and nothing to compute with."""
+LARGEST_SETTING = 1e9
+"""More than this means nothing in any unit that parameters have, and its square would leave what a float can tell."""
 QUATERNION_TOLERANCE = 1e-5
 ENABLE_BITS = (1 << 0, 1 << 2, 1 << 3, 0b1111 << 4, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12)
 """Of EKF2_SENS_EN, by MAV_CMD_ESTIMATOR_SENSOR_ENABLE's source; there may be four auxiliary positions."""
@@ -40,14 +42,15 @@ ANTENNA = ("SENS_GPS0_OFFX", "SENS_GPS0_OFFY", "SENS_GPS0_OFFZ")
 
 
 class Settings(dict[str, float]):
-    """Values of parameters by name, read when they are first asked for; `clear` after a change."""
+    """Values of parameters by name, none beyond LARGEST_SETTING, read when they are first asked for; `clear` after a
+    change."""
 
     def __init__(self, parameters: Parameters) -> None:
         super().__init__()
         self._parameters = parameters
 
     def __missing__(self, name: str) -> float:
-        value = self[name] = float(self._parameters[name])
+        value = self[name] = min(max(float(self._parameters[name]), -LARGEST_SETTING), LARGEST_SETTING)
         return value
 
 

@@ -103,6 +103,13 @@ def difference(a: State, b: State) -> list[float]:
     return [2 * x, 2 * y, 2 * z, *change, *others]
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_setting_is_larger_than_can_be_computed_with(sign: float) -> None:
+    parameters = Parameters("multicopter", {})
+    parameters.set("EKF2_IMU_POS_Z", sign * 3.4e38)
+    assert Settings(parameters)["EKF2_IMU_POS_Z"] == sign * 1e9
+
+
 @pytest.mark.parametrize("limit", [math.nan, -3.4e38, 3.4e38, math.inf, 0.0])
 def test_no_limit_however_set_makes_the_state_infinite(limit: float) -> None:
     settings = Settings(Parameters("multicopter", {}))
