@@ -20,7 +20,8 @@ YAW, HEIGHT = ATTITUDE + 2, POSITION + 2
 MOVING, DRIVING = 9, 15
 """States that change by themselves, and those that make them change."""
 FLOOR = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
-"""PX4's lower limits of variances (constrainStateVariances)."""
+CEILING = np.array([1.0] * 3 + [1e6] * 6 + [1.0] * 12 + [1e6] * 2 + [1e4])
+"""PX4's limits of variances (constrainStateVariances)."""
 
 
 def transition() -> Matrix:
@@ -72,6 +73,11 @@ def uncorrelate(p: Matrix, first: int, variances: tuple[float, ...]) -> None:
     p[:, first:last] = 0.0
     for index, variance in enumerate(variances, first):
         p[index, index] = variance
+
+
+def too_large(p: Matrix) -> list[int]:
+    """The states whose variances have grown beyond their limits."""
+    return np.flatnonzero(p.diagonal() > CEILING).tolist()
 
 
 def raise_to_floor(p: Matrix) -> None:

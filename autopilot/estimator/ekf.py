@@ -246,6 +246,10 @@ class Ekf:
             self._predict_wind(diagonal)
         state.restart_sums()
         self._constrain_variances()
+        for index in cov.too_large(p):
+            # Clipped, it would be correlated too much with the others: PX4 fuses that nothing was found, a little.
+            own = self.variance(index)
+            self.fuse_state(index, 0.0, 11.0 * own, 10.0 * own)
 
     def _predict_wind(self, diagonal: cov.Matrix) -> None:
         noise = self._wind_noise() * self.state.dt_s
@@ -297,8 +301,11 @@ class Ekf:
         """Fuse a direct measurement of state `index`. The correction waits for `apply`: one sensor, one correction."""
         p = self.p
         row = p[index].copy()
-        gain = row / innovation_variance
         own = float(row[index]) + variance
+        if not 0.0 < own < math.inf or not 0.0 < innovation_variance < math.inf:
+            self._start_covariance_anew()
+            return
+        gain = row / innovation_variance
         if self._inhibit(gain) or abs(own - innovation_variance) > OPTIMAL_WITHIN * own:
             cov.update(p, gain, row, own)
         else:
@@ -308,6 +315,9 @@ class Ekf:
 
     def fuse(self, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
         """Fuse a measurement, given its P·H and H·P·H + R (`innovation_variance`), and correct the state."""
+        if not 0.0 < innovation_variance < math.inf:
+            self._start_covariance_anew()
+            return
         gain = ph / innovation_variance
         if self._inhibit(gain):
             cov.update(self.p, gain, ph, innovation_variance)
@@ -317,6 +327,9 @@ class Ekf:
 
     def fuse_by(self, gain: cov.Matrix, ph: cov.Matrix, innovation: float, innovation_variance: float) -> None:
         """The same by another gain than Kalman's, which is P·H / innovation variance."""
+        if not 0.0 < innovation_variance < math.inf:
+            self._start_covariance_anew()
+            return
         self._inhibit(gain)
         cov.update(self.p, gain, ph, innovation_variance)
         self._correct(gain * -innovation)
@@ -339,10 +352,19 @@ class Ekf:
             self._correct(correction)
 
     def _correct(self, correction: cov.Matrix) -> None:
+        values = correction.tolist()
+        if not math.isfinite(sum(values)):
+            self._start_covariance_anew()
+            return
         self._constrain_variances()
         value, flags = self.settings, self.flags
         limits = abs(value["EKF2_GYR_B_LIM"]), abs(value["EKF2_ABL_LIM"])
-        self.state.correct(correction.tolist(), *limits, mag=flags.mag, wind=flags.wind)
+        self.state.correct(values, *limits, mag=flags.mag, wind=flags.wind)
+
+    def _start_covariance_anew(self) -> None:
+        """It can't be computed with any more: what is known of the state is that it is uncertain."""
+        self._correction, self._corrected = np.zeros(cov.STATES), False
+        self._initialise_covariance()
 
     def _inhibit(self, gain: cov.Matrix) -> bool:
         """Zero the gains of what may not be corrected; True: something was."""

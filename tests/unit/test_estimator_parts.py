@@ -103,6 +103,38 @@ def difference(a: State, b: State) -> list[float]:
     return [2 * x, 2 * y, 2 * z, *change, *others]
 
 
+@pytest.mark.parametrize("broken", [-4.0, math.nan, math.inf])
+def test_a_covariance_that_can_not_be_computed_with_begins_anew(broken: float) -> None:
+    """PX4 resets it where an innovation's variance says that it has lost its meaning."""
+    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf.begin_step(imu(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
+    as_new = ekf.p.copy()
+    h = np.zeros(cov.STATES)
+    h[cov.VELOCITY] = 1.0
+    for fuse in ("fuse", "fuse_by", "fuse_state"):
+        ekf.p[cov.VELOCITY, cov.VELOCITY] = broken
+        ph, innovation_variance = ekf.innovation_variance(h, 1.0)
+        if fuse == "fuse":
+            ekf.fuse(ph, 1.0, innovation_variance)
+        elif fuse == "fuse_by":
+            ekf.fuse_by(0.5 * h, ph, 1.0, innovation_variance)
+        else:
+            ekf.fuse_state(cov.VELOCITY, 1.0, innovation_variance, 1.0)
+            ekf.apply()
+        assert ekf.p == pytest.approx(as_new)
+        assert all(map(math.isfinite, (*ekf.state.q, ekf.state.vn, ekf.state.ve, ekf.state.vd)))
+
+
+def test_no_variance_grows_beyond_px4s_limit() -> None:
+    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf.p[cov.TERRAIN, cov.TERRAIN] = 3e4
+    for step in range(1, 400):
+        ekf.begin_step(imu(step * 8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
+        if step == 1:
+            ekf.p[cov.TERRAIN, cov.TERRAIN] = 3e4
+    assert 0.8e4 < ekf.variance(cov.TERRAIN) <= 1e4
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_no_setting_is_larger_than_can_be_computed_with(sign: float) -> None:
     parameters = Parameters("multicopter", {})
