@@ -4,8 +4,8 @@ Error states in PX4's order (src/modules/ekf2/EKF, state.h, v1.18): attitude (3,
 NED (3), position NED (3), gyro bias (3), accelerometer bias (3), Earth's magnetic field (3), magnetic bias of the body
 (3), wind NE (2), terrain (1). This is the error-state filter with the global angular error (Solà, "Quaternion
 kinematics for the error-state Kalman filter", 2017). Noise parameters mean what they mean in PX4 (covariance.cpp): each
-adds the square of noise times step at every step of the filter. PX4 predicts at every step; here several steps are
-predicted at once when something is to be fused, which neglects what attitude errors do to position within these 64 ms.
+adds the square of noise times step at every step of the filter. PX4 predicts at every step; here eight steps are
+predicted at once, which neglects what attitude errors do to position within these 64 ms.
 """
 
 from typing import Any

@@ -32,9 +32,8 @@ GYRO_BIAS, ACCEL_BIAS, GRAVITY_VECTOR = 1, 2, 4
 SENSOR_WEIGHT = 0.1
 """Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
 ALIGNED_WITH_GRAVITY = 0.966
-LEAST_COVARIANCE_STEPS, COVARIANCE_STEPS = 8, 8
-"""The covariance is predicted when something is fused and so many steps have passed, at the latest after the second
-number (ours; PX4 predicts at each)."""
+COVARIANCE_STEPS = 8
+"""The covariance is predicted after so many steps, of 8 ms (ours; PX4 predicts at each), and when the state is set."""
 OPTIMAL_WITHIN = 1e-6
 INITIAL_WIND_VARIANCE = 1.0
 WIND_NOISE_WITH_CLIMB = 0.5
@@ -223,10 +222,8 @@ class Ekf:
         self.state.restart_sums()
 
     def predict_covariance(self) -> None:
-        """The covariance up to the horizon, from what the state has summed up; not if it nearly is."""
+        """The covariance up to the horizon, from what the state has summed up."""
         state = self.state
-        if state.steps < LEAST_COVARIANCE_STEPS and self.flags.tilt_align:
-            return
         if not state.steps:
             return
         p, total_s = self.p, state.dt_s
@@ -425,7 +422,6 @@ class Ekf:
 
     def update_height_aid(self, aid: AidSource, time_us: int, down_m: float, variance: float, gate: float) -> None:
         """A sample of the vertical position, with zero at sea level. Bad accelerometers make it be taken anyway."""
-        self.predict_covariance()
         innovation = -self.state.alt - down_m
         aid.update(time_us, (down_m,), (variance,), (innovation,), (self.variance(cov.HEIGHT) + variance,), gate)
         if self.faults.bad_acc_vertical and aid.innovation_rejected:

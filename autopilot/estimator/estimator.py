@@ -2,7 +2,7 @@
 
 It hands samples of all sensors to the filter (fusion.py), which runs as far behind the present as EKF2_DELAY_MAX, and
 publishes what the output predictor makes of it at present. The state is predicted with every second IMU sample
-(125 Hz), the covariance when something is fused; what is fused, and how, is a file for each sensor (aid_sources/).
+(125 Hz), the covariance every 64 ms; what is fused, and how, is a file for each sensor (aid_sources/).
 
 Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary positions and velocities, several instances.
 """

@@ -68,7 +68,6 @@ class Drag:
         uses = [coefficient > LEAST_BCOEF or value["EKF2_MCOEF"] > LEAST_MCOEF for coefficient in ballistic]
         if not any(uses):
             return
-        ekf.predict_covariance()
         air = (state.vn - state.wind[0], state.ve - state.wind[1], state.vd)
         body, speed = state.to_body(*air), math.hypot(*air)
         inverse = _inverse_ballistic(ballistic, body)

@@ -68,7 +68,6 @@ class ExternalVision:
         self._follow_turn(sample, jumped=jumped)
         enabled = FUSION_SOURCE not in ekf.disabled
         how = {"enabled": enabled, "starting": starting, "jumped": jumped, "good": good}
-        ekf.predict_covariance()
         self.yaw.control(sample, **how)
         self.vel.control(imu, sample, self._turn, **how)
         self.pos.control(sample, self._turn, **how)

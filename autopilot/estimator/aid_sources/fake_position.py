@@ -33,7 +33,6 @@ class FakePosition:
             return
         if not ekf.timed_out(aid.time_last_fuse, EVERY_US):
             return
-        ekf.predict_covariance()
         noise = MOVING_NOISE_M
         if flags.in_air and flags.tilt_align:
             noise = max(ekf.settings["EKF2_NOAID_NOISE"], LEAST_FLYING_NOISE_M)

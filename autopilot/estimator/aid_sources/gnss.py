@@ -77,7 +77,6 @@ class Gnss:
                 ekf.events.add("gps_checks_passed")
         elif (flags.gnss_vel or flags.gnss_pos) and ekf.timed_out(self.checks.last_pass_us, RESET_TIMEOUT_US):
             self.stop()
-        ekf.predict_covariance()
         self._update_position(sample)
         self._update_velocity(imu, sample)
         if not self.ready:

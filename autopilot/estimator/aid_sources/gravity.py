@@ -42,7 +42,6 @@ class Gravity:
 
     def _update(self, imu: ImuSample) -> None:
         ekf, aid, state = self._ekf, self.aid, self._ekf.state
-        ekf.predict_covariance()
         felt = [velocity / imu.dt_s - bias for velocity, bias in zip(imu.delta_velocity, state.accel_bias, strict=True)]
         norm = math.hypot(*felt) or 1.0
         measured = (felt[0] / norm, felt[1] / norm, felt[2] / norm)

@@ -81,7 +81,6 @@ class Magnetometer:
         mag = self._with_synthetic_z(sample.mag)
         faults = ekf.faults
         faults.bad_mag_x = faults.bad_mag_y = faults.bad_mag_z = False
-        ekf.predict_covariance()
         variance = max(value["EKF2_MAG_NOISE"], 0.01) ** 2
         self._observe(sample.time_us, mag, variance)
         usable = (
@@ -413,7 +412,6 @@ class Magnetometer:
         ekf, flags, faults = self._ekf, self._ekf.flags, self._ekf.faults
         if not flags.mag:
             return
-        ekf.predict_covariance()
         self._forget_field()
         self._forget_bias()
         if flags.yaw_align and (flags.mag_3d or flags.mag_hdg) and not ekf.north_east_aiding:

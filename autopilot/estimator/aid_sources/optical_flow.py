@@ -59,7 +59,6 @@ class OpticalFlow:
     def _on_sample(self, imu: ImuSample, sample: FlowSample) -> None:
         ekf, flags, value = self._ekf, self._ekf.flags, self._ekf.settings
         self._sample_us = sample.time_us
-        ekf.predict_covariance()
         gyro = self._gyro(imu, sample)
         rate = (sample.flow_rate[0] - gyro[0], sample.flow_rate[1] - gyro[1])
         variance = self._variance(sample.quality)

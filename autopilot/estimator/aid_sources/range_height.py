@@ -93,7 +93,6 @@ class RangeHeight:
 
     def _on_sample(self) -> None:
         ekf, flags, aid, sensor, value = self._ekf, self._ekf.flags, self.aid, self.sensor, self._ekf.settings
-        ekf.predict_covariance()
         measured = max(sensor.distance_m, value["EKF2_MIN_RNG"])
         noise = value["EKF2_RNG_NOISE"] ** 2 + (value["EKF2_RNG_SFE"] * sensor.sample.rng) ** 2
         variance = ekf.variance(cov.HEIGHT) + noise

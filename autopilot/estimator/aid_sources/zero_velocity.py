@@ -29,7 +29,6 @@ class ZeroVelocity:
             return
         if ekf.vertical_velocity_aiding and flags.tilt_align:
             return
-        ekf.predict_covariance()
         variance = NOISE_M_S**2 if flags.tilt_align else LEVELLING_NOISE_M_S**2
         state = ekf.state
         variances = [ekf.variance(cov.VELOCITY + axis) + variance for axis in range(3)]
@@ -65,7 +64,6 @@ class ZeroGyro:
         self._dt_s += imu.dt_s
         if self._dt_s < GYRO_INTERVAL_S:
             return
-        ekf.predict_covariance()
         variance = min(max(ekf.settings["EKF2_GYR_NOISE"], 0.0), 1.0) ** 2
         for axis, (turn, bias) in enumerate(zip(self._turn, ekf.state.gyro_bias, strict=True), cov.GYRO_BIAS):
             ekf.fuse_state(axis, bias - turn / self._dt_s, ekf.variance(axis) + variance, variance)
