@@ -27,6 +27,8 @@ ATTITUDE_SHARE = 0.5
 LEAST_DT_S, MOST_DT_S = 1e-4, 0.03
 MEAN_WEIGHT = 0.2
 STEP_AT_START_S = 0.01
+LARGEST_ERROR_M_S, LARGEST_ERROR_M = 1e4, 1e7
+"""Beyond this the past tells nothing, and the integration begins anew (ours; the filter's velocity is 1e3 at most)."""
 LEAST_COS_SQUARED = 1e-6
 """Of the pitch: straight up or down there is no yaw."""
 
@@ -125,6 +127,9 @@ class OutputPredictor:
             math.sqrt(en * en + ee * ee + ed * ed),
             math.sqrt(fn * fn + fe * fe + fd * fd),
         )
+        if not (self.tracking_error[1] < LARGEST_ERROR_M_S and self.tracking_error[2] < LARGEST_ERROR_M):
+            self.align(q, velocity, position)
+            return
         i_n, i_e, i_d = self._v_integral
         self._v_integral = i_n, i_e, i_d = i_n + en, i_e + ee, i_d + ed
         share = INTEGRAL_SHARE * gain_v * gain_v

@@ -265,6 +265,16 @@ def test_the_output_draws_near_to_the_filter() -> None:
     assert max(output.tracking_error) < 0.02
 
 
+def test_an_output_that_has_lost_the_filter_begins_anew() -> None:
+    output = OutputPredictor(20)
+    output.align((1.0, 0.0, 0.0, 0.0), (1e30, 0.0, 0.0), (0.0, 0.0, 1e38))
+    output.update(ImuSample(0, (0.0, 0.0, 0.0), (0.0, 0.0, -G * 0.008), 0.008))
+    nothing: Vector3 = (0.0, 0.0, 0.0)
+    output.correct(0.152, 0.008, (1.0, 0.0, 0.0, 0.0), (1.0, 2.0, 3.0), nothing, (nothing, nothing), (0.25, 0.25))
+    assert (output.vn, output.ve, output.vd, output.z_deriv) == (1.0, 2.0, 3.0, 3.0)
+    assert (output.pn, output.pe, output.pd) == nothing
+
+
 def test_a_turn_of_the_filter_turns_past_and_present() -> None:
     output = OutputPredictor(20)
     output.reset_quaternion(quaternion(0.0, 0.0, 1.0))
