@@ -114,27 +114,21 @@ class Fusion:
             system = self.system_flags.pop(time_us)
             if system is not None:
                 self._take_system_flags(system)
-        magnetometer = self.magnetometer
-        if time_us >= magnetometer.buffer.next_us or magnetometer.buffer.popped_us < late_us:
-            magnetometer.control(time_us)
-        flow = self.flow
-        if time_us >= flow.buffer.next_us or flow.buffer.popped_us < late_us:
-            flow.control(imu)
-        gnss = self.gnss
-        if time_us >= gnss.buffer.next_us or gnss.buffer.popped_us < late_us:
-            gnss.control(imu)
+        if self.magnetometer.buffer.due(time_us, late_us):
+            self.magnetometer.control(time_us)
+        if self.flow.buffer.due(time_us, late_us):
+            self.flow.control(imu)
+        if self.gnss.buffer.due(time_us, late_us):
+            self.gnss.control(imu)
             self.gnss_height.control()
         if time_us >= self.drag.buffer.next_us:
             self.drag.control(imu)
-        baro = self.baro
-        if time_us >= baro.buffer.next_us or baro.buffer.popped_us < late_us:
-            baro.control(time_us)
-        range_finder = self.range
-        if time_us >= range_finder.buffer.next_us or range_finder.buffer.popped_us < late_us:
-            range_finder.control(time_us)
-        vision = self.vision
-        if time_us >= vision.buffer.next_us or vision.buffer.popped_us < late_us:
-            vision.control(imu)
+        if self.baro.buffer.due(time_us, late_us):
+            self.baro.control(time_us)
+        if self.range.buffer.due(time_us, late_us):
+            self.range.control(time_us)
+        if self.vision.buffer.due(time_us, late_us):
+            self.vision.control(imu)
         if looks_after:
             self._look_after(imu)
         yaw_aiding = flags.mag_hdg or flags.mag_3d or flags.ev_yaw

@@ -91,6 +91,21 @@ class VisionSample(NamedTuple):
     quality: int = 0
 
 
+class VisionUpdate(NamedTuple):
+    """A pose that has come to the horizon, and how it is to be taken by those that aid with it."""
+
+    sample: VisionSample
+    turn: Quaternion | None
+    """From its axes to the filter's, where that is known."""
+    enabled: bool
+    starting: bool
+    """Good poses come regularly: whoever does not aid yet may begin."""
+    jumped: bool
+    """Its source began anew."""
+    good: bool
+    """Its quality is at least EKF2_EV_QMIN."""
+
+
 class DragSample(NamedTuple):
     """Mean specific force along body x and y (m/s²)."""
 
@@ -145,6 +160,10 @@ class SampleBuffer(Generic[Sample]):
         self.newest_us, self.pushed_us = sample.time_us, now_us
         self.next_us = self._samples[0].time_us
         return True
+
+    def due(self, horizon_us: int, late_us: int) -> bool:
+        """A sample is at the horizon, or none has been since `late_us`."""
+        return horizon_us >= self.next_us or self.popped_us < late_us
 
     def newest(self) -> Sample | None:
         """The sample that came in last, if it still waits."""

@@ -10,7 +10,7 @@ from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.aid_sources.ev_pos import turned
 from autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
 from autopilot.estimator.resets import reset_altitude
-from autopilot.estimator.samples import VisionSample
+from autopilot.estimator.samples import VisionSample, VisionUpdate
 from autopilot.topics import FRAME_FRD, Quaternion
 from sitl_emu.core.attitude import rotation
 
@@ -28,17 +28,9 @@ class VisionHeight:
         self.aid = AidSource(1)
         self._predicted_us = 0
 
-    def control(
-        self,
-        sample: VisionSample,
-        turn: Quaternion | None,
-        *,
-        enabled: bool,
-        starting: bool,
-        jumped: bool,
-        good: bool,
-    ) -> None:
-        """A pose has come to the horizon. `turn`: from its axes to the filter's, where that is known."""
+    def control(self, update: VisionUpdate) -> None:
+        """A pose has come to the horizon."""
+        sample, turn, enabled, starting, jumped, good = update
         ekf, flags, bias, value = self._ekf, self._ekf.flags, self._ekf.ev_hgt_bias, self._ekf.settings
         estimates = flags.ev_hgt and ekf.height_reference != EV
         if estimates and self._predicted_us:

@@ -9,7 +9,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_horizontal_position
-from autopilot.estimator.samples import VisionSample
+from autopilot.estimator.samples import VisionSample, VisionUpdate
 from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
 
@@ -36,17 +36,9 @@ class VisionPosition:
         north, east = self._ekf.ev_pos_bias
         return north.bias, east.bias
 
-    def control(
-        self,
-        sample: VisionSample,
-        turn: Quaternion | None,
-        *,
-        enabled: bool,
-        starting: bool,
-        jumped: bool,
-        good: bool,
-    ) -> None:
-        """A pose has come to the horizon. `turn`: from its axes to the filter's, where that is known."""
+    def control(self, update: VisionUpdate) -> None:
+        """A pose has come to the horizon."""
+        sample, turn, enabled, starting, jumped, good = update
         ekf, flags, aid, value = self._ekf, self._ekf.flags, self.aid, self._ekf.settings
         realigned = (flags.ev_yaw and not ekf.was_ev_yaw) or flags.yaw_align != ekf.was_yaw_aligned
         was_active = self._bias_active

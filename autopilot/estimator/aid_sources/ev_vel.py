@@ -11,7 +11,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_velocity, reset_vertical_velocity
-from autopilot.estimator.samples import ImuSample, VisionSample
+from autopilot.estimator.samples import ImuSample, VisionSample, VisionUpdate
 from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
 
@@ -34,18 +34,9 @@ class VisionVelocity:
         self._measured = self._variance = NAN3
         self._in_body = False
 
-    def control(
-        self,
-        imu: ImuSample,
-        sample: VisionSample,
-        turn: Quaternion | None,
-        *,
-        enabled: bool,
-        starting: bool,
-        jumped: bool,
-        good: bool,
-    ) -> None:
-        """A pose has come to the horizon. `turn`: from its axes to the filter's, where that is known."""
+    def control(self, imu: ImuSample, update: VisionUpdate) -> None:
+        """A pose has come to the horizon."""
+        sample, turn, enabled, starting, jumped, good = update
         ekf, flags, value = self._ekf, self._ekf.flags, self._ekf.settings
         self._measure(imu, sample, turn)
         usable = (

@@ -10,7 +10,7 @@ from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_yaw
-from autopilot.estimator.samples import VisionSample
+from autopilot.estimator.samples import VisionSample, VisionUpdate
 from autopilot.topics import FRAME_FRD, FRAME_NED
 from sitl_emu.core.attitude import heading
 from sitl_emu.core.geodesy import wrap_pi
@@ -30,8 +30,9 @@ class VisionYaw:
         self.aid = AidSource(1)
         self._resets_left = 0
 
-    def control(self, sample: VisionSample, *, enabled: bool, starting: bool, jumped: bool, good: bool) -> None:
+    def control(self, update: VisionUpdate) -> None:
         """A pose has come to the horizon."""
+        sample, _, enabled, starting, jumped, good = update
         ekf, flags, aid, value = self._ekf, self._ekf.flags, self.aid, self._ekf.settings
         yaw = heading(sample.q)
         variance = max(sample.orientation_var[2], value["EKF2_EVA_NOISE"] ** 2, LEAST_NOISE_RAD**2)

@@ -10,7 +10,7 @@ from autopilot.estimator.aid_sources.ev_pos import VisionPosition
 from autopilot.estimator.aid_sources.ev_vel import VisionVelocity
 from autopilot.estimator.aid_sources.ev_yaw import VisionYaw
 from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.samples import ImuSample, SampleBuffer, VisionSample
+from autopilot.estimator.samples import ImuSample, SampleBuffer, VisionSample, VisionUpdate
 from autopilot.topics import FRAME_NED, Quaternion
 from sitl_emu.core.attitude import product
 
@@ -67,11 +67,11 @@ class ExternalVision:
         )
         self._follow_turn(sample, jumped=jumped)
         enabled = FUSION_SOURCE not in ekf.disabled
-        how = {"enabled": enabled, "starting": starting, "jumped": jumped, "good": good}
-        self.yaw.control(sample, **how)
-        self.vel.control(imu, sample, self._turn, **how)
-        self.pos.control(sample, self._turn, **how)
-        self.height.control(sample, self._turn, **how)
+        update = VisionUpdate(sample, self._turn, enabled=enabled, starting=starting, jumped=jumped, good=good)
+        self.yaw.control(update)
+        self.vel.control(imu, update)
+        self.pos.control(update)
+        self.height.control(update)
         ekf.apply()
         if good:
             self._previous = sample
