@@ -70,6 +70,9 @@ class Ekf:
         self.p = np.zeros((cov.STATES, cov.STATES))
         self._transition = cov.transition()
         self._growth, self._caps = np.zeros(cov.STATES), np.zeros(cov.STATES)
+        self.imu_position: Vector3 = (0.0, 0.0, 0.0)
+        self.offsets: dict[str, Vector3] = {}
+        """Range finder (RNG), flow camera (OF) and vision (EV) as seen from the IMU, in the body's axes (m)."""
         self.refresh()
         self._correction = np.zeros(cov.STATES)
         self._corrected = False
@@ -159,12 +162,17 @@ class Ekf:
         return True
 
     def refresh(self) -> None:
-        """Take over changed parameters: what a second of unit steps adds to variances, and up to which they grow."""
+        """Take over changed parameters: where sensors sit, what a second of unit steps adds to variances, and up to
+        which these grow."""
         value = self.settings
 
         def square(name: str) -> float:
             return min(max(value[name], 0.0), 1.0) ** 2
 
+        self.imu_position = x, y, z = self._position_of("IMU")
+        for sensor in ("RNG", "OF", "EV"):
+            sx, sy, sz = self._position_of(sensor)
+            self.offsets[sensor] = (sx - x, sy - y, sz - z)
         gyro, accel, field = square("EKF2_GYR_NOISE"), square("EKF2_ACC_NOISE"), value["EKF2_MAG_NOISE"] ** 2
         self._growth = np.array(
             [gyro] * 3 + [accel] * 3 + [0.0] * 3 + [square("EKF2_GYR_B_NOISE")] * 3 + [square("EKF2_ACC_B_NOISE")] * 3
@@ -173,6 +181,11 @@ class Ekf:
         self._caps = np.array(
             [math.inf] * 9 + [gyro] * 3 + [accel] * 3 + [field] * 6 + [INITIAL_WIND_VARIANCE] * 2 + [math.inf]
         )
+
+    def _position_of(self, sensor: str) -> Vector3:
+        """Where a sensor sits in the body (EKF2_*_POS_X, Y, Z; m)."""
+        x, y, z = (self.settings[f"EKF2_{sensor}_POS_{axis}"] for axis in "XYZ")
+        return x, y, z
 
     def _filter_imu(self, imu: ImuSample) -> None:
         """Low-passes of accelerometer and, until the tilt is known, gyro."""

@@ -16,7 +16,7 @@ from collections import deque
 
 from autopilot.estimator.samples import ImuSample
 from autopilot.topics import Quaternion, Vector3
-from sitl_emu.core.attitude import after_small_turn, product, rotation
+from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotation
 
 Entry = tuple[Quaternion, float, float, float, float, float, float, float, float]
 """Attitude, velocity and position NED, vertical velocity of the second integration, its step (s)."""
@@ -39,7 +39,7 @@ class OutputPredictor:
     def __init__(self, length: int) -> None:
         """`length`: how many filter steps the horizon lies behind, plus one."""
         self.q: Quaternion = (1.0, 0.0, 0.0, 0.0)
-        self.rotation: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        self.rotation: Rotation = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         self.vn = self.ve = self.vd = 0.0
         self.pn = self.pe = self.pd = 0.0
         self.z_deriv = 0.0

@@ -20,6 +20,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     WindEstimate,
 )
+from sitl_emu.core.attitude import rotated
 from sitl_emu.core.geodesy import MapProjection
 
 IMU_HZ = 250.0
@@ -55,8 +56,6 @@ class Publication:
             self._gyro_cutoff_hz = value["IMU_GYRO_CUTOFF"]
             self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
         self._derivative_alpha = alpha(value["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
-        self._imu_offset = (value["EKF2_IMU_POS_X"], value["EKF2_IMU_POS_Y"], value["EKF2_IMU_POS_Z"])
-        self._offset_matters = any(self._imu_offset)
 
     def rates(self, now_us: int, gyro: Vector3, dt: float) -> None:
         """Body rates of one raw gyro sample, filtered, and their derivative."""
@@ -121,12 +120,12 @@ class Publication:
     def _body_origin(self) -> tuple[float, float, float, float, float, float, float]:
         """Position (down: below sea level), velocity and z_deriv of the body's origin, which EKF2_IMU_POS_* tell."""
         output = self._ekf.output
-        if not self._offset_matters:
+        if not any(self._ekf.imu_position):
             return output.pn, output.pe, output.pd, output.vn, output.ve, output.vd, output.z_deriv
-        r, (x, y, z), (gx, gy, gz) = output.rotation, self._imu_offset, self._rates
-        vx, vy, vz = gy * z - gz * y, gz * x - gx * z, gx * y - gy * x
-        n, e, d = (r[3 * row] * x + r[3 * row + 1] * y + r[3 * row + 2] * z for row in range(3))
-        vn, ve, vd = (r[3 * row] * vx + r[3 * row + 1] * vy + r[3 * row + 2] * vz for row in range(3))
+        place = x, y, z = self._ekf.imu_position
+        gx, gy, gz = self._rates
+        n, e, d = rotated(output.rotation, place)
+        vn, ve, vd = rotated(output.rotation, (gy * z - gz * y, gz * x - gx * z, gx * y - gy * x))
         return (
             output.pn - n, output.pe - e, output.pd - d,
             output.vn - vn, output.ve - ve, output.vd - vd, output.z_deriv - vd,

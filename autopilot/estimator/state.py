@@ -11,7 +11,7 @@ import math
 
 from autopilot.estimator.samples import ImuSample
 from autopilot.topics import Quaternion, Vector3
-from sitl_emu.core.attitude import after_small_turn, product, rotation
+from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotated, rotation
 
 GRAVITY_M_S2 = 9.80665
 EARTH_SPIN_RATE_RAD_S = 7.2921150e-5
@@ -33,7 +33,7 @@ class State:
 
     def __init__(self) -> None:
         self.q: Quaternion = (1.0, 0.0, 0.0, 0.0)
-        self.rotation: tuple[float, ...] = IDENTITY
+        self.rotation: Rotation = IDENTITY
         self.vn = self.ve = self.vd = 0.0
         self.pn = self.pe = self.alt = 0.0
         self.gyro_bias, self.accel_bias = ZERO, ZERO
@@ -145,8 +145,7 @@ class State:
 
     def to_earth(self, x: float, y: float, z: float) -> Vector3:
         """A vector of the body frame in NED."""
-        r = self.rotation
-        return (r[0] * x + r[1] * y + r[2] * z, r[3] * x + r[4] * y + r[5] * z, r[6] * x + r[7] * y + r[8] * z)
+        return rotated(self.rotation, (x, y, z))
 
 
 def _limited(x: float, y: float, z: float, limit: float) -> Vector3:

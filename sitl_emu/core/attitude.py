@@ -4,6 +4,7 @@ import math
 
 Quaternion = tuple[float, float, float, float]
 Euler = tuple[float, float, float]
+Vector = tuple[float, float, float]
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A matrix by rows."""
 STRAIGHT = 1.0 - 1e-7
@@ -52,6 +53,13 @@ def rotation(q: Quaternion) -> Rotation:
         2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx),
         2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy),
     )  # fmt: skip
+
+
+def rotated(matrix: Rotation, vector: Vector) -> Vector:
+    """A vector turned by a rotation matrix: of a vehicle's attitude, from body (FRD) to NED."""
+    a, b, c, d, e, f, g, h, i = matrix
+    x, y, z = vector
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def after_small_turn(q: Quaternion, hx: float, hy: float, hz: float) -> Quaternion:

@@ -13,6 +13,7 @@ from sitl_emu.core.attitude import (
     heading,
     product,
     quaternion,
+    rotated,
     rotation,
     wrapped,
 )
@@ -49,6 +50,7 @@ def test_a_rotation_matrix_turns_as_its_quaternion_does(q: Quaternion) -> None:
     matrix = rotation(q)
     for axis, unit in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         assert matrix[axis::3] == pytest.approx(turned(q, unit), abs=1e-9)
+        assert rotated(matrix, unit) == matrix[axis::3]
 
 
 def test_yaw_turns_north_to_east() -> None:

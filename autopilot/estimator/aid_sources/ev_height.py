@@ -7,7 +7,7 @@ import math
 
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.ev_pos import turned
+from autopilot.estimator.aid_sources.uncertain_turn import turned
 from autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
 from autopilot.estimator.resets import reset_altitude
 from autopilot.estimator.samples import VisionSample, VisionUpdate
@@ -57,12 +57,10 @@ class VisionHeight:
         ekf, flags, value = self._ekf, self._ekf.flags, self._ekf.settings
         down, variance = sample.pos[2], sample.position_var[2]
         if not (flags.ev_yaw and flags.ev_pos) and sample.pos_frame == FRAME_FRD and turn is not None:
-            (_, _, down), (_, _, variance) = turned(sample, rotation(turn))
-        _, _, below = ekf.state.to_earth(
-            value["EKF2_EV_POS_X"] - value["EKF2_IMU_POS_X"],
-            value["EKF2_EV_POS_Y"] - value["EKF2_IMU_POS_Y"],
-            value["EKF2_EV_POS_Z"] - value["EKF2_IMU_POS_Z"],
-        )
+            (_, _, down), (_, _, variance) = turned(
+                sample.pos, sample.position_var, sample.orientation_var, rotation(turn)
+            )
+        _, _, below = ekf.state.to_earth(*ekf.offsets["EV"])
         variance = max(variance, value["EKF2_EVP_NOISE"] ** 2, LEAST_NOISE_M**2)
         if flags.gps_hgt:
             variance = max(variance, value["EKF2_GPS_P_NOISE"] ** 2)

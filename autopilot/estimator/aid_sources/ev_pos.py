@@ -7,10 +7,11 @@ import math
 
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.aid_sources.uncertain_turn import turned
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_horizontal_position
 from autopilot.estimator.samples import VisionSample, VisionUpdate
-from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion, Vector3
+from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion
 from sitl_emu.core.attitude import rotation
 
 HORIZONTAL = 1
@@ -86,11 +87,7 @@ class VisionPosition:
         """Place of the body's origin in the filter's axes, and its variances; NaN where that can't be told."""
         ekf, flags, value = self._ekf, self._ekf.flags, self._ekf.settings
         unknown = ((NAN, NAN), (NAN, NAN))
-        on, oe, _ = ekf.state.to_earth(
-            value["EKF2_EV_POS_X"] - value["EKF2_IMU_POS_X"],
-            value["EKF2_EV_POS_Y"] - value["EKF2_IMU_POS_Y"],
-            value["EKF2_EV_POS_Z"] - value["EKF2_IMU_POS_Z"],
-        )
+        on, oe, _ = ekf.state.to_earth(*ekf.offsets["EV"])
         (x, y, _), (a, b, _) = sample.pos, sample.position_var
         own_frame = sample.pos_frame == FRAME_FRD and flags.ev_yaw
         if (sample.pos_frame == FRAME_NED and not flags.yaw_align) or sample.pos_frame not in (FRAME_NED, FRAME_FRD):
@@ -104,7 +101,7 @@ class VisionPosition:
         if sample.pos_frame == FRAME_FRD and not own_frame:
             if turn is None:
                 return unknown
-            (x, y, _), (a, b, _) = turned(sample, rotation(turn))
+            (x, y, _), (a, b, _) = turned(sample.pos, sample.position_var, sample.orientation_var, rotation(turn))
         least = max(value["EKF2_EVP_NOISE"], LEAST_NOISE_M) ** 2
         if flags.gnss_pos:
             least = max(least, value["EKF2_GPS_P_NOISE"] ** 2)
@@ -173,15 +170,3 @@ class VisionPosition:
         aid.time_last_fuse = ekf.time_us
         if flags.in_air:
             self._resets_left -= 1
-
-
-def turned(sample: VisionSample, r: tuple[float, ...]) -> tuple[Vector3, Vector3]:
-    """Position and variances in the filter's axes; an uncertain turn makes the position uncertain."""
-    x, y, z = sample.pos
-    a, b, c = sample.orientation_var
-    place = [r[3 * row] * x + r[3 * row + 1] * y + r[3 * row + 2] * z for row in range(3)]
-    variance = [sum(r[3 * row + axis] ** 2 * sample.position_var[axis] for axis in range(3)) for row in range(3)]
-    variance[0] += z * z * b + y * y * c
-    variance[1] += x * x * c + z * z * a
-    variance[2] += y * y * a + x * x * b
-    return (place[0], place[1], place[2]), (variance[0], variance[1], variance[2])

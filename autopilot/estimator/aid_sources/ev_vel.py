@@ -9,6 +9,7 @@ import numpy as np
 
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.aid_source import AidSource
+from autopilot.estimator.aid_sources.uncertain_turn import turned, turned_variances
 from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_velocity, reset_vertical_velocity
 from autopilot.estimator.samples import ImuSample, VisionSample, VisionUpdate
@@ -59,7 +60,7 @@ class VisionVelocity:
     def _measure(self, imu: ImuSample, sample: VisionSample, turn: Quaternion | None) -> None:
         """Velocity of the body's origin, and variances of at least EKF2_EVV_NOISE."""
         ekf, state, value = self._ekf, self._ekf.state, self._ekf.settings
-        x, y, z = (value[f"EKF2_EV_POS_{axis}"] - value[f"EKF2_IMU_POS_{axis}"] for axis in "XYZ")
+        x, y, z = ekf.offsets["EV"]
         gx, gy, gz = (part / imu.dt_s - bias for part, bias in zip(imu.delta_angle, state.gyro_bias, strict=True))
         offset = (gy * z - gz * y, gz * x - gx * z, gx * y - gy * x)
         variance = sample.velocity_var
@@ -73,7 +74,7 @@ class VisionVelocity:
                 if turn is None:
                     self._measured = NAN3
                     return
-                measured, variance = _turned(sample, rotation(turn))
+                measured, variance = turned(sample.vel, sample.velocity_var, sample.orientation_var, rotation(turn))
             elif sample.vel_frame != FRAME_FRD and not ekf.flags.yaw_align:
                 self._measured = NAN3
                 return
@@ -119,9 +120,7 @@ class VisionVelocity:
         if not self._in_body:
             return self._measured, self._variance
         r, variance = self._ekf.state.rotation, self._variance
-        a, b, c = (
-            BODY_RESET_FACTOR * sum(r[3 * row + axis] ** 2 * variance[axis] for axis in range(3)) for row in range(3)
-        )
+        a, b, c = (BODY_RESET_FACTOR * spread for spread in turned_variances(variance, r))
         return self._ekf.state.to_earth(*self._measured), (a, b, c)
 
     def _reset(self) -> None:
@@ -166,16 +165,3 @@ class VisionVelocity:
         h[0:3] = (ry * vd - rz * ve, rz * vn - rx * vd, rx * ve - ry * vn)
         h[3:6] = (rx, ry, rz)
         return h
-
-
-def _turned(sample: VisionSample, r: tuple[float, ...]) -> tuple[Vector3, Vector3]:
-    """Velocity and variances in the filter's axes; an uncertain turn makes the velocity uncertain."""
-    x, y, z = sample.vel
-    a, b, c = sample.orientation_var
-    velocity = [r[3 * row] * x + r[3 * row + 1] * y + r[3 * row + 2] * z for row in range(3)]
-    own = sample.velocity_var
-    variance = [sum(r[3 * row + axis] ** 2 * own[axis] for axis in range(3)) for row in range(3)]
-    variance[0] += z * z * b + y * y * c
-    variance[1] += x * x * c + z * z * a
-    variance[2] += y * y * a + x * x * b
-    return (velocity[0], velocity[1], velocity[2]), (variance[0], variance[1], variance[2])

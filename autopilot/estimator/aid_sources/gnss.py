@@ -12,6 +12,7 @@ from autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
 from autopilot.estimator.resets import reset_to_place, reset_velocity, reset_yaw
 from autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
 from autopilot.estimator.yaw_estimator import YawEstimator
+from autopilot.topics import Vector3
 from sitl_emu.core.geodesy import wrap_pi
 
 FUSION_SOURCE = 0
@@ -89,14 +90,15 @@ class Gnss:
 
     # --- observations --------------------------------------------------------------------------------------
 
-    def _offset_body(self, sample: GnssSample) -> tuple[float, float, float]:
-        value, (x, y, z) = self._ekf.settings, sample.antenna
-        return (x - value["EKF2_IMU_POS_X"], y - value["EKF2_IMU_POS_Y"], z - value["EKF2_IMU_POS_Z"])
+    def offset(self, sample: GnssSample) -> Vector3:
+        """The antenna as seen from the IMU, in the body's axes (m)."""
+        (x, y, z), (ix, iy, iz) = sample.antenna, self._ekf.imu_position
+        return x - ix, y - iy, z - iz
 
     def _update_velocity(self, imu: ImuSample, sample: GnssSample) -> None:
         ekf, aid = self._ekf, self.vel
         state, value = ekf.state, ekf.settings
-        x, y, z = self._offset_body(sample)
+        x, y, z = self.offset(sample)
         vn, ve, vd = sample.vel
         if x or y or z:
             gx, gy, gz = (turn / imu.dt_s - bias for turn, bias in zip(imu.delta_angle, state.gyro_bias, strict=True))
@@ -122,7 +124,7 @@ class Gnss:
             # Nothing else holds the attitude: the receiver has to, however poor it is.
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = max(noise, LEAST_NOISE) ** 2
-        on, oe, _ = state.to_earth(*self._offset_body(sample))
+        on, oe, _ = state.to_earth(*self.offset(sample))
         north, east = (0.0, 0.0) if ekf.origin is None else ekf.origin.project(sample.lat, sample.lon)
         self._measured = (north - on, east - oe)
         innovations = (state.pn - self._measured[0], state.pe - self._measured[1])

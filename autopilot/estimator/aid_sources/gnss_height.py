@@ -50,11 +50,7 @@ class GnssHeight:
         if not (flags.gps_hgt and ekf.vertical_position_aids() == 1):
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = noise * noise
-        _, _, offset = ekf.state.to_earth(
-            sample.antenna[0] - value["EKF2_IMU_POS_X"],
-            sample.antenna[1] - value["EKF2_IMU_POS_Y"],
-            sample.antenna[2] - value["EKF2_IMU_POS_Z"],
-        )
+        _, _, offset = ekf.state.to_earth(*self._gnss.offset(sample))
         height = sample.alt + offset
         gate = max(value["EKF2_GPS_P_GATE"], 1.0)
         ekf.update_height_aid(self.aid, sample.time_us, -(height - bias.bias), variance + bias.variance, gate)

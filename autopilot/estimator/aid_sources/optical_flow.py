@@ -118,22 +118,14 @@ class OpticalFlow:
         weight = min(max((quality - least) / span, 0.0), 1.0) if span >= 1.0 else 0.0
         return (best * weight + worst * (1.0 - weight)) ** 2
 
-    def _sensor_offset(self) -> Vector3:
-        value = self._ekf.settings
-        return (
-            value["EKF2_OF_POS_X"] - value["EKF2_IMU_POS_X"],
-            value["EKF2_OF_POS_Y"] - value["EKF2_IMU_POS_Y"],
-            value["EKF2_OF_POS_Z"] - value["EKF2_IMU_POS_Z"],
-        )
-
     def _hagl(self) -> float:
         """Height of the camera above the ground; never so small that rates become absurd."""
-        _, _, below = self._ekf.state.to_earth(*self._sensor_offset())
+        _, _, below = self._ekf.state.to_earth(*self._ekf.offsets["OF"])
         return max(abs(self._ekf.hagl_m - below), LEAST_HAGL_M)
 
     def _predicted(self, gyro: Vector3) -> tuple[float, float]:
         """Angular rates that the filter expects."""
-        state, (x, y, z), (gx, gy, gz) = self._ekf.state, self._sensor_offset(), gyro
+        state, (x, y, z), (gx, gy, gz) = self._ekf.state, self._ekf.offsets["OF"], gyro
         vx, vy, _ = state.to_body(state.vn, state.ve, state.vd)
         vx -= gy * z - gz * y
         vy -= gz * x - gx * z

@@ -72,11 +72,7 @@ class RangeHeight:
                 sensor.sample = sensor.sample._replace(rng=value["EKF2_MIN_RNG"])
                 sensor.healthy = True
             return
-        _, _, below = ekf.state.to_earth(
-            value["EKF2_RNG_POS_X"] - value["EKF2_IMU_POS_X"],
-            value["EKF2_RNG_POS_Y"] - value["EKF2_IMU_POS_Y"],
-            value["EKF2_RNG_POS_Z"] - value["EKF2_IMU_POS_Z"],
-        )
+        _, _, below = ekf.state.to_earth(*ekf.offsets["RNG"])
         if below:
             sensor.sample = sensor.sample._replace(rng=sensor.sample.rng + below / sensor.cos_tilt)
         if flags.in_air:
