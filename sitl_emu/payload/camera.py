@@ -216,6 +216,9 @@ class Camera:
             self._next_us = self._ready_us
         else:
             self._take_next(now_us)
+        if count != 1:
+            # As when a video begins: clients that poll every few seconds (MAVSDK: 5 s) know of the series at once
+            self._send(self._capture_status(now_us))
         return ACCEPTED
 
     def _image_stop_capture(self, now_us: int, command: Command) -> int:

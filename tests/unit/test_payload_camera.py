@@ -160,6 +160,16 @@ def test_an_autopilot_that_does_not_answer_leaves_the_image_without_a_place() ->
     assert [(m.lat, m.lon) for m in only(said, "CAMERA_IMAGE_CAPTURED")] == [(0, 0)]
 
 
+def test_a_series_tells_when_it_begins_and_when_it_is_stopped() -> None:
+    rig = Rig()
+    begun = only(rig.ask(IMAGE_START, 0, 1.0, 0)[1], "CAMERA_CAPTURE_STATUS")
+    assert [status.image_status & 2 for status in begun] == [2]
+    assert [status.image_interval for status in begun] == [1.0]
+    rig.run(2.5)
+    stopped = only(rig.ask(IMAGE_STOP)[1], "CAMERA_CAPTURE_STATUS")
+    assert [(status.image_status, status.image_count) for status in stopped] == [(0, 3)]
+
+
 def test_video_wants_its_mode_and_fills_the_storage() -> None:
     rig = Rig()
     assert rig.ask(VIDEO_START)[0] == DENIED
