@@ -292,7 +292,8 @@ def _parameters() -> Iterator[str]:
     yield (
         f"All {len(table)} are known, and {len(announced['multicopter'])} announced by a multicopter, "
         f"{len(announced['rover'])} by a rover, as PX4 does. {len(readers)} are wired: running code read them while "
-        "multicopters and rovers were calibrated, went through every mode and a mission, and fell into failsafes "
+        "multicopters and rovers were calibrated, were told what vision and optical flow see, went through every mode "
+        "and a mission, and fell into failsafes "
         "(`tools/parameter_readers.py`). By module that reads them:"
     )
     modules: dict[str, set[str]] = {}

@@ -1,4 +1,4 @@
-"""Which module reads which parameter, seen while vehicles boot, fly all modes and a mission, and fall into failsafes.
+"""Which module reads which parameter, seen while vehicles boot, look at vision, fly all modes, a mission and failsafes.
 
     python tools/parameter_readers.py
 
@@ -34,7 +34,9 @@ ROOT = Path(__file__).resolve().parents[1]
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICKS_A_SECOND = 250
 FLOWN = ("sihsim_hex", "m600", "sihsim_rover_ackermann", "rover")
-BOOT_S, CLIMB_S, MODE_S, MISSION_S, LOSS_S = 8.0, 6.0, 0.6, 10.0, 3.0
+BOOT_S, CLIMB_S, VISION_S, MODE_S, MISSION_S, LOSS_S = 8.0, 6.0, 2.0, 0.6, 10.0, 3.0
+OUTSIDE = {"EKF2_EV_CTRL": 15, "EKF2_OF_CTRL": 1, "EKF2_DRAG_CTRL": 1}
+"""What makes the filter look at vision, optical flow and drag; none of these vehicles' airframes does."""
 NAN = math.nan
 VELOCITY_ONLY = 0b110111000111
 """POSITION_TARGET_TYPEMASK that leaves position, acceleration, yaw and its rate out."""
@@ -128,10 +130,26 @@ def _fly(flight: Flight) -> None:
     if not flight.rover:
         flight.command(mavlink.MAV_CMD_NAV_TAKEOFF)
     flight.run(CLIMB_S)
+    _look_from_outside(flight)
     _fly_modes(flight)
     _fly_mission(flight)
     _fall_into_failsafes(flight)
     flight.autopilot.close()
+
+
+def _look_from_outside(flight: Flight) -> None:
+    """Vision and optical flow, as a vehicle that stands above its home sees them, and the drag of its rotors."""
+    parameters = flight.autopilot.parameters
+    for name in OUTSIDE:
+        parameters.set(name, OUTSIDE[name])
+    for _ in range(round(VISION_S * 20)):
+        pose: list[Any] = [0, mavlink.MAV_FRAME_LOCAL_FRD, mavlink.MAV_FRAME_BODY_FRD, 0.0, 0.0, -2.5, [1.0, 0, 0, 0]]
+        rest: list[Any] = [*[0.0] * 6, [NAN] * 21, [NAN] * 21, 0, mavlink.MAV_ESTIMATOR_TYPE_VISION, 100]
+        flight.say(mavlink.MAVLink_odometry_message(*pose, *rest))
+        flight.say(mavlink.MAVLink_optical_flow_rad_message(0, 0, 50_000, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 255, 0, -1.0))
+        flight.run(0.05)
+    for name in OUTSIDE:
+        parameters.set(name, 0)
 
 
 def _fly_modes(flight: Flight) -> None:

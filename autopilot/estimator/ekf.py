@@ -32,6 +32,13 @@ GYRO_BIAS, ACCEL_BIAS, GRAVITY_VECTOR = 1, 2, 4
 SENSOR_WEIGHT = 0.1
 """Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
 ALIGNED_WITH_GRAVITY = 0.966
+POSITION = {
+    "IMU": ("EKF2_IMU_POS_X", "EKF2_IMU_POS_Y", "EKF2_IMU_POS_Z"),
+    "RNG": ("EKF2_RNG_POS_X", "EKF2_RNG_POS_Y", "EKF2_RNG_POS_Z"),
+    "OF": ("EKF2_OF_POS_X", "EKF2_OF_POS_Y", "EKF2_OF_POS_Z"),
+    "EV": ("EKF2_EV_POS_X", "EKF2_EV_POS_Y", "EKF2_EV_POS_Z"),
+}
+"""Parameters that say where a sensor sits in the body, in metres: IMU, range finder, flow camera, vision."""
 COVARIANCE_STEPS = 8
 """The covariance is predicted after so many steps, of 8 ms (ours; PX4 predicts at each), and when the state is set."""
 OPTIMAL_WITHIN = 1e-6
@@ -72,7 +79,7 @@ class Ekf:
         self._growth, self._caps = np.zeros(cov.STATES), np.zeros(cov.STATES)
         self.imu_position: Vector3 = (0.0, 0.0, 0.0)
         self.offsets: dict[str, Vector3] = {}
-        """Range finder (RNG), flow camera (OF) and vision (EV) as seen from the IMU, in the body's axes (m)."""
+        """Sensors (POSITION) as seen from the IMU, in the body's axes (m)."""
         self.refresh()
         self._correction = np.zeros(cov.STATES)
         self._corrected = False
@@ -170,7 +177,7 @@ class Ekf:
             return min(max(value[name], 0.0), 1.0) ** 2
 
         self.imu_position = x, y, z = self._position_of("IMU")
-        for sensor in ("RNG", "OF", "EV"):
+        for sensor in POSITION:
             sx, sy, sz = self._position_of(sensor)
             self.offsets[sensor] = (sx - x, sy - y, sz - z)
         gyro, accel, field = square("EKF2_GYR_NOISE"), square("EKF2_ACC_NOISE"), value["EKF2_MAG_NOISE"] ** 2
@@ -183,8 +190,8 @@ class Ekf:
         )
 
     def _position_of(self, sensor: str) -> Vector3:
-        """Where a sensor sits in the body (EKF2_*_POS_X, Y, Z; m)."""
-        x, y, z = (self.settings[f"EKF2_{sensor}_POS_{axis}"] for axis in "XYZ")
+        """Where a sensor sits in the body."""
+        x, y, z = (self.settings[name] for name in POSITION[sensor])
         return x, y, z
 
     def _filter_imu(self, imu: ImuSample) -> None:

@@ -89,10 +89,9 @@ def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
     autopilot = [sys.executable, "-P", "-m", "autopilot", "--airframe", "vehicles/iris/airframe.json"]
     world = [sys.executable, "-P", "-m", "sitl_emu", "world", "corn_field", "--vehicle", "iris", "--speed", "4"]
     both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    with (
-        subprocess.Popen([*autopilot, "--instance", str(instance)], **both) as pilot,  # type: ignore[call-overload]
-        subprocess.Popen([*world, "--instance", str(instance)], **both) as simulator,  # type: ignore[call-overload]
-    ):
+    with subprocess.Popen([*autopilot, "--instance", str(instance)], **both) as pilot:  # type: ignore[call-overload]
+        waits = pilot.stdout.readline()
+        simulator = subprocess.Popen([*world, "--instance", str(instance)], **both)  # type: ignore[call-overload]
         station = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(instance).local}", source_system=255)
         until, result = time.monotonic() + 60.0, None
         try:
@@ -108,7 +107,7 @@ def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
             simulator_said, pilot_said = simulator.communicate(timeout=30)[0], pilot.communicate(timeout=30)[0]
             simulator.terminate()
     assert (pilot.returncode, simulator.returncode) == (0, 1)
-    assert f"no simulator answers on 127.0.0.1, TCP port {ports.simulator(instance)}" in pilot_said
+    assert f"no simulator answers on 127.0.0.1, TCP port {ports.simulator(instance)}" in waits
     assert "the world ends" in simulator_said and "Traceback" not in simulator_said + pilot_said
 
 
