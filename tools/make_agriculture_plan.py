@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gcs.plan_file import write_plan
 from missions.agriculture.survey import field_plan
-from sitl_emu.world import corn_field
+from sitl_emu.world.kinds.corn_field import field as corn_field
 
 PLAN = Path(__file__).parent.parent / "missions" / "scenarios" / "agriculture.plan"
 

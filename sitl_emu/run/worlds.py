@@ -77,7 +77,7 @@ def photo(world: World) -> np.ndarray | None:
     """The world's outline from straight above, north up, uint8 RGB; None for a world that looks like nothing."""
     if world.field is None:
         return None
-    from sitl_emu.world.painter import orthophoto
+    from sitl_emu.world.kinds.corn_field.painter import orthophoto
 
     return orthophoto(world.field, PHOTO_GSD_M)[:, :, ::-1]
 
@@ -105,7 +105,7 @@ _CORN_FIELD_OPTIONS: dict[str, tuple[str, Callable[[object], bool]]] = {
 
 
 def _corn_field(seed: int, options: dict[str, Any]) -> World:
-    from sitl_emu.world import corn_field
+    from sitl_emu.world.kinds.corn_field import field as corn_field
 
     for name, value in options.items():
         if name not in _CORN_FIELD_OPTIONS:

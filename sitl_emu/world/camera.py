@@ -14,11 +14,33 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.corn_field import CornField
-from sitl_emu.world.renderer import Renderer
-from sitl_emu.world.sprites import Image
-
 FloatArray = npt.NDArray[np.float64]
+Image = npt.NDArray[np.uint8]
+"""(height, width, channels), BGR first."""
+
+
+class Renderer(Protocol):
+    """Draws pictures of one scene with one set of intrinsics."""
+
+    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray) -> Image:
+        """The picture (height, width, 3), BGR, from a place (3,) with an attitude (3, 3), camera axes to NED.
+
+        Camera axes: x right, y down in the picture, z along the optical axis.
+        """
+        ...
+
+
+class Scene(Protocol):
+    """What a camera can look at."""
+
+    @property
+    def seed(self) -> int:
+        """What the sensor's noise is drawn from."""
+        ...
+
+    def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
+        """For pictures of a size in pixels, the focal length being that of both axes."""
+        ...
 
 
 class Intrinsics(NamedTuple):
@@ -101,17 +123,17 @@ class Camera:
     """One camera on one vehicle. `name` gives it a noise of its own."""
 
     def __init__(
-        self, field: CornField, mount: Mount = NADIR, intrinsics: Intrinsics | None = None, name: str = "camera"
+        self, scene: Scene, mount: Mount = NADIR, intrinsics: Intrinsics | None = None, name: str = "camera"
     ) -> None:
-        self.field, self.mount = field, mount
+        self.mount = mount
         self.intrinsics = intrinsics if intrinsics is not None else Intrinsics()
         width, height, _ = self.intrinsics
         # One thread: a run has a camera process per camera, and cores to share.
         cv2.setNumThreads(1)
-        self._renderer = Renderer(field, width, height, self.intrinsics.focal_px)
+        self._renderer = scene.renderer(width, height, self.intrinsics.focal_px)
         self._to_body = camera_to_body(mount)
         self._lever = np.array(mount[:3])
-        self._noise_seed = [field.seed, zlib.crc32(name.encode())]
+        self._noise_seed = [scene.seed, zlib.crc32(name.encode())]
         rng = np.random.Generator(np.random.PCG64(self._noise_seed))
         # One tile larger than the picture by a margin: a frame takes its window at an offset drawn from its time.
         shape = (height + 64, width + 64, 3)

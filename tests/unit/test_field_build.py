@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl_emu.world import corn_field
-from sitl_emu.world.corn_field import HEADLAND_M, CornField, build
-from sitl_emu.world.crop import KINDS, grow
-from sitl_emu.world.objects import DISTRACTOR_KINDS, GROWS_IN_ROWS, TARGET_KINDS, inside, outline
-from sitl_emu.world.painter import Painter
+from sitl_emu.world.kinds.corn_field import field as corn_field
+from sitl_emu.world.kinds.corn_field.crop import KINDS, grow
+from sitl_emu.world.kinds.corn_field.field import HEADLAND_M, CornField, build
+from sitl_emu.world.kinds.corn_field.objects import DISTRACTOR_KINDS, GROWS_IN_ROWS, TARGET_KINDS, inside, outline
+from sitl_emu.world.kinds.corn_field.painter import Painter
 
 
 def check(field: CornField) -> None:

@@ -9,9 +9,9 @@ import pytest
 from missions.companion import camera_model
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.world.camera import MAST, MOUNTS, NADIR, Camera, Intrinsics, Mount, Pose, body_to_ned, camera_to_body
-from sitl_emu.world.corn_field import CornField, build
-from sitl_emu.world.painter import Layers, orthophoto
-from sitl_emu.world.renderer import Renderer
+from sitl_emu.world.kinds.corn_field.field import CornField, build
+from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
+from sitl_emu.world.kinds.corn_field.renderer import Renderer
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl_emu.world.corn_field import build
+from sitl_emu.world.kinds.corn_field.field import build
 from sitl_emu.world.terrain import HeightMap
 
 TERRAIN = build(2).terrain

@@ -11,7 +11,7 @@ import pytest
 from missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
 from missions.companion.detector import LABELS, ClassicalDetector, Detection, Detector, load_weights
 from sitl_emu.world import camera
-from sitl_emu.world.corn_field import CornField, build
+from sitl_emu.world.kinds.corn_field.field import CornField, build
 
 HEIGHT_M = 15.0
 GSD_M = HEIGHT_M / CameraModel().focal_px

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.corn_field import ROW_SPACING_M, SURROUNDINGS_M, CornField
-from sitl_emu.world.crop import KINDS, Plants, grow
-from sitl_emu.world.objects import FieldObject, outline
-from sitl_emu.world.sprites import Image, Sprite, library
+from sitl_emu.world.kinds.corn_field.crop import KINDS, Plants, grow
+from sitl_emu.world.kinds.corn_field.field import ROW_SPACING_M, SURROUNDINGS_M, CornField
+from sitl_emu.world.kinds.corn_field.objects import FieldObject, outline
+from sitl_emu.world.kinds.corn_field.sprites import Image, Sprite, library
 
 SOIL_DARK_BGR, SOIL_LIGHT_BGR = (34.0, 48.0, 62.0), (122.0, 148.0, 172.0)
 GRASS_DARK_BGR, GRASS_LIGHT_BGR = (22.0, 62.0, 44.0), (92.0, 178.0, 142.0)

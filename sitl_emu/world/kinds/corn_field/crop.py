@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.corn_field import HEADLAND_M, PLANT_SPACING_M, SURROUNDINGS_M, CornField
-from sitl_emu.world.objects import FieldObject, inside
-from sitl_emu.world.sprites import SPRITES_PER_KIND
+from sitl_emu.world.kinds.corn_field.field import HEADLAND_M, PLANT_SPACING_M, SURROUNDINGS_M, CornField
+from sitl_emu.world.kinds.corn_field.objects import FieldObject, inside
+from sitl_emu.world.kinds.corn_field.sprites import SPRITES_PER_KIND
 
 FloatArray = npt.NDArray[np.float64]
 KINDS = tuple(SPRITES_PER_KIND)

@@ -18,9 +18,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.corn_field import SURROUNDINGS_M, CornField
-from sitl_emu.world.painter import Layers, Painter
-from sitl_emu.world.sprites import HEIGHT_SCALE_M, Image
+from sitl_emu.world.kinds.corn_field.field import SURROUNDINGS_M, CornField
+from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
+from sitl_emu.world.kinds.corn_field.sprites import HEIGHT_SCALE_M, Image
 
 FloatArray = npt.NDArray[np.float64]
 

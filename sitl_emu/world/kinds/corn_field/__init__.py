@@ -1,0 +1,1 @@
+"""The agriculture mission's world: a corn field with weed and disease patches."""
