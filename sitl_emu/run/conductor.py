@@ -1,4 +1,4 @@
-"""The conductor: steps the simulators of all vehicles, and beats time for autopilots, companions and cameras.
+"""The conductor: steps the simulation of all vehicles, and beats time for autopilots, companions and cameras.
 
 Lockstep, so that the same seed gives the same run at any speed on any machine. A tick is 4 ms: HIL_SENSOR goes to every
 autopilot, then every HIL_ACTUATOR_CONTROLS is collected. Every fifth tick is a barrier, at which
@@ -44,14 +44,18 @@ class Pose(Protocol):
 
 
 class Simulator(Protocol):
-    """The simulator end of one vehicle."""
-
-    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
-        """Advance 4 ms; HIL_SENSOR comes last."""
-        ...
+    """One vehicle in the simulation."""
 
     def pose(self) -> Any:
         """The true pose."""
+        ...
+
+
+class Simulation(Protocol):
+    """The simulation of all vehicles (`sitl_emu.world.simulation`)."""
+
+    def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
+        """Advance 4 ms; what each vehicle's sensors say, HIL_SENSOR last."""
         ...
 
 
@@ -118,8 +122,17 @@ class VehicleInRun:
 class Conductor:
     """All vehicles of a run, tick by tick."""
 
-    def __init__(self, vehicles: Sequence[VehicleInRun], radio: RadioSettings, seed: int, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        vehicles: Sequence[VehicleInRun],
+        simulation: Simulation,
+        radio: RadioSettings,
+        seed: int,
+        recorder: Recorder,
+    ) -> None:
+        """`simulation` steps the simulators of `vehicles`, in their order."""
         self.vehicles = list(vehicles)
+        self._simulation = simulation
         self.ticks = 0
         self._recorder = recorder
         self._peers = [vehicle for vehicle in vehicles if vehicle.peer is not None]
@@ -154,8 +167,9 @@ class Conductor:
     def tick(self) -> None:
         """4 ms. Raises ChannelClosed or ProcessLostError when a process has died."""
         vehicles = self.vehicles
-        for vehicle in vehicles:
-            vehicle.channel.send(vehicle.simulator.tick(vehicle.controls))
+        sensed = self._simulation.tick([vehicle.controls for vehicle in vehicles])
+        for vehicle, messages in zip(vehicles, sensed, strict=True):
+            vehicle.channel.send(messages)
         self.ticks = ticks = self.ticks + 1
         for vehicle in vehicles:
             controls = vehicle.controls = vehicle.channel.receive()

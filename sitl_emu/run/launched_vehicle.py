@@ -28,6 +28,7 @@ from sitl_emu.run.launch import SPACING_M, Options, Wanted
 from sitl_emu.run.loss_timeouts import loss_timeouts
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
 BOOT_LIMIT_US = 20_000_000
@@ -122,12 +123,12 @@ def _fly_on(
 ) -> None:
     """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
     simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
-    channel = MemoryChannel()
+    simulation, channel = Simulation([simulator]), MemoryChannel()
     pacer, booted = Pacer(speed), False
     controls, commands = None, autopilot.topics.vehicle_commands
     while True:
         simulated_parameters.update()
-        channel.simulator.send(simulator.tick(controls))
+        channel.simulator.send(simulation.tick([controls])[0])
         channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
         controls = channel.simulator.receive()
         if not booted and (booted := _booted(autopilot)):

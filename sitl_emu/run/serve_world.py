@@ -19,6 +19,7 @@ from sitl_emu.core.tcp_channel import SimulatorListener, TcpSimulatorChannel
 from sitl_emu.run import worlds
 from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
 FIRST_ANSWER_S = 0.02
@@ -56,11 +57,12 @@ def serve_world(
         channels = [listener.accept() for listener in listeners]
         say("all autopilots are connected")
         settle()
+        simulation = Simulation(simulators)
         pacer = Pacer(math.inf if speed is None else speed)
         controls: list[HilActuatorControls | None] = [None] * len(channels)
         while True:
-            for channel, simulator, last in zip(channels, simulators, controls, strict=True):
-                channel.send(simulator.tick(last))
+            for channel, messages in zip(channels, simulation.tick(controls), strict=True):
+                channel.send(messages)
             for place, channel in enumerate(channels):
                 controls[place] = channel.receive() if controls[place] else _first_answer(channel)
             pacer.next_tick()

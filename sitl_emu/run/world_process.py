@@ -22,6 +22,7 @@ from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, Vehicl
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
 LARGEST_DATAGRAM_BYTES = 65535
@@ -79,13 +80,14 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
     over: Message = {"outcome": "", "lost": None}
     conductor, stopwatch = None, Stopwatch()
     try:
+        simulation = Simulation([_simulator(part, world, config["seed"]) for part in config["vehicles"]])
         members = [
-            _vehicle(part, world, config["seed"], listener)
-            for part, listener in zip(config["vehicles"], listeners, strict=True)
+            _vehicle(part, simulator, listener)
+            for part, simulator, listener in zip(config["vehicles"], simulation.simulators, listeners, strict=True)
         ]
         _wait_until_ready(members)
         radio = RadioSettings(**{**config["radio"], "outages": tuple(Outage(*o) for o in config["radio"]["outages"])})
-        conductor = Conductor(members, radio, config["seed"], recorder)
+        conductor = Conductor(members, simulation, radio, config["seed"], recorder)
         over["outcome"] = _beat_time(conductor, launcher, config, stopwatch)
     except (ProcessLostError, ChannelClosed) as error:
         over["lost"] = str(error)
@@ -94,10 +96,10 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
     launcher.send({"over": over | (_figures(conductor, stopwatch) if conductor is not None else {})})
 
 
-def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: SimulatorListener) -> VehicleInRun:
-    name, start = part["name"], part["start"]
+def _simulator(part: dict[str, Any], world: worlds.World, seed: int) -> VehicleSimulator:
+    start = part["start"]
     place = world.places[start] if isinstance(start, str) else worlds.Spot(**start)
-    simulator = VehicleSimulator(
+    return VehicleSimulator(
         vehicles.load(part["model"]),
         world.home._replace(heading_deg=place.heading_deg),
         seed=seed,
@@ -105,8 +107,12 @@ def _vehicle(part: dict[str, Any], world: worlds.World, seed: int, listener: Sim
         wind=world.wind,
         start_north_m=place.north_m,
         start_east_m=place.east_m,
-        name=name,
+        name=part["name"],
     )
+
+
+def _vehicle(part: dict[str, Any], simulator: VehicleSimulator, listener: SimulatorListener) -> VehicleInRun:
+    name = part["name"]
     autopilot = inherited(part["autopilot_fd"], f"autopilot {name}")
     autopilot.receive()
     autopilot.send({"start": True})

@@ -1,6 +1,7 @@
 """The conductor on fakes: who is told what at a barrier, and that results don't depend on who is slow."""
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from sitl_emu.core.radio import RadioSettings
@@ -18,15 +19,20 @@ class FakePose(NamedTuple):
 
 class FakeSimulator:
     def __init__(self, north_m: float) -> None:
-        self.ticks, self.north_m = 0, north_m
-
-    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
-        assert (controls is None) == (self.ticks == 0)
-        self.ticks += 1
-        return [HilSensor._make((self.ticks * 4000, *[0.0] * 13, 0, 0))]
+        self.north_m = north_m
 
     def pose(self) -> FakePose:
         return FakePose(self.north_m)
+
+
+class FakeSimulation:
+    def __init__(self) -> None:
+        self.ticks = 0
+
+    def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
+        assert all((last is None) == (self.ticks == 0) for last in controls)
+        self.ticks += 1
+        return [[HilSensor._make((self.ticks * 4000, *[0.0] * 13, 0, 0))] for _ in controls]
 
 
 class FakeChannel:
@@ -106,7 +112,7 @@ def run_ticks(conductor: Conductor, ticks: int) -> None:
 
 def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() -> None:
     one = vehicle("one", [reply(), reply()])
-    run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 14)
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 14)
     assert told(one.companion) == [
         {"step": 20000, "autopilot": 1, "peer": 0, "frames": []},
         {"step": 40000, "autopilot": 2, "peer": 0, "frames": []},
@@ -115,7 +121,7 @@ def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() 
 
 def test_what_a_companion_sent_in_one_step_is_read_by_its_autopilot_at_the_next_barrier() -> None:
     one = vehicle("one", [reply(autopilot=3), reply(autopilot=0), reply(autopilot=5)])
-    run_ticks(Conductor([one], RadioSettings(), 1, FakeRecorder()), 20)
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 20)
     assert told(one.autopilot) == [{"read": 0}, {"read": 3}, {"read": 0}, {"read": 5}]
 
 
@@ -124,7 +130,7 @@ def test_datagrams_cross_the_radio_after_its_latency() -> None:
     one = vehicle("one", [reply(peer=1)] + [reply()] * 9, peer=near)
     two = vehicle("two", [reply()] * 10, north_m=50.0, peer=far)
     settings = RadioSettings(range_m=100.0, latency_s=0.05, bandwidth_bit_s=1e9)
-    run_ticks(Conductor([one, two], settings, 1, FakeRecorder()), 25)
+    run_ticks(Conductor([one, two], FakeSimulation(), settings, 1, FakeRecorder()), 25)
     assert [step["peer"] for step in told(two.companion)] == [0, 0, 0, 0, 1]
     assert far.from_radio == [b"hello"] and not near.from_radio
 
@@ -132,7 +138,7 @@ def test_datagrams_cross_the_radio_after_its_latency() -> None:
 def test_beyond_the_range_nothing_arrives() -> None:
     one = vehicle("one", [reply(peer=1)] + [reply()] * 9, peer=FakePeer([b"hello"]))
     two = vehicle("two", [reply()] * 10, north_m=101.0, peer=FakePeer([]))
-    conductor = Conductor([one, two], RadioSettings(range_m=100.0, latency_s=0.0), 1, FakeRecorder())
+    conductor = Conductor([one, two], FakeSimulation(), RadioSettings(range_m=100.0, latency_s=0.0), 1, FakeRecorder())
     run_ticks(conductor, 40)
     assert sum(step["peer"] for step in told(two.companion)) == 0
     assert conductor.radio_counts == {"one>two": (1, 1), "two>one": (0, 0)}
@@ -141,7 +147,7 @@ def test_beyond_the_range_nothing_arrives() -> None:
 def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_for() -> None:
     one = vehicle("one", [reply()] * 20)
     one.camera = CameraInRun(FakeControl({"done": index} for index in range(10)), 15.0, 100_000)
-    conductor = Conductor([one], RadioSettings(), 1, FakeRecorder())
+    conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 75)
     taken = {message["render"]: message["time"] for message in told(one.camera.control)}
     assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
@@ -151,7 +157,7 @@ def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_
 
 def test_arming_is_seen_in_the_actuator_controls() -> None:
     recorder = FakeRecorder()
-    run_ticks(Conductor([vehicle("one", [reply()] * 5)], RadioSettings(), 1, recorder), 26)
+    run_ticks(Conductor([vehicle("one", [reply()] * 5)], FakeSimulation(), RadioSettings(), 1, recorder), 26)
     assert recorder.events == [(40000, "one", "armed")]
     assert recorder.truths == [(100000, "one")]
 
@@ -159,7 +165,7 @@ def test_arming_is_seen_in_the_actuator_controls() -> None:
 def test_a_run_is_done_when_all_companions_are_and_fails_as_the_first_that_failed() -> None:
     one = vehicle("one", [reply(done=True)] * 5)
     two = vehicle("two", [reply(), reply(done=True, outcome="peer link lost")])
-    conductor = Conductor([one, two], RadioSettings(), 1, FakeRecorder())
+    conductor = Conductor([one, two], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 10)
     assert not now(conductor.done)
     run_ticks(conductor, 5)

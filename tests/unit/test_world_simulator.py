@@ -19,6 +19,7 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround, Terrain
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.wind import Wind
 from vehicles.multicopter import Multicopter
@@ -209,3 +210,15 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     assert off.abs_pressure - plain.abs_pressure == pytest.approx(1.2, abs=1e-3)
     assert off.temperature - plain.temperature == pytest.approx(10.0)
     assert (off.xmag - plain.xmag, off.ymag - plain.ymag) == pytest.approx((0.0, 0.25), abs=1e-6)
+
+
+def test_vehicles_of_one_simulation_fly_as_each_would_alone_under_its_own_controls() -> None:
+    """They stand apart and have nothing to do with one another."""
+    climb = HilActuatorControls(0, 1, (0.8,) * 4, 128)
+    simulation = Simulation([simulate("iris", 0, name=name)[0] for name in ("one", "two")])
+    sensed = [simulation.tick([climb, None]) for _ in range(100)]
+    alone, flown = simulate("iris", 100, climb, name="one")
+    stays, stood = simulate("iris", 100, None, name="two")
+    assert [message for one, _ in sensed for message in one] == flown
+    assert [message for _, two in sensed for message in two] == stood
+    assert [simulator.pose() for simulator in simulation.simulators] == [alone.pose(), stays.pose()]

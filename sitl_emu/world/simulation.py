@@ -1,0 +1,24 @@
+"""The simulation of one world: the vehicles that share it, stepped together, one tick of 4 ms at a time.
+
+Whoever simulates vehicles, `run`, `launch` or `world`, steps them here and nowhere else: what happens between two
+vehicles needs both at the same time. A state machine on simulated time, as the simulators are.
+"""
+
+from collections.abc import Sequence
+
+from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
+from sitl_emu.world.simulator import VehicleSimulator
+
+
+class Simulation:
+    """All vehicles of one world."""
+
+    def __init__(self, simulators: Sequence[VehicleSimulator]) -> None:
+        self.simulators = list(simulators)
+
+    def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
+        """Advance all by 4 ms; what each vehicle's sensors say, HIL_SENSOR last, in the order of `simulators`.
+
+        `controls`: each vehicle's, in the same order (None: none came, the last ones hold).
+        """
+        return [simulator.tick(last) for simulator, last in zip(self.simulators, controls, strict=True)]
