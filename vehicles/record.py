@@ -1,8 +1,9 @@
-"""Reads tables (of TOML) into frozen dataclasses and says exactly what is wrong with them.
+"""Reads tables (of TOML or JSON) into frozen dataclasses and says exactly what is wrong with them.
 
 The dataclass is the schema: its field types are float, int, str, bool, tuples of floats, other dataclasses, tuples of
-dataclasses (`[[table]]`), or one of these `| None`; a field without default must be given. `Annotated[…, Limits(…)]`
-bounds a number or every number of a tuple, `Annotated[str, Words(…)]` lists the words that are allowed.
+dataclasses (`[[table]]`), mappings that are taken as they are, or unions of these with `None` or with one dataclass; a
+field without default must be given. `Annotated[…, Limits(…)]` bounds a number or every number of a tuple,
+`Annotated[str, Words(…)]` lists the words that are allowed.
 """
 
 import dataclasses
@@ -52,13 +53,16 @@ def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:
     if typing.get_origin(hint) is typing.Annotated:
         hint, rule = typing.get_args(hint)
     if isinstance(hint, types.UnionType):
-        hint = next(option for option in typing.get_args(hint) if option is not types.NoneType)
+        if value is None and types.NoneType in typing.get_args(hint):
+            return None
+        hint = _member(hint, value)
     if dataclasses.is_dataclass(hint):
         if not isinstance(value, Mapping):
             raise VehicleError(f"{where} = {value!r} must be a table")
         return read(typing.cast(type[Any], hint), value, where)
     if typing.get_origin(hint) is tuple:
         return _tuple(typing.get_args(hint), value, where, rule)
+    hint = typing.get_origin(hint) or hint
     if hint in (float, int):
         return _number(hint, value, where, rule)
     if not isinstance(value, hint):
@@ -66,6 +70,15 @@ def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:
     if isinstance(rule, Words) and value not in rule.allowed:
         raise VehicleError(f"{where} = {value!r}; allowed are: {', '.join(rule.allowed)}")
     return value
+
+
+def _member(union: types.UnionType, value: Any) -> Any:
+    """The type of a union that a value is meant for: a table for its dataclass, anything else for the other."""
+    options = [option for option in typing.get_args(union) if option is not types.NoneType]
+    for option in options:
+        if dataclasses.is_dataclass(option) == isinstance(value, Mapping):
+            return option
+    return options[0]
 
 
 def _tuple(hints: tuple[Any, ...], value: Any, where: str, rule: Limits | Words) -> tuple[Any, ...]:

@@ -9,17 +9,19 @@ evenly, beyond it everything.
 
 import random
 from collections import deque
-from typing import NamedTuple
+from dataclasses import dataclass
 
 
-class Outage(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Outage:
     """The link is cut from `start_s` to `end_s` of simulated time."""
 
     start_s: float
     end_s: float
 
 
-class RadioSettings(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class RadioSettings:
     """What a link is capable of; `loss` is the share of datagrams lost each way, 0..1."""
 
     range_m: float = 1000.0

@@ -7,7 +7,6 @@ the scenario's start date plus simulated time.
 """
 
 from pathlib import Path
-from typing import Any
 
 import vehicles
 from autopilot import storage
@@ -19,6 +18,7 @@ from sitl_emu.core.framing import split
 from sitl_emu.core.tcp_channel import connect
 from sitl_emu.run import payload
 from sitl_emu.run.conductor import BARRIER_TICKS
+from sitl_emu.run.configs import AutopilotConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
 
@@ -79,24 +79,24 @@ def show_flight_logs(root: Path, names: list[str], shown: Path) -> None:
         link.symlink_to((root / storage.LOG / name).relative_to(link.parent))
 
 
-def run(config: dict[str, Any], control: ControlChannel) -> None:
+def run(config: AutopilotConfig, control: ControlChannel) -> None:
     """Fly until the simulator closes the channel."""
-    instance, lockstep = config["instance"], config["lockstep"]
-    root = Path(config["folder"]) / ROOTFS / config["name"]
+    instance, lockstep = config.instance, config.lockstep
+    root = Path(config.folder) / ROOTFS / config.name
     try:
         storage.prepare(root)
     except storage.StorageError as error:
         raise StartError(str(error)) from None
-    vehicle = vehicles.load(config["model"])
+    vehicle = vehicles.load(config.model)
     autopilot = Autopilot(vehicle.airframe, instance, root)
-    autopilot.mavlink.context.boot_unix_us = config["start_us"]
+    autopilot.mavlink.context.boot_unix_us = config.start_us
     payload.plug_in(vehicle, autopilot)
     try:
-        sockets = LinkSockets(autopilot.mavlink.links, tuple(config["gcs"]) if config["gcs"] else None)
+        sockets = LinkSockets(autopilot.mavlink.links, config.gcs)
     except PortInUseError as error:
         raise StartError(str(error)) from None
     names = [link.name for link in autopilot.mavlink.links]
-    logs = Logs(Path(config["folder"]), config["name"], names, config["start_us"])
+    logs = Logs(Path(config.folder), config.name, names, config.start_us)
     try:
         control.send({"waiting": True})
         control.receive()
@@ -127,8 +127,8 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
         logs.close()
         sockets.close()
         autopilot.close()
-        show_flight_logs(root, autopilot.logger.files, Path(config["folder"]) / config["name"])
+        show_flight_logs(root, autopilot.logger.files, Path(config.folder) / config.name)
 
 
 if __name__ == "__main__":
-    main(run)
+    main(run, AutopilotConfig)

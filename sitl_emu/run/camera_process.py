@@ -4,10 +4,10 @@ A frame is a pure function of world, seed, time and pose, so it does not matter 
 """
 
 import os
-from typing import Any
 
 from missions.companion.camera import CameraError, FrameRingWriter
 from sitl_emu.run import worlds
+from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.world.camera import MOUNTS, Camera, Pose
@@ -16,15 +16,15 @@ YIELDING = 5
 """Niceness: a frame has a tenth of a simulated second to be done, while all wait for a tick."""
 
 
-def run(config: dict[str, Any], control: ControlChannel) -> None:
+def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        world = worlds.build(config["world"]["kind"], config["seed"], config["world"]["options"])
+        world = worlds.build(config.world.kind, config.seed, dict(config.world.options))
         if world.field is None:
             raise StartError(f"world {world.kind} has nothing that a camera could see")
-        camera = Camera(world.field, MOUNTS[config["mount"]], name=config["name"])
-        ring = FrameRingWriter(config["ring"], camera.intrinsics.width, camera.intrinsics.height)
+        camera = Camera(world.field, MOUNTS[config.mount], name=config.name)
+        ring = FrameRingWriter(config.ring, camera.intrinsics.width, camera.intrinsics.height)
     except (worlds.WorldError, CameraError) as error:
         raise StartError(str(error)) from None
     try:
@@ -41,4 +41,4 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
 
 
 if __name__ == "__main__":
-    main(run)
+    main(run, CameraConfig)

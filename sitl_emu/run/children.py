@@ -1,7 +1,6 @@
 """The processes of a run: how one is started, what is said of one that has died, and how all are ended."""
 
 import contextlib
-import json
 import os
 import signal
 import socket
@@ -10,8 +9,8 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from sitl_emu.run import configs
 from sitl_emu.run.process import EXIT_EXPLAINED
 from sitl_emu.run.scenario import VehiclePart
 from sitl_emu.run.trouble import Trouble
@@ -44,11 +43,11 @@ class Child:
 
 
 def start_process(
-    title: str, module: str, config: dict[str, Any], end: socket.socket, more_fds: list[int], folder: Path
+    title: str, module: str, config: configs.ProcessConfig, end: socket.socket, more_fds: list[int], folder: Path
 ) -> Child:
     """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`."""
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
-    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), json.dumps(config)]
+    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), configs.written(config)]
     with log.open("wb") as output:
         process = subprocess.Popen(
             arguments,

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 
@@ -25,6 +25,7 @@ from missions.registry import MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.framing import split
+from sitl_emu.run.configs import CompanionConfig
 from sitl_emu.run.control import ControlChannel, Message
 from sitl_emu.run.process import StartError, main, settle
 
@@ -253,28 +254,28 @@ class CompanionComputer:
         return line
 
 
-def run(config: dict[str, Any], control: ControlChannel) -> None:
+def run(config: CompanionConfig, control: ControlChannel) -> None:
     """Step whenever the conductor says so, until the run ends."""
     cv2.setNumThreads(1)
-    name, folder, start_us = config["name"], Path(config["folder"]), config["start_us"]
+    name, folder, start_us = config.name, Path(config.folder), config.start_us
     try:
-        companion = make_companion(config["mission"], config["options"])
+        companion = make_companion(config.mission, dict(config.options))
     except MissionError as error:
         raise StartError(str(error)) from None
-    onboard = ports.onboard(config["instance"])
+    onboard = ports.onboard(config.instance)
     links = {AUTOPILOT_LINK: UdpLink(AUTOPILOT_LINK, onboard.remote, onboard.local, None, start_us)}
-    if config["radio_port"] is not None:
+    if config.radio_port is not None:
         log = TlogWriter(folder / f"{name}-peer.tlog")
-        links[PEER_LINK] = UdpLink(PEER_LINK, 0, config["radio_port"], log, start_us)
+        links[PEER_LINK] = UdpLink(PEER_LINK, 0, config.radio_port, log, start_us)
     control.send({"waiting": True})
     control.receive()
     eyes = None
-    if config["ring"] is not None:
+    if config.ring is not None:
         try:
-            eyes = Eyes(FrameRingReader(config["ring"]), companion, config["inference_latency_us"])
+            eyes = Eyes(FrameRingReader(config.ring), companion, config.inference_latency_us)
         except CameraError as error:
             raise StartError(str(error)) from None
-    ground = GroundLink(tuple(config["gcs"]) if config["gcs"] else (LOOPBACK, ports.GCS_REMOTE))
+    ground = GroundLink(config.gcs or (LOOPBACK, ports.GCS_REMOTE))
     computer = CompanionComputer(name, companion, links, ground, eyes, folder / "frames")
     try:
         settle()
@@ -286,4 +287,4 @@ def run(config: dict[str, Any], control: ControlChannel) -> None:
 
 
 if __name__ == "__main__":
-    main(run)
+    main(run, CompanionConfig)

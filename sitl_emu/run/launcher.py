@@ -6,24 +6,19 @@ complain about into `logs/` of the run's folder.
 """
 
 import contextlib
-import os
 import select
 import signal
-import socket
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from sitl_emu.core import ports
-from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_command, start_process
+from sitl_emu.run import wiring
+from sitl_emu.run.children import STOP_S, Child, end_all, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
-from sitl_emu.run.scenario import Scenario, VehiclePart
 
-LOOPBACK = "127.0.0.1"
 POLL_S = 0.1
 FINISH_S = 20.0
 """How long processes have after a good end, to make their logs whole on a busy machine."""
@@ -41,24 +36,11 @@ class Ending:
     """What went wrong with a process, for people; empty where nothing did."""
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """A run to be made."""
-
-    scenario: Scenario
-    seed: int
-    speed: float | None
-    """Times real time; None: as fast as it goes."""
-    folder: Path
-    gcs: tuple[str, int] | None = None
-    first_instance: int = 0
-
-
 class Stopped(Exception):
     """Ctrl-C or SIGTERM."""
 
 
-def run(wanted: Wanted, view: View) -> Ending:
+def run(wanted: wiring.Wanted, view: View) -> Ending:
     """Make a run that `preflight.check` has let pass, from its first process to the end of the last.
 
     Raises Trouble where it can't be started.
@@ -69,7 +51,7 @@ def run(wanted: Wanted, view: View) -> Ending:
     ending = Ending("interrupted")
     with _stoppable():
         try:
-            world = _start(wanted, children)
+            world = wiring.start(wanted, children)
             try:
                 _watch(world, children, view, ending)
             except Stopped:
@@ -96,101 +78,6 @@ def _stoppable() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _start(wanted: Wanted, children: list[Child]) -> ControlChannel:
-    """Start all processes; the launcher's end of the world's control channel."""
-    scenario, folder = wanted.scenario, wanted.folder
-    options = scenario.world.options
-    common = {"folder": str(folder), "start_us": scenario.start_us, "seed": wanted.seed}
-    with_companion = [vehicle for vehicle in scenario.vehicles if vehicle.companion is not None]
-    has_radio = len(with_companion) > 1
-    to_close: list[socket.socket] = []
-    world_parts: list[dict[str, Any]] = []
-    waiting: list[tuple[str, str, dict[str, Any], socket.socket]] = []
-    commands: list[tuple[VehiclePart, dict[str, str]]] = []
-
-    def channel() -> tuple[socket.socket, socket.socket]:
-        both = socket.socketpair()
-        to_close.extend(both)
-        return both
-
-    for instance, vehicle in enumerate(scenario.vehicles, wanted.first_instance):
-        companion, camera, name = vehicle.companion, vehicle.camera, vehicle.name
-        lockstep = companion is not None and companion.mission is not None
-        ring = f"sitl_emu-{os.getpid()}-{name}"
-        part: dict[str, Any] = {
-            "name": name,
-            "model": vehicle.model,
-            "instance": instance,
-            "lockstep": lockstep,
-            "start": vehicle.start if isinstance(vehicle.start, str) else vehicle.start.model_dump(),
-            "companion_fd": None,
-            "camera": None,
-            "radio_fd": None,
-        }
-        world_end, autopilot_end = channel()
-        part["autopilot_fd"] = world_end.fileno()
-        config: dict[str, Any] = {**common, "name": name, "model": vehicle.model, "instance": instance}
-        config |= {"lockstep": lockstep, "gcs": wanted.gcs}
-        waiting.append((f"autopilot {name}", "autopilot_process", config, autopilot_end))
-        if camera is not None:
-            world_end, camera_end = channel()
-            part["camera"] = {"fd": world_end.fileno(), "rate_hz": camera.rate_hz, "latency_s": camera.latency_s}
-            config = {**common, "name": name, "mount": camera.mount, "ring": ring}
-            config["world"] = scenario.world.model_dump()
-            waiting.append((f"camera {name}", "camera_process", config, camera_end))
-        radio_port = None
-        if has_radio and companion is not None:
-            radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-            to_close.append(radio)
-            radio.bind((LOOPBACK, 0))
-            radio_port = radio.getsockname()[1]
-            part["radio_fd"] = radio.fileno()
-        if companion is not None and companion.mission is not None:
-            world_end, companion_end = channel()
-            part["companion_fd"] = world_end.fileno()
-            config = {**common, "name": name, "instance": instance, "mission": companion.mission}
-            config |= {"options": companion.options, "radio_port": radio_port, "gcs": wanted.gcs}
-            config["ring"] = ring if camera is not None else None
-            config["inference_latency_us"] = round(companion.inference_latency_s * 1e6)
-            waiting.append((f"companion {name}", "companion_process", config, companion_end))
-        elif companion is not None:
-            words = {
-                "connect": f"udpin:{LOOPBACK}:{ports.onboard(instance).remote}",
-                "peer": f"udpout:{LOOPBACK}:{radio_port}" if radio_port is not None else "",
-                "camera": f"shm:{ring}" if camera is not None else "",
-                "out": str(folder),
-                "seed": str(wanted.seed),
-            }
-            commands.append((vehicle, words))
-        world_parts.append(part)
-
-    launcher_end, world_end = channel()
-    world_config = {
-        **common,
-        "world": {"kind": scenario.world.kind, "options": options},
-        "vehicles": world_parts,
-        "radio": scenario.peer_radio.settings()._asdict(),
-        "speed": wanted.speed,
-        "time_limit_s": scenario.time_limit_s,
-        "commands": [vehicle.name for vehicle, _ in commands if vehicle.companion and not vehicle.companion.background],
-    }
-    world_fds = [part["autopilot_fd"] for part in world_parts]
-    world_fds += [part[key] for part in world_parts for key in ("companion_fd", "radio_fd") if part[key] is not None]
-    world_fds += [part["camera"]["fd"] for part in world_parts if part["camera"] is not None]
-    control = ControlChannel(launcher_end, "the world process")
-    try:
-        children.append(start_process("world", "world_process", world_config, world_end, world_fds, folder))
-        for title, module, config, end in waiting:
-            children.append(start_process(title, module, config, end, [], folder))
-        for vehicle, words in commands:
-            children.append(start_command(vehicle, words, folder))
-    finally:
-        for opened in to_close:
-            if opened is not launcher_end:
-                opened.close()
-    return control
 
 
 def _watch(world: ControlChannel, children: list[Child], view: View, ending: Ending) -> None:

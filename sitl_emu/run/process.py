@@ -2,13 +2,13 @@
 
 import errno
 import gc
-import json
 import signal
 import sys
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from sitl_emu.core.simulator_api import ChannelClosed
+from sitl_emu.run import configs
 from sitl_emu.run.control import ControlChannel, ProcessLostError, inherited
 
 EXIT_EXPLAINED = 3
@@ -20,14 +20,16 @@ class StartError(Exception):
     """A process can't be set up; the text is one line for people."""
 
 
-def main(run: Callable[[dict[str, Any], ControlChannel], None], other: str = "the world process") -> NoReturn:
-    """Run a process of a run: `python -m … CONTROL_FD CONFIG`, where CONFIG is JSON.
+def main(
+    run: Callable[[configs.Config, ControlChannel], None], kind: type[configs.Config], other: str = "the world process"
+) -> NoReturn:
+    """Run a process of a run: `python -m … CONTROL_FD CONFIG`, where CONFIG is a record of `kind`, written as JSON.
 
     Ctrl-C is the launcher's to hear. When the world process has gone the run is over, and this process ends in peace.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = inherited(int(sys.argv[1]), other)
-    config = json.loads(sys.argv[2])
+    config = configs.read(kind, sys.argv[2])
     try:
         run(config, control)
     except (ProcessLostError, ChannelClosed):

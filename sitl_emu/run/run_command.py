@@ -12,7 +12,7 @@ from rich.console import Console
 
 import vehicles
 from missions.registry import MissionError, make_companion
-from sitl_emu.run import launcher, plans, preflight, score, worlds
+from sitl_emu.run import launcher, plans, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
 from sitl_emu.run.trouble import Trouble
@@ -43,7 +43,7 @@ def run_scenario(
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
-    wanted = launcher.Wanted(scenario, seed, speed, folder, gcs, first_instance)
+    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance)
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:
         ending = launcher.run(wanted, view)

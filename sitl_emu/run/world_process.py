@@ -9,16 +9,15 @@ import signal
 import socket
 import time
 from pathlib import Path
-from typing import Any
 
 import vehicles
 from autopilot.process import Pacer
 from sitl_emu.core import ports
-from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
+from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
@@ -64,30 +63,29 @@ class RadioSocket:
             self._socket.sendto(data, self.peer)
 
 
-def run(config: dict[str, Any], launcher: ControlChannel) -> None:
+def run(config: WorldConfig, launcher: ControlChannel) -> None:
     """Set the world up, run it until it is over, and tell the launcher how it ended."""
     try:
-        world = worlds.build(config["world"]["kind"], config["seed"], config["world"]["options"])
+        world = worlds.build(config.world.kind, config.seed, dict(config.world.options))
     except worlds.WorldError as error:
         raise StartError(str(error)) from None
-    names = [part["name"] for part in config["vehicles"]]
-    recorder = RunRecorder(Path(config["folder"]), names, lambda line: launcher.send({"event": line}))
+    names = [vehicle.name for vehicle in config.vehicles]
+    recorder = RunRecorder(Path(config.folder), names, lambda line: launcher.send({"event": line}))
     try:
-        listeners = [SimulatorListener(ports.simulator(part["instance"])) for part in config["vehicles"]]
+        listeners = [SimulatorListener(ports.simulator(vehicle.instance)) for vehicle in config.vehicles]
     except OSError as error:
         raise StartError(error.strerror or str(error)) from None
     launcher.send({"listening": True, "truth": world.truth, "home": list(world.home)})
     over: Message = {"outcome": "", "lost": None}
     conductor, stopwatch = None, Stopwatch()
     try:
-        simulation = Simulation([_simulator(part, world, config["seed"]) for part in config["vehicles"]])
+        simulation = Simulation([_simulator(vehicle, world, config.seed) for vehicle in config.vehicles])
         members = [
-            _vehicle(part, simulator, listener)
-            for part, simulator, listener in zip(config["vehicles"], simulation.simulators, listeners, strict=True)
+            _vehicle(vehicle, simulator, listener)
+            for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
         ]
         _wait_until_ready(members)
-        radio = RadioSettings(**{**config["radio"], "outages": tuple(Outage(*o) for o in config["radio"]["outages"])})
-        conductor = Conductor(members, simulation, radio, config["seed"], recorder)
+        conductor = Conductor(members, simulation, config.radio, config.seed, recorder)
         over["outcome"] = _beat_time(conductor, launcher, config, stopwatch)
     except (ProcessLostError, ChannelClosed) as error:
         over["lost"] = str(error)
@@ -96,39 +94,37 @@ def run(config: dict[str, Any], launcher: ControlChannel) -> None:
     launcher.send({"over": over | (_figures(conductor, stopwatch) if conductor is not None else {})})
 
 
-def _simulator(part: dict[str, Any], world: worlds.World, seed: int) -> VehicleSimulator:
-    start = part["start"]
-    place = world.places[start] if isinstance(start, str) else worlds.Spot(**start)
+def _simulator(data: VehicleData, world: worlds.World, seed: int) -> VehicleSimulator:
+    place = world.places[data.start] if isinstance(data.start, str) else data.start
     return VehicleSimulator(
-        vehicles.load(part["model"]),
+        vehicles.load(data.model),
         world.home._replace(heading_deg=place.heading_deg),
         seed=seed,
         terrain=world.terrain,
         wind=world.wind,
         start_north_m=place.north_m,
         start_east_m=place.east_m,
-        name=part["name"],
+        name=data.name,
     )
 
 
-def _vehicle(part: dict[str, Any], simulator: VehicleSimulator, listener: SimulatorListener) -> VehicleInRun:
-    name = part["name"]
-    autopilot = inherited(part["autopilot_fd"], f"autopilot {name}")
+def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener) -> VehicleInRun:
+    name = data.name
+    autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
     autopilot.receive()
     autopilot.send({"start": True})
     channel = listener.accept(START_LIMIT_S)
     channel.limit_answers(BARRIER_LIMIT_S)
     vehicle = VehicleInRun(name, simulator, channel)
     autopilot.receive()
-    vehicle.autopilot = autopilot if part["lockstep"] else None
-    if part["companion_fd"] is not None:
-        vehicle.companion = inherited(part["companion_fd"], f"companion {name}")
-    if part["camera"] is not None:
-        camera = part["camera"]
-        control = inherited(camera["fd"], f"camera {name}")
-        vehicle.camera = CameraInRun(control, camera["rate_hz"], round(camera["latency_s"] * 1e6))
-    if part["radio_fd"] is not None:
-        vehicle.peer = RadioSocket(socket.socket(fileno=part["radio_fd"]))
+    vehicle.autopilot = autopilot if data.lockstep else None
+    if data.companion_fd is not None:
+        vehicle.companion = inherited(data.companion_fd, f"companion {name}")
+    if (camera := data.camera) is not None:
+        control = inherited(camera.fd, f"camera {name}")
+        vehicle.camera = CameraInRun(control, camera.rate_hz, round(camera.latency_s * 1e6))
+    if data.radio_fd is not None:
+        vehicle.peer = RadioSocket(socket.socket(fileno=data.radio_fd))
     return vehicle
 
 
@@ -148,10 +144,10 @@ def _wait_until_ready(members: list[VehicleInRun]) -> None:
                 member.peer.peer = ("127.0.0.1", answer["peer_port"])
 
 
-def _beat_time(conductor: Conductor, launcher: ControlChannel, config: dict[str, Any], stopwatch: "Stopwatch") -> str:
+def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConfig, stopwatch: "Stopwatch") -> str:
     """Tick until the mission is done, its time is up, or the launcher says stop; the outcome."""
-    speed, limit_us = config["speed"], round(config["time_limit_s"] * 1e6)
-    commands = set(config["commands"])
+    speed, limit_us = config.speed, round(config.time_limit_s * 1e6)
+    commands = set(config.commands)
     ours = any(member.companion is not None for member in conductor.vehicles)
     settle()
     pacer = Pacer(math.inf if speed is None else speed)
@@ -261,4 +257,4 @@ def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Message:
 
 
 if __name__ == "__main__":
-    main(run, "the launcher")
+    main(run, WorldConfig, "the launcher")

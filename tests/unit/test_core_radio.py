@@ -1,5 +1,7 @@
 """The radio between vehicles: latency, order, loss by pattern of the seed, range, bandwidth, outages."""
 
+import dataclasses
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,12 +25,12 @@ def test_a_datagram_arrives_after_its_latency() -> None:
 
 
 def test_bandwidth_makes_datagrams_wait_for_each_other() -> None:
-    slow = FAST._replace(bandwidth_bit_s=8000.0, latency_s=0.0)  # 100 bytes take 0.1 s
+    slow = dataclasses.replace(FAST, bandwidth_bit_s=8000.0, latency_s=0.0)  # 100 bytes take 0.1 s
     assert [at for at, _ in arrivals(slow, [(0, bytes(100))] * 3)] == [100_000, 200_000, 300_000]
 
 
 def test_a_full_queue_drops_what_comes_last() -> None:
-    slow = FAST._replace(bandwidth_bit_s=8000.0, latency_s=0.0, queue_bytes=250)
+    slow = dataclasses.replace(FAST, bandwidth_bit_s=8000.0, latency_s=0.0, queue_bytes=250)
     came = arrivals(slow, [(0, bytes([n]) * 100) for n in range(10)])
     assert [data[0] for _, data in came] == [0, 1, 2]
 
@@ -41,13 +43,13 @@ def test_beyond_its_range_nothing_is_heard() -> None:
 
 
 def test_an_outage_cuts_the_link_and_no_longer() -> None:
-    cut = FAST._replace(outages=(Outage(1.0, 2.0),))
+    cut = dataclasses.replace(FAST, outages=(Outage(1.0, 2.0),))
     sends = [(0, b"before"), (1_000_000, b"in"), (1_990_000, b"in"), (2_000_000, b"after")]
     assert [data for _, data in arrivals(cut, sends)] == [b"before", b"after"]
 
 
 def test_loss_is_what_was_asked_for_and_the_seed_decides_which() -> None:
-    lossy = FAST._replace(loss=0.3)
+    lossy = dataclasses.replace(FAST, loss=0.3)
     sends = [(10_000 * n, bytes([n % 256])) for n in range(400)]
     one, again, other = (arrivals(lossy, sends, seed) for seed in (1, 1, 2))
     assert one == again != other

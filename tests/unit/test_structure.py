@@ -28,7 +28,7 @@ SOCKET_FILES = {
     "sitl_emu/cli.py",
     "sitl_emu/core/tcp_channel.py",
     "sitl_emu/run/control.py",
-    "sitl_emu/run/launcher.py",
+    "sitl_emu/run/wiring.py",
     "sitl_emu/run/children.py",
     "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",

@@ -1,0 +1,138 @@
+"""What each process of a run is told at its start: one record per kind of process, JSON on its command line.
+
+The launcher fills them in, `written` and `read` are the two sides of the border. File descriptors are those of sockets
+that the process inherits. What users write freely, a world's and a mission's options, stays the mapping that it is.
+"""
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from sitl_emu.core.radio import RadioSettings
+from vehicles import record
+
+Config = TypeVar("Config", bound="ProcessConfig")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessConfig:
+    """What every process of a run knows."""
+
+    folder: str
+    """The run's folder."""
+    start_us: int
+    """Microseconds since 1970 at which simulated time begins."""
+    seed: int
+    name: str = ""
+    """The vehicle's; empty where a process belongs to none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldData:
+    """Which world to build."""
+
+    kind: str
+    options: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartPlace:
+    """Where a vehicle starts, in metres from the world's origin; the heading is from north over east."""
+
+    north_m: float
+    east_m: float
+    heading_deg: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraData:
+    """When a vehicle's camera takes its frames, and how long they are under way to the companion."""
+
+    fd: int
+    rate_hz: float
+    latency_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleData:
+    """A vehicle as the world process knows it, and the sockets to its processes."""
+
+    name: str
+    model: str
+    instance: int
+    lockstep: bool
+    """Whether its autopilot takes part in barriers."""
+    start: str | StartPlace
+    """The name of a place of the world, or numbers."""
+    autopilot_fd: int
+    companion_fd: int | None = None
+    radio_fd: int | None = None
+    camera: CameraData | None = None
+
+    @property
+    def fds(self) -> list[int]:
+        """All that the world process inherits for this vehicle."""
+        fds = (self.autopilot_fd, self.companion_fd, self.radio_fd, self.camera.fd if self.camera else None)
+        return [fd for fd in fds if fd is not None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldConfig(ProcessConfig):
+    """For the world process."""
+
+    world: WorldData
+    vehicles: tuple[VehicleData, ...]
+    radio: RadioSettings
+    speed: float | None
+    """Times real time; None: as fast as it goes."""
+    time_limit_s: float
+    commands: tuple[str, ...]
+    """Vehicles whose companion is a command that the run waits for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutopilotConfig(ProcessConfig):
+    """For the process of an autopilot of ours."""
+
+    model: str
+    instance: int
+    lockstep: bool
+    gcs: tuple[str, int] | None
+    """Host and port of the ground station; None: on this machine."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraConfig(ProcessConfig):
+    """For the process of a camera."""
+
+    world: WorldData
+    mount: str
+    ring: str
+    """Name of the shared memory that its frames go to."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompanionConfig(ProcessConfig):
+    """For the process of a companion of ours."""
+
+    instance: int
+    mission: str
+    options: Mapping[str, Any]
+    radio_port: int | None
+    """The radio's UDP port for this companion; None where it has no peer."""
+    ring: str | None
+    """Name of its camera's shared memory."""
+    inference_latency_us: int
+    gcs: tuple[str, int] | None
+
+
+def written(config: ProcessConfig) -> str:
+    """A record as JSON."""
+    return json.dumps(dataclasses.asdict(config))
+
+
+def read(config: type[Config], text: str) -> Config:
+    """The record that `written` wrote. Raises VehicleError where the text is of another kind."""
+    return record.read(config, json.loads(text), config.__name__)

@@ -1,0 +1,256 @@
+"""Which processes a run has, and the sockets that join them.
+
+The world process holds a control channel to every autopilot, camera and companion of ours, and the radio's socket for
+each companion where there are several. All sockets are made here before any process is started, so that each inherits
+its own, and closed here when all have them.
+"""
+
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from sitl_emu.core import ports
+from sitl_emu.run.children import Child, start_command, start_process
+from sitl_emu.run.configs import (
+    AutopilotConfig,
+    CameraConfig,
+    CameraData,
+    CompanionConfig,
+    ProcessConfig,
+    StartPlace,
+    VehicleData,
+    WorldConfig,
+    WorldData,
+)
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.scenario import CompanionPart, Scenario, VehiclePart
+
+LOOPBACK = "127.0.0.1"
+
+
+class Wanted(NamedTuple):
+    """A run to be made."""
+
+    scenario: Scenario
+    seed: int
+    speed: float | None
+    """Times real time; None: as fast as it goes."""
+    folder: Path
+    gcs: tuple[str, int] | None = None
+    first_instance: int = 0
+
+
+class Process(NamedTuple):
+    """A process of ours that is to be started."""
+
+    title: str
+    module: str
+    config: ProcessConfig
+    end: socket.socket
+    """Its end of the control channel."""
+
+
+class Command(NamedTuple):
+    """A companion of the user's that is to be started."""
+
+    vehicle: VehiclePart
+    words: dict[str, str]
+    """What is filled in for the words in braces."""
+
+
+class Member(NamedTuple):
+    """A vehicle: what the world process is told of it, and its other processes."""
+
+    data: VehicleData
+    processes: list[Process]
+    command: Command | None
+
+
+class Sockets:
+    """The sockets that join the processes of a run."""
+
+    def __init__(self) -> None:
+        self.opened: list[socket.socket] = []
+
+    def channel(self) -> tuple[socket.socket, socket.socket]:
+        """A control channel: the world's end, and the other."""
+        both = socket.socketpair()
+        self.opened.extend(both)
+        return both
+
+    def radio(self) -> socket.socket:
+        """A UDP socket of the radio, on a port of its own."""
+        radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.opened.append(radio)
+        radio.bind((LOOPBACK, 0))
+        return radio
+
+    def close(self) -> None:
+        """In this process; who has inherited one keeps it."""
+        for opened in self.opened:
+            opened.close()
+
+
+@contextmanager
+def _sockets() -> Iterator[Sockets]:
+    sockets = Sockets()
+    try:
+        yield sockets
+    finally:
+        sockets.close()
+
+
+def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
+    """Start all processes, which are added to `children`; the launcher's end of the world's control channel.
+
+    Raises Trouble where a companion's command can't be started.
+    """
+    launcher_end, world_end = socket.socketpair()
+    control = ControlChannel(launcher_end, "the world process")
+    with _sockets() as sockets, world_end:
+        vehicles = enumerate(wanted.scenario.vehicles, wanted.first_instance)
+        members = [_member(wanted, instance, vehicle, sockets) for instance, vehicle in vehicles]
+        config = _world(wanted, members)
+        fds = [fd for member in members for fd in member.data.fds]
+        children.append(start_process("world", "world_process", config, world_end, fds, wanted.folder))
+        for member in members:
+            for title, module, process_config, end in member.processes:
+                children.append(start_process(title, module, process_config, end, [], wanted.folder))
+        for member in members:
+            if member.command is not None:
+                children.append(start_command(*member.command, wanted.folder))
+    return control
+
+
+def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
+    commands = [member.command.vehicle for member in members if member.command is not None]
+    return WorldConfig(
+        folder=str(wanted.folder),
+        start_us=wanted.scenario.start_us,
+        seed=wanted.seed,
+        world=_world_data(wanted.scenario),
+        vehicles=tuple(member.data for member in members),
+        radio=wanted.scenario.peer_radio.settings(),
+        speed=wanted.speed,
+        time_limit_s=wanted.scenario.time_limit_s,
+        commands=tuple(each.name for each in commands if each.companion and not each.companion.background),
+    )
+
+
+def _world_data(scenario: Scenario) -> WorldData:
+    return WorldData(kind=scenario.world.kind, options=scenario.world.options)
+
+
+def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets) -> Member:
+    """A vehicle's processes, and the sockets that join them to the world process."""
+    companion = vehicle.companion
+    has_radio = sum(other.companion is not None for other in wanted.scenario.vehicles) > 1
+    radio = sockets.radio() if has_radio and companion is not None else None
+    radio_port = radio.getsockname()[1] if radio is not None else None
+    processes, command = list[Process](), None
+    autopilot_fd = _autopilot(wanted, instance, vehicle, sockets, processes)
+    camera = _camera(wanted, vehicle, sockets, processes)
+    companion_fd = None
+    if companion is not None and companion.mission is not None:
+        companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, sockets, processes)
+    elif companion is not None:
+        command = Command(vehicle, _words(wanted, instance, vehicle, radio_port))
+    place = vehicle.start
+    data = VehicleData(
+        name=vehicle.name,
+        model=vehicle.model,
+        instance=instance,
+        lockstep=_in_lockstep(vehicle),
+        start=place if isinstance(place, str) else StartPlace(**place.model_dump()),
+        autopilot_fd=autopilot_fd,
+        companion_fd=companion_fd,
+        radio_fd=radio.fileno() if radio is not None else None,
+        camera=camera,
+    )
+    return Member(data, processes, command)
+
+
+def _in_lockstep(vehicle: VehiclePart) -> bool:
+    """Whether the autopilot takes part in barriers: with a companion of ours."""
+    return vehicle.companion is not None and vehicle.companion.mission is not None
+
+
+def _ring(vehicle: VehiclePart) -> str:
+    """The shared memory of a vehicle's camera."""
+    return f"sitl_emu-{os.getpid()}-{vehicle.name}"
+
+
+def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> int:
+    world_end, end = sockets.channel()
+    config = AutopilotConfig(
+        folder=str(wanted.folder),
+        start_us=wanted.scenario.start_us,
+        seed=wanted.seed,
+        name=vehicle.name,
+        model=vehicle.model,
+        instance=instance,
+        lockstep=_in_lockstep(vehicle),
+        gcs=wanted.gcs,
+    )
+    processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))
+    return world_end.fileno()
+
+
+def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> CameraData | None:
+    camera = vehicle.camera
+    if camera is None:
+        return None
+    world_end, end = sockets.channel()
+    config = CameraConfig(
+        folder=str(wanted.folder),
+        start_us=wanted.scenario.start_us,
+        seed=wanted.seed,
+        name=vehicle.name,
+        world=_world_data(wanted.scenario),
+        mount=camera.mount,
+        ring=_ring(vehicle),
+    )
+    processes.append(Process(f"camera {vehicle.name}", "camera_process", config, end))
+    return CameraData(fd=world_end.fileno(), rate_hz=camera.rate_hz, latency_s=camera.latency_s)
+
+
+def _companion(
+    wanted: Wanted,
+    instance: int,
+    vehicle: VehiclePart,
+    companion: CompanionPart,
+    radio_port: int | None,
+    sockets: Sockets,
+    processes: list[Process],
+) -> int:
+    assert companion.mission is not None
+    world_end, end = sockets.channel()
+    config = CompanionConfig(
+        folder=str(wanted.folder),
+        start_us=wanted.scenario.start_us,
+        seed=wanted.seed,
+        name=vehicle.name,
+        instance=instance,
+        mission=companion.mission,
+        options=companion.options,
+        radio_port=radio_port,
+        ring=_ring(vehicle) if vehicle.camera is not None else None,
+        inference_latency_us=round(companion.inference_latency_s * 1e6),
+        gcs=wanted.gcs,
+    )
+    processes.append(Process(f"companion {vehicle.name}", "companion_process", config, end))
+    return world_end.fileno()
+
+
+def _words(wanted: Wanted, instance: int, vehicle: VehiclePart, radio_port: int | None) -> dict[str, str]:
+    """What a companion's command may name in braces."""
+    return {
+        "connect": f"udpin:{LOOPBACK}:{ports.onboard(instance).remote}",
+        "peer": f"udpout:{LOOPBACK}:{radio_port}" if radio_port is not None else "",
+        "camera": f"shm:{_ring(vehicle)}" if vehicle.camera is not None else "",
+        "out": str(wanted.folder),
+        "seed": str(wanted.seed),
+    }
