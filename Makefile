@@ -68,7 +68,7 @@ test-others:
 	$(BIN)/python -m pytest -q -p no:cacheprovider tests/missions tests/flight tests/unit
 
 evaluate: .venv/.dev-ready ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
-	$(BIN)/python tools/evaluate.py
+	$(BIN)/python tools/evaluate.py agriculture
 
 bench: .venv/.dev-ready ## cost of a tick (physics, autopilot, rendering), memory of a fleet
 	for bench in tools/bench_*.py; do $(BIN)/python $$bench || exit 1; done

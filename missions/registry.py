@@ -1,41 +1,125 @@
-"""The missions a companion can run, by name, and the score of the runs they were flown in."""
+"""The missions there are: found by entry points, so that a package of one's own is one of them once it is installed.
 
+Ours are declared in pyproject.toml like anybody's. In a checkout that file itself is read for them, as the metadata of
+an editable installation stays what it was when `pip install -e .` was called. A name that two packages bring is ours,
+or the first one's.
+"""
+
+import tomllib
 from collections.abc import Collection
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 from missions.companion.companion import Companion
-from missions.scoring import MissionScore, RunRecord
+from missions.companion.options import Options
+from missions.mission import Mission, Program, Setting
 
-NAMES = ("agriculture-scout", "agriculture-inspect")
+GROUP = "sitl_emu.missions"
+CHECKOUT = Path(__file__).parents[1] / "pyproject.toml"
+SCENARIO_SUFFIX = ".yaml"
 
 
 class MissionError(Exception):
     """A mission that is unknown or was given wrong options; the text is one line for people."""
 
 
-def make_companion(name: str, options: dict[str, Any]) -> Companion:
-    """The companion program of a mission. Raises MissionError, which names what is wrong and what is allowed.
+@cache
+def found() -> dict[str, EntryPoint]:
+    """The entry points of all missions, by the mission's name."""
+    ours = list[EntryPoint]()
+    if CHECKOUT.is_file():
+        declared = tomllib.loads(CHECKOUT.read_text())["project"].get("entry-points", {}).get(GROUP, {})
+        ours = [EntryPoint(name, value, GROUP) for name, value in declared.items()]
+    points = dict[str, EntryPoint]()
+    for point in (*ours, *entry_points(group=GROUP)):
+        points.setdefault(point.name, point)
+    return points
 
-    `options` come from the scenario file or the command line; each mission's module documents its own.
-    """
+
+@cache
+def mission(name: str) -> Mission:
+    """The mission of an entry point. Raises MissionError when its package can't be loaded."""
+    point = found()[name]
     try:
-        if name == "agriculture-scout":
-            from missions.agriculture.scout import Scout
+        loaded = point.load()
+    except Exception as error:  # whatever a foreign package does when it is imported
+        raise MissionError(f"mission {name}: can't load {point.value}: {type(error).__name__}: {error}") from error
+    if not isinstance(loaded, Mission):
+        raise MissionError(f"mission {name}: {point.value} is no Mission, but a {type(loaded).__name__}")
+    return loaded
 
-            return Scout.from_options(options)
-        if name == "agriculture-inspect":
-            from missions.agriculture.inspect import Inspect
 
-            return Inspect.from_options(options)
+def whole() -> dict[str, Mission]:
+    """All missions that can be loaded; one that can't does not keep the others from being flown."""
+    loaded = dict[str, Mission]()
+    for name in found():
+        try:
+            loaded[name] = mission(name)
+        except MissionError:
+            continue
+    return loaded
+
+
+def broken() -> list[str]:
+    """What is wrong with the missions that can't be loaded, a line each."""
+    lines = list[str]()
+    for name in found():
+        try:
+            mission(name)
+        except MissionError as error:
+            lines.append(str(error))
+    return lines
+
+
+def programs() -> dict[str, Program]:
+    """The programs of all missions, by name."""
+    return {name: program for one in whole().values() for name, program in one.programs.items()}
+
+
+def scenarios() -> dict[str, Path]:
+    """The scenario files that missions bring, by name."""
+    files = dict[str, Path]()
+    for one in whole().values():
+        if one.scenarios is not None:
+            for path in sorted(one.scenarios.glob(f"*{SCENARIO_SUFFIX}")):
+                files.setdefault(path.stem, path)
+    return files
+
+
+def prepare(name: str, options: dict[str, Any], setting: Setting) -> dict[str, Any]:
+    """The options with which a program is to run in this setting. Raises MissionError."""
+    try:
+        return _program(name).prepare(options, setting)
     except ValueError as error:
         raise MissionError(f"mission {name}: {error}") from error
-    raise MissionError(f"there is no mission {name!r}; there are: {', '.join(NAMES)}")
 
 
-def score_of(names: Collection[str], record: RunRecord) -> MissionScore | None:
-    """The score of a run in which companions ran these missions; None where none of them has one."""
-    if not {"agriculture-scout", "agriculture-inspect"}.isdisjoint(names):
-        from missions.agriculture.score import score
+def make_companion(name: str, options: dict[str, Any]) -> Companion:
+    """The companion of a program's name. Raises MissionError, which names what is wrong and what is allowed.
 
-        return score(record)
-    return None
+    `options` come from the scenario file or the command line; each program's module documents its own.
+    """
+    given = Options(options)
+    try:
+        companion = _program(name).make(given)
+        given.end()
+    except ValueError as error:
+        raise MissionError(f"mission {name}: {error}") from error
+    return companion
+
+
+def missions_of(names: Collection[str]) -> list[Mission]:
+    """The missions whose programs bear these names, each once."""
+    return [one for one in whole().values() if not one.programs.keys().isdisjoint(names)]
+
+
+def _program(name: str) -> Program:
+    for point in found():
+        if name == point or name.startswith(f"{point}-"):
+            mission(point)  # its own error says more than that there is no such program
+    known = programs()
+    if name not in known:
+        raise MissionError(f"there is no mission {name!r}; there are: {', '.join(sorted(known))}")
+    return known[name]

@@ -57,3 +57,14 @@ class MissionScore(NamedTuple):
     """The same for people."""
     shortfalls: list[str]
     """What keeps the mission from being a success, a few words each; empty where nothing does."""
+
+
+def together(scores: Sequence[MissionScore]) -> MissionScore | None:
+    """The one score of a run that several missions have scored; None where none has."""
+    if not scores:
+        return None
+    return MissionScore(
+        {key: value for one in scores for key, value in one.figures.items()},
+        [line for one in scores for line in one.lines],
+        [shortfall for one in scores for shortfall in one.shortfalls],
+    )

@@ -16,7 +16,8 @@ from sitl_emu import __version__
 app = typer.Typer(
     name="sitl-emu",
     help="PX4 vehicles, their simulated world and their missions, from one install. "
-    "Start with `sitl-emu run agriculture`, or with `sitl-emu launch iris` and connect QGroundControl.",
+    "Start with `sitl-emu run`, which names the missions there are, or with `sitl-emu launch iris` and connect "
+    "QGroundControl.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -55,14 +56,19 @@ Gcs = Annotated[
 @app.command(short_help="Run a mission, with a report at the end.")
 def run(
     scenario: Annotated[
-        str, typer.Argument(metavar="SCENARIO", help="A built-in scenario (`agriculture`) or a .yaml file.")
-    ],
+        str | None,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="A scenario that a mission brings, by its name, or a .yaml file. Without it, lists their names.",
+            show_default=False,
+        ),
+    ] = None,
     speed: Annotated[
         str, typer.Option(metavar="1|N|max", help="Times real time; max: as fast as this machine can.")
     ] = "1",
     seed: Annotated[
         int | None,
-        typer.Option(min=0, metavar="S", help="Other seed, other field and noise. [default: the scenario's]"),
+        typer.Option(min=0, metavar="S", help="Other seed, other world and noise. [default: the scenario's]"),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the run. [default: runs/SCENARIO-TIME]")
@@ -82,10 +88,14 @@ def run(
 
     Ends with exit status 0 when the mission succeeded. While it runs, a ground station on UDP 14550 sees the vehicles.
     """
-    from sitl_emu.run.run_command import run_scenario
+    from sitl_emu.run.run_command import run_scenario, scenario_lines
     from sitl_emu.run.trouble import Trouble
 
     try:
+        if scenario is None:
+            for line in scenario_lines():
+                _say(line)
+            return
         status = run_scenario(scenario, _speed(speed), seed, out, _gcs(gcs), instance)
     except Trouble as error:
         _refuse(str(error))

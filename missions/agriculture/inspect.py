@@ -25,7 +25,6 @@ Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeou
 import math
 from collections import defaultdict, deque
 from collections.abc import Sequence
-from typing import Any
 
 from gcs.command import Command, arm, disarm, reposition
 from gcs.geodesy import distance_m, from_metres, to_metres
@@ -33,13 +32,14 @@ from gcs.mission import MissionItem, MissionUpload
 from gcs.set_mode import set_mode
 from gcs.statustext import WARNING
 from gcs.telemetry import Pose, Telemetry
+from missions.agriculture.detector import ClassicalDetector
 from missions.agriculture.jobs import NAV_WAYPOINT, Asker, Job, JobQueue, Sight, wanted_of
 from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
 from missions.companion.camera import Image
 from missions.companion.camera_model import MAST, CameraModel, camera_pose, gsd_m
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
-from missions.companion.detector import ClassicalDetector, Detection, Detector
+from missions.companion.detector import Detection, Detector
 from missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
@@ -90,10 +90,9 @@ class Inspect:
         self._script: Script | None = self._run()
 
     @classmethod
-    def from_options(cls, options: dict[str, Any]) -> "Inspect":
+    def from_options(cls, given: Options) -> "Inspect":
         """From a scenario's options. Raises ValueError for a wrong one."""
-        given = Options(options)
-        inspect = cls(
+        return cls(
             ClassicalDetector(),
             approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             arrival_m=given.number("arrival_m", 2.0, 0.2, 20.0),
@@ -102,8 +101,6 @@ class Inspect:
             turn_m=given.number("turn_m", 8.0, 3.0, 50.0),
             drive_timeout_s=given.number("drive_timeout_s", 240.0, 10.0, 3600.0),
         )
-        given.end()
-        return inspect
 
     @property
     def system_id(self) -> int:

@@ -26,7 +26,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from gcs.command import Command, arm
 from gcs.geodesy import from_metres, to_metres
@@ -36,13 +35,14 @@ from gcs.plan_file import FlightPlan, PlanError, read_plan
 from gcs.set_mode import set_mode
 from gcs.statustext import CRITICAL, WARNING
 from gcs.telemetry import Pose, Telemetry
+from missions.agriculture.detector import ClassicalDetector
 from missions.agriculture.jobs import Wanted, items_of
 from missions.agriculture.report import Report, Result, ack_of, report_of
 from missions.companion.camera import Image
 from missions.companion.camera_model import NADIR, CameraModel, camera_pose, gsd_m
 from missions.companion.companion import AUTOPILOT_LINK, COMPONENT_ID, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
-from missions.companion.detector import ClassicalDetector, Detection, Detector
+from missions.companion.detector import Detection, Detector
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
 from sitl_emu.core import dialect as mavlink
@@ -122,10 +122,10 @@ class Scout:
         self._delivery: Script | None = self._deliver()
 
     @classmethod
-    def from_options(cls, options: dict[str, Any]) -> "Scout":
+    def from_options(cls, given: Options) -> "Scout":
         """From a scenario's options. Raises ValueError for a wrong one, or a plan that can't be read."""
-        given = Options(options)
-        plan = read_plan(Path(given.text("plan")))
+        path = given.text("plan")
+        plan = read_plan(Path(path))
         scout = cls(
             plan,
             ClassicalDetector(),
@@ -136,9 +136,8 @@ class Scout:
             return_altitude_m=given.number("return_altitude_m", 0.0, 0.0, 150.0),
             scan_altitude_m=given.number("scan_altitude_m", 8.0, 0.0, 100.0),
         )
-        given.end()
         if not plan.mission:
-            raise PlanError(f"{options['plan']}: mission.items: empty; allowed: a mission with a Survey")
+            raise PlanError(f"{path}: mission.items: empty; allowed: a mission with a Survey")
         return scout
 
     @property

@@ -1,6 +1,6 @@
 """The runner of a companion on hardware, or beside any PX4: real clock, UDP sockets, a camera, a detector thread.
 
-    python -P -m missions.companion.main --mission agriculture-scout --plan field.plan
+    python -P -m missions.companion.main --mission NAME --plan field.plan
         --connect udpin:0.0.0.0:14540 --camera rtsp://camera/stream --peer udpout:192.168.1.7:14600
 
 It drives the same state machines as a simulated run, without its promise of equal results: frames that come while the
@@ -34,7 +34,7 @@ from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK,
 from missions.companion.detector import Detection
 from missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
 from missions.companion.wire import Wire
-from missions.registry import NAMES, MissionError, make_companion
+from missions.registry import MissionError, make_companion, programs
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.framing import Splitter
 
@@ -373,7 +373,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -P -m missions.companion.main", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("--mission", required=True, metavar="NAME", help=f"one of {', '.join(NAMES)}")
+    parser.add_argument("--mission", required=True, metavar="NAME", help=f"one of {', '.join(sorted(programs()))}")
     parser.add_argument(
         "--connect", required=True, metavar="URL", help="the autopilot: udpin:HOST:PORT, udpout:…, /dev/ttyX[:BAUD]"
     )
@@ -396,7 +396,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--exit-when-idle",
         type=float,
         metavar="SECONDS",
-        help="end when there was nothing more to do for so long (a UGV's companion waits for the next target instead)",
+        help="end when there was nothing more to do for so long (a companion at others' service waits for their next request instead)",
     )
     return parser.parse_args(arguments)
 

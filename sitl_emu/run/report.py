@@ -1,12 +1,13 @@
 """report.html of a run: one file with everything in it, for people.
 
-Map of the field with tracks, true and reported targets; heights over time; errors; the frames that confirmed a target.
+A map with the tracks, what truly stands there and what the missions mark; heights over time; what the missions add
+(`missions/reporting.py`); the frames that events name; all events.
 """
 
 import base64
 import html
 import io
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,21 +15,12 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from missions.reporting import OTHER_COLOUR, Page, Plot, Section, Table
 from missions.scoring import Track
 from sitl_emu.run import score
 
 matplotlib.use("Agg")
 
-KIND_COLOURS = {
-    "weed": "#2e7d32",
-    "disease": "#c77800",
-    "bare_soil": "#b08968",
-    "puddle": "#6fa8c9",
-    "residue": "#d8c690",
-    "shade": "#8a8f98",
-    "pale_corn": "#c5d86d",
-    "lush_corn": "#7cb342",
-}
 TRACK_COLOURS = ("#1565c0", "#6a1b9a", "#00838f", "#ad1457", "#4e342e")
 
 PHOTO_ALPHA = 0.55
@@ -43,8 +35,17 @@ figure { display: inline-block; margin: 0 1rem 1rem 0; } figcaption { color: #66
 """
 
 
-def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: np.ndarray | None = None) -> None:
-    """Write report.html from what lies in the run's folder. `photo`: the outline from above, north up, uint8 RGB."""
+def write(
+    folder: Path,
+    summary: dict[str, Any],
+    truth: dict[str, Any],
+    pages: Sequence[Page] = (),
+    photo: np.ndarray | None = None,
+) -> None:
+    """Write report.html from what lies in the run's folder.
+
+    `pages`: what the missions add. `photo`: the outline from above, north up, uint8 RGB.
+    """
     events = score.read_events(folder)
     names = sorted(path.stem.removeprefix("truth-") for path in folder.glob("truth-*.csv"))
     tracks = {name: score.read_track(folder, name) for name in names}
@@ -57,21 +58,20 @@ def write(folder: Path, summary: dict[str, Any], truth: dict[str, Any], photo: n
     if any(track.time_s for track in tracks.values()):
         parts += [
             "<h2>Map</h2>",
-            _image(draw_map(summary, truth, tracks, photo)),
+            _image(draw_map(truth, tracks, pages, photo)),
             "<h2>Heights</h2>",
             _image(_heights(tracks)),
         ]
-    if summary.get("targets"):
-        parts += ["<h2>Targets</h2>", _targets(summary["targets"]), _image(_errors(summary["targets"]))]
+    parts += [_section(section) for page in pages for section in page.sections]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
     page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(summary['scenario'])}</title>"
     (folder / "report.html").write_text(f"{page}<style>{STYLE}</style><body>{''.join(parts)}</body></html>\n")
 
 
 def draw_map(
-    summary: dict[str, Any], truth: dict[str, Any], tracks: dict[str, Track], photo: np.ndarray | None
+    truth: dict[str, Any], tracks: dict[str, Track], pages: Sequence[Page], photo: np.ndarray | None
 ) -> Figure:
-    """Field, true tracks, what is really there, and what was reported."""
+    """Outline, true tracks, what is really there, and what the missions mark."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     axes = figure.add_subplot()
     outline = truth.get("outline", [])
@@ -83,7 +83,8 @@ def draw_map(
         axes.plot(east, north, color="#8d8468", linewidth=1, zorder=1)
     drawn = set[str]()
     for thing in truth.get("objects", []):
-        colour, kind = KIND_COLOURS.get(thing["kind"], "#999"), thing["kind"]
+        kind = thing["kind"]
+        colour = next((page.colours[kind] for page in pages if kind in page.colours), OTHER_COLOUR)
         edge = "black" if thing["target"] else "none"
         label = f"{'target' if thing['target'] else 'distractor'}: {kind}" if kind not in drawn else None
         drawn.add(kind)
@@ -99,16 +100,10 @@ def draw_map(
         )
     for (name, track), colour in zip(tracks.items(), TRACK_COLOURS * len(tracks), strict=False):
         axes.plot(track.east_m, track.north_m, color=colour, linewidth=1.3, label=f"{name}, true track", zorder=2)
-    for number, one in enumerate(summary.get("reported", [])):
-        axes.scatter(
-            one["east_m"],
-            one["north_m"],
-            marker="x",
-            s=90,
-            color="#d50000",
-            label="reported" if number == 0 else None,
-            zorder=5,
-        )
+    for mark in (mark for page in pages for mark in page.marks):
+        label = mark.label if mark.label not in drawn else None
+        drawn.add(mark.label)
+        axes.scatter(mark.east_m, mark.north_m, marker=mark.marker, s=90, color=mark.colour, label=label, zorder=5)
     axes.set_aspect("equal")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
@@ -128,41 +123,25 @@ def _heights(tracks: dict[str, Track]) -> Figure:
     return figure
 
 
-def _errors(targets: list[dict[str, Any]]) -> Figure:
-    figure = Figure(figsize=(9, 3), layout="constrained")
-    axes = figure.add_subplot()
-    kinds = (
-        ("geolocation_error_m", "geolocation", "#1565c0"),
-        ("ugv_stop_error_m", "UGV from its waypoint", "#6a1b9a"),
-        ("ugv_target_error_m", "UGV from the true target", "#ad1457"),
-    )
-    for place, (key, label, colour) in enumerate(kinds):
-        at = [number + 0.25 * (place - 1) for number in range(len(targets))]
-        axes.bar(at, [target[key] or 0.0 for target in targets], width=0.22, label=label, color=colour)
-    axes.set_xticks(range(len(targets)), [f"{number + 1} {target['kind']}" for number, target in enumerate(targets)])
-    axes.set_ylabel("error, m")
-    axes.grid(alpha=0.3, axis="y")
-    axes.legend(frameon=False, fontsize=9)
-    return figure
+def _section(section: Section) -> str:
+    """A mission's section."""
+    parts = [_rows(part) if isinstance(part, Table) else _plot(part) for part in section.parts]
+    return f"<h2>{html.escape(section.title)}</h2>{''.join(parts)}"
 
 
-def _targets(targets: list[dict[str, Any]]) -> str:
-    columns: dict[str, Callable[[dict[str, Any]], object]] = {
-        "kind": lambda target: target["kind"],
-        "radius, m": lambda target: target["radius_m"],
-        "confirmed": lambda target: "yes" if target["confirmed"] else "no",
-        "seen as": lambda target: target["label"],
-        "score": lambda target: target["score"],
-        "inspection by the UGV": lambda target: (target["inspection"] or "none").replace("_", " "),
-        "geolocation error, m": lambda target: target["geolocation_error_m"],
-        "UGV to waypoint, m": lambda target: target["ugv_stop_error_m"],
-        "to target, m": lambda target: target["ugv_target_error_m"],
-    }
-    rows = []
-    for number, target in enumerate(targets, 1):
-        cells = (number, *(cell(target) for cell in columns.values()))
-        rows.append("".join(f"<td>{'–' if cell is None else html.escape(str(cell))}</td>" for cell in cells))
-    return _table("".join(f"<th>{head}</th>" for head in ("", *columns)), rows)
+def _rows(table: Table) -> str:
+    """A mission's table; what is not known is a dash."""
+    rows = [
+        "".join(f"<td>{'–' if cell is None else html.escape(str(cell))}</td>" for cell in cells) for cells in table.rows
+    ]
+    return _table("".join(f"<th>{html.escape(head)}</th>" for head in table.head), rows)
+
+
+def _plot(plot: Plot) -> str:
+    """A mission's plot."""
+    figure = Figure(figsize=(9, plot.height_in), layout="constrained")
+    plot.draw(figure.add_subplot())
+    return _image(figure)
 
 
 def _events(events: list[dict[str, Any]]) -> str:
@@ -189,7 +168,7 @@ def _frames(folder: Path, events: list[dict[str, Any]]) -> str:
             text = html.escape(f"{event['time_s']:.1f} s, {event['vehicle']}: {event.get('text', '')}")
             source = f"data:image/jpeg;base64,{data}"
             figures.append(f"<figure><img width=480 src='{source}' alt=''><figcaption>{text}</figcaption></figure>")
-    return "".join(figures) or "<p>No target was confirmed in a frame.</p>"
+    return "".join(figures) or "<p>No event tells of a frame.</p>"
 
 
 def _image(figure: Figure) -> str:

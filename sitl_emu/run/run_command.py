@@ -11,10 +11,11 @@ import yaml
 from rich.console import Console
 
 import vehicles
-from missions.registry import MissionError, make_companion
-from sitl_emu.run import launcher, plans, preflight, score, wiring, worlds
+from missions import registry
+from missions.mission import Mission, Setting
+from sitl_emu.run import launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
-from sitl_emu.run.scenario import Scenario, ScenarioError, find, load
+from sitl_emu.run.scenario import Scenario, ScenarioError, VehiclePart, find, load
 from sitl_emu.run.trouble import Trouble
 
 MOUNTS = ("nadir", "mast")
@@ -39,7 +40,7 @@ def run_scenario(
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
     try:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
-        _write_plans(scenario, seed, folder)
+        _prepare_missions(scenario, seed, folder)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
@@ -49,15 +50,23 @@ def run_scenario(
         ending = launcher.run(wanted, view)
     finally:
         view.close()
-    missions = [vehicle.companion.mission for vehicle in scenario.vehicles if vehicle.companion is not None]
-    summary = score.summary(folder, scenario.name, seed, ending, [name for name in missions if name is not None])
+    programs = [vehicle.companion.mission for vehicle in scenario.vehicles if vehicle.companion is not None]
+    missions = registry.missions_of([name for name in programs if name is not None])
+    summary = score.summary(folder, scenario.name, seed, ending, missions)
     try:
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-        _report(folder, summary, ending.truth, scenario, seed)
+        _report(folder, summary, ending.truth, missions, scenario, seed)
     except OSError as error:
         raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
     return score.exit_status(summary)
+
+
+def scenario_lines() -> list[str]:
+    """The scenarios that missions bring, a line each, and what is wrong with missions that can't be loaded."""
+    brought = registry.scenarios()
+    width = max(map(len, brought), default=0)
+    return [f"{name:<{width}}  {load(brought[name]).description}" for name in sorted(brought)] + registry.broken()
 
 
 def check(scenario: Scenario, seed: int, path: Path) -> None:
@@ -79,23 +88,29 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
         if vehicle.camera is not None and world.field is None:
             raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
         if vehicle.companion is not None and vehicle.companion.mission is not None:
-            if vehicle.camera is None:
-                raise ScenarioError(f"{where}.camera: missing; mission {vehicle.companion.mission} looks at its frames")
             try:
                 with tempfile.TemporaryDirectory() as folder:
-                    options = plans.written(vehicle.companion.options, world, Path(folder) / "field.plan")
-                    make_companion(vehicle.companion.mission, options)
-            except (MissionError, ValueError) as error:
+                    options = _prepared(vehicle, vehicle.companion.mission, world, Path(folder))
+                    registry.make_companion(vehicle.companion.mission, options)
+            except registry.MissionError as error:
                 raise ScenarioError(f"{where}.companion: {error}") from None
 
 
-def _write_plans(scenario: Scenario, seed: int, folder: Path) -> None:
-    """Put the plans that follow the world into the run's folder, and their names into the options."""
+def _prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: Path) -> dict[str, Any]:
+    """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
+    assert vehicle.companion is not None
+    outline_m = [(north, east) for north, east in world.truth["outline"]]
+    home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
+    setting = Setting(vehicle.name, vehicle.camera is not None, world.kind, home, outline_m, folder)
+    return registry.prepare(mission, vehicle.companion.options, setting)
+
+
+def _prepare_missions(scenario: Scenario, seed: int, folder: Path) -> None:
+    """Let the missions put what they need into the run's folder, and their options follow."""
     world = worlds.build(scenario.world.kind, seed, scenario.world.options)
     for vehicle in scenario.vehicles:
-        if vehicle.companion is not None:
-            options = vehicle.companion.options
-            options.update(plans.written(options, world, folder / f"{vehicle.name}.plan"))
+        if vehicle.companion is not None and vehicle.companion.mission is not None:
+            vehicle.companion.options.update(_prepared(vehicle, vehicle.companion.mission, world, folder))
 
 
 def make_folder(out: Path | None, name: str) -> Path:
@@ -112,11 +127,19 @@ def make_folder(out: Path | None, name: str) -> Path:
     return folder
 
 
-def _report(folder: Path, summary: dict[str, Any], truth: dict[str, Any], scenario: Scenario, seed: int) -> None:
+def _report(
+    folder: Path,
+    summary: dict[str, Any],
+    truth: dict[str, Any],
+    missions: list[Mission],
+    scenario: Scenario,
+    seed: int,
+) -> None:
     from sitl_emu.run import report
 
     photo = worlds.photo(worlds.build(scenario.world.kind, seed, scenario.world.options))
-    report.write(folder, summary, truth, photo)
+    pages = [one.page(summary) for one in missions if one.page is not None]
+    report.write(folder, summary, truth, pages, photo)
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

@@ -1,11 +1,10 @@
 """Scenario files: which vehicles, in which world, with which companions, and how they talk.
 
-A YAML file per scenario; the built-in ones lie in `missions/scenarios/` and go by their name. Whatever is wrong in a
-file is told in one line with file, field, value and what is allowed.
+A YAML file per scenario; those that missions bring go by their name. Whatever is wrong in a file is told in one line
+with file, field, value and what is allowed.
 """
 
 from datetime import UTC, datetime
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
+from missions import registry
 from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.run.trouble import Trouble
 
@@ -58,7 +58,7 @@ class CompanionPart(Part):
     inference_latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
     command: Annotated[list[str], Field(min_length=1)] | None = None
     background: bool = False
-    """The run does not wait for this command to end, but ends it: a UGV's, say, that is at others' service."""
+    """The run does not wait for this command to end, but ends it: for a vehicle that is at others' service."""
 
     @model_validator(mode="after")
     def one_of_them(self) -> "CompanionPart":
@@ -149,14 +149,6 @@ class Scenario(Part):
         return round(self.start_date.timestamp() * 1e6)
 
 
-def built_in() -> list[str]:
-    """Names of the built-in scenarios."""
-    folder = resources.files("missions") / "scenarios"
-    if not folder.is_dir():
-        return []
-    return sorted(entry.name.removesuffix(SUFFIX) for entry in folder.iterdir() if entry.name.endswith(SUFFIX))
-
-
 def find(name_or_file: str) -> Path:
     """The file of a scenario. Raises ScenarioError, which lists those there are."""
     path = Path(name_or_file)
@@ -164,11 +156,11 @@ def find(name_or_file: str) -> Path:
         if not path.is_file():
             raise ScenarioError(f"{path}: there is no such scenario file")
         return path
-    if name_or_file not in built_in():
-        raise ScenarioError(
-            f"there is no scenario {name_or_file!r}; built in: {', '.join(built_in())}; or give a {SUFFIX} file"
-        )
-    return Path(str(resources.files("missions") / "scenarios" / f"{name_or_file}{SUFFIX}"))
+    brought = registry.scenarios()
+    if name_or_file not in brought:
+        known = f"missions bring: {', '.join(sorted(brought))}; or give a {SUFFIX} file"
+        raise ScenarioError("; ".join([f"there is no scenario {name_or_file!r}; {known}", *registry.broken()]))
+    return brought[name_or_file]
 
 
 def load(path: Path) -> Scenario:

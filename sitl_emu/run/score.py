@@ -8,12 +8,12 @@ under `wall_clock`.
 
 import csv
 import json
-from collections.abc import Collection
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from missions.registry import score_of
-from missions.scoring import MissionScore, RunRecord, Track, TrueObject
+from missions.mission import Mission
+from missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run.launcher import Ending
 
@@ -69,10 +69,11 @@ def outcome_of(ended: str, score: MissionScore | None) -> str:
     return "; ".join(score.shortfalls) or SUCCESS
 
 
-def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Collection[str] = ()) -> dict[str, Any]:
-    """The contents of summary.json. `missions`: names of those that the run's companions ran."""
+def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Sequence[Mission] = ()) -> dict[str, Any]:
+    """The contents of summary.json. `missions`: those whose programs the run's companions ran."""
     figures = ending.figures
-    score = score_of(missions, record_of(folder, ending))
+    record = record_of(folder, ending)
+    score = together([one.score(record) for one in missions if one.score is not None])
     return {
         "scenario": scenario,
         "seed": seed,

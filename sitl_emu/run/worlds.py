@@ -1,6 +1,6 @@
 """The worlds there are, by kind, and what a run asks of one: origin, terrain, wind, places to start, cameras, truth.
 
-`corn_field` is the agriculture mission's; `flat` is a level plain without end, for flying without a mission.
+`corn_field` is a field with things to find; `flat` is a level plain without end, for flying without a mission.
 """
 
 import math

@@ -33,7 +33,7 @@ def call(*arguments: str) -> tuple[int, str]:
 def test_help_names_every_command_and_where_to_start() -> None:
     status, text = call("--help")
     assert status == 0
-    for word in ("run", "launch", "world", "sitl-emu run agriculture", "QGroundControl"):
+    for word in ("run", "launch", "world", "sitl-emu run", "QGroundControl"):
         assert word in text
 
 
@@ -55,7 +55,7 @@ def test_every_command_explains_itself(command: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "wanted"),
     [
-        (("run", "agricultur"), "there is no scenario 'agricultur'; built in: agriculture"),
+        (("run", "agricultur"), "there is no scenario 'agricultur'; missions bring: agriculture"),
         (("run", "nowhere.yaml"), "nowhere.yaml: there is no such scenario file"),
         (("run", "agriculture", "--speed", "fast"), "--speed fast: give a number above 0"),
         (("run", "agriculture", "--speed", "-1"), "--speed -1: give a number above 0"),
@@ -103,7 +103,10 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
             ("start: home}", "camera: {mount: nadir}, companion: {mission: farming}}"),
             "there is no mission 'farming'; there are:",
         ),
-        (("start: home}", "companion: {mission: agriculture-inspect}}"), "vehicles.0.camera: missing; mission"),
+        (
+            ("start: home}", "companion: {mission: agriculture-inspect}}"),
+            "vehicles.0.companion: mission agriculture-inspect: it looks at",
+        ),
         (("start: home}", "companion: {}}"), "companion: (mapping): give either `mission` or `command`"),
         (("start: home}", "camera: {mount: nose}}"), "camera.mount: 'nose': known: nadir, mast"),
         (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9]}}"), "size_m: [9]; must be two numbers"),

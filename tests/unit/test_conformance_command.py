@@ -179,7 +179,7 @@ def test_the_wheel_carries_the_conformance_tests(monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(ROOT)
     runpy.run_path("setup.py")
     assert told["package_dir"] == {"sitl_emu.conformance": "tests/conformance"}
-    assert {"sitl_emu.conformance", "sitl_emu.run", "autopilot.modes", "gcs", "missions.scenarios"} <= {
+    assert {"sitl_emu.conformance", "sitl_emu.run", "autopilot.modes", "gcs", "missions.agriculture.scenarios"} <= {
         *told["packages"]
     }
     others = [path.name for path in conformance.FOLDER.iterdir() if path.suffix not in (".py", ".md", "")]

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from missions import registry
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
-from sitl_emu.run.scenario import built_in, find, load
+from sitl_emu.run.scenario import find, load
 
 STATUS = {"phase": "scanning", "progress": 0.5, "done": False, "outcome": "", "text": "flying the survey"}
 
@@ -74,9 +75,9 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
     assert "60.0 s  3.0 x real time; uas scanning 50%" in text and "uas      armed" in text
 
 
-def test_every_built_in_scenario_can_be_read() -> None:
-    assert "agriculture" in built_in()
-    for name in built_in():
+def test_every_scenario_that_a_mission_brings_can_be_read() -> None:
+    assert "agriculture" in registry.scenarios()
+    for name in registry.scenarios():
         assert load(find(name)).name == name
 
 

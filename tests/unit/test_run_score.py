@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from missions.agriculture.page import page as agriculture_page
+from missions.registry import missions_of
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run import report, score
 from sitl_emu.run.launcher import Ending
@@ -24,7 +26,7 @@ TRUTH = {
         {"kind": "puddle", "north_m": PUDDLE[0], "east_m": PUDDLE[1], "radius_m": 0.7, "target": False},
     ],
 }
-MISSIONS = ["agriculture-scout", "agriculture-inspect"]
+MISSIONS = missions_of(["agriculture-scout", "agriculture-inspect"])
 Line = dict[str, Any]
 
 
@@ -183,7 +185,8 @@ def test_the_report_holds_everything_in_one_file(tmp_path: Path) -> None:
     (tmp_path / "frames/one.jpg").write_bytes(b"\xff\xd8 picture")
     event = confirmed(1, WEED) | {"picture": "frames/one.jpg", "text": "weed <1>"}
     write_run(tmp_path, [event, *all_is_well()[1:]])
-    report.write(tmp_path, summary(tmp_path), TRUTH)
+    got = summary(tmp_path)
+    report.write(tmp_path, got, TRUTH, [agriculture_page(got)])
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/png;base64,") == 3 and page.count("data:image/jpeg;base64,") == 1
     assert "Outcome: success" in page and "weed &lt;1&gt;" in page
@@ -241,7 +244,7 @@ def test_outcome_exit_status_counts_and_table_never_disagree(
 def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
     write_run(tmp_path, [confirmed(1, WEED, "disease"), *all_is_well()[1:-1], reported(2, "not_seen")])
     got = summary(tmp_path)
-    report.write(tmp_path, got, TRUTH)
+    report.write(tmp_path, got, TRUTH, [agriculture_page(got)])
     page = (tmp_path / "report.html").read_text()
     assert f"<p class=failure><b>Outcome: {got['outcome']}</b>" in page
     assert "<td>weed</td><td>0.5</td><td>no</td><td>disease</td>" in page

@@ -1,13 +1,14 @@
 """Trains the classical detector's small classifier on fields of seeds kept for it, and writes its weights.
 
-    python tools/train_detector.py [--seeds 100:160] [--frames 36] [--out missions/companion/detector_weights.json]
+    python tools/agriculture/train_detector.py [--seeds 100:160] [--frames 36]
+                                               [--out missions/agriculture/detector_weights.json]
 
 One command, the same weights each time on one machine. Frames are taken over each field from 11 to 21 m, at any
 heading and a few degrees of tilt, most of them near an object (targets and distractors alike, residue more often than
 the rest), and a fifth of them from the rover's mast. A cell whose middle lies within a target's outline is that target;
 one near the outline is left out; all others are neither. Softmax regression with one hidden layer, Adam, numpy. A first
 classifier, trained on half of the fields, picks what it gets wrong on the other half (hard negatives); the second is
-trained on all of it. Judge the result with `tools/score_detector.py` on other seeds.
+trained on all of it. Judge the result with `tools/agriculture/score_detector.py` on other seeds.
 """
 
 import argparse
@@ -20,9 +21,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from missions.companion import detector as det
+from missions.agriculture import detector as det
 from missions.companion.camera_model import MAST as MODEL_MAST
 from missions.companion.camera_model import NADIR as MODEL_NADIR
 from missions.companion.camera_model import CameraModel, Mount, camera_pose, project

@@ -6,15 +6,22 @@ import pytest
 
 from gcs.geodesy import to_metres
 from gcs.plan_file import read_plan
-from sitl_emu.run import plans, worlds
+from missions.agriculture.plans import written
+from missions.mission import Setting
+
+HOME = (40.47, -86.99, 215.0)
+FIELD_M = ((0.0, 0.0), (0.0, 90.0), (60.0, 90.0), (60.0, 0.0))
+
+
+def setting(folder: Path, outline_m: tuple[tuple[float, float], ...] = FIELD_M) -> Setting:
+    return Setting("scout", True, "corn_field" if outline_m else "flat", HOME, outline_m, folder)
 
 
 def area(plan: str, folder: Path) -> list[tuple[int, int]]:
     """Corners (north, east) of the plan's survey in whole metres of a field of 60 x 90 m."""
-    world = worlds.build("corn_field", 1, {"size_m": [60, 90]})
     path = folder / "scout.plan"
-    assert plans.written({"plan": plan, "other": 1}, world, path) == {"plan": str(path), "other": 1}
-    corners = [to_metres(lat, lon, world.home.lat_deg, world.home.lon_deg) for lat, lon in read_plan(path).area]
+    assert written({"plan": plan, "other": 1}, setting(folder)) == {"plan": str(path), "other": 1}
+    corners = [to_metres(lat, lon, *HOME[:2]) for lat, lon in read_plan(path).area]
     return sorted((round(north), round(east)) for north, east in corners)
 
 
@@ -36,7 +43,7 @@ def test_a_strip_that_there_is_not_is_named_with_what_is_allowed(strip: str, tmp
 
 
 def test_a_plan_file_of_ones_own_is_left_alone_and_a_world_without_a_field_has_no_plan(tmp_path: Path) -> None:
-    flat = worlds.build("flat", 1, {})
-    assert plans.written({"plan": "my.plan"}, flat, tmp_path / "x.plan") == {"plan": "my.plan"}
+    flat = setting(tmp_path, ())
+    assert written({"plan": "my.plan"}, flat) == {"plan": "my.plan"}
     with pytest.raises(ValueError, match="world flat has no field"):
-        plans.written({"plan": "field 1/2"}, flat, tmp_path / "x.plan")
+        written({"plan": "field 1/2"}, flat)

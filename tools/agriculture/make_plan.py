@@ -1,6 +1,6 @@
-"""Writes missions/scenarios/agriculture.plan: the survey of the default corn field, as QGroundControl would save it.
+"""Writes the scenario's agriculture.plan: the survey of the default corn field, as QGroundControl would save it.
 
-python tools/make_agriculture_plan.py
+python tools/agriculture/make_plan.py
 """
 
 from pathlib import Path
@@ -9,7 +9,7 @@ from gcs.plan_file import write_plan
 from missions.agriculture.survey import field_plan
 from sitl_emu.world.kinds.corn_field import field as corn_field
 
-PLAN = Path(__file__).parent.parent / "missions" / "scenarios" / "agriculture.plan"
+PLAN = Path(__file__).parents[2] / "missions" / "agriculture" / "scenarios" / "agriculture.plan"
 
 
 def main() -> None:

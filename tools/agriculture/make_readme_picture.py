@@ -1,6 +1,6 @@
 """Write docs/agriculture.jpg, the README's picture, from the folder of an agriculture run.
 
-    python tools/make_readme_picture.py runs/agriculture-…
+    python tools/agriculture/make_readme_picture.py runs/agriculture-…
 
 Left the map of the report; right a frame of the UAS that confirmed a target, and what the UGV saw when it got there.
 """
@@ -14,10 +14,11 @@ import numpy as np
 import yaml
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from missions.agriculture.page import page
 from sitl_emu.run import score, worlds
 from sitl_emu.run.report import draw_map
 
-TARGET = Path(__file__).parents[1] / "docs" / "agriculture.jpg"
+TARGET = Path(__file__).parents[2] / "docs" / "agriculture.jpg"
 HEIGHT_PX = 800
 COLUMN_PX = 530
 
@@ -29,7 +30,7 @@ def main() -> None:
     world = worlds.build(scenario["world"]["kind"], scenario["seed"], scenario["world"]["options"])
     summary = json.loads((folder / "summary.json").read_text())
     tracks = {vehicle["name"]: score.read_track(folder, vehicle["name"]) for vehicle in scenario["vehicles"]}
-    figure = draw_map(summary, world.truth, tracks, worlds.photo(world))
+    figure = draw_map(world.truth, tracks, [page(summary)], worlds.photo(world))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     picture = cv2.cvtColor(np.asarray(canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)

@@ -1,7 +1,7 @@
 """Scores detector, geolocation and confirmation over fields, without autopilot or links.
 
-    python tools/score_detector.py [--seeds 1:11] [--height 15] [--spacing 12] [--every 1] [--size 80 80] [--mast]
-                                   [--white-balance RED BLUE] [--jpeg QUALITY]
+    python tools/agriculture/score_detector.py [--seeds 1:11] [--height 15] [--spacing 12] [--every 1]
+                                               [--size 80 80] [--mast] [--white-balance RED BLUE] [--jpeg QUALITY]
 
 A camera is carried along the lines of a survey at 5 m/s and 15 frames a second (`--every 3`: each third frame), with
 wandering roll and pitch; the pose the companion believes is off by a slow GPS error (0.5 m), a barometer's, and errors
@@ -12,7 +12,7 @@ Printed for each seed with geolocation error and CPU per frame. `--mast`: the ro
 compression with that quality.
 Exits 1 if fewer than 90 % are found, more than one in ten fields has a false or wrong one, or the RMSE exceeds 1.5 m.
 
-Measured with `--every 3` and the weights that `tools/train_detector.py` made (seeds 100 to 159; thresholds chosen on
+Measured with `--every 3` and the weights that `train_detector.py` made (seeds 100 to 159; thresholds chosen on
 dense fields of seeds 302 to 311): seeds 1 to 10, 40/40 found and labelled right, none false, 0.53 m RMSE; seeds 400 to
 409, 38/40 (missed: weed patches of 0.4 and 0.5 m radius), none false, 0.47 m; at 20 m (seeds 400 to 402) 12/12 and at
 12 m (403 to 405) 11/12, none false. From the mast, seeds 300 to 309 (on which its threshold was chosen): 35/40
@@ -32,11 +32,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from missions.agriculture.detector import ClassicalDetector
 from missions.companion import camera_model, confirmation
 from missions.companion.camera_model import CameraModel, camera_pose
-from missions.companion.detector import ClassicalDetector
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
