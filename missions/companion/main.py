@@ -396,7 +396,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--exit-when-idle",
         type=float,
         metavar="SECONDS",
-        help="end when there was nothing more to do for so long (a companion at others' service waits for their next request instead)",
+        help="end when there was nothing more to do for so long (default: wait for a peer's next request)",
     )
     return parser.parse_args(arguments)
 

@@ -1,4 +1,4 @@
-"""Missions are found by entry points: ours in any checkout, anybody's once installed, and a broken one harms no other."""
+"""Missions are found by entry points: ours in any checkout, anybody's once installed; a broken one harms no other."""
 
 import re
 import sys
