@@ -10,18 +10,15 @@ from pathlib import Path
 
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
-from autopilot.commands import CommandResult, VehicleCommands, tell
-from autopilot.control.actuator_group_test import ActuatorGroupTest
-from autopilot.control.mc_autotune import McAutotune
-from autopilot.control.multicopter import MulticopterControl
-from autopilot.control.rover_ackermann import RoverAckermannControl
+from autopilot.commands import CommandOwner, CommandResult, VehicleCommands, tell
+from autopilot.control.control import CONTROLS, StartedModule
 from autopilot.dataman import Dataman
 from autopilot.estimator.commands import EstimatorCommands
 from autopilot.estimator.estimator import Estimator
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.gimbal import Gimbal
 from autopilot.in_flight_calibration import InFlightCalibration
-from autopilot.land_detector import LandDetector
+from autopilot.land_detector.land_detector import LandDetector
 from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
 from autopilot.magnetometer_failover import MagnetometerFailover
@@ -42,9 +39,9 @@ from autopilot.shell.pxh import Pxh
 from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand
 from autopilot.vehicle_imu import VehicleImu
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
-MAV_TYPE_GROUND_ROVER = 10
 MODE_FLAG_SAFETY_ARMED = 128
 MODE_FLAG_TEST_ENABLED = 2
 POSITION_EVERY = 2
@@ -57,18 +54,18 @@ class Autopilot:
     """One vehicle's PX4."""
 
     def __init__(self, airframe: Mapping[str, Value], instance: int, root: Path | None = None) -> None:
-        """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE 10 makes it a rover.
+        """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE says of what kind it is.
 
         `root`: the folder that stands for PX4's file system, as storage.prepare leaves it; None: there is no storage.
         """
-        rover = airframe.get("MAV_TYPE") == MAV_TYPE_GROUND_ROVER
-        kind = "rover" if rover else "multicopter"
+        kind = VehicleKind.of_mav_type(airframe.get("MAV_TYPE", 0))
+        traits = kind.traits
         self.parameters = Parameters(kind, {**airframe, "MAV_SYS_ID": instance + 1})
         self.topics = Topics()
         self.texts = Texts()
         self.parameter_storage = ParameterStorage(self.parameters, root, self.texts.of("param"))
         self.parameter_storage.boot()
-        self.parameter_corrections = ParameterCorrections(self.parameters, self.texts.of("ekf2"), multicopter=not rover)
+        self.parameter_corrections = ParameterCorrections(self.parameters, self.texts.of("ekf2"), traits)
         self.dataman = Dataman(root, self.texts.of("dataman"))
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
@@ -76,7 +73,7 @@ class Autopilot:
         self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
         self.magnetometer_failover = MagnetometerFailover(self.topics, self.texts.of("vehicle_magnetometer"))
         self.estimator = Estimator(*shared)
-        self.land_detector = LandDetector(*shared)
+        self.land_detector = LandDetector(*shared, traits)
         self.rc_update = RcUpdate(*shared)
         self.manual_control = ManualControl(*shared)
         self.outgoing = OutgoingCommands()
@@ -92,14 +89,13 @@ class Autopilot:
             *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing
         )
         self.flight_modes = FlightModes(*shared)
-        self.control = (
-            RoverAckermannControl(*shared) if rover else MulticopterControl(*shared, self.texts.of("mc_pos_control"))
-        )
+        self._runs_flight_modes = "flight_mode_manager" in traits.modules
+        self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.started = self._started_modules()
         failures = FailureInjectionManager(*shared)
         estimator_commands = EstimatorCommands(self.estimator, *shared)
-        owners = (
+        owners: tuple[CommandOwner, ...] = (
             self.commander,
             self.navigator,
             self.payload_deliverer,
@@ -142,7 +138,8 @@ class Autopilot:
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
         if ticks % POSITION_EVERY == 0:
-            self.flight_modes.update(now_us)
+            if self._runs_flight_modes:
+                self.flight_modes.update(now_us)
             self.control.update_position(now_us)
         self.control.update_rate(now_us)
         self.logger.update(now_us)
@@ -153,11 +150,9 @@ class Autopilot:
             mode |= MODE_FLAG_TEST_ENABLED
         return HilActuatorControls(outputs.timestamp, 1, outputs.controls, mode)
 
-    def _started_modules(self) -> tuple[CameraTrigger | Gimbal | ActuatorGroupTest | McAutotune, ...]:
+    def _started_modules(self) -> tuple[StartedModule, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS)."""
-        modules: list[CameraTrigger | Gimbal | ActuatorGroupTest | McAutotune] = []
-        if isinstance(self.control, MulticopterControl):
-            modules += [self.control.group_test, self.control.autotune]
+        modules: list[StartedModule] = [*self.control.started]
         if self.parameters["TRIG_MODE"] > 0:
             modules.append(CameraTrigger(self.topics, self.parameters, self.outgoing))
         if self.parameters["MNT_MODE_IN"] >= 0:

@@ -11,6 +11,7 @@ from autopilot.constants import Severity
 from autopilot.parameters import Parameters, Value
 from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from autopilot.texts import Say
+from autopilot.vehicle_kind import Traits
 
 MAV_TYPES = 50
 """PX4's MAV_TYPE_ENUM_END (Mavlink::mavlink_update_parameters); our dialect's is older by one."""
@@ -60,17 +61,18 @@ EVERYWHERE = (
     Correction("ekf2", "EKF2_MAG_TYPE", _mag_type, True),
     Correction("mavlink", "MAV_TYPE", _vehicle_type, False),
 )
-MULTICOPTER = (Correction("land_detector", "LNDMC_Z_VEL_MAX", _land_detector_speed, False),)
+OF_LAND_DETECTOR = {"multicopter": (Correction("land_detector", "LNDMC_Z_VEL_MAX", _land_detector_speed, False),)}
+"""By Traits.land_detector."""
 
 
 class ParameterCorrections:
     """The modules of one vehicle that correct parameters."""
 
-    def __init__(self, parameters: Parameters, say: Say, *, multicopter: bool) -> None:
+    def __init__(self, parameters: Parameters, say: Say, traits: Traits) -> None:
         """`say` tells what ekf2 tells the ground; the other modules write to the console alone."""
         self._parameters = parameters
         self._say = say
-        self._corrections = EVERYWHERE + (MULTICOPTER if multicopter else ())
+        self._corrections = EVERYWHERE + OF_LAND_DETECTOR.get(traits.land_detector, ())
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.notifications)
         self._correct()
 

@@ -1,7 +1,7 @@
-"""The autopilot's parameters: PX4's whole set for an airframe class, served as PX4 serves it.
+"""The autopilot's parameters: PX4's whole set for a kind of vehicle, served as PX4 serves it.
 
-`parameters.json` beside this file holds, per name, PX4's type, default, bounds and whether each airframe class
-("multicopter", "rover") announces it; an airframe (a vehicle's data) overrides defaults. Modules read
+`parameters.json` beside this file holds, per name, PX4's type, default, bounds and which kinds of vehicle announce it
+(`Traits.announces`); an airframe (a vehicle's data) overrides defaults. Modules read
 `parameters["MPC_XY_P"]` when they need it, or copy what they need in an `update(parameters)` that the autopilot calls
 whenever `parameters.version` has changed: a hot loop looks nothing up by name.
 
@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.c_types import float32, integer
 
 TABLE = pathlib.Path(__file__).with_name("parameters.json")
@@ -28,17 +29,17 @@ Value = float | int
 class Parameters:
     """Values by name. INT32 parameters hold int, REAL32 ones the float that a float32 would hold."""
 
-    def __init__(self, airframe_class: str, overrides: Mapping[str, Value] | None = None) -> None:
-        """`airframe_class` is "multicopter" or "rover"; raises KeyError for an override that PX4 does not know."""
+    def __init__(self, kind: VehicleKind, overrides: Mapping[str, Value] | None = None) -> None:
+        """The set of a kind of vehicle; raises KeyError for an override that PX4 does not know."""
         self._table = table()
         self._defaults = {name: self.typed(name, row["default"]) for name, row in self._table.items()}
         for name, value in (overrides or {}).items():
             self._defaults[name] = self.typed(name, value)
         self._values = dict(self._defaults)
         self._used = dict(self._values)
-        started = self._started_modules()
+        announces, started = kind.traits.announces, self._started_modules()
         self.announced = [
-            name for name, row in self._table.items() if airframe_class in row["announced"] or row["group"] in started
+            name for name, row in self._table.items() if announces in row["announced"] or row["group"] in started
         ]
         """Names that a module has looked for so far, in alphabetical order; one that starts late adds its own."""
         self.index = {name: index for index, name in enumerate(self.announced)}

@@ -35,6 +35,7 @@ from autopilot.navigator.payload import PAYLOAD_COMMANDS
 from autopilot.navigator.roi import ROI_COMMANDS
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # for tools
@@ -256,7 +257,7 @@ def _modes() -> Iterator[str]:
         "Every mode of PX4 has its name and number; these are flown. In another, a multicopter has no setpoint and "
         "descends, a rover goes on with what it had; termination stops the motors."
     )
-    tasks = FlightModes(Topics(), Parameters("multicopter"))._tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER))._tasks
     rows = []
     for state in NavState:
         flown = [
@@ -287,7 +288,7 @@ def _file(thing: type | ModuleType) -> str:
 
 def _parameters() -> Iterator[str]:
     table, readers = parameters.table(), parameter_readers.readers()
-    announced = {kind: set(Parameters(kind).announced) for kind in ("multicopter", "rover")}
+    announced = {kind.traits.announces: set(Parameters(kind).announced) for kind in VehicleKind}
     yield "## Parameters"
     yield (
         f"All {len(table)} are known, and {len(announced['multicopter'])} announced by a multicopter, "

@@ -13,6 +13,7 @@ from autopilot.constants import NavState, Severity
 from autopilot.parameters import Parameters
 from autopilot.texts import Say
 from autopilot.topics import ActuatorArmed, Topics
+from autopilot.vehicle_kind import Traits
 
 STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
 STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
@@ -50,8 +51,8 @@ class Arming:
         checks: HealthAndArmingChecks,
         intention: UserModeIntention,
         say: Say,
+        traits: Traits,
         *,
-        rover: bool,
         authorization: ArmAuthorization | None = None,
     ) -> None:
         """`authorization`: whose leave it takes; without it nobody's."""
@@ -61,7 +62,7 @@ class Arming:
         self._checks = checks
         self._intention = intention
         self._say = say
-        self._rover = rover
+        self._traits = traits
         self.armed = False
         self.armed_us = 0
         self.terminated = False
@@ -114,9 +115,7 @@ class Arming:
         """MAV_RESULT of disarming; only `forced` disarms what flies."""
         if not self.armed:
             return ACCEPTED
-        land_detected = self._topics.vehicle_land_detected
-        stands = land_detected.landed or land_detected.maybe_landed or self._rover or self.terminated
-        if not (forced or stands):
+        if not (forced or self._may_disarm()):
             self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
             return TEMPORARILY_REJECTED
         self.disarm(by)
@@ -126,12 +125,15 @@ class Arming:
         """By gesture or switch: on the ground, and in modes where the throttle stick is the thrust."""
         if not self.armed:
             return
-        land_detected = self._topics.vehicle_land_detected
-        stands = land_detected.landed or land_detected.maybe_landed or self._rover or self.terminated
-        if stands or self._topics.vehicle_status.nav_state in STICKS_TO_THRUST:
+        if self._may_disarm() or self._topics.vehicle_status.nav_state in STICKS_TO_THRUST:
             self.disarm(by)
         elif by != STICK_GESTURE:
             self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
+
+    def _may_disarm(self) -> bool:
+        land_detected = self._topics.vehicle_land_detected
+        stands = land_detected.landed or land_detected.maybe_landed
+        return stands or self._traits.disarms_in_motion or self.terminated
 
     def disarm(self, by: str) -> None:
         """Disarm and say by what: one of REASONS."""
@@ -156,7 +158,7 @@ class Arming:
         return None if self._checks.can_arm(mode) else HEALTH_REFUSAL
 
     def _throttle_is_safe(self, mode: NavState, throttle: float) -> bool:
-        """A rover stands with its stick in the centre, what climbs by it at or below; thrust is none at the bottom."""
-        if self._rover:
+        """To stand, a stick that climbs is in its centre or below, and one that is the thrust at the bottom."""
+        if self._traits.arms_with_centred_throttle:
             return abs(throttle) < THROTTLE_CENTRE
         return throttle <= THROTTLE_CENTRE if mode in STICKS_TO_CLIMB else throttle < THROTTLE_LOW

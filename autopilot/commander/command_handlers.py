@@ -37,6 +37,7 @@ from autopilot.parameters import Parameters, matches
 from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
 from autopilot.texts import Say
 from autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
@@ -68,8 +69,6 @@ STANDARD_MODES: dict[int, NavState] = {
     mavlink.MAV_STANDARD_MODE_LAND: NavState.AUTO_LAND,
     mavlink.MAV_STANDARD_MODE_TAKEOFF: NavState.AUTO_TAKEOFF,
 }
-AIRCRAFT_ONLY = frozenset((NavState.POSCTL, NavState.ORBIT, NavState.ALTCTL))
-"""Standard modes that PX4 does not have for a rover."""
 
 
 class CommandHandlers:
@@ -85,8 +84,8 @@ class CommandHandlers:
         arming: Arming,
         calibration: CalibrationWorker,
         say: Say,
+        traits: Traits,
         *,
-        rover: bool,
         storage: ParameterStorage | None = None,
     ) -> None:
         """`storage` saves and loads parameters; without it there is none."""
@@ -99,7 +98,7 @@ class CommandHandlers:
         self._calibration = calibration
         self._storage = storage
         self._say = say
-        self._rover = rover
+        self._traits = traits
         self._published = 0
         self._refused_us = -REFUSALS_APART_US
         self._awaits_leave: VehicleCommand | None = None
@@ -251,7 +250,7 @@ class CommandHandlers:
 
     def _do_set_standard_mode(self, now_us: int, command: VehicleCommand) -> int:
         mode = STANDARD_MODES.get(nearest(command.param1))
-        if mode is None or (self._rover and mode in AIRCRAFT_ONLY):
+        if mode is None or mode in self._traits.no_standard_modes:
             return FAILED
         return ACCEPTED if self._intend(now_us, mode) else TEMPORARILY_REJECTED
 

@@ -31,7 +31,7 @@ FIXED: dict[int, int | None] = {
             242,
             243,
             260,
-            309,  # ACTUATOR_GROUP_TEST: the control allocator's, which a rover has none of
+            309,  # ACTUATOR_GROUP_TEST: the control allocator's, where that does not run
             311,
             500,
             521,

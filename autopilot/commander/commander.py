@@ -26,12 +26,12 @@ from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
 from autopilot.topics import Topics, VehicleCommand, VehicleStatus
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US = 100_000
 STATUS_INTERVAL_US = 500_000
 """Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
-MAV_TYPE_GROUND_ROVER = 10
 BATTERY_EMERGENCY = 3
 SAFETY_BREAKER = 22027
 """CBRK_IO_SAFETY: the safety button is out of the way."""
@@ -67,15 +67,14 @@ class Commander:
         self._say = say
         self._send_event = send_event
         self._mav_type = int(parameters["MAV_TYPE"])
-        rover = self._mav_type == MAV_TYPE_GROUND_ROVER
-        self._vehicle_type = "rover" if rover else "multicopter"
-        topics.vehicle_status = VehicleStatus(vehicle_type=self._vehicle_type, mav_type=self._mav_type)
+        self._vehicle_kind = kind = VehicleKind.of_mav_type(self._mav_type)
+        topics.vehicle_status = VehicleStatus(vehicle_kind=kind, mav_type=self._mav_type)
         self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
         self._intention = UserModeIntention(self._checks, NavState.AUTO_LOITER)
         self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
         self._authorization = ArmAuthorization(parameters, self._outgoing, say)
         self._arming = Arming(
-            topics, parameters, self._checks, self._intention, say, rover=rover, authorization=self._authorization
+            topics, parameters, self._checks, self._intention, say, kind.traits, authorization=self._authorization
         )
         self._failsafe = Failsafe(parameters, self._on_failsafe)
         self._auto_disarm = AutoDisarm()
@@ -89,7 +88,7 @@ class Commander:
             self._arming,
             self.calibration,
             say,
-            rover=rover,
+            kind.traits,
             storage=storage,
         )
         self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
@@ -296,7 +295,7 @@ class Commander:
             flags.manual_control_signal_lost,
             can_arm,
             self.calibration.calibrating,
-            self._vehicle_type,
+            self._vehicle_kind,
             self._mav_type,
             arming.arming_reason,
             arming.disarming_reason,

@@ -5,6 +5,7 @@ LAND, and AUTO without a sub mode means MISSION. Base mode flags are those of MA
 """
 
 from autopilot.constants import NavState
+from autopilot.vehicle_kind import Traits
 
 MAIN_MANUAL = 1
 MAIN_ALTCTL = 2
@@ -134,11 +135,11 @@ def nav_state_of_base_mode(base_mode: int) -> NavState | None:
     return NavState.STAB if base_mode & FLAG_STABILIZE_ENABLED else NavState.MANUAL
 
 
-def base_mode_of(nav_state: NavState, *, armed: bool, rover: bool, offboard_attitude: bool) -> int:
-    """HEARTBEAT.base_mode. A rover's MANUAL controls no attitude; OFFBOARD does if its last setpoint wanted that."""
+def base_mode_of(nav_state: NavState, *, armed: bool, traits: Traits, offboard_attitude: bool) -> int:
+    """HEARTBEAT.base_mode. MANUAL stabilizes some kinds; OFFBOARD does if its last setpoint wanted that."""
     base_mode = _BASE_MODE[nav_state]
     if nav_state is NavState.OFFBOARD and offboard_attitude:
         base_mode |= FLAG_STABILIZE_ENABLED
-    if nav_state is NavState.MANUAL and rover:
+    if nav_state is NavState.MANUAL and not traits.manual_controls_attitude:
         base_mode &= ~FLAG_STABILIZE_ENABLED
     return base_mode | FLAG_SAFETY_ARMED if armed else base_mode

@@ -64,8 +64,8 @@ class Pilot:
         flown = topics.vehicle_status.nav_state
         if not self._sticks.sticks_moving or flown in FLOWN_BY_STICKS or in_failsafe:
             return
-        multicopter = topics.vehicle_status.vehicle_type == "multicopter"
-        if multicopter and flown is not NavState.TERMINATION and intention.change(NavState.POSCTL, armed=True):
+        takes_over = topics.vehicle_status.vehicle_kind.traits.sticks_take_over
+        if takes_over and flown is not NavState.TERMINATION and intention.change(NavState.POSCTL, armed=True):
             self._say(Severity.INFO, "Pilot took over using sticks\t", "commander_rc_override")
 
     def _carry_out(self, now_us: int, request: ActionRequest) -> None:

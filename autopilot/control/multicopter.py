@@ -95,6 +95,7 @@ class MulticopterControl:
         self._tests = ActuatorTests(topics)
         self.group_test = ActuatorGroupTest(topics, parameters)
         self.autotune = McAutotune(topics, parameters)
+        self.started = (self.group_test, self.autotune)
         self._motors_off: frozenset[int] = frozenset()
         self._failures = topics.failure_injection
         self._refresh()

@@ -38,6 +38,9 @@ STICKS = frozenset((NavState.MANUAL, NavState.ACRO, NavState.STAB, NavState.POSC
 class RoverAckermannControl:
     """Writer of actuator_outputs and position_controller_status for a rover."""
 
+    started = ()
+    """PX4 starts nothing beside it."""
+
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
         self._source = parameters

@@ -28,6 +28,8 @@ class LoggedTopic(NamedTuple):
     """Name of our topic, where it is another."""
     state: bool = False
     """A state changes rarely, and its writer may repeat it all the time: it is logged when it changes, else seldom."""
+    module: str = ""
+    """PX4's module that publishes it, where that does not run on every kind of vehicle."""
 
     @property
     def source(self) -> str:
@@ -85,19 +87,27 @@ COMMON = (
     LoggedTopic("input_rc", 500, outside.input_rc),
     LoggedTopic("gripper", STATE_MS, outside.gripper, state=True),
 )
-MULTICOPTERS = (
-    LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint),
-    LoggedTopic("vehicle_constraints", 1000, control.vehicle_constraints),
-    LoggedTopic("landing_gear", 200, control.landing_gear),
-    LoggedTopic("vehicle_local_position_setpoint", 100, control.vehicle_local_position_setpoint),
-    LoggedTopic("vehicle_attitude_setpoint", 50, control.vehicle_attitude_setpoint),
-    LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint),
-    LoggedTopic("vehicle_thrust_setpoint", 20, control.vehicle_thrust_setpoint, "vehicle_rates_setpoint"),
-    LoggedTopic("vehicle_torque_setpoint", 20, control.vehicle_torque_setpoint),
-    LoggedTopic("rate_ctrl_status", 200, control.rate_ctrl_status),
-    LoggedTopic("control_allocator_status", 200, control.control_allocator_status),
-    LoggedTopic("takeoff_status", 1000, control.takeoff_status),
-    LoggedTopic("hover_thrust_estimate", 100, control.hover_thrust_estimate),
+OF_SOME_KINDS = (
+    LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint, module="flight_mode_manager"),
+    LoggedTopic("vehicle_constraints", 1000, control.vehicle_constraints, module="flight_mode_manager"),
+    LoggedTopic("landing_gear", 200, control.landing_gear, module="flight_mode_manager"),
+    LoggedTopic(
+        "vehicle_local_position_setpoint", 100, control.vehicle_local_position_setpoint, module="mc_pos_control"
+    ),
+    LoggedTopic("vehicle_attitude_setpoint", 50, control.vehicle_attitude_setpoint, module="mc_pos_control"),
+    LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint, module="mc_rate_control"),
+    LoggedTopic(
+        "vehicle_thrust_setpoint",
+        20,
+        control.vehicle_thrust_setpoint,
+        "vehicle_rates_setpoint",
+        module="mc_rate_control",
+    ),
+    LoggedTopic("vehicle_torque_setpoint", 20, control.vehicle_torque_setpoint, module="mc_rate_control"),
+    LoggedTopic("rate_ctrl_status", 200, control.rate_ctrl_status, module="mc_rate_control"),
+    LoggedTopic("control_allocator_status", 200, control.control_allocator_status, module="control_allocator"),
+    LoggedTopic("takeoff_status", 1000, control.takeoff_status, module="mc_pos_control"),
+    LoggedTopic("hover_thrust_estimate", 100, control.hover_thrust_estimate, module="mc_hover_thrust_estimator"),
 )
 
 
@@ -141,7 +151,8 @@ identification, high rate, sensor comparison, vision, high-rate sensors."""
 class Vehicle(NamedTuple):
     """What rows need to know of a vehicle."""
 
-    rover: bool
+    modules: frozenset[str]
+    """PX4's modules that run on it (Traits.modules)."""
     functions: Sequence[int]
     """PWM_MAIN_FUNC1 and so on: what each output carries."""
     system_id: int
@@ -152,6 +163,7 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     """What SDLOG_PROFILE asks for, as far as we have it."""
     motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE)
     servos = control.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION)
+    actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module="rover_ackermann")
     known = [
         *COMMON,
         LoggedTopic(
@@ -160,7 +172,7 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
         LoggedTopic("sensor_gps", 1000, sensors.gps("sensor_gps", vehicle.boot_unix_us)),
         LoggedTopic("vehicle_status", STATE_MS, commander.vehicle_status(vehicle.system_id), state=True),
         LoggedTopic("actuator_motors", 100, motors, "actuator_outputs"),
-        *((LoggedTopic("actuator_servos", 100, servos, "actuator_outputs"),) if vehicle.rover else MULTICOPTERS),
+        *(topic for topic in (*OF_SOME_KINDS, actuator_servos) if topic.module in vehicle.modules),
     ]
     default = not profile or profile >> DEFAULT_PROFILE & 1
     intervals = {topic.name: topic.interval_ms for topic in known} if default else {}

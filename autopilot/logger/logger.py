@@ -292,7 +292,7 @@ class Logger:
         """What can be logged of this vehicle, by a value of SDLOG_PROFILE."""
         parameters = self._parameters
         vehicle = logged_topics.Vehicle(
-            self._topics.vehicle_status.vehicle_type == "rover",
+            self._topics.vehicle_status.vehicle_kind.traits.modules,
             [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
             int(parameters["MAV_SYS_ID"]),
             self._unix_us_of_boot(),

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from autopilot.constants import NavState
+from autopilot.vehicle_kind import Traits
 
 ADVANCED = 1
 NOT_USER_SELECTABLE = 2
@@ -22,8 +23,8 @@ STANDARD_MODE = {
     NavState.ORBIT: ORBIT,
 }
 """The modes that have one; every other mode is 0, non-standard (Hold among them)."""
-ROVER_NAMES = {ALTITUDE_HOLD: "Altitude", POSITION_HOLD: "Position", ORBIT: "Orbit"}
-"""Standard modes of an aircraft alone: on a rover they are custom modes with these names."""
+NAMES = {ALTITUDE_HOLD: "Altitude", POSITION_HOLD: "Position", ORBIT: "Orbit"}
+"""What standard modes are called where they are none (Traits.no_standard_modes)."""
 
 
 class Mode(NamedTuple):
@@ -63,15 +64,14 @@ MODES: tuple[Mode, ...] = (
 )
 
 
-def listed(index: int, is_rover: bool) -> Mode:
+def listed(index: int, traits: Traits) -> Mode:
     """Mode `index`, counted from 1, as a kind of vehicle lists it."""
     mode = MODES[index - 1]
-    if is_rover and mode.standard_mode in ROVER_NAMES:
-        return mode._replace(standard_mode=0, name=ROVER_NAMES[mode.standard_mode])
+    if mode.standard_mode in {STANDARD_MODE[state] for state in traits.no_standard_modes}:
+        return mode._replace(standard_mode=0, name=NAMES[mode.standard_mode])
     return mode
 
 
-def standard_mode_of(nav_state: NavState, is_rover: bool) -> int:
+def standard_mode_of(nav_state: NavState, traits: Traits) -> int:
     """MAV_STANDARD_MODE of a mode; 0 where it is none."""
-    standard_mode = STANDARD_MODE.get(nav_state, 0)
-    return 0 if is_rover and standard_mode in ROVER_NAMES else standard_mode
+    return 0 if nav_state in traits.no_standard_modes else STANDARD_MODE.get(nav_state, 0)

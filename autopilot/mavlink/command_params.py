@@ -7,6 +7,7 @@ command that is in no table may set all.
 import math
 from collections.abc import Sequence
 
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 P1, P2, P3, P4, P5, P6, P7 = (1 << number for number in range(7))
@@ -72,14 +73,14 @@ IN_COMMANDS = IN_PLANS | {
     5100: 0,
 }
 """Of a COMMAND_LONG or COMMAND_INT."""
-TAKEOFF_OF_ROVER = P4 | PLACE
-"""A rover's NAV_TAKEOFF may not set param1, which PX4 lets multicopters set for QGroundControl's sake."""
+TAKEOFF_WITHOUT_PITCH = P4 | PLACE
+"""NAV_TAKEOFF of kinds that have no use for a pitch (Traits.takeoff_has_pitch)."""
 
 
-def used_params(command: int, table: dict[int, int], *, rover: bool) -> int:
+def used_params(command: int, table: dict[int, int], traits: Traits) -> int:
     """A bit for each parameter that may be set, of param1 in the lowest."""
-    if rover and command == mavlink.MAV_CMD_NAV_TAKEOFF:
-        return TAKEOFF_OF_ROVER
+    if command == mavlink.MAV_CMD_NAV_TAKEOFF and not traits.takeoff_has_pitch:
+        return TAKEOFF_WITHOUT_PITCH
     return table.get(command, ALL)
 
 

@@ -6,6 +6,7 @@ from autopilot.constants import MOST_ROTORS
 from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
 from autopilot.topics import ActuatorOutputs, Topics
+from autopilot.vehicle_kind import VehicleKind
 
 BOOT_UNIX_US = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
@@ -34,10 +35,10 @@ class Context:
         self.mav_type = int(self.parameters["MAV_TYPE"])
         self.forward_heartbeats = bool(self.parameters["MAV_HB_FORW_EN"])
         self.motor_count = max(0, min(MOST_ROTORS, int(self.parameters["CA_ROTOR_COUNT"])))
-        self.is_rover = self.mav_type == 10
+        self.traits = VehicleKind.of_mav_type(self.mav_type).traits
 
     def actuator_outputs(self) -> ActuatorOutputs | None:
-        """None where PX4 publishes none: at first, and on a rover whose outputs may not move."""
+        """None where PX4 publishes none: at first, and where outputs speak only while they may move."""
         outputs = self.topics.actuator_outputs
-        rests = self.is_rover and not (self.topics.actuator_armed.armed or outputs.test_mode)
+        rests = self.traits.outputs_only_when_armed and not (self.topics.actuator_armed.armed or outputs.test_mode)
         return None if rests or outputs.timestamp == 0 else outputs

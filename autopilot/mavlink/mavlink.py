@@ -114,7 +114,7 @@ class Mavlink:
         self._intervals = intervals
         self.log_streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), self.system_id)
         self.shell = shell.Shell(texts, self.system_id)
-        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, rover=self.context.is_rover)
+        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, self.context.traits)
         self.signing = signing.Signing(self.links, topics, texts.say, self.system_id, root)
         self._services: tuple[Service, ...] = (
             command_sender.CommandSender(
@@ -129,7 +129,7 @@ class Mavlink:
                 handle_command,
                 topics,
                 self.system_id,
-                rover=self.context.is_rover,
+                self.context.traits,
             ),
             set_mode.SetMode(self.links, handle_command, self.system_id),
             parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), self.system_id),

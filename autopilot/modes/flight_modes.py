@@ -29,10 +29,7 @@ AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
 
 
 class FlightModes:
-    """Writer of trajectory_setpoint, vehicle_constraints, landing_gear and orbit_status for a multicopter.
-
-    A rover has no tasks.
-    """
+    """Writer of trajectory_setpoint, vehicle_constraints, landing_gear and orbit_status."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
@@ -67,8 +64,6 @@ class FlightModes:
         """One step, at 125 Hz."""
         topics = self._topics
         status = topics.vehicle_status
-        if status.vehicle_type == "rover":
-            return
         if self._version != self._parameters.version:
             self._version = self._parameters.version
             for each in self._tasks.values():

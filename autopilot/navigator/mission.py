@@ -233,7 +233,7 @@ class Mission:
         state = self._state
         self._climb_alt_m = math.nan
         item = self._next_place(state.dataman.current_seq)
-        if item is None or state.rover:
+        if item is None or not state.traits.flies:
             return
         alt_m = target_of(item, state.home_alt_m()).alt_m
         if alt_m - state.position.alt > state.settings.nav_mc_alt_rad_m:
@@ -283,10 +283,13 @@ class Mission:
             self._carry_out(item)
         elif work is Work.DEFAULT and math.isfinite(self._climb_alt_m):
             self._climb(item)
-        elif work is Work.DEFAULT and item.command in LANDS and not self._state.rover and not self._is_above(item):
+        elif work is Work.DEFAULT and self._comes_down_at(item) and not self._is_above(item):
             self._move_to_land(item)
         else:
             self._fly_to_item(item)
+
+    def _comes_down_at(self, item: MissionItem) -> bool:
+        return item.command in LANDS and self._state.traits.flies
 
     def _behind_jumps(self, seq: int, *, follow: bool) -> int | None:
         """The item that is flown instead of `seq`; None where the mission ends. Jumps that are followed count."""
@@ -375,13 +378,14 @@ class Mission:
     def _fly_to_item(self, item: MissionItem) -> None:
         state = self._state
         target = target_of(item, state.home_alt_m())
-        if item.command in TAKEOFFS and not state.rover:
+        if item.command in TAKEOFFS and state.traits.flies:
             target = target._replace(command=WAYPOINT, yaw_rad=math.nan)
         elif item.command in LANDS:
             target = target._replace(yaw_rad=math.nan)
         self._begin(target, Work.DEFAULT)
         tell_item(state, state.dataman.current_seq, target, item)
-        if item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and not state.rover:
+        wants_precision = item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
+        if wants_precision and state.traits.lands_precisely:
             self._lands_precisely = True
             self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
             return
@@ -419,7 +423,7 @@ class Mission:
         seq = self._state.dataman.current_seq
         current = self.items[seq]
         stays = current.command in HOLDING or current.command in LANDS or not current.autocontinue
-        if stays or (not self._state.rover and current.param1 > 0.0):
+        if stays or (self._state.traits.stops_at_waypoints and current.param1 > 0.0):
             return self._state.no_setpoint()
         item = self._next_place(seq + 1)
         return (

@@ -1,8 +1,9 @@
 """When is an item of a mission done? PX4's MissionBlock::is_mission_item_reached_or_completed (v1.18).
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
-height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. A rover knows no height, does not hold at
-waypoints, and takes the radius that its control works out for a corner where that is larger. Who stands on the ground
+height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. What does not fly knows no
+height, a rover does not hold at waypoints, and takes the radius that its control works out for a corner where that is
+larger. Who stands on the ground
 reaches no place. LOITER_TO_ALT is reached on the circle that a fixed wing would fly. Landing is done when landed,
 takeoff when the height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a winch,
 which is not there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists
@@ -148,7 +149,8 @@ class Reached:
         self._yaw_reached = self._yaw_reached or self._yaw_is_there(state, target)
         if not self._yaw_reached:
             return False
-        hold_s = 0.0 if state.rover and command == WAYPOINT else max(target.hold_s, 0.0)
+        passes = command == WAYPOINT and not state.traits.stops_at_waypoints
+        hold_s = 0.0 if passes else max(target.hold_s, 0.0)
         return (state.now_us - self._position_reached_us) * 1e-6 >= hold_s
 
     def _is_there(self, state: NavigatorState, target: Target) -> bool:
@@ -156,7 +158,7 @@ class Reached:
         if not position.valid or state.landed:
             return False
         away_m = self._away_m(target, position.lat, position.lon)
-        if state.rover:
+        if not state.traits.flies:
             return away_m <= state.acceptance_radius_m()
         if target.command in TAKEOFFS:
             climb_m, tolerance_m = target.alt_m - state.home_alt_m(), state.settings.nav_mc_alt_rad_m
@@ -176,7 +178,8 @@ class Reached:
         return math.hypot((lat_deg - target.lat_deg) * M_PER_DEG, (lon_deg - target.lon_deg) * self._m_per_deg_lon)
 
     def _yaw_is_there(self, state: NavigatorState, target: Target) -> bool:
-        if state.rover or target.command in TAKEOFFS or target.yaw_rad != target.yaw_rad:
+        turns = state.traits.stops_at_waypoints and target.command not in TAKEOFFS
+        if not turns or target.yaw_rad != target.yaw_rad:
             return True
         settings = state.settings
         error = abs(wrap_pi(target.yaw_rad - state.topics.vehicle_local_position.heading))

@@ -106,7 +106,7 @@ def _items_fit(state: NavigatorState, items: tuple[MissionItem, ...]) -> bool:
         if command in VTOL_ITEMS and not vtol_items:
             vtol_items = True
             state.say(Severity.ERROR, "", "navigator_mis_vtol_items")
-        has_landing = has_landing or (command == LAND and not state.rover)
+        has_landing = has_landing or (command == LAND and state.traits.flies)
     complete = _has_takeoff_and_landing(state, has_takeoff=has_takeoff, has_landing=has_landing)
     return complete and not takeoff_is_wrong and not vtol_items
 

@@ -83,7 +83,7 @@ class Navigator:
             NavState.AUTO_MISSION: self._mission,
             NavState.AUTO_RTL: self._rtl,
             NavState.AUTO_LAND: Land(state),
-            NavState.AUTO_PRECLAND: Land(state) if state.rover else PrecLand(state),
+            NavState.AUTO_PRECLAND: PrecLand(state) if state.traits.lands_precisely else Land(state),
         }
         self._mode: Mode | None = None
         self._nav_state: NavState | None = None
@@ -208,7 +208,7 @@ class Navigator:
     def _change_speed(self, speed_m_s: float) -> None:
         state = self._state
         change_speed(state, speed_m_s)
-        if not state.rover:
+        if state.traits.speed_changes_at_once:
             triplet = state.triplet
             current = triplet.current._replace(timestamp=state.now_us, cruising_speed=state.cruising_speed_m_s)
             state.fly(current, previous=triplet.previous, following=triplet.next)

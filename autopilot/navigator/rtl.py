@@ -4,8 +4,8 @@ RTL_TYPE 0 goes to home or to a rally point that is nearer, 1 and 5 to a rally p
 follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination; with RTL_CONE_ANG less within
 RTL_MIN_DIST, and twice the distance within NAV_ACC_RAD; it is never less than the present one. With RTL_LAND_DELAY 0
 the vehicle lands as soon as it is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits
-there (negative: for good). On the ground it stays there. A rover drives straight home. RTL_PLD_MD makes the landing a
-precision landing.
+there (negative: for good). On the ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the
+landing a precision landing.
 """
 
 import math
@@ -77,9 +77,9 @@ class Rtl:
 
     @property
     def _precision(self) -> Precision:
-        """RTL_PLD_MD; a rover stops where it is."""
+        """RTL_PLD_MD, where the vehicle can."""
         mode = self._state.settings.rtl_pld_md
-        return Precision(mode) if mode in (1, 2) and not self._state.rover else Precision.DISABLED
+        return Precision(mode) if mode in (1, 2) and self._state.traits.lands_precisely else Precision.DISABLED
 
     def on_activation(self) -> None:
         """Enter RTL."""
@@ -103,7 +103,7 @@ class Rtl:
     def time_estimate(self, *, active: bool) -> RtlTimeEstimate:
         """How long the rest of a return would take, or all of it while none is flown (RtlDirect's, and its estimator).
 
-        A rover's is 0 seconds and the margin: PX4 counts the way down alone.
+        Along the ground it is 0 seconds and the margin: PX4 counts the way down alone.
         """
         state, settings = self._state, self._state.settings
         position = state.position
@@ -113,7 +113,7 @@ class Rtl:
             self._destination = self._nearest_destination()
             self._return_alt_m = self._return_altitude_m()
             self._phase = Phase.CLIMB if position.alt < self._return_alt_m else Phase.RETURN
-        seconds = 0.0 if state.rover else self._seconds_left(position)
+        seconds = self._seconds_left(position) if state.traits.flies else 0.0
         safe_s = settings.rtl_time_factor * seconds + settings.rtl_time_margin_s
         return RtlTimeEstimate(state.now_us, True, seconds, safe_s)
 
@@ -160,7 +160,7 @@ class Rtl:
         above_m = self._return_alt_m - self._destination.alt_m
         amsl_m, above_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
         text = f"RTL: start return at {amsl_m} m ({above_m} m above destination)\t"
-        if state.rover:
+        if not state.traits.flies:
             self._phase = Phase.LAND
             self._fly_phase()
             state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
@@ -211,7 +211,7 @@ class Rtl:
     def _return_altitude_m(self) -> float:
         state, settings = self._state, self._state.settings
         away_m, height_m = self._away_m(), settings.rtl_return_alt_m
-        if settings.rtl_cone_ang_deg > 0.0 and not state.rover:
+        if settings.rtl_cone_ang_deg > 0.0 and state.traits.flies:
             if away_m <= settings.nav_acc_rad_m:
                 height_m = 2.0 * away_m
             else:

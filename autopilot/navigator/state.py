@@ -120,7 +120,7 @@ class NavigatorState:
         self.dataman = dataman
         self.say = say
         self.settings = settings_of(parameters)
-        self.rover = topics.vehicle_status.vehicle_type == "rover"
+        self.traits = topics.vehicle_status.vehicle_kind.traits
         self.now_us = 0
         self.triplet = PositionSetpointTriplet()
         self.cruising_speed_m_s = -1.0
@@ -149,7 +149,7 @@ class NavigatorState:
         """What a takeoff is: who flies already just goes there (MissionBlock::mission_item_to_position_setpoint)."""
         topics = self.topics
         flies = self.armed and not self.landed and not topics.vehicle_land_detected.maybe_landed
-        if not self.rover:
+        if self.traits.ramps_up_at_takeoff:
             flies = flies and topics.takeoff_status.state == TakeoffState.FLIGHT
         return SetpointType.POSITION if flies else SetpointType.TAKEOFF
 
@@ -159,9 +159,11 @@ class NavigatorState:
         return self.topics.vehicle_status.armed
 
     def acceptance_radius_m(self) -> float:
-        """How near a place counts as reached: NAV_ACC_RAD, or what a rover's control needs for its corner."""
+        """How near a place counts as reached: NAV_ACC_RAD, or what the control needs for its corner."""
         radius_m = self.settings.nav_acc_rad_m
-        return max(radius_m, self.topics.position_controller_status.acceptance_radius) if self.rover else radius_m
+        if not self.traits.control_chooses_acceptance_radius:
+            return radius_m
+        return max(radius_m, self.topics.position_controller_status.acceptance_radius)
 
     def home_alt_m(self) -> float:
         """AMSL altitude that relative altitudes count from; the reference's where home is unknown."""
@@ -172,7 +174,8 @@ class NavigatorState:
         """(lat_deg, lon_deg) where the vehicle comes to rest when it brakes now (PX4's preproject_stop_point)."""
         local, position = self.topics.vehicle_local_position, self.position
         speed = math.hypot(local.vx, local.vy)
-        if self.rover or not speed > 0.0 or not local.xy_valid or self.settings.mpc_acc_hor_m_s2 <= 0.0:
+        moves = self.traits.brakes_ahead and speed > 0.0 and local.xy_valid
+        if not moves or self.settings.mpc_acc_hor_m_s2 <= 0.0:
             return position.lat, position.lon
         settings = self.settings
         distance = speed * (speed / (2.0 * settings.mpc_acc_hor_m_s2) + BRAKING_DELAY_S)

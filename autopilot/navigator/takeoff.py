@@ -1,6 +1,6 @@
 """TAKEOFF: climb to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground; never descend.
 
-PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). A rover is there as soon as it counts as in the air.
+PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). What does not fly is there as soon as it counts as in the air.
 """
 
 import math
@@ -36,7 +36,7 @@ class Takeoff:
             self._begin()
         elif self._reached.update(state, self._target) and not state.finished:
             state.finished = True
-            if not state.rover:
+            if state.traits.flies:
                 state.fly(state.triplet.current._replace(timestamp=state.now_us, type=int(SetpointType.LOITER)))
 
     def _begin(self) -> None:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from autopilot.constants import NavState
 from autopilot.topics.values import NAN
+from autopilot.vehicle_kind import VehicleKind
 
 
 class VehicleStatus(NamedTuple):
@@ -26,8 +27,7 @@ class VehicleStatus(NamedTuple):
     rc_signal_lost: bool = True
     pre_flight_checks_pass: bool = False
     calibrating: bool = False
-    vehicle_type: str = "multicopter"
-    """multicopter or rover."""
+    vehicle_kind: VehicleKind = VehicleKind.MULTICOPTER
     mav_type: int = 2
     latest_arming_reason: int = 0
     latest_disarming_reason: int = 0

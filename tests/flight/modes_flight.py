@@ -10,7 +10,7 @@ from typing import NamedTuple
 from autopilot.constants import NavState, SetpointType
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.estimator.estimator import Estimator
-from autopilot.land_detector import LandDetector
+from autopilot.land_detector.land_detector import LandDetector
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.parameters import Parameters, Value
 from autopilot.sensors import Sensors
@@ -22,6 +22,7 @@ from autopilot.topics import (
     Topics,
     TrajectorySetpoint,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround
@@ -54,9 +55,10 @@ class Flight:
     def __init__(self, model: str = "sihsim_hex", seed: int = 1, **changes: Value) -> None:
         vehicle = load(model)
         self.topics = Topics()
-        self.parameters = Parameters("multicopter", {**vehicle.airframe, **changes})
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**vehicle.airframe, **changes})
         shared = (self.topics, self.parameters)
-        self.sensors, self.estimator, self.land_detector = Sensors(*shared), Estimator(*shared), LandDetector(*shared)
+        self.sensors, self.estimator = Sensors(*shared), Estimator(*shared)
+        self.land_detector = LandDetector(*shared, VehicleKind.MULTICOPTER.traits)
         self.modes, self.control = FlightModes(*shared), MulticopterControl(*shared, lambda *_: None)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround())
         self.controls: HilActuatorControls | None = None

@@ -6,10 +6,11 @@ from typing import NamedTuple
 from autopilot.constants import NavState
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.estimator.estimator import Estimator
-from autopilot.land_detector import LandDetector
+from autopilot.land_detector.land_detector import LandDetector
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors
 from autopilot.topics import NAN, NAN3, ActuatorArmed, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, actuators_as_on_the_wire, as_on_the_wire
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -35,10 +36,11 @@ class Rig:
 
     def __init__(self, model: str, seed: int = 1, **parameters: float) -> None:
         vehicle = load(model)
-        self.parameters = Parameters("multicopter", {**vehicle.airframe, **parameters})
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**vehicle.airframe, **parameters})
         self.topics = Topics()
         shared = (self.topics, self.parameters)
-        self.sensors, self.estimator, self.land_detector = Sensors(*shared), Estimator(*shared), LandDetector(*shared)
+        self.sensors, self.estimator = Sensors(*shared), Estimator(*shared)
+        self.land_detector = LandDetector(*shared, VehicleKind.MULTICOPTER.traits)
         self.control = MulticopterControl(*shared, lambda *_: None)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround(), name=model)
         self.ground_down_m = self.simulator.pose().down_m

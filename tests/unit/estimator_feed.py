@@ -8,6 +8,7 @@ from autopilot.estimator.estimator import Estimator
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors
 from autopilot.topics import Topics, Vector3, VehicleLandDetected
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import magnetic_field
 from sitl_emu.core.simulator_api import HilGps, HilSensor, SimulatorMessage
@@ -32,7 +33,7 @@ class Feed:
 
     def __init__(self, path: Path = standing, yaw: float = 0.7, **parameters: float) -> None:
         airframe = {"EKF2_REQ_GPS_H": 0.5, "SENS_GPS0_DELAY": 0, **parameters}
-        self.parameters, self.topics = Parameters("multicopter", airframe), Topics()
+        self.parameters, self.topics = Parameters(VehicleKind.MULTICOPTER, airframe), Topics()
         self.sensors = Sensors(self.topics, self.parameters)
         self.estimator = Estimator(self.topics, self.parameters)
         self.path, self.yaw = path, yaw

@@ -31,6 +31,7 @@ from autopilot.topics import (
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 GCS, ONBOARD, PAYLOAD, GIMBAL = range(4)
@@ -48,12 +49,12 @@ class Peer:
         handle_command: Callable[[int, VehicleCommand], CommandResult | None] = lambda now_us, command: CommandResult(
             0
         ),
-        kind: str = "multicopter",
+        kind: VehicleKind = VehicleKind.MULTICOPTER,
         system: int = 255,
         component: int = 190,
         root: Path | None = None,
     ) -> None:
-        overrides = {"MAV_SYS_ID": 1, "MAV_TYPE": 10 if kind == "rover" else 13, "CA_ROTOR_COUNT": 6}
+        overrides = {"MAV_SYS_ID": 1, "MAV_TYPE": 13 if kind is VehicleKind.MULTICOPTER else 10, "CA_ROTOR_COUNT": 6}
         self.topics, self.dataman, self.texts = Topics(), Dataman(), Texts()
         self.parameters = Parameters(kind, overrides)
         self.mavlink = Mavlink(self.topics, self.parameters, self.dataman, self.texts, handle_command, 0, root)

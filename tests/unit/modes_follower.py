@@ -17,6 +17,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)
@@ -37,7 +38,7 @@ class Follower:
 
     def __init__(self, up: float = 10.0, nav_state: NavState = NavState.AUTO_LOITER, **changes: float) -> None:
         self.topics = Topics()
-        self.parameters = Parameters("multicopter", changes)
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, changes)
         self.modes = FlightModes(self.topics, self.parameters)
         self.now_us = 1_000_000
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)

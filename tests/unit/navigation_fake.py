@@ -25,6 +25,7 @@ from autopilot.topics import (
     VehicleLandDetected,
     VehicleLocalPosition,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 
@@ -39,14 +40,14 @@ class FakeVehicle:
     """Commander and navigator on a point that moves straight to its setpoint at 5 m/s."""
 
     def __init__(
-        self, airframe_class: str = "multicopter", dataman: Dataman | None = None, /, **parameters: float
+        self, kind: VehicleKind = VehicleKind.MULTICOPTER, dataman: Dataman | None = None, /, **parameters: float
     ) -> None:
-        rover = airframe_class == "rover"
+        rover = kind is VehicleKind.ROVER_ACKERMANN
         base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}
         base |= {"RTL_RETURN_ALT": 30.0, "RTL_DESCEND_ALT": 10.0, "COM_RC_IN_MODE": 1}
         base |= {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
         self.rover = rover
-        self.parameters = Parameters(airframe_class, base | parameters)
+        self.parameters = Parameters(kind, base | parameters)
         self.topics = Topics()
         self.dataman = dataman or Dataman()
         self.said: list[str] = []

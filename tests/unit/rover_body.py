@@ -21,6 +21,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)
@@ -34,13 +35,15 @@ class RoverBody:
     def __init__(self, model: str = "rover", nav_state: NavState = NavState.AUTO_LOITER, **changes: float) -> None:
         airframe = json.loads((VEHICLES / model / "airframe.json").read_text())
         self.topics = Topics()
-        self.parameters = Parameters("rover", {**airframe, **changes})
+        self.parameters = Parameters(VehicleKind.ROVER_ACKERMANN, {**airframe, **changes})
         self.control = RoverAckermannControl(self.topics, self.parameters)
         self.now_us = 1_000_000
         self.north, self.east, self.heading, self.speed, self.steering = 0.0, 0.0, 0.0, 0.0, 0.0
         self.full_speed = float(self.parameters["RO_MAX_THR_SPEED"])
         self.topics.actuator_armed = ActuatorArmed(armed=True)
-        self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state, vehicle_type="rover")
+        self.topics.vehicle_status = VehicleStatus(
+            armed=True, nav_state=nav_state, vehicle_kind=VehicleKind.ROVER_ACKERMANN
+        )
         self.publish(0.0)
 
     def go(self, *points: tuple[float, float], speed: float = -1.0) -> None:

@@ -8,6 +8,7 @@ from autopilot.constants import NavState
 from autopilot.control.actuator_group_test import ActuatorGroupTest
 from autopilot.parameters import Parameters
 from autopilot.topics import ActuatorArmed, Topics, VehicleCommand
+from autopilot.vehicle_kind import VehicleKind
 
 from .test_actuator_test import Bench
 
@@ -22,7 +23,7 @@ class Desk:
     def __init__(self, armed: bool = False, prearm_mode: int = 0) -> None:
         self.topics = Topics()
         self.topics.actuator_armed = ActuatorArmed(armed)
-        parameters = Parameters("multicopter", {"COM_PREARM_MODE": prearm_mode})
+        parameters = Parameters(VehicleKind.MULTICOPTER, {"COM_PREARM_MODE": prearm_mode})
         self.tests = ActuatorGroupTest(self.topics, parameters)
         self.now_us = 10_000_000
 

@@ -30,6 +30,7 @@ from autopilot.topics import (
     VehicleAttitude,
     VehicleCommand,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geomagnetism import magnetic_field
 from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command
@@ -53,7 +54,7 @@ class Table:
     """A vehicle on a table that somebody may turn, and its calibration worker."""
 
     def __init__(self) -> None:
-        self.topics, self.parameters = Topics(), Parameters("multicopter")
+        self.topics, self.parameters = Topics(), Parameters(VehicleKind.MULTICOPTER)
         self.said: list[str] = []
         self.worker = CalibrationWorker(self.topics, self.parameters, self._say)
         self.now_us = 0
@@ -363,7 +364,7 @@ def test_there_is_no_airspeed_sensor(table: Table) -> None:
 
 
 def test_corrections_and_back() -> None:
-    parameters = Parameters("multicopter")
+    parameters = Parameters(VehicleKind.MULTICOPTER)
     assert corrections_of(parameters) == NONE
     values = {"SENS_BOARD_X_OFF": 3.0, "SENS_BOARD_Z_OFF": -5.0, "CAL_ACC0_XSCALE": 1.1, "CAL_ACC0_ZOFF": 0.2}
     values |= {"CAL_GYRO0_YOFF": 0.1, "CAL_MAG0_XOFF": 0.05, "CAL_MAG0_YSCALE": 0.9, "CAL_MAG0_XODIAG": 0.1}

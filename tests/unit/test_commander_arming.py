@@ -9,6 +9,7 @@ from autopilot.commander.home_position import in_local_frame
 from autopilot.constants import NavState
 from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
@@ -47,7 +48,7 @@ def test_sys_status_bits_are_those_of_px4_when_ready(vehicle: FakeVehicle) -> No
 
 
 def test_a_rover_has_no_motor_outputs_to_show() -> None:
-    rover = FakeVehicle("rover")
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     rover.topics.logger_status = LoggerStatus(3_000_000, True)
     rover.run(3.0)
     report = rover.topics.health_report
@@ -102,7 +103,7 @@ def test_disarms_itself_when_nobody_takes_off(vehicle: FakeVehicle) -> None:
 
 
 def test_a_rover_takes_off_by_arming_and_never_disarms_itself() -> None:
-    rover = FakeVehicle("rover")
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     rover.run(3.0)
     rover.arm()
     rover.run(20.0)
@@ -150,7 +151,7 @@ def test_every_other_mode_is_accepted_on_the_ground_and_refused_in_the_air(vehic
 def test_standard_modes(vehicle: FakeVehicle) -> None:
     command = mavlink.MAV_CMD_DO_SET_STANDARD_MODE
     assert [vehicle.result(command, mode) for mode in range(10)] == [4, 0, 0, 4, 0, 0, 0, 0, 0, 4]
-    rover = FakeVehicle("rover")
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     rover.run(3.0)
     assert [rover.result(command, mode) for mode in range(10)] == [4, 4, 4, 4, 4, 0, 0, 0, 0, 4]
 
@@ -182,7 +183,7 @@ def test_sticks_that_are_not_at_rest_refuse_arming(vehicle: FakeVehicle) -> None
 )
 def test_where_the_throttle_stick_may_be_when_it_is_armed(rover: bool, main: int, throttle: float, safe: bool) -> None:
     """Commander::arm, before it looks at the vehicle's health; HOLD (4, 3) asks no stick."""
-    vehicle = FakeVehicle("rover" if rover else "multicopter")
+    vehicle = FakeVehicle(VehicleKind.ROVER_ACKERMANN if rover else VehicleKind.MULTICOPTER)
     vehicle.run(3.0)
     vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True, throttle=throttle)
     vehicle.run(0.2)
@@ -193,7 +194,7 @@ def test_where_the_throttle_stick_may_be_when_it_is_armed(rover: bool, main: int
 
 
 def test_sticks_that_nobody_holds_refuse_nothing() -> None:
-    vehicle = FakeVehicle("rover")
+    vehicle = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     vehicle.run(3.0)
     vehicle.set_mode(1, 0)
     vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, False, throttle=1.0)

@@ -9,6 +9,7 @@ from autopilot.commander.mode_requirements import ALL_MODES, Need, missing, runn
 from autopilot.constants import NavState
 from autopilot.parameters import Parameters
 from autopilot.topics import FailsafeFlags, GcsHeartbeats, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
@@ -22,9 +23,9 @@ GOOD = FailsafeFlags(
 )
 
 
-def flying(up_m: float = 10.0, airframe_class: str = "multicopter", **parameters: float) -> FakeVehicle:
+def flying(up_m: float = 10.0, kind: VehicleKind = VehicleKind.MULTICOPTER, **parameters: float) -> FakeVehicle:
     """A vehicle in HOLD that has forgotten its texts and modes."""
-    vehicle = FakeVehicle(airframe_class, **parameters)
+    vehicle = FakeVehicle(kind, **parameters)
     vehicle.run(3.0)
     vehicle.take_off(up_m)
     vehicle.take_texts()
@@ -205,7 +206,7 @@ def test_flight_time_limit_returns() -> None:
 
 def failsafe_action(flags: FailsafeFlags, mode: NavState, **parameters: float) -> tuple[Action, NavState]:
     """What a failsafe without hold flies for these flags."""
-    failsafe = Failsafe(Parameters("multicopter", {"COM_FAIL_ACT_T": 0.0} | parameters), lambda *_: None)
+    failsafe = Failsafe(Parameters(VehicleKind.MULTICOPTER, {"COM_FAIL_ACT_T": 0.0} | parameters), lambda *_: None)
     asked = {"armed": True, "user_mode": mode, "mode_changes": 0}
     failsafe.update(0, flags=GOOD, can_run_mode_flags=runnable_modes(GOOD), **asked)  # type: ignore[arg-type]
     flown = failsafe.update(1000, flags=flags, can_run_mode_flags=runnable_modes(flags), **asked)  # type: ignore[arg-type]

@@ -24,11 +24,10 @@ from autopilot.mavlink.component_metadata import (
     parameter_codes,
     parameter_texts,
 )
+from autopilot.vehicle_kind import VehicleKind
 from tests.unit import metadata_schemas
 from tests.unit.mavlink_peer import Peer, command_long, only
 
-ROVER = 10
-"""MAV_TYPE of the vehicles of the rover class."""
 NO_PARAMETERS = ("MAV_CMD_", "PARAM_MAP_RC", "RADIO_STATUS", "HIL_GPS", "FLIGHT_INFORMATION", "_HASH_CHECK")
 """Names in texts that are MAVLink's."""
 REQUEST_MESSAGE, COMPONENT_METADATA, COMPONENT_INFORMATION = 512, 397, 395
@@ -121,7 +120,7 @@ def announced() -> set[str]:
     names = set()
     for model in vehicles.models():
         airframe = vehicles.load(model).airframe
-        kind = "rover" if airframe.get("MAV_TYPE") == ROVER else "multicopter"
+        kind = VehicleKind.of_mav_type(airframe["MAV_TYPE"])
         for started in ({}, {"MNT_MODE_IN": 4, "TRIG_MODE": 1}):
             names |= set(parameters.Parameters(kind, {**airframe, **started}).announced)
     return names

@@ -26,6 +26,7 @@ from autopilot.control.multicopter import output_channels
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.parameters import Parameters
 from autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import quaternion
 from tests.typed import now
 
@@ -356,7 +357,7 @@ def test_hover_thrust_keeps_within_its_range() -> None:
 
 
 def test_speeds_are_lowered_to_the_speeds_that_limit_them() -> None:
-    parameters = Parameters("multicopter", {})
+    parameters = Parameters(VehicleKind.MULTICOPTER, {})
     said: list[tuple[Severity, str]] = []
     constrain(parameters, lambda severity, text, *event: said.append((severity, text)))
     assert said == []
@@ -376,7 +377,9 @@ def said_of(parameters: Parameters) -> list[str]:
 
 
 def test_tilt_and_hover_thrust_are_brought_back_to_their_limits() -> None:
-    parameters = Parameters("multicopter", {"MPC_TILTMAX_AIR": 120.0, "MPC_TILTMAX_LND": 100.0, "MPC_THR_HOVER": 1.5})
+    parameters = Parameters(
+        VehicleKind.MULTICOPTER, {"MPC_TILTMAX_AIR": 120.0, "MPC_TILTMAX_LND": 100.0, "MPC_THR_HOVER": 1.5}
+    )
     assert said_of(parameters) == [
         "Tilt constrained to safe value",
         "Land tilt has been constrained by max tilt",
@@ -387,7 +390,7 @@ def test_tilt_and_hover_thrust_are_brought_back_to_their_limits() -> None:
 
 def test_one_parameter_sets_all_speeds() -> None:
     """MPC_XY_VEL_ALL, MPC_Z_VEL_ALL; told at once, and only where there is a change."""
-    parameters = Parameters("multicopter", {"MPC_XY_VEL_ALL": 4.0, "MPC_Z_VEL_ALL": 2.0})
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_XY_VEL_ALL": 4.0, "MPC_Z_VEL_ALL": 2.0})
     before = parameters.notifications
     assert said_of(parameters) == []
     assert parameters.notifications == before + 1
@@ -401,7 +404,7 @@ def test_one_parameter_sets_all_speeds() -> None:
 
 def test_responsiveness_sets_accelerations_and_jerks() -> None:
     """0.5, as a real PX4 v1.18 told MPC_ACC_HOR 4.5, MPC_JERK_AUTO 7, MPC_MAN_Y_MAX 172.5, MPC_TILTMAX_AIR 45."""
-    parameters = Parameters("multicopter", {"SYS_VEHICLE_RESP": 0.5})
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_VEHICLE_RESP": 0.5})
     said_of(parameters)
     names = ("MPC_ACC_HOR", "MPC_JERK_AUTO", "MPC_MAN_Y_MAX", "MPC_TILTMAX_AIR")
     assert [parameters[name] for name in names] == [4.5, 7.0, 172.5, 45.0]

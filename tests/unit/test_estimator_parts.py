@@ -24,6 +24,7 @@ from autopilot.estimator.state import State
 from autopilot.estimator.yaw_estimator import YawEstimator
 from autopilot.parameters import Parameters
 from autopilot.topics import Vector3
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import euler, quaternion
 from tests.typed import now
 
@@ -106,7 +107,7 @@ def difference(a: State, b: State) -> list[float]:
 @pytest.mark.parametrize("broken", [-4.0, math.nan, math.inf])
 def test_a_covariance_that_can_not_be_computed_with_begins_anew(broken: float) -> None:
     """PX4 resets it where an innovation's variance says that it has lost its meaning."""
-    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {})))
     ekf.begin_step(imu(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
     as_new = ekf.p.copy()
     h = np.zeros(cov.STATES)
@@ -126,7 +127,7 @@ def test_a_covariance_that_can_not_be_computed_with_begins_anew(broken: float) -
 
 
 def test_no_variance_grows_beyond_px4s_limit() -> None:
-    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {})))
     ekf.p[cov.TERRAIN, cov.TERRAIN] = 3e4
     for step in range(1, 400):
         ekf.begin_step(imu(step * 8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
@@ -137,14 +138,14 @@ def test_no_variance_grows_beyond_px4s_limit() -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_no_setting_is_larger_than_can_be_computed_with(sign: float) -> None:
-    parameters = Parameters("multicopter", {})
+    parameters = Parameters(VehicleKind.MULTICOPTER, {})
     parameters.set("EKF2_IMU_POS_Z", sign * 3.4e38)
     assert Settings(parameters)["EKF2_IMU_POS_Z"] == sign * 1e9
 
 
 @pytest.mark.parametrize("limit", [math.nan, -3.4e38, 3.4e38, math.inf, 0.0])
 def test_no_limit_however_set_makes_the_state_infinite(limit: float) -> None:
-    settings = Settings(Parameters("multicopter", {}))
+    settings = Settings(Parameters(VehicleKind.MULTICOPTER, {}))
     settings |= {"EKF2_VEL_LIM": limit, "EKF2_GYR_B_LIM": limit, "EKF2_ABL_LIM": limit}
     ekf = Ekf(settings)
     for step in range(1, 200):
@@ -327,7 +328,7 @@ def fix(**other: float) -> GnssSample:
 
 @pytest.mark.parametrize("bad", [{"fix_type": 2}, {"nsats": 5}, {"hacc": 3.5}, {"vacc": 5.5}, {"sacc": 0.6}])
 def test_gnss_checks_want_good_fixes_without_a_break(bad: dict[str, float]) -> None:
-    ekf = Ekf(Settings(Parameters("multicopter", {"EKF2_REQ_GPS_H": 0.5})))
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {"EKF2_REQ_GPS_H": 0.5})))
     ekf.flags.in_air = False
     checks = GnssChecks(ekf)
 

@@ -7,6 +7,7 @@ import pytest
 from autopilot.failure_injection import FailureInjectionManager
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleCommand
+from autopilot.vehicle_kind import VehicleKind
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 GYRO, ACCEL, MAG, BARO, GPS, VIO, DISTANCE, AIRSPEED, BATTERY, MOTOR = 0, 1, 2, 3, 4, 6, 7, 8, 100, 101
@@ -23,7 +24,9 @@ UNITS = (*range(10), *range(100, 107))
 class Bench:
     def __init__(self, enabled: int = 1) -> None:
         self.topics = Topics()
-        self.manager = FailureInjectionManager(self.topics, Parameters("multicopter", {"SYS_FAILURE_EN": enabled}))
+        self.manager = FailureInjectionManager(
+            self.topics, Parameters(VehicleKind.MULTICOPTER, {"SYS_FAILURE_EN": enabled})
+        )
 
     def inject(self, unit: float, kind: float, instance: float = 0.0) -> int:
         return self.manager.handle_command(0, VehicleCommand(420, unit, kind, instance)).result

@@ -7,6 +7,7 @@ from autopilot.in_flight_calibration import QUIET_US, InFlightCalibration
 from autopilot.parameters import Parameters
 from autopilot.sensor_calibration import DEVICE_IDS
 from autopilot.topics import EstimatorSensorBias, Topics, Vector3
+from autopilot.vehicle_kind import VehicleKind
 
 SECOND_US = 1_000_000
 ZERO: Vector3 = (0.0, 0.0, 0.0)
@@ -17,7 +18,7 @@ class Bench:
     """A calibrated hexacopter, whose estimator says what the test wants."""
 
     def __init__(self) -> None:
-        self.topics, self.parameters = Topics(), Parameters("multicopter", CALIBRATED)
+        self.topics, self.parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, CALIBRATED)
         self.calibration = InFlightCalibration(self.topics, self.parameters)
         self.now_us = 10 * SECOND_US
 

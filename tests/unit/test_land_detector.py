@@ -3,7 +3,7 @@
 import pytest
 
 from autopilot.constants import NavState, TakeoffState
-from autopilot.land_detector import LandDetector
+from autopilot.land_detector.land_detector import LandDetector
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     ActuatorArmed,
@@ -18,6 +18,7 @@ from autopilot.topics import (
     VehicleRatesSetpoint,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import VehicleKind
 
 STEP_US = 20_000
 NAN = float("nan")
@@ -28,7 +29,7 @@ class Descending:
 
     def __init__(self) -> None:
         self.topics = Topics()
-        self.detector = LandDetector(self.topics, Parameters("multicopter"))
+        self.detector = LandDetector(self.topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
         self.now_us = 0
         topics = self.topics
         topics.actuator_armed = ActuatorArmed(True)
@@ -57,7 +58,7 @@ class Descending:
 
 def test_disarmed_is_landed() -> None:
     topics = Topics()
-    LandDetector(topics, Parameters("multicopter")).update(0)
+    LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits).update(0)
     assert topics.vehicle_land_detected.landed
 
 
@@ -102,9 +103,9 @@ def test_who_is_not_told_to_descend_does_not_land() -> None:
 
 
 def test_the_limit_of_vertical_speed_is_lowered_to_what_landing_is_slow_for() -> None:
-    parameters = Parameters("multicopter", {"MPC_LAND_CRWL": 0.18})
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_LAND_CRWL": 0.18})
     topics = Topics()
-    LandDetector(topics, parameters).update(0)
+    LandDetector(topics, parameters, VehicleKind.MULTICOPTER.traits).update(0)
     assert parameters["LNDMC_Z_VEL_MAX"] == pytest.approx(0.15)
 
 
@@ -136,7 +137,7 @@ def test_motion_forbids_it(motion: dict[str, float]) -> None:
 
 def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
     topics = Topics()
-    detector = LandDetector(topics, Parameters("multicopter"))
+    detector = LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
     topics.actuator_armed = ActuatorArmed(True)
     topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
     topics.vehicle_rates_setpoint = VehicleRatesSetpoint(20_000)
@@ -150,7 +151,7 @@ def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
 def test_arming_alone_is_no_takeoff() -> None:
     """The thrust setpoint is still that of the flight before."""
     topics = Topics()
-    detector = LandDetector(topics, Parameters("multicopter"))
+    detector = LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
     topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
     topics.vehicle_rates_setpoint = VehicleRatesSetpoint(1_000_000, (0.0,) * 3, (0.0, 0.0, -0.3))
     detector.update(9_980_000)
@@ -162,11 +163,13 @@ def test_arming_alone_is_no_takeoff() -> None:
 
 def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:
     topics = Topics()
-    topics.vehicle_status = topics.vehicle_status._replace(vehicle_type="rover", nav_state=nav_state)
+    topics.vehicle_status = topics.vehicle_status._replace(
+        vehicle_kind=VehicleKind.ROVER_ACKERMANN, nav_state=nav_state
+    )
     topics.vehicle_global_position = VehicleGlobalPosition(0, 0, 47.0 + north_deg, 8.0, 0.0, 0.0, True, True)
     home = PositionSetpoint(0, True, 0, 47.0, 8.0, 0.0)
     topics.position_setpoint_triplet = PositionSetpointTriplet(0, current=home)
-    return topics, LandDetector(topics, Parameters("rover"))
+    return topics, LandDetector(topics, Parameters(VehicleKind.ROVER_ACKERMANN), VehicleKind.ROVER_ACKERMANN.traits)
 
 
 def test_a_rover_is_in_the_air_half_a_second_after_arming() -> None:

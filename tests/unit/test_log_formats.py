@@ -20,6 +20,7 @@ from autopilot.topics import (
     SensorsStatusImu,
     Topics,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.c_types import STRUCT_CODES
 
 make_log_formats = importlib.import_module("tools.make_log_formats")
@@ -80,7 +81,9 @@ def test_every_field_has_to_be_told() -> None:
 
 def test_what_nobody_has_written_is_not_logged_as_if_it_were_known() -> None:
     """Records of a fresh vehicle that have a time have none yet: the logger leaves them out."""
-    vehicle = logged_topics.Vehicle(rover=False, functions=[101], system_id=1, boot_unix_us=BOOT_UNIX_US)
+    vehicle = logged_topics.Vehicle(
+        modules=VehicleKind.MULTICOPTER.traits.modules, functions=[101], system_id=1, boot_unix_us=BOOT_UNIX_US
+    )
     for topic in logged_topics.logged_topics(0, vehicle):
         record = getattr(Topics(), topic.source)
         assert getattr(record, "timestamp", 0) == 0, topic.name

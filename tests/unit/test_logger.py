@@ -38,6 +38,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -53,7 +54,7 @@ class Rig:
         if root is not None:
             storage.prepare(root)
         self.root, self.topics, self.texts = root, Topics(), Texts()
-        self.parameters = Parameters("multicopter", {"SDLOG_MODE": 0, **parameters})
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {"SDLOG_MODE": 0, **parameters})
         self.logger = Logger(self.topics, self.parameters, self.texts, root, lambda: BOOT_UNIX_US)
         self.now_us = 0
 
@@ -256,8 +257,8 @@ def test_a_log_that_is_removed_ends_quietly(tmp_path: Path) -> None:
 
 def test_every_topic_is_packed_whole() -> None:
     """Every row has as many values as PX4's fields, also of records that nobody has written."""
-    for rover in (False, True):
-        vehicle = logged_topics.Vehicle(rover, [101, 102, 103, 104], 1, BOOT_UNIX_US)
+    for kind in VehicleKind:
+        vehicle = logged_topics.Vehicle(kind.traits.modules, [101, 102, 103, 104], 1, BOOT_UNIX_US)
         for topic in logged_topics.logged_topics(0xFFF, vehicle):
             record = getattr(Topics(), topic.source)
             assert len(topic.row(record)) == packing.size_of(topic.name), topic.name

@@ -19,6 +19,7 @@ from autopilot.topics import (
     VehicleCommand,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilSensor
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only
@@ -178,7 +179,7 @@ def test_a_place_is_left_out_by_both_of_its_numbers() -> None:
 )
 def test_what_a_command_has_no_use_for_is_denied(sent: Any, rover: bool, denied: bool) -> None:
     """DENIED is 2; what gets through is answered 0 here."""
-    peer = Peer(kind="rover" if rover else "multicopter")
+    peer = Peer(kind=VehicleKind.ROVER_ACKERMANN if rover else VehicleKind.MULTICOPTER)
     assert [ack.result for ack in only(peer.send(sent), "COMMAND_ACK")] == [2 if denied else 0]
 
 
@@ -255,7 +256,7 @@ def test_nonsense_in_requests_and_intervals_is_answered_as_by_px4() -> None:
 
 
 def test_a_rovers_modes_have_names_instead_of_standards() -> None:
-    modes = only(Peer(kind="rover").send(command_long(512, 435, 0)), "AVAILABLE_MODES")
+    modes = only(Peer(kind=VehicleKind.ROVER_ACKERMANN).send(command_long(512, 435, 0)), "AVAILABLE_MODES")
     assert [(mode.mode_name, mode.standard_mode) for mode in modes[1:3]] == [("Altitude", 0), ("Position", 0)]
 
 
@@ -274,7 +275,7 @@ def test_parameter_list() -> None:
 
 
 def test_the_rovers_list_has_its_own_length() -> None:
-    assert len(Peer(kind="rover").parameters.announced) == 687
+    assert len(Peer(kind=VehicleKind.ROVER_ACKERMANN).parameters.announced) == 687
 
 
 def test_a_module_that_starts_late_adds_its_parameters_to_the_list_and_to_the_hash() -> None:

@@ -9,6 +9,7 @@ from autopilot.control.mc_autotune import McAutotune, State
 from autopilot.control.system_identification import SystemIdentification, pid_gains
 from autopilot.parameters import Parameters
 from autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
+from autopilot.vehicle_kind import VehicleKind
 from tests.unit.vehicle_command import vehicle_command
 
 from .test_actuator_test import Bench
@@ -23,7 +24,7 @@ class Desk:
 
     def __init__(self, **parameters: float) -> None:
         self.topics = Topics()
-        self.autotune = McAutotune(self.topics, Parameters("multicopter", {"MC_AT_EN": 1, **parameters}))
+        self.autotune = McAutotune(self.topics, Parameters(VehicleKind.MULTICOPTER, {"MC_AT_EN": 1, **parameters}))
         self.now_us = 0
 
     def ask(self, first: float = 1.0, second: float = 0.0) -> tuple[int, int]:

@@ -7,6 +7,7 @@ import pytest
 
 from autopilot.dataman import MissionItem
 from autopilot.mavlink.services.mission_items import parse
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.test_mavlink_services import MISSION_FRAME, RELATIVE_INT, item
 
@@ -57,7 +58,7 @@ def number(name: str) -> int:
 def parsed(command: int, frame: int, kind: int = MISSION, **params: float) -> tuple[MissionItem | None, int]:
     """The item, sent with as much of a place as the command has."""
     for place in ({}, {"z": 0.0}, {"x": NOT_GIVEN, "y": NOT_GIVEN, "z": 0.0}):
-        found, result = parse(item(0, command, frame, **params, **place), kind, rover=False)
+        found, result = parse(item(0, command, frame, **params, **place), kind, VehicleKind.MULTICOPTER.traits)
         if result in (ACCEPTED, ERROR):
             break
     return found, result

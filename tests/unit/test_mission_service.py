@@ -11,10 +11,12 @@ from autopilot.flight_time import FlightTime
 from autopilot.mavlink.services.mission_items import parse
 from autopilot.parameters import Parameters
 from autopilot.topics import MissionResult, VehicleStatus
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, names, only
 from tests.unit.test_mavlink_services import HOME_X, HOME_Y, MISSION_FRAME, RELATIVE_INT, count, item, upload
 
+MULTICOPTER, ROVER = VehicleKind
 ACCEPTED, ERROR, UNSUPPORTED, CANCELLED = 0, 1, 3, 15
 NOT_GIVEN = 0x7FFFFFFF
 
@@ -226,27 +228,27 @@ def test_a_mission_counts_as_active_in_these_modes(nav_state: NavState, mode: in
 
 
 @pytest.mark.parametrize(
-    ("sent", "rover", "result"),
+    ("sent", "kind", "result"),
     [
-        (item(0, 20, MISSION_FRAME, x=NOT_GIVEN, y=NOT_GIVEN, z=0.0), False, 0),
-        (item(0, 2001, MISSION_FRAME, x=-0x80000000, y=-0x80000000, z=float("nan")), False, 0),
-        (item(0, 20, MISSION_FRAME, x=0, y=0, z=0.0, param1=1.0), False, 6),
-        (item(0, 20, x=0, y=0, z=0.0), False, 10),
-        (item(0, 20, x=NOT_GIVEN, y=NOT_GIVEN, z=0.0), False, UNSUPPORTED),
-        (item(0, 93, MISSION_FRAME, x=42, y=0, z=0.0, param1=10.0), False, 10),
-        (item(0, 93, MISSION_FRAME, x=0, y=0, z=0.0, param1=10.0), False, 0),
-        (item(0, 22, param1=-1.0), False, 0),
-        (item(0, 22, param1=-1.0), True, 6),
-        (item(0, 84, param3=45.0), False, 8),
-        (item(0, 85, param1=1.0), False, 6),
-        (item(0, 80, param1=3.0), False, 0),
-        (item(0, 80, param1=1.0), False, 6),
-        (item(0, 80, MISSION_FRAME, param1=3.0), False, 6),
-        (item(0, 80, MISSION_FRAME, param1=float("inf")), False, 6),
+        (item(0, 20, MISSION_FRAME, x=NOT_GIVEN, y=NOT_GIVEN, z=0.0), MULTICOPTER, 0),
+        (item(0, 2001, MISSION_FRAME, x=-0x80000000, y=-0x80000000, z=float("nan")), MULTICOPTER, 0),
+        (item(0, 20, MISSION_FRAME, x=0, y=0, z=0.0, param1=1.0), MULTICOPTER, 6),
+        (item(0, 20, x=0, y=0, z=0.0), MULTICOPTER, 10),
+        (item(0, 20, x=NOT_GIVEN, y=NOT_GIVEN, z=0.0), MULTICOPTER, UNSUPPORTED),
+        (item(0, 93, MISSION_FRAME, x=42, y=0, z=0.0, param1=10.0), MULTICOPTER, 10),
+        (item(0, 93, MISSION_FRAME, x=0, y=0, z=0.0, param1=10.0), MULTICOPTER, 0),
+        (item(0, 22, param1=-1.0), MULTICOPTER, 0),
+        (item(0, 22, param1=-1.0), ROVER, 6),
+        (item(0, 84, param3=45.0), MULTICOPTER, 8),
+        (item(0, 85, param1=1.0), MULTICOPTER, 6),
+        (item(0, 80, param1=3.0), MULTICOPTER, 0),
+        (item(0, 80, param1=1.0), MULTICOPTER, 6),
+        (item(0, 80, MISSION_FRAME, param1=3.0), MULTICOPTER, 6),
+        (item(0, 80, MISSION_FRAME, param1=float("inf")), MULTICOPTER, 6),
     ],
 )
-def test_parameters_that_a_command_does_not_use(sent: Any, rover: bool, result: int) -> None:
-    assert parse(sent, 0, rover=rover)[1] == result
+def test_parameters_that_a_command_does_not_use(sent: Any, kind: VehicleKind, result: int) -> None:
+    assert parse(sent, 0, kind.traits)[1] == result
 
 
 def sent_back(sent: Any, kind: int = 0) -> Any:
@@ -288,7 +290,7 @@ def test_what_comes_back_has_gone_through_px4s_types(sent: Any, expected: dict[s
     ],
 )
 def test_counts_of_vertices_are_whole(command: int, param1: float, result: int, kept: float | None) -> None:
-    found, error = parse(item(0, command, 5, param1=param1, z=0.0, mission_type=1), 1, rover=False)
+    found, error = parse(item(0, command, 5, param1=param1, z=0.0, mission_type=1), 1, VehicleKind.MULTICOPTER.traits)
     assert error == result
     assert (found and found.param1) == kept
 
@@ -350,7 +352,7 @@ def test_a_fence_that_cannot_be_cleared_says_so(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize(("yaw", "kept"), [(90.0, 90.0), (-90.0, 270.0), (720.0, 0.0)])
 def test_headings_are_kept_within_a_turn(yaw: float, kept: float) -> None:
-    found, _ = parse(item(0, 16, param4=yaw), 0, rover=False)
+    found, _ = parse(item(0, 16, param4=yaw), 0, VehicleKind.MULTICOPTER.traits)
     assert found is not None
     assert found.param4 == kept
 
@@ -364,7 +366,7 @@ def test_a_region_of_interest_comes_back_as_px4_keeps_it() -> None:
 
 
 def test_the_time_in_the_air_is_added_up_over_flights_and_starts() -> None:
-    parameters = Parameters("multicopter")
+    parameters = Parameters(VehicleKind.MULTICOPTER)
     parameters.set("LND_FLIGHT_T_LO", -1_000_000)
     time = FlightTime(parameters)
     time.update(0, armed=True, landed=True)

@@ -7,6 +7,7 @@ import pytest
 from autopilot.constants import NavState, SetpointType
 from autopilot.dataman import FENCE, MISSION, MissionItem, Plan
 from autopilot.events import layout
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import PLACE, FakeVehicle, item
@@ -24,7 +25,7 @@ FLIGHT_TEXTS = ["Armed by external command", "Executing Mission", "Climb to 8.0 
 
 def uploaded(*items: MissionItem, rover: bool = False, **parameters: float) -> FakeVehicle:
     """On the ground, with a mission."""
-    vehicle = FakeVehicle("rover" if rover else "multicopter", **parameters)
+    vehicle = FakeVehicle(VehicleKind.ROVER_ACKERMANN if rover else VehicleKind.MULTICOPTER, **parameters)
     vehicle.run(3.0)
     vehicle.upload(*items)
     vehicle.run(0.1)

@@ -6,6 +6,7 @@ import pytest
 
 from autopilot.constants import NavState, SetpointType
 from autopilot.dataman import FENCE, RALLY, MissionItem, Plan
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
@@ -219,7 +220,7 @@ def test_a_fence_may_look_at_the_receivers_own_position() -> None:
 
 
 def test_a_rover_returns_straight_home() -> None:
-    rover = FakeVehicle("rover", RTL_RETURN_ALT=60.0)
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, RTL_RETURN_ALT=60.0)
     rover.run(3.0)
     rover.arm()
     rover.run(1.0)
@@ -240,7 +241,7 @@ def test_a_rover_returns_straight_home() -> None:
 
 
 def test_a_rover_that_takes_off_holds_at_once() -> None:
-    rover = FakeVehicle("rover")
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     rover.run(3.0)
     rover.arm()
     rover.run(1.0)
@@ -319,7 +320,7 @@ def test_a_fence_that_is_broken_at_once_is_not_watched(
 def test_a_fence_of_before_the_start_is_watched() -> None:
     vehicle = FakeVehicle(GF_ACTION=1)
     vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0)), 0)
-    vehicle = FakeVehicle("multicopter", vehicle.dataman, GF_ACTION=1)
+    vehicle = FakeVehicle(VehicleKind.MULTICOPTER, vehicle.dataman, GF_ACTION=1)
     vehicle.run(3.0)
     vehicle.north = 30.0
     vehicle.run(0.3)

@@ -5,6 +5,7 @@ import pytest
 from autopilot.parameter_corrections import ParameterCorrections
 from autopilot.parameters import Parameters
 from autopilot.subscription_interval import SubscriptionInterval
+from autopilot.vehicle_kind import VehicleKind
 
 SECOND_US = 1_000_000
 
@@ -25,24 +26,28 @@ SECOND_US = 1_000_000
     ],
 )
 def test_a_value_without_sense_is_set_right(name: str, value: float, corrected: float) -> None:
-    parameters = Parameters("multicopter", {"IMU_GYRO_RATEMAX": 800})
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=True)
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"IMU_GYRO_RATEMAX": 800})
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, VehicleKind.MULTICOPTER.traits)
     parameters.set(name, value)
     corrections.update(SECOND_US)
     assert parameters[name] == corrected
 
 
 def test_the_sides_to_calibrate_are_told_under_their_old_name_too() -> None:
-    parameters = Parameters("rover")
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=False)
+    parameters = Parameters(VehicleKind.ROVER_ACKERMANN)
+    corrections = ParameterCorrections(
+        parameters, lambda severity, text, *event: None, VehicleKind.ROVER_ACKERMANN.traits
+    )
     parameters.set("SENS_MAG_SIDES", 34)
     corrections.update(SECOND_US)
     assert parameters["CAL_MAG_SIDES"] == 34
 
 
 def test_a_rover_has_no_land_detector_that_would_correct_its_speed() -> None:
-    parameters = Parameters("rover")
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=False)
+    parameters = Parameters(VehicleKind.ROVER_ACKERMANN)
+    corrections = ParameterCorrections(
+        parameters, lambda severity, text, *event: None, VehicleKind.ROVER_ACKERMANN.traits
+    )
     parameters.set("LNDMC_Z_VEL_MAX", 3.0)
     corrections.update(SECOND_US)
     assert parameters["LNDMC_Z_VEL_MAX"] == 3.0
@@ -50,9 +55,11 @@ def test_a_rover_has_no_land_detector_that_would_correct_its_speed() -> None:
 
 def test_ekf2_says_what_it_reset() -> None:
     said: list[tuple[str, str, float]] = []
-    parameters = Parameters("multicopter")
+    parameters = Parameters(VehicleKind.MULTICOPTER)
     corrections = ParameterCorrections(
-        parameters, lambda severity, text, event="", *values: said.append((text, event, values[0])), multicopter=True
+        parameters,
+        lambda severity, text, event="", *values: said.append((text, event, values[0])),
+        VehicleKind.MULTICOPTER.traits,
     )
     parameters.set("EKF2_MAG_TYPE", 3)
     corrections.update(SECOND_US)
@@ -61,8 +68,8 @@ def test_ekf2_says_what_it_reset() -> None:
 
 def test_some_corrections_are_not_told() -> None:
     """param_set_no_notification: LNDMC_Z_VEL_MAX is told with the next change of another parameter."""
-    parameters = Parameters("multicopter")
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, multicopter=True)
+    parameters = Parameters(VehicleKind.MULTICOPTER)
+    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, VehicleKind.MULTICOPTER.traits)
     parameters.set("LNDMC_Z_VEL_MAX", 3.0)
     before = parameters.notifications
     corrections.update(SECOND_US)

@@ -11,6 +11,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
+from autopilot.vehicle_kind import VehicleKind
 
 DOCUMENT = (
     b"\x2c\0\0\0\x01MPC_XY_CRUISE\0" + struct.pack("<d", 6.5) + b"\x10COM_RC_IN_MODE\0" + struct.pack("<i", 2) + b"\0"
@@ -23,7 +24,7 @@ class Start:
 
     def __init__(self, root: Path | None) -> None:
         self.said: list[str] = []
-        self.parameters = Parameters("multicopter", {"SYS_AUTOSTART": 10044, "MAV_SYS_ID": 3})
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_AUTOSTART": 10044, "MAV_SYS_ID": 3})
         self.storage = ParameterStorage(self.parameters, root, self._say)
         self.storage.boot()
         self.now_us = 0

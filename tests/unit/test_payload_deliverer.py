@@ -5,6 +5,7 @@ import pytest
 from autopilot.parameters import Parameters
 from autopilot.payload_deliverer import PayloadDeliverer
 from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
+from autopilot.vehicle_kind import VehicleKind
 
 from .navigation_fake import STEP_US, FakeVehicle, item
 
@@ -18,7 +19,7 @@ class Gripper:
 
     def __init__(self, **parameters: float) -> None:
         self.topics = Topics()
-        self.deliverer = PayloadDeliverer(self.topics, Parameters("multicopter", parameters))
+        self.deliverer = PayloadDeliverer(self.topics, Parameters(VehicleKind.MULTICOPTER, parameters))
         self.now_us = 0
 
     def command(self, action: float) -> tuple[int, ...]:

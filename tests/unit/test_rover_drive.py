@@ -20,6 +20,15 @@ def test_the_field_rover_stops_within_a_metre_wherever_its_target_lies(place: tu
     assert abs(rover.speed) < 0.05
 
 
+def test_a_rover_has_no_setpoints_of_aircraft_to_stream() -> None:
+    """PX4's rover sends neither ATTITUDE_TARGET nor POSITION_TARGET_LOCAL_NED: nobody publishes what they tell."""
+    rover = RoverBody("rover")
+    rover.go((5.0, 0.0))
+    rover.drive(5.0)
+    assert rover.topics.vehicle_attitude_setpoint.timestamp == 0
+    assert rover.topics.vehicle_local_position_setpoint.timestamp == 0
+
+
 def test_a_target_straight_behind_is_turned_to_slowly() -> None:
     rover = RoverBody("sihsim_rover_ackermann")
     rover.go((-12.0, 0.0))

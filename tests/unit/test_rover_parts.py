@@ -28,6 +28,7 @@ from autopilot.control.rover_control_mode import (
 from autopilot.control.rover_parameters import rover_parameters
 from autopilot.parameters import Parameters
 from autopilot.topics import OffboardSetpoint, TrajectorySetpoint, VehicleAttitudeSetpoint, VehicleRatesSetpoint
+from autopilot.vehicle_kind import VehicleKind
 
 START, TARGET = (0.0, 0.0), (20.0, 0.0)
 NAN = math.nan
@@ -116,7 +117,10 @@ def test_a_wrong_course_is_driven_slowly() -> None:
 
 def test_but_no_slower_than_it_takes_to_turn_as_fast_as_it_may() -> None:
     parameters = rover_parameters(
-        Parameters("rover", {"RA_WHEEL_BASE": 0.321, "RO_YAW_RATE_LIM": 180.0, "RA_MAX_STR_ANG": math.radians(30.0)})
+        Parameters(
+            VehicleKind.ROVER_ACKERMANN,
+            {"RA_WHEEL_BASE": 0.321, "RO_YAW_RATE_LIM": 180.0, "RA_MAX_STR_ANG": math.radians(30.0)},
+        )
     )
     least = parameters.least_cornering_speed
     assert least == pytest.approx(1.747, abs=1e-3)
@@ -153,7 +157,7 @@ def test_a_corner_counts_as_reached_where_the_turning_circle_touches_its_legs(
         "RA_ACC_RAD_GAIN": 2.0,
         "RA_ACC_RAD_MAX": 3.0,
     }
-    parameters = rover_parameters(Parameters("rover", {**reference, "NAV_ACC_RAD": acceptance_m}))
+    parameters = rover_parameters(Parameters(VehicleKind.ROVER_ACKERMANN, {**reference, "NAV_ACC_RAD": acceptance_m}))
     assert acceptance_radius_m(math.radians(angle_deg), parameters) == pytest.approx(radius_m, abs=1e-3)
 
 

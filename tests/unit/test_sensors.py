@@ -8,6 +8,7 @@ from autopilot.failure_injection import inject
 from autopilot.parameters import Parameters
 from autopilot.sensors import Sensors, altitude_m
 from autopilot.topics import ActuatorArmed, FailureInjection, Topics
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)
@@ -15,7 +16,7 @@ IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 
 
 def sensors(**parameters: float) -> tuple[Sensors, Topics]:
     topics = Topics()
-    return Sensors(topics, Parameters("multicopter", parameters)), topics
+    return Sensors(topics, Parameters(VehicleKind.MULTICOPTER, parameters)), topics
 
 
 def test_time_is_the_imu_s() -> None:

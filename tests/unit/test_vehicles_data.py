@@ -6,6 +6,7 @@ import pytest
 
 import vehicles
 from autopilot.parameters import Parameters
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -27,15 +28,14 @@ def test_models_and_unknown_model() -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_airframe_is_known_to_the_autopilot(model: str) -> None:
     airframe = vehicles.load(model).airframe
-    rover = airframe["MAV_TYPE"] == 10
-    parameters = Parameters("rover" if rover else "multicopter", airframe)
+    parameters = Parameters(VehicleKind.of_mav_type(airframe["MAV_TYPE"]), airframe)
     assert parameters["BAT1_N_CELLS"] == vehicles.load(model).battery.cells
 
 
 @pytest.mark.parametrize("model", ["iris", "m600", "sihsim_hex"])
 def test_airframe_and_rotors_tell_the_same_geometry(model: str) -> None:
     vehicle = vehicles.load(model)
-    parameters = Parameters("multicopter", vehicle.airframe)
+    parameters = Parameters(VehicleKind.MULTICOPTER, vehicle.airframe)
     rotors = present(vehicle.propulsion).rotors
     assert parameters["CA_ROTOR_COUNT"] == len(rotors)
     assert parameters["THR_MDL_FAC"] == 1.0, "thrust grows with the square of the control"
@@ -147,7 +147,7 @@ def test_satellites_are_what_the_simulator_begins_with() -> None:
         vehicle = vehicles.load(model)
         assert vehicle.airframe["SIM_GPS_USED"] == vehicle.sensors.gps.satellites
     iris = vehicles.load("iris")
-    parameters = Parameters("multicopter", iris.airframe)
+    parameters = Parameters(VehicleKind.MULTICOPTER, iris.airframe)
     simulator = VehicleSimulator(iris, Home(47.0, 8.0, 488.0, 0.0), 1, FlatGround())
     SimulatedParameters(parameters, simulator).update()
     assert simulator.sim_gps_used == 16

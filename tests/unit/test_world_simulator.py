@@ -4,6 +4,7 @@ import pytest
 
 import vehicles
 from autopilot.parameters import Parameters
+from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
@@ -203,7 +204,7 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     reads = []
     for offsets in ({}, {"SIM_BARO_OFF_P": 120.0, "SIM_BARO_OFF_T": 10.0, "SIM_MAG_OFFSET_Y": 0.25}):
         simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
-        SimulatedParameters(Parameters("multicopter", offsets), simulator).update()
+        SimulatedParameters(Parameters(VehicleKind.MULTICOPTER, offsets), simulator).update()
         messages = [message for _ in range(50) for message in simulator.tick(None)]
         reads.append([message for message in messages if isinstance(message, HilSensor)][-1])
     plain, off = reads

@@ -81,7 +81,7 @@ AFTER_ESTIMATOR: tuple[Check, ...] = (
 )
 REPORT_INTERVAL_US = 2_000_000
 PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
-"""Of every vehicle; a rover has no MOTOR_OUTPUTS, which are healthy for all that."""
+"""Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
 WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING))
 """Sensors that come and go: a GPS while the estimator uses it, the logger while it writes."""
 DIFFERENTIAL_PRESSURE = 0x10
@@ -121,7 +121,9 @@ class HealthAndArmingChecks:
         can_run = runnable_modes(flags)
         can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
         nav_state = topics.vehicle_status.nav_state
-        present = PRESENT if topics.vehicle_status.vehicle_type == "rover" else PRESENT | MOTOR_OUTPUTS
+        present = PRESENT
+        if topics.vehicle_status.vehicle_kind.traits.motor_outputs_present:
+            present |= MOTOR_OUTPUTS
         present |= sum(bit for component, bit in WHILE_FOUND if findings.health_present & component)
         health = HEALTHY & ~findings.unhealthy & ~sum(bit for component, bit in BLAMED if findings.blamed & component)
         if can_arm >> nav_state & 1:
@@ -147,8 +149,8 @@ class HealthAndArmingChecks:
         can_run = can_arm = ALL_MODES & ~(ALL_NAV_STATES & ~runnable)
         for failure in findings.failures:
             can_arm &= ~failure.modes
-        multicopter = status.vehicle_type != "rover"
-        present = findings.health_present | (Component.MOTORS_ESCS if multicopter else 0)
+        motors = Component.MOTORS_ESCS if status.vehicle_kind.traits.motor_outputs_present else 0
+        present = findings.health_present | motors
         health = (present, findings.health_error, findings.health_warning)
         arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
         state = (health, arming, [(failure.event, failure.modes) for failure in findings.failures])

@@ -15,9 +15,8 @@ from autopilot.topics import (
     VehicleCommand,
     VehicleStatus,
 )
+from autopilot.vehicle_kind import ROTARY_WING
 
-MULTICOPTER, ROVER = 1, 3
-"""vehicle_status.vehicle_type: rotary wing, rover."""
 DISARMED, ARMED = 1, 2
 """vehicle_status.arming_state."""
 EVENT_ARGUMENTS = 25
@@ -72,7 +71,7 @@ cpuload = by_name("cpuload", CpuLoad)
 def _arming_and_type(record: VehicleStatus) -> tuple[Value, ...]:
     return (
         ARMED if record.armed else DISARMED,
-        ROVER if record.vehicle_type == "rover" else MULTICOPTER,
+        record.vehicle_kind.traits.vehicle_type,
         record.nav_state == NavState.OFFBOARD,
     )
 
@@ -111,7 +110,7 @@ def vehicle_control_mode(pack: Pack, record: VehicleStatus) -> bytes:
     return pack(
         record.timestamp,
         record.armed,
-        position and record.vehicle_type == "multicopter",
+        position and record.vehicle_kind.traits.vehicle_type == ROTARY_WING,
         mode in STICKS,
         mode in AUTO,
         mode == NavState.OFFBOARD,

@@ -15,6 +15,7 @@ from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import finite_or_nan, is_for
 from autopilot.topics import Topics, VehicleCommand
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 4, 7, 8, 9, 12, 20, 21})
@@ -53,8 +54,7 @@ class Command:
         handle: Callable[[int, VehicleCommand], CommandResult | None],
         topics: Topics,
         system_id: int,
-        *,
-        rover: bool,
+        traits: Traits,
     ) -> None:
         """Answers go out on `links`; later ones come in `topics`.
 
@@ -65,7 +65,7 @@ class Command:
         self._handle = handle
         self._topics = topics
         self._system_id = system_id
-        self._rover = rover
+        self._traits = traits
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Decide and answer; nothing is said to a command for somebody else."""
@@ -75,7 +75,7 @@ class Command:
             return
         if not is_for(message, self._system_id, broadcast=True):
             return
-        if sets_unused(used_params(command.command, IN_COMMANDS, rover=self._rover), numbers(message)):
+        if sets_unused(used_params(command.command, IN_COMMANDS, self._traits), numbers(message)):
             self._answer(now_us, link, command, CommandResult(DENIED))
             return
         service = self._of_link.get(command.command)

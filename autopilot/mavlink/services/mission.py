@@ -17,6 +17,7 @@ from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import mission_items
 from autopilot.texts import Say, Texts
 from autopilot.topics import Topics
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 ALL_TYPES = 255
@@ -50,10 +51,10 @@ class State(Enum):
 class Uploads:
     """What the managers of all links share: the plans, and who is uploading."""
 
-    def __init__(self, dataman: Dataman, say: Say, *, rover: bool) -> None:
+    def __init__(self, dataman: Dataman, say: Say, traits: Traits) -> None:
         self.dataman = dataman
         self.say = say
-        self.rover = rover
+        self.traits = traits
         self.in_progress = False
         self.set_current: Callable[[int, int], bool] | None = None
         self.plan_changed: Callable[[int], None] | None = None
@@ -182,7 +183,7 @@ class Manager:
                 self._take_item(now_us, message)
 
     def _take_item(self, now_us: int, message: Any) -> None:
-        item, error = mission_items.parse(message, self._kind, rover=self._uploads.rover)
+        item, error = mission_items.parse(message, self._kind, self._uploads.traits)
         if error in (ACCEPTED, ERROR):
             self._crc = crc32_part(mission_items.crc_bytes(message), self._crc)
         else:
@@ -373,14 +374,14 @@ class Mission:
     HAS_TIMER = True
 
     def __init__(
-        self, links: tuple[Link, ...], topics: Topics, dataman: Dataman, texts: Texts, system_id: int, *, rover: bool
+        self, links: tuple[Link, ...], topics: Topics, dataman: Dataman, texts: Texts, system_id: int, traits: Traits
     ) -> None:
         """Writes plans into `dataman`."""
         self._links = links
         self._topics = topics
         self._dataman = dataman
         self._system_id = system_id
-        self._uploads = Uploads(dataman, texts.of("mavlink"), rover=rover)
+        self._uploads = Uploads(dataman, texts.of("mavlink"), traits)
         self._managers = {link: Manager(link, self._uploads) for link in links}
         self._result = topics.mission_result
         self._reached_repeats = 0

@@ -14,6 +14,7 @@ from typing import Any
 
 from autopilot.dataman import FENCE, MISSION, MissionItem
 from autopilot.mavlink.command_params import IN_PLANS, P1, P3, P4, P5, P6, P12, P1234, used_params
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32, integer, rounded
 
@@ -76,14 +77,14 @@ NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
 CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
 
 
-def parse(message: Any, kind: int, *, rover: bool) -> tuple[MissionItem | None, int]:
+def parse(message: Any, kind: int, traits: Traits) -> tuple[MissionItem | None, int]:
     """The item of a MISSION_ITEM or MISSION_ITEM_INT, or None and the MAV_MISSION_RESULT that refuses it."""
     frame, command = message.frame, message.command
     is_float = message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ITEM
     if frame not in KEPT_FRAME or (is_float and frame in FLOAT_FRAME):
         return None, UNSUPPORTED_FRAME
     in_global = frame != FRAME_MISSION
-    error = _unused_is_set(message, in_global and not is_float, rover) or _refusal(message, in_global)
+    error = _unused_is_set(message, in_global and not is_float, traits) or _refusal(message, in_global)
     if error == ACCEPTED and (_is_of_other_plan(command, kind) or (kind == FENCE and _is_too_small(message))):
         error = ERROR
     if error != ACCEPTED:
@@ -130,9 +131,9 @@ def float_position(item: MissionItem) -> tuple[float, float, float]:
     return item.lat_deg, item.lon_deg, item.z
 
 
-def _unused_is_set(message: Any, is_global_int: bool, rover: bool) -> int:
+def _unused_is_set(message: Any, is_global_int: bool, traits: Traits) -> int:
     """INVALID_PARAM of the first parameter that is set and not used; ACCEPTED (0) if there is none."""
-    used = used_params(message.command, IN_PLANS, rover=rover)
+    used = used_params(message.command, IN_PLANS, traits)
     values = (message.param1, message.param2, message.param3, message.param4, message.x, message.y, message.z)
     for place, value in enumerate(values):
         if used >> place & 1 or math.isnan(value):

@@ -12,7 +12,7 @@ ID = mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET
 def fields(now_us: int, context: Context) -> Fields | None:
     """Quaternion (w, x, y, z), rad/s; thrust is the magnitude, 0..1."""
     setpoint = context.topics.vehicle_attitude_setpoint
-    if setpoint.timestamp == 0 or context.is_rover:
+    if setpoint.timestamp == 0:
         return None
     w, x, y, z = setpoint.q_d
     p, q, r = context.topics.vehicle_rates_setpoint.rates

@@ -5,6 +5,7 @@ import math
 from autopilot.mavlink.available_modes import MODES, listed
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
+from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES
@@ -20,11 +21,11 @@ def requested(now_us: int, context: Context, param2: float) -> list[Fields] | No
     if index > len(MODES):
         return None
     wanted = range(1, len(MODES) + 1) if index == 0 else range(index, index + 1)
-    return [one(each, context.is_rover) for each in wanted if each > 0]
+    return [one(each, context.traits) for each in wanted if each > 0]
 
 
-def one(index: int, is_rover: bool) -> Fields:
+def one(index: int, traits: Traits) -> Fields:
     """Mode `index`, counted from 1."""
-    mode = listed(index, is_rover)
+    mode = listed(index, traits)
     name = mode.name.encode()
     return (mode.custom_mode, mode.properties, len(MODES), index, mode.standard_mode, name)

@@ -19,4 +19,4 @@ def fields(now_us: int, context: Context) -> Fields:
     status = context.topics.vehicle_status
     nav_state = status.nav_state
     intended = custom_mode_of(status.nav_state_user_intention)
-    return (custom_mode_of(nav_state), intended, standard_mode_of(nav_state, context.is_rover))
+    return (custom_mode_of(nav_state), intended, standard_mode_of(nav_state, context.traits))

@@ -17,7 +17,7 @@ def fields(now_us: int, context: Context) -> Fields:
     base_mode = base_mode_of(
         status.nav_state,
         armed=status.armed,
-        rover=context.is_rover,
+        traits=context.traits,
         offboard_attitude=offboard.trajectory is not None or offboard.attitude is not None,
     )
     return (

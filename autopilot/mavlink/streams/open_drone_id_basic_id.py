@@ -6,12 +6,10 @@ from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_BASIC_ID
 ID_TYPE_SERIAL_NUMBER = 1
-UA_TYPE_HELICOPTER_OR_MULTIROTOR = 2
-UA_TYPE_GROUND_OBSTACLE = 14
 
 
 def fields(now_us: int, context: Context) -> Fields:
     """On request; the identifier is the system's number."""
     name = f"SITL-EMU-{context.system_id:03d}".encode().ljust(20, b"\0")
-    ua_type = UA_TYPE_GROUND_OBSTACLE if context.is_rover else UA_TYPE_HELICOPTER_OR_MULTIROTOR
+    ua_type = context.traits.odid_ua_type
     return (0, 0, *(0,) * 20, ID_TYPE_SERIAL_NUMBER, ua_type, *name)

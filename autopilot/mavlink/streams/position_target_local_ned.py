@@ -14,7 +14,7 @@ IGNORE_BITS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 1024, 2048)
 def fields(now_us: int, context: Context) -> Fields | None:
     """NED; what is not controlled is NaN, and its bit of the type mask is set."""
     setpoint = context.topics.vehicle_local_position_setpoint
-    if setpoint.timestamp == 0 or context.is_rover:
+    if setpoint.timestamp == 0:
         return None
     values = (
         setpoint.x,

@@ -27,22 +27,17 @@ from autopilot.shell.commands import (
     uorb,
     ver,
 )
+from autopilot.vehicle_kind import VehicleKind
 
 MODULES: dict[str, module.Runs] = {
+    **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},
     "camera_trigger": module.was_started(CameraTrigger),
-    "control_allocator": module.multicopter,
-    "flight_mode_manager": module.multicopter,
     "gimbal": module.was_started(Gimbal),
     "load_mon": module.always,
     "manual_control": module.always,
-    "mc_att_control": module.multicopter,
     "mc_autotune_attitude_control": module.was_started(McAutotune),
-    "mc_hover_thrust_estimator": module.multicopter,
-    "mc_pos_control": module.multicopter,
-    "mc_rate_control": module.multicopter,
     "payload_deliverer": module.always,
     "rc_update": module.always,
-    "rover_ackermann": module.rover,
 }
 COMMANDS: dict[str, Command] = {
     **{name: module.command(name, runs) for name, runs in MODULES.items()},

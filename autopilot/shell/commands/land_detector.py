@@ -14,5 +14,5 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
     """`land_detector status`."""
     if list(arguments) != ["status"]:
         return (yield from default_command("land_detector", True, arguments))
-    yield info("land_detector", f"running ({autopilot.topics.vehicle_status.vehicle_type})")
+    yield info("land_detector", f"running ({autopilot.topics.vehicle_status.vehicle_kind.traits.land_detector})")
     return SUCCESS

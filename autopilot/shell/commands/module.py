@@ -17,14 +17,9 @@ def always(autopilot: "Autopilot") -> bool:
     return True
 
 
-def multicopter(autopilot: "Autopilot") -> bool:
-    """Multicopters have it."""
-    return autopilot.topics.vehicle_status.vehicle_type == "multicopter"
-
-
-def rover(autopilot: "Autopilot") -> bool:
-    """Rovers have it."""
-    return not multicopter(autopilot)
+def of_kind(name: str) -> Runs:
+    """Kinds of vehicle have it whose start-up script starts a module of this name."""
+    return lambda autopilot: name in autopilot.topics.vehicle_status.vehicle_kind.traits.modules
 
 
 def was_started(kind: type) -> Runs:
