@@ -29,6 +29,7 @@ from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.world.simulator_parameters import set_parameter
 
 ROOT = Path(__file__).resolve().parents[1]
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
@@ -57,7 +58,7 @@ class Flight:
         self.rover = data.propulsion is None
         self.autopilot = Autopilot(data.airframe, 0, root)
         self._simulator = VehicleSimulator(data, HOME, 0, FlatGround(), name=model)
-        self._simulated = SimulatedParameters(self.autopilot.parameters, self._simulator)
+        self._simulated = SimulatedParameters(self.autopilot.parameters)
         self._controls: HilActuatorControls | None = None
         self._station = mavlink.MAVLink(None, 255, 190)
 
@@ -74,7 +75,8 @@ class Flight:
         for tick in range(round(seconds * TICKS_A_SECOND)):
             if heard and tick % TICKS_A_SECOND == 0:
                 self.say(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
-            self._simulated.update()
+            for parameter in self._simulated.changed():
+                set_parameter(self._simulator, *parameter)
             self._controls = self.autopilot.step(self._simulator.tick(self._controls))
             for link in self.autopilot.mavlink.links:
                 link.outbox.clear()

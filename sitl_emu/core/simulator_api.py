@@ -3,11 +3,14 @@
 Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following),
 in *wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`,
 which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly
-bit-identically. BATTERY_STATUS, ESC_STATUS and RANGING_BEACON travel beside the API: a real PX4 simulates its own
-battery and speed controllers, and ignores them.
+bit-identically. What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and
+RANGING_BEACON to the autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them); to the
+simulator PARAM_VALUE, of the parameters that are about it, and HEARTBEAT, of an autopilot that boots or powers off. The
+latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them too.
 """
 
 from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from sitl_emu.core.c_types import Layout
@@ -144,6 +147,40 @@ class HilActuatorControls(NamedTuple):
     mode: int
 
 
+class SimulatorParameter(NamedTuple):
+    """What PARAM_VALUE (22) carries of a parameter that is about the simulator; the value is a float32."""
+
+    name: str
+    value: float
+
+
+class AutopilotState(NamedTuple):
+    """What HEARTBEAT (0) carries of an autopilot: MAV_STATE, of which BOOT and POWEROFF mean something to a simulator.
+
+    BOOT: it begins anew, after a reboot. POWEROFF: this answer was its last.
+    """
+
+    system_status: int
+
+
+SIMULATOR_PARAMETERS = (
+    "SIH_WIND_E",
+    "SIH_WIND_N",
+    "SIM_BARO_OFF_P",
+    "SIM_BARO_OFF_T",
+    "SIM_BAT_DRAIN",
+    "SIM_BAT_MIN_PCT",
+    "SIM_GPS_USED",
+    "SIM_MAG_OFFSET_X",
+    "SIM_MAG_OFFSET_Y",
+    "SIM_MAG_OFFSET_Z",
+)
+"""PX4's parameters that an autopilot tells its simulator. PX4's own (SIH) is part of it, and reads them itself."""
+STATE_BOOT, STATE_POWEROFF = 1, 7
+"""MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
+
+BesideMessage = SimulatorParameter | AutopilotState
+"""What an autopilot says beside its answers."""
 SimulatorMessage = (
     HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery | EscTelemetry | RangingBeacon
 )
@@ -207,8 +244,8 @@ class AutopilotChannel(Protocol):
         """What came up to and with the next HIL_SENSOR, in order. Raises ChannelClosed."""
         ...
 
-    def send(self, controls: HilActuatorControls) -> None:
-        """Answer a HIL_SENSOR. Raises ChannelClosed."""
+    def send(self, controls: HilActuatorControls, beside: Sequence[BesideMessage] = ()) -> None:
+        """Answer a HIL_SENSOR; `beside` comes first. Raises ChannelClosed."""
         ...
 
 
@@ -223,34 +260,52 @@ class SimulatorChannel(Protocol):
         """The answer to the last HIL_SENSOR; blocks. Raises ChannelClosed."""
         ...
 
+    def beside(self) -> Sequence[BesideMessage]:
+        """What came beside the answers since this was asked last, in order."""
+        ...
+
 
 class MemoryChannel:
     """Both ends in one process, for `launch`: lists instead of sockets, the wire's values all the same."""
 
     def __init__(self) -> None:
-        self._to_autopilot: deque[list[SimulatorMessage]] = deque()
-        self._to_simulator: deque[HilActuatorControls] = deque()
-        self.autopilot: AutopilotChannel = _MemoryAutopilotEnd(self._to_autopilot, self._to_simulator)
-        self.simulator: SimulatorChannel = _MemorySimulatorEnd(self._to_autopilot, self._to_simulator)
+        to_autopilot: deque[list[SimulatorMessage]] = deque()
+        to_simulator: deque[HilActuatorControls] = deque()
+        beside: list[BesideMessage] = []
+        self.autopilot: AutopilotChannel = _MemoryAutopilotEnd(to_autopilot, to_simulator, beside)
+        self.simulator: SimulatorChannel = _MemorySimulatorEnd(to_autopilot, to_simulator, beside)
 
 
 class _MemoryAutopilotEnd:
-    def __init__(self, inbox: deque[list[SimulatorMessage]], outbox: deque[HilActuatorControls]) -> None:
-        self._inbox, self._outbox = inbox, outbox
+    def __init__(
+        self, inbox: deque[list[SimulatorMessage]], outbox: deque[HilActuatorControls], beside: list[BesideMessage]
+    ) -> None:
+        self._inbox, self._outbox, self._beside = inbox, outbox, beside
 
     def receive(self) -> list[SimulatorMessage]:
         return self._inbox.popleft()
 
-    def send(self, controls: HilActuatorControls) -> None:
+    def send(self, controls: HilActuatorControls, beside: Sequence[BesideMessage] = ()) -> None:
+        if beside:
+            self._beside += beside
         self._outbox.append(actuators_as_on_the_wire(controls))
 
 
 class _MemorySimulatorEnd:
-    def __init__(self, outbox: deque[list[SimulatorMessage]], inbox: deque[HilActuatorControls]) -> None:
-        self._outbox, self._inbox = outbox, inbox
+    def __init__(
+        self, outbox: deque[list[SimulatorMessage]], inbox: deque[HilActuatorControls], beside: list[BesideMessage]
+    ) -> None:
+        self._outbox, self._inbox, self._beside = outbox, inbox, beside
 
     def send(self, messages: list[SimulatorMessage]) -> None:
         self._outbox.append([as_on_the_wire(message) for message in messages])
 
     def receive(self) -> HilActuatorControls:
         return self._inbox.popleft()
+
+    def beside(self) -> Sequence[BesideMessage]:
+        if not self._beside:
+            return ()
+        said = self._beside[:]
+        self._beside.clear()
+        return said

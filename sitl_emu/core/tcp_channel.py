@@ -3,9 +3,10 @@
 As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
 HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS,
-beacons as RANGING_BEACON, all of which a real PX4 ignores. Other messages are
-skipped unread, broken frames (wrong CRC) too. Records arrive with the very values that `MemoryChannel` hands over.
-Packed and parsed by prepared struct formats, since this runs 250 times a simulated second. No signing, no MAVLink 1.
+beacons as RANGING_BEACON, all of which a real PX4 ignores; an autopilot of ours says PARAM_VALUE and HEARTBEAT before
+an answer (`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records
+arrive with the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this
+runs 250 times a simulated second. No signing, no MAVLink 1.
 """
 
 import contextlib
@@ -13,7 +14,7 @@ import errno
 import math
 import socket
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from fastcrc import crc16
@@ -25,6 +26,8 @@ from sitl_emu.core.simulator_api import (
     HIL_ACTUATOR_CONTROLS_LAYOUT,
     HIL_GPS_LAYOUT,
     HIL_SENSOR_LAYOUT,
+    AutopilotState,
+    BesideMessage,
     ChannelClosed,
     DistanceSensor,
     EscTelemetry,
@@ -35,6 +38,7 @@ from sitl_emu.core.simulator_api import (
     RangingBeacon,
     SimulatedBattery,
     SimulatorMessage,
+    SimulatorParameter,
     pack_controls,
     pack_distance,
     unpack_controls,
@@ -47,6 +51,8 @@ ESC_STATUS_LAYOUT = Layout("Q4i4f4fB")
 ESCS_PER_MESSAGE = 4
 """A controller that is not there has no voltage (NaN)."""
 RANGING_BEACON_LAYOUT = Layout("QIiifIIIHHBBBBB")
+PARAM_VALUE_LAYOUT = Layout("fHH16sB")
+HEARTBEAT_LAYOUT = Layout("I5B")
 
 MAGIC = 0xFD
 HEADER_BYTES = 10
@@ -57,6 +63,10 @@ READ_BYTES = 1 << 16
 SIMULATOR_SYSTEM, SIMULATOR_COMPONENT = 1, 200
 AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT = 1, 1
 NO_CELL = 0xFFFF
+REAL32 = 9
+"""MAV_PARAM_TYPE: every value goes as a float, whole ones too."""
+NO_INDEX = 0xFFFF
+MAV_TYPE_GENERIC, MAV_AUTOPILOT_PX4, MAVLINK_VERSION = 0, 12, 3
 
 _crc = crc16.mcrf4xx
 
@@ -112,6 +122,23 @@ def _unpack_ranging(payload: bytes) -> RangingBeacon:
     return RangingBeacon._make(RANGING_BEACON_LAYOUT.unpack(payload)[:9])
 
 
+def _pack_parameter(message: SimulatorParameter) -> bytes:
+    return PARAM_VALUE_LAYOUT.pack(message.value, 0, NO_INDEX, message.name.encode(), REAL32)
+
+
+def _unpack_parameter(payload: bytes) -> SimulatorParameter:
+    value, _, _, name, _ = PARAM_VALUE_LAYOUT.unpack(payload)
+    return SimulatorParameter(name.rstrip(b"\0").decode(errors="replace"), value)
+
+
+def _pack_state(message: AutopilotState) -> bytes:
+    return HEARTBEAT_LAYOUT.pack(0, MAV_TYPE_GENERIC, MAV_AUTOPILOT_PX4, 0, message.system_status, MAVLINK_VERSION)
+
+
+def _unpack_state(payload: bytes) -> AutopilotState:
+    return AutopilotState(HEARTBEAT_LAYOUT.unpack(payload)[4])
+
+
 CODECS: dict[type, _Codec] = {
     HilSensor: _Codec(
         107,
@@ -133,30 +160,42 @@ CODECS: dict[type, _Codec] = {
     EscTelemetry: _Codec(291, b"\x0a", ESC_STATUS_LAYOUT.size, _pack_escs, _unpack_escs),
     RangingBeacon: _Codec(510, b"\x63", RANGING_BEACON_LAYOUT.size, _pack_ranging, _unpack_ranging),
     HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, pack_controls, unpack_controls),
+    SimulatorParameter: _Codec(22, b"\xdc", PARAM_VALUE_LAYOUT.size, _pack_parameter, _unpack_parameter),
+    AutopilotState: _Codec(
+        0,
+        b"\x32",
+        HEARTBEAT_LAYOUT.size,
+        _pack_state,
+        lambda payload: AutopilotState(HEARTBEAT_LAYOUT.unpack(payload)[4]),
+    ),
 }
-_BY_ID = {codec.message_id: codec for codec in CODECS.values()}
+FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState)
+FROM_SIMULATOR = tuple(record for record in CODECS if record not in FROM_AUTOPILOT)
+Record = SimulatorMessage | HilActuatorControls | BesideMessage
 
 
 class Framer:
     """MAVLink 2 frames from records, and records from a stream of bytes; no socket in here."""
 
-    def __init__(self, system: int, component: int) -> None:
+    def __init__(self, system: int, component: int, heard: Iterable[type] = tuple(CODECS)) -> None:
+        """Who speaks, and which records it wants to hear."""
+        self._heard = {CODECS[record].message_id: CODECS[record] for record in heard}
         self._tails = {record: header_tail(system, component, codec.message_id) for record, codec in CODECS.items()}
         self._sequence = 0
         self._buffer = bytearray()
 
-    def encode(self, message: SimulatorMessage | HilActuatorControls) -> bytes:
+    def encode(self, message: Record) -> bytes:
         """One frame, its payload without trailing zeros, as MAVLink 2 has it."""
         record, sequence = type(message), self._sequence
         codec = CODECS[record]
         self._sequence = (sequence + 1) & 0xFF
         return frame(codec.pack(message), sequence, self._tails[record], codec.crc_extra)
 
-    def decode(self, data: bytes) -> list[SimulatorMessage | HilActuatorControls]:
+    def decode(self, data: bytes) -> list[Record]:
         """The records that these bytes complete, in order; the rest is kept for later."""
-        buffer = self._buffer
+        buffer, heard = self._buffer, self._heard
         buffer += data
-        records: list[SimulatorMessage | HilActuatorControls] = []
+        records: list[Record] = []
         at, end = 0, len(buffer)
         while end - at >= HEADER_BYTES + CRC_BYTES:
             if buffer[at] != MAGIC:
@@ -168,7 +207,7 @@ class Framer:
             crc_at = at + HEADER_BYTES + length
             if crc_at + CRC_BYTES + signature > end:
                 break
-            codec = _BY_ID.get(int.from_bytes(buffer[at + 7 : at + 10], "little"))
+            codec = heard.get(int.from_bytes(buffer[at + 7 : at + 10], "little"))
             if codec is not None:
                 body = bytes(buffer[at + 1 : crc_at])
                 if _crc(body + codec.crc_extra) != buffer[crc_at] | buffer[crc_at + 1] << 8:
@@ -203,7 +242,7 @@ class _TcpChannel:
         except OSError as error:
             raise ChannelClosed(f"{self._peer} has gone ({error.strerror or error})") from None
 
-    def _read(self) -> list[SimulatorMessage | HilActuatorControls]:
+    def _read(self) -> list[Record]:
         """What came; blocks as long as the socket's timeout allows (then TimeoutError, or BlockingIOError)."""
         try:
             data = self._socket.recv(READ_BYTES)
@@ -220,7 +259,8 @@ class TcpAutopilotChannel(_TcpChannel):
     """The autopilot's end of the seam over TCP (`simulator_api.AutopilotChannel`)."""
 
     def __init__(self, connection: socket.socket, port: int) -> None:
-        super().__init__(connection, Framer(AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT), f"the simulator on TCP port {port}")
+        framer = Framer(AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT, FROM_SIMULATOR)
+        super().__init__(connection, framer, f"the simulator on TCP port {port}")
         self._waiting: deque[SimulatorMessage] = deque()
         self._ticks = 0
         """HIL_SENSORs among what is waiting."""
@@ -229,7 +269,7 @@ class TcpAutopilotChannel(_TcpChannel):
         """What came up to and with the next HIL_SENSOR, in order; blocks. Raises ChannelClosed."""
         while not self._ticks:
             for record in self._read():
-                if not isinstance(record, HilActuatorControls):
+                if not isinstance(record, FROM_AUTOPILOT):
                     self._waiting.append(record)
                     self._ticks += isinstance(record, HilSensor)
         messages: list[SimulatorMessage] = []
@@ -245,9 +285,10 @@ class TcpAutopilotChannel(_TcpChannel):
         """Whether `receive` has a tick in hand and would not block (select knows only what is still in the socket)."""
         return self._ticks > 0
 
-    def send(self, controls: HilActuatorControls) -> None:
-        """Answer a HIL_SENSOR. Raises ChannelClosed."""
-        self._send(self._framer.encode(controls))
+    def send(self, controls: HilActuatorControls, beside: Sequence[BesideMessage] = ()) -> None:
+        """Answer a HIL_SENSOR; `beside` comes first. Raises ChannelClosed."""
+        encode = self._framer.encode
+        self._send(b"".join([encode(message) for message in beside]) + encode(controls))
 
 
 class TcpSimulatorChannel(_TcpChannel):
@@ -255,8 +296,9 @@ class TcpSimulatorChannel(_TcpChannel):
 
     def __init__(self, connection: socket.socket, port: int) -> None:
         peer = f"the autopilot on TCP port {port}"
-        super().__init__(connection, Framer(SIMULATOR_SYSTEM, SIMULATOR_COMPONENT), peer)
+        super().__init__(connection, Framer(SIMULATOR_SYSTEM, SIMULATOR_COMPONENT, FROM_AUTOPILOT), peer)
         self._waiting: deque[HilActuatorControls] = deque()
+        self._beside: list[BesideMessage] = []
         self._answer_limit_s: float | None = None
 
     def limit_answers(self, limit_s: float) -> None:
@@ -293,8 +335,20 @@ class TcpSimulatorChannel(_TcpChannel):
                 self._socket.settimeout(self._answer_limit_s)
         return self._waiting.popleft() if self._waiting else None
 
+    def beside(self) -> Sequence[BesideMessage]:
+        """What came beside the answers since this was asked last, in order."""
+        if not self._beside:
+            return ()
+        said = self._beside[:]
+        self._beside.clear()
+        return said
+
     def _take(self) -> None:
-        self._waiting.extend(record for record in self._read() if isinstance(record, HilActuatorControls))
+        for record in self._read():
+            if isinstance(record, HilActuatorControls):
+                self._waiting.append(record)
+            elif isinstance(record, BesideMessage):
+                self._beside.append(record)
 
 
 class SimulatorListener:

@@ -21,6 +21,7 @@ from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import AutopilotConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.simulated_parameters import SimulatedParameters
 
 ONBOARD = 1
 """Index of the onboard link."""
@@ -106,6 +107,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             sockets.leave_out(ONBOARD)
         control.send({"ready": True})
         settle()
+        simulated_parameters = SimulatedParameters(autopilot.parameters)
         logged = LoggedAutopilot(autopilot, sockets, logs)
         ticks = 0
         while True:
@@ -115,7 +117,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
                 logged.flush()
                 if sockets.watched_ready:
                     break
-            channel.send(autopilot.step(channel.receive()))
+            channel.send(autopilot.step(channel.receive()), simulated_parameters.changed())
             logged.flush()
             ticks += 1
             if lockstep and ticks % BARRIER_TICKS == 0:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from sitl_emu.core.radio import RadioLink, RadioSettings
-from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorChannel, SimulatorMessage
+from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorChannel, SimulatorMessage, SimulatorParameter
 
 TICK_US = 4000
 TICKS_PER_SECOND = 250
@@ -56,6 +56,10 @@ class Simulation(Protocol):
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         """Advance 4 ms; what each vehicle's sensors say, HIL_SENSOR last."""
+        ...
+
+    def set_parameter(self, place: int, name: str, value: float) -> None:
+        """Do as one vehicle's autopilot says by a parameter about its simulator."""
         ...
 
 
@@ -171,8 +175,11 @@ class Conductor:
         for vehicle, messages in zip(vehicles, sensed, strict=True):
             vehicle.channel.send(messages)
         self.ticks = ticks = self.ticks + 1
-        for vehicle in vehicles:
+        for place, vehicle in enumerate(vehicles):
             controls = vehicle.controls = vehicle.channel.receive()
+            for message in vehicle.channel.beside():
+                if isinstance(message, SimulatorParameter):
+                    self._simulation.set_parameter(place, *message)
             if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
                 vehicle.armed = not vehicle.armed
                 self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})

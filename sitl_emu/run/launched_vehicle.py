@@ -20,7 +20,7 @@ from autopilot.process import Pacer, clock_s, serve, unix_time_us
 from autopilot.sockets import LinkSockets, PortInUseError
 from autopilot.topics import CommandRecord
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.core.simulator_api import MemoryChannel, SimulatorParameter
 from sitl_emu.payload.camera import Camera
 from sitl_emu.payload.gimbal import Gimbal
 from sitl_emu.run import payload
@@ -122,15 +122,17 @@ def _fly_on(
     launcher: int | None,
 ) -> None:
     """Tick by tick until it is told to reboot. Raises ShutDownError and OrphanedError."""
-    simulated_parameters = SimulatedParameters(autopilot.parameters, simulator)
+    simulated_parameters = SimulatedParameters(autopilot.parameters)
     simulation, channel = Simulation([simulator]), MemoryChannel()
     pacer, booted = Pacer(speed), False
     controls, commands = None, autopilot.topics.vehicle_commands
     while True:
-        simulated_parameters.update()
         channel.simulator.send(simulation.tick([controls])[0])
-        channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
+        channel.autopilot.send(autopilot.step(channel.autopilot.receive()), simulated_parameters.changed())
         controls = channel.simulator.receive()
+        for message in channel.simulator.beside():
+            if isinstance(message, SimulatorParameter):
+                simulation.set_parameter(0, *message)
         if not booted and (booted := _booted(autopilot)):
             pacer.start()
         if booted:

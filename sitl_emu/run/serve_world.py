@@ -14,7 +14,7 @@ from types import FrameType
 import vehicles
 from autopilot.process import Pacer
 from sitl_emu.core import ports
-from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls
+from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, SimulatorParameter
 from sitl_emu.core.tcp_channel import SimulatorListener, TcpSimulatorChannel
 from sitl_emu.run import worlds
 from sitl_emu.run.process import settle
@@ -65,6 +65,9 @@ def serve_world(
                 channel.send(messages)
             for place, channel in enumerate(channels):
                 controls[place] = channel.receive() if controls[place] else _first_answer(channel)
+                for message in channel.beside():
+                    if isinstance(message, SimulatorParameter):
+                        simulation.set_parameter(place, *message)
             pacer.next_tick()
             if (left := pacer.remaining_s()) > 0.0:
                 time.sleep(left)

@@ -1,35 +1,29 @@
-"""PX4's parameters that are about its simulator, handed to ours: wind, battery, satellites, sensors that are off.
+"""PX4's parameters that are about its simulator, told to it: wind, battery, satellites, offsets of sensors.
 
-In a real PX4 with SIH the simulator reads them itself. Here the autopilot knows no simulator, so whoever has both in
-one process passes them on whenever a parameter has changed.
+In a real PX4 with SIH the simulator reads them itself. Here the autopilot knows no simulator, and the simulator no
+parameters: they travel beside the simulator API, over memory and TCP alike, so that they act wherever ours flies.
 """
 
+from collections.abc import Sequence
+
 from autopilot.parameters import Parameters
-from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.core.simulator_api import SIMULATOR_PARAMETERS, SimulatorParameter
 
 
 class SimulatedParameters:
-    """Keeps one simulator to what its autopilot's SIH_* and SIM_* parameters say."""
+    """What of one autopilot's SIH_* and SIM_* parameters its simulator has not been told yet."""
 
-    def __init__(self, parameters: Parameters, simulator: VehicleSimulator) -> None:
-        self._parameters, self._simulator = parameters, simulator
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._told: dict[str, float] = {}
         self._version = -1
 
-    def update(self) -> None:
-        """Pass on what has changed; cheap when nothing has."""
-        parameters, simulator = self._parameters, self._simulator
+    def changed(self) -> Sequence[SimulatorParameter]:
+        """Those that have changed since the last call, at first all; cheap when nothing has."""
+        parameters = self._parameters
         if parameters.version == self._version:
-            return
+            return ()
         self._version = parameters.version
-        simulator.sih_wind_n = float(parameters["SIH_WIND_N"])
-        simulator.sih_wind_e = float(parameters["SIH_WIND_E"])
-        simulator.sim_bat_drain = float(parameters["SIM_BAT_DRAIN"])
-        simulator.sim_bat_min_pct = float(parameters["SIM_BAT_MIN_PCT"])
-        simulator.sim_gps_used = int(parameters["SIM_GPS_USED"])
-        simulator.barometer.offset_pa = float(parameters["SIM_BARO_OFF_P"])
-        simulator.barometer.temperature_offset_c = float(parameters["SIM_BARO_OFF_T"])
-        simulator.magnetometer.offset_gauss = (
-            float(parameters["SIM_MAG_OFFSET_X"]),
-            float(parameters["SIM_MAG_OFFSET_Y"]),
-            float(parameters["SIM_MAG_OFFSET_Z"]),
-        )
+        new = {name: value for name in SIMULATOR_PARAMETERS if self._told.get(name) != (value := parameters[name])}
+        self._told.update(new)
+        return [SimulatorParameter(name, float(value)) for name, value in new.items()]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.simulator_parameters import set_parameter
 
 
 class Simulation:
@@ -22,3 +23,7 @@ class Simulation:
         `controls`: each vehicle's, in the same order (None: none came, the last ones hold).
         """
         return [simulator.tick(last) for simulator, last in zip(self.simulators, controls, strict=True)]
+
+    def set_parameter(self, place: int, name: str, value: float) -> None:
+        """Do as one vehicle's autopilot says by a SIM_* or SIH_* parameter of its own."""
+        set_parameter(self.simulators[place], name, value)

@@ -5,7 +5,13 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from sitl_emu.core.radio import RadioSettings
-from sitl_emu.core.simulator_api import HilActuatorControls, HilSensor, SimulatorMessage
+from sitl_emu.core.simulator_api import (
+    BesideMessage,
+    HilActuatorControls,
+    HilSensor,
+    SimulatorMessage,
+    SimulatorParameter,
+)
 from sitl_emu.run.conductor import CameraInRun, Conductor, Control, VehicleInRun
 from tests.typed import now
 
@@ -28,6 +34,10 @@ class FakeSimulator:
 class FakeSimulation:
     def __init__(self) -> None:
         self.ticks = 0
+        self.told: list[tuple[int, int, str, float]] = []
+
+    def set_parameter(self, place: int, name: str, value: float) -> None:
+        self.told.append((self.ticks, place, name, value))
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         assert all((last is None) == (self.ticks == 0) for last in controls)
@@ -36,10 +46,11 @@ class FakeSimulation:
 
 
 class FakeChannel:
-    """An autopilot that arms on its tenth tick."""
+    """An autopilot that arms on its tenth tick, and says `says` beside its answers."""
 
-    def __init__(self) -> None:
+    def __init__(self, says: dict[int, BesideMessage] | None = None) -> None:
         self.time = 0
+        self._says = says or {}
 
     def send(self, messages: list[SimulatorMessage]) -> None:
         assert isinstance(messages[-1], HilSensor)
@@ -47,6 +58,10 @@ class FakeChannel:
 
     def receive(self) -> HilActuatorControls:
         return HilActuatorControls(self.time, 1, (0.0,), 128 if self.time >= 40000 else 0)
+
+    def beside(self) -> list[BesideMessage]:
+        said = self._says.pop(self.time, None)
+        return [] if said is None else [said]
 
 
 class FakeControl:
@@ -93,10 +108,16 @@ def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = 
 
 
 def vehicle(
-    name: str, replies: list[dict[str, Any]], north_m: float = 0.0, peer: FakePeer | None = None
+    name: str,
+    replies: list[dict[str, Any]],
+    north_m: float = 0.0,
+    peer: FakePeer | None = None,
+    says: dict[int, BesideMessage] | None = None,
 ) -> VehicleInRun:
     autopilot = FakeControl({"sent": n} for n in range(1, 100))
-    return VehicleInRun(name, FakeSimulator(north_m), FakeChannel(), autopilot, FakeControl(iter(replies)), peer=peer)
+    return VehicleInRun(
+        name, FakeSimulator(north_m), FakeChannel(says), autopilot, FakeControl(iter(replies)), peer=peer
+    )
 
 
 def told(control: Control | None) -> list[dict[str, Any]]:
@@ -170,3 +191,11 @@ def test_a_run_is_done_when_all_companions_are_and_fails_as_the_first_that_faile
     assert not now(conductor.done)
     run_ticks(conductor, 5)
     assert conductor.done and conductor.outcome == "peer link lost"
+
+
+def test_what_an_autopilot_says_of_its_simulator_counts_from_the_next_tick_on() -> None:
+    wind = SimulatorParameter("SIH_WIND_N", 3.0)
+    one, two = vehicle("one", [reply()] * 5), vehicle("two", [reply()] * 5, says={8000: wind})
+    simulation = FakeSimulation()
+    run_ticks(Conductor([one, two], simulation, RadioSettings(), 1, FakeRecorder()), 5)
+    assert simulation.told == [(2, 1, "SIH_WIND_N", 3.0)]

@@ -10,7 +10,11 @@ import vehicles
 from autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
+    SIMULATOR_PARAMETERS,
+    STATE_BOOT,
     AutopilotChannel,
+    AutopilotState,
+    BesideMessage,
     ChannelClosed,
     DistanceSensor,
     HilActuatorControls,
@@ -20,13 +24,14 @@ from sitl_emu.core.simulator_api import (
     MemoryChannel,
     SimulatedBattery,
     SimulatorChannel,
-    SimulatorMessage,
+    SimulatorParameter,
     actuators_as_on_the_wire,
     as_on_the_wire,
 )
 from sitl_emu.core.tcp_channel import (
     CODECS,
     Framer,
+    Record,
     SimulatorListener,
     TcpAutopilotChannel,
     TcpSimulatorChannel,
@@ -48,7 +53,6 @@ def signed(bits: int) -> st.SearchStrategy[int]:
     return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
 
 
-Record = SimulatorMessage | HilActuatorControls
 f32 = st.floats(width=32, allow_nan=False)
 quaternions = st.tuples(f32, f32, f32, f32)
 records = st.one_of(
@@ -68,12 +72,16 @@ records = st.one_of(
     st.builds(
         HilActuatorControls, unsigned(64), unsigned(64), st.lists(f32, max_size=16).map(tuple), unsigned(8)
     ),
+    st.builds(SimulatorParameter, st.sampled_from(SIMULATOR_PARAMETERS), f32),
+    st.builds(AutopilotState, unsigned(8)),
 )  # fmt: skip
 
 
 def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
+    if isinstance(record, SimulatorParameter | AutopilotState):
+        return record
     return as_on_the_wire(record)
 
 
@@ -106,7 +114,7 @@ def test_foreign_messages_and_noise_are_skipped() -> None:
     frame = Framer(1, 1).encode(controls)
     broken = bytearray(frame)
     broken[20] ^= 1
-    receiver = Framer(1, 200)
+    receiver = Framer(1, 200, [HilActuatorControls])
     got = receiver.decode(b"\x00\xfe" + heartbeat + interval + bytes(broken) + frame)
     assert got == [actuators_as_on_the_wire(controls)]
 
@@ -246,3 +254,37 @@ def test_an_autopilot_that_hangs_counts_as_gone() -> None:
         simulator.receive()
     autopilot.close()
     simulator.close()
+
+
+@pytest.mark.parametrize("over_tcp", [False, True])
+def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_tcp: bool) -> None:
+    ends = pair() if over_tcp else None
+    memory = MemoryChannel()
+    simulator, autopilot = ends if ends is not None else (memory.simulator, memory.autopilot)
+    said: list[BesideMessage] = [
+        SimulatorParameter("SIH_WIND_N", 2.5),
+        SimulatorParameter("SIM_GPS_USED", 3.0),
+        AutopilotState(STATE_BOOT),
+    ]
+    sensor = HilSensor._make((4000, *[0.0] * 13, 0, 0))
+    simulator.send([sensor])
+    autopilot.receive()
+    autopilot.send(HilActuatorControls(4000, 1, (0.0,), 0), said)
+    simulator.receive()
+    assert list(simulator.beside()) == said
+    assert not simulator.beside()
+    for end in ends or ():
+        end.close()
+
+
+def test_an_autopilot_hears_nothing_of_a_simulators_heartbeats() -> None:
+    """Gazebo and jMAVSim send them."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    autopilot = connect(listener.getsockname()[1])
+    connection, _ = listener.accept()
+    listener.close()
+    link, sensor = mavlink.MAVLink(None, srcSystem=1, srcComponent=1), HilSensor._make((4000, *[0.0] * 13, 0, 0))
+    connection.sendall(link.heartbeat_encode(2, 12, 0, 0, 0).pack(link) + Framer(1, 1).encode(sensor))
+    assert autopilot.receive() == [sensor]
+    autopilot.close()
+    connection.close()

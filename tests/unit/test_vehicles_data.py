@@ -10,6 +10,7 @@ from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.world.simulator_parameters import set_parameter
 from tests.typed import present
 from vehicles import VehicleError, inertia
 from vehicles.inertia import Cuboid
@@ -149,7 +150,8 @@ def test_satellites_are_what_the_simulator_begins_with() -> None:
     iris = vehicles.load("iris")
     parameters = Parameters(VehicleKind.MULTICOPTER, iris.airframe)
     simulator = VehicleSimulator(iris, Home(47.0, 8.0, 488.0, 0.0), 1, FlatGround())
-    SimulatedParameters(parameters, simulator).update()
+    for parameter in SimulatedParameters(parameters).changed():
+        set_parameter(simulator, *parameter)
     assert simulator.sim_gps_used == 16
     parameters.set("SIM_GPS_USED", 7)
     assert int(parameters["SIM_GPS_USED"]) == 7

@@ -8,6 +8,7 @@ from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
+    SIMULATOR_PARAMETERS,
     DistanceSensor,
     EscTelemetry,
     HilActuatorControls,
@@ -16,12 +17,14 @@ from sitl_emu.core.simulator_api import (
     HilStateQuaternion,
     SimulatedBattery,
     SimulatorMessage,
+    SimulatorParameter,
     as_on_the_wire,
 )
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, VehicleSimulator
+from sitl_emu.world.simulator_parameters import set_parameter
 from sitl_emu.world.wind import Wind
 from vehicles.multicopter import Multicopter
 
@@ -204,7 +207,8 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     reads = []
     for offsets in ({}, {"SIM_BARO_OFF_P": 120.0, "SIM_BARO_OFF_T": 10.0, "SIM_MAG_OFFSET_Y": 0.25}):
         simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
-        SimulatedParameters(Parameters(VehicleKind.MULTICOPTER, offsets), simulator).update()
+        for parameter in SimulatedParameters(Parameters(VehicleKind.MULTICOPTER, offsets)).changed():
+            set_parameter(simulator, *parameter)
         messages = [message for _ in range(50) for message in simulator.tick(None)]
         reads.append([message for message in messages if isinstance(message, HilSensor)][-1])
     plain, off = reads
@@ -223,3 +227,32 @@ def test_vehicles_of_one_simulation_fly_as_each_would_alone_under_its_own_contro
     assert [message for one, _ in sensed for message in one] == flown
     assert [message for _, two in sensed for message in two] == stood
     assert [simulator.pose() for simulator in simulation.simulators] == [alone.pose(), stays.pose()]
+
+
+def test_every_parameter_that_autopilots_tell_is_heeded_and_others_are_passed_over() -> None:
+    """None but `SIMULATOR_PARAMETERS` does anything, and each of them does."""
+    for name in SIMULATOR_PARAMETERS:
+        simulator, _ = simulate("sihsim_hex", 0)
+        before = seen(simulator)
+        set_parameter(simulator, "SIM_AGP_FAIL", 3.0)
+        assert seen(simulator) == before
+        set_parameter(simulator, name, 3.0)
+        assert seen(simulator) != before, name
+
+
+def seen(simulator: VehicleSimulator) -> list[object]:
+    barometer = simulator.barometer
+    air = [simulator.sih_wind_n, simulator.sih_wind_e, barometer.offset_pa, barometer.temperature_offset_c]
+    battery = [simulator.sim_bat_drain, simulator.sim_bat_min_pct]
+    return [*air, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
+
+
+def test_parameters_about_the_simulator_are_told_at_first_and_whenever_they_change() -> None:
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"SIM_GPS_USED": 12})
+    simulated = SimulatedParameters(parameters)
+    assert dict(simulated.changed()).keys() == set(SIMULATOR_PARAMETERS)
+    assert simulated.changed() == ()
+    parameters.set("MPC_XY_P", 0.5)
+    assert not simulated.changed()
+    parameters.set("SIM_GPS_USED", 3)
+    assert simulated.changed() == [SimulatorParameter("SIM_GPS_USED", 3.0)]
