@@ -10,6 +10,7 @@ import numpy as np
 
 from autopilot.estimator import covariance as cov
 from autopilot.estimator.ekf import Ekf
+from autopilot.estimator.state import LARGEST_VELOCITY_M_S
 from autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
@@ -25,7 +26,8 @@ def reset_velocity(ekf: Ekf, velocity: Vector3, variances: Vector3) -> None:
 
 
 def reset_horizontal_velocity(ekf: Ekf, velocity: tuple[float, float], variances: tuple[float, float]) -> None:
-    """North and east, m/s; NaN keeps a variance."""
+    """North and east, m/s, within what a state may be; NaN keeps a variance."""
+    velocity = (_limited(velocity[0]), _limited(velocity[1]))
     ekf.apply()
     ekf.predict_covariance()
     state, resets = ekf.state, ekf.resets
@@ -47,7 +49,8 @@ def reset_horizontal_velocity(ekf: Ekf, velocity: tuple[float, float], variances
 
 
 def reset_vertical_velocity(ekf: Ekf, velocity: float, variance: float) -> None:
-    """Down, m/s; NaN keeps the variance."""
+    """Down, m/s, within what a state may be; NaN keeps the variance."""
+    velocity = _limited(velocity)
     ekf.apply()
     ekf.predict_covariance()
     resets = ekf.resets
@@ -61,6 +64,10 @@ def reset_vertical_velocity(ekf: Ekf, velocity: float, variance: float) -> None:
     resets.vel_d_change = delta if first else resets.vel_d_change + delta
     resets.vel_d += 1
     ekf.ver_vel_fused_us = ekf.time_us
+
+
+def _limited(velocity: float) -> float:
+    return min(max(velocity, -LARGEST_VELOCITY_M_S), LARGEST_VELOCITY_M_S)
 
 
 def reset_vertical_velocity_to_zero(ekf: Ekf) -> None:

@@ -19,6 +19,7 @@ from autopilot.estimator.estimator import Settings
 from autopilot.estimator.imu_down_sampler import ImuDownSampler
 from autopilot.estimator.imu_filter import LowPass2p, alpha
 from autopilot.estimator.output_predictor import OutputPredictor
+from autopilot.estimator.resets import reset_velocity
 from autopilot.estimator.samples import BaroSample, GnssSample, ImuSample, SampleBuffer
 from autopilot.estimator.state import State
 from autopilot.estimator.yaw_estimator import YawEstimator
@@ -387,3 +388,12 @@ def test_gyro_filter_halves_the_power_at_its_cutoff() -> None:
     assert gain_at(LowPass2p(250.0, 40.0), 4.0) == pytest.approx(1.0, abs=0.01)
     assert gain_at(LowPass2p(250.0, 0.0), 100.0) == pytest.approx(1.0, abs=0.06)
     assert alpha(0.0, 0.004) == 1.0
+
+
+def test_a_velocity_that_can_not_be_is_not_taken_over() -> None:
+    """Hostile optical flow at 1e38 rad/s once was; PX4 limits its state to 1000 m/s (constrainStates)."""
+    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf.begin_step(imu(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
+    reset_velocity(ekf, (-8e40, 3.0, 1e39), (1.0, 1.0, 1.0))
+    assert (ekf.state.vn, ekf.state.ve, ekf.state.vd) == (-1000.0, 3.0, 1000.0)
+    assert (ekf.output.vn, ekf.output.ve, ekf.output.vd) == (-1000.0, 3.0, 1000.0)
