@@ -2,15 +2,20 @@
 
     import vehicles
     iris = vehicles.load("iris")
+    mine = vehicles.load("./my_quad")
 
 A model is a folder with `vehicle.toml` (physics and sensors, read into `description.Vehicle`) and `airframe.json`
-(PX4's parameters that differ from its defaults). Not here: the world, sensors' behaviour, autopilot.
+(PX4's parameters that differ from its defaults): one of those in here, by its name, or anybody's own, by its path. Not
+here: the world, sensors' behaviour, autopilot.
 """
 
+import dataclasses
 import functools
 import json
+import os
 import pathlib
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -31,9 +36,10 @@ from vehicles.description import (
 )
 from vehicles.errors import UnknownModel, VehicleError
 
-__all__ = ["UnknownModel", "Vehicle", "VehicleError", "load", "models"]
+__all__ = ["UnknownModel", "Vehicle", "VehicleError", "is_folder", "load", "models", "with_sensors"]
 
 FOLDER = pathlib.Path(__file__).parent
+TOML, AIRFRAME = "vehicle.toml", "airframe.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,19 +71,44 @@ def models() -> list[str]:
 
 @functools.cache
 def load(model: str) -> Vehicle:
-    """A vehicle by its name. Raises UnknownModel, or VehicleError that names file, field, value and what is allowed."""
-    if model not in models():
+    """A vehicle by its name, or by the path of a folder of one's own, which is told by its `/` or its vehicle.toml.
+
+    Raises UnknownModel, or VehicleError that names file, field, value and what is allowed.
+    """
+    if model in models():
+        return read(FOLDER / model)
+    folder = pathlib.Path(model)
+    if not is_folder(folder) and os.sep not in model:
         raise UnknownModel(model, models())
-    return read(FOLDER / model)
+    return read(folder)
+
+
+def is_folder(path: pathlib.Path) -> bool:
+    """Whether this is the folder of a model."""
+    return (path / TOML).is_file()
+
+
+def with_sensors(vehicle: Vehicle, figures: Mapping[str, Any], where: str = "sensors") -> Vehicle:
+    """The same vehicle with other figures of its sensors, named and nested as in vehicle.toml. Raises VehicleError.
+
+    Other satellites change the airframe's SIM_GPS_USED, too, which is where the autopilot's shell shows them.
+    """
+    sensors = record.changed(vehicle.sensors, figures, where)
+    airframe = dict(vehicle.airframe)
+    if sensors.gps.satellites != vehicle.sensors.gps.satellites:
+        airframe["SIM_GPS_USED"] = sensors.gps.satellites
+    return dataclasses.replace(vehicle, sensors=sensors, airframe=airframe)
 
 
 def read(folder: pathlib.Path) -> Vehicle:
     """A vehicle from a folder with `vehicle.toml` and `airframe.json`. Raises VehicleError."""
-    toml, airframe = folder / "vehicle.toml", folder / "airframe.json"
+    toml, airframe = folder / TOML, folder / AIRFRAME
     where = f"{folder.name}/{toml.name}"
     try:
         table = tomllib.loads(toml.read_text())
-    except (OSError, tomllib.TOMLDecodeError) as error:
+    except OSError as error:
+        raise VehicleError(f"{toml}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise VehicleError(f"{where}: {error}") from None
     file = record.read(_File, table, where)
     mass, moments = _mass_properties(file, where)
@@ -111,8 +142,12 @@ def _airframe(path: pathlib.Path) -> dict[str, float | int]:
     where = f"{path.parent.name}/{path.name}"
     try:
         table: Any = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise VehicleError(f"{path}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
+    except ValueError as error:
         raise VehicleError(f"{where}: {error}") from None
+    if not isinstance(table, dict):
+        raise VehicleError(f"{where}: must be a mapping of parameters' names to their values")
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise VehicleError(f"{where}: {name} = {value!r} must be a number")

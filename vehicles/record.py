@@ -44,9 +44,27 @@ def read(record: type[Record], table: Mapping[str, Any], where: str) -> Record:
     for field in dataclasses.fields(record):  # type: ignore[arg-type]
         if field.name in table:
             values[field.name] = _value(hints[field.name], table[field.name], f"{where}: {field.name}", UNBOUNDED)
-        elif field.default is dataclasses.MISSING:
+        elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
             raise VehicleError(f"{where}: the field {field.name!r} is missing")
     return record(**values)
+
+
+def changed(record: Record, table: Mapping[str, Any], where: str) -> Record:
+    """A copy of a record with other figures: `table` has the record's own names, nested as it is, in part.
+
+    `where` says which table, for errors. Raises VehicleError.
+    """
+    hints = typing.get_type_hints(type(record), include_extras=True)
+    values = {}
+    for name, value in table.items():
+        if name not in hints:
+            raise VehicleError(f"{where}: unknown field {name!r} = {value!r}; allowed are: {', '.join(hints)}")
+        before, place = getattr(record, name), f"{where}: {name}"
+        if dataclasses.is_dataclass(before) and isinstance(value, Mapping):
+            values[name] = changed(before, value, place)
+        else:
+            values[name] = _value(hints[name], value, place, UNBOUNDED)
+    return dataclasses.replace(record, **values)  # type: ignore[type-var]
 
 
 def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:

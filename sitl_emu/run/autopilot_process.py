@@ -8,7 +8,6 @@ the scenario's start date plus simulated time.
 
 from pathlib import Path
 
-import vehicles
 from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.sockets import LinkSockets, PortInUseError
@@ -88,7 +87,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
         storage.prepare(root)
     except storage.StorageError as error:
         raise StartError(str(error)) from None
-    vehicle = vehicles.load(config.model)
+    vehicle = config.model.load()
     autopilot = Autopilot(vehicle.airframe, instance, root)
     autopilot.mavlink.context.boot_unix_us = config.start_us
     payload.plug_in(vehicle, autopilot)

@@ -20,7 +20,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        world = worlds.build(config.world.kind, config.seed, dict(config.world.options))
+        world = worlds.of(config.world, config.seed)
         if world.field is None:
             raise StartError(f"world {world.kind} has nothing that a camera could see")
         camera = Camera(world.field, MOUNTS[config.mount], name=config.name)

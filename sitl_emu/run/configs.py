@@ -7,11 +7,13 @@ that the process inherits. What users write freely, a world's and a mission's op
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+import vehicles
 from sitl_emu.core.radio import RadioSettings
-from vehicles import record
+from sitl_emu.world.conditions import LightChange, WindChange
+from vehicles import Vehicle, record
 
 Config = TypeVar("Config", bound="ProcessConfig")
 
@@ -30,11 +32,26 @@ class ProcessConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ModelData:
+    """Which vehicle it is, and what of its sensors is other than its data say."""
+
+    model: str
+    """One of ours, or the path of a folder."""
+    sensors: Mapping[str, Any] = field(default_factory=dict)
+
+    def load(self) -> Vehicle:
+        """The vehicle. Raises VehicleError."""
+        return vehicles.with_sensors(vehicles.load(self.model), self.sensors)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WorldData:
     """Which world to build."""
 
     kind: str
     options: Mapping[str, Any]
+    wind: WindChange | None = None
+    light: LightChange | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +77,7 @@ class VehicleData:
     """A vehicle as the world process knows it, and the sockets to its processes."""
 
     name: str
-    model: str
+    model: ModelData
     instance: int
     lockstep: bool
     """Whether its autopilot takes part in barriers."""
@@ -96,7 +113,7 @@ class WorldConfig(ProcessConfig):
 class AutopilotConfig(ProcessConfig):
     """For the process of an autopilot of ours."""
 
-    model: str
+    model: ModelData
     instance: int
     lockstep: bool
     gcs: tuple[str, int] | None

@@ -15,9 +15,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple, NoReturn
 
-import vehicles
 from sitl_emu.core import ports
-from sitl_emu.run import state
+from sitl_emu.run import models, state
 from sitl_emu.world.home import Home
 
 SPACING_M = 3.0
@@ -51,11 +50,10 @@ class Options(NamedTuple):
 def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
     """Start a process per vehicle and stay until they end; the exit status.
 
-    Raises vehicles.UnknownModel and Trouble before anything is started.
+    Raises VehicleError and Trouble before anything is started.
     """
-    for model in {vehicle.model for vehicle in wanted}:
-        vehicles.load(model)
-    roots = [state.prepare(options.state, *vehicle, fresh=options.fresh) for vehicle in wanted]
+    names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
+    roots = [state.prepare(options.state, names[model], at, fresh=options.fresh) for model, at in wanted]
     os.environ.setdefault(*ONE_THREAD)
 
     def welcome() -> None:

@@ -13,7 +13,7 @@ from rich.console import Console
 import vehicles
 from missions import registry
 from missions.mission import Mission, Setting
-from sitl_emu.run import launcher, preflight, score, wiring, worlds
+from sitl_emu.run import launcher, models, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, ScenarioError, VehiclePart, find, load
 from sitl_emu.run.trouble import Trouble
@@ -72,14 +72,12 @@ def scenario_lines() -> list[str]:
 def check(scenario: Scenario, seed: int, path: Path) -> None:
     """Raise ScenarioError for whatever names nothing that exists, before any process is started."""
     try:
-        world = worlds.build(scenario.world.kind, seed, scenario.world.options)
+        world = worlds.of(scenario.world_data, seed)
     except worlds.WorldError as error:
         raise ScenarioError(f"{path}: world: {error}") from None
     for number, vehicle in enumerate(scenario.vehicles):
         where = f"{path}: vehicles.{number}"
-        if vehicle.model not in vehicles.models():
-            known = ", ".join(vehicles.models())
-            raise ScenarioError(f"{where}.model: {vehicle.model!r}: there is no such model; known: {known}")
+        _check_model(vehicle, where)
         if isinstance(vehicle.start, str) and vehicle.start not in world.places:
             known = ", ".join(world.places)
             raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
@@ -96,6 +94,24 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
                 raise ScenarioError(f"{where}.companion: {error}") from None
 
 
+def _check_model(vehicle: VehiclePart, where: str) -> None:
+    """Raise ScenarioError for a model that can't be loaded, and for a figure of its sensors that is no such."""
+    try:
+        loaded = models.load(vehicle.model)
+    except vehicles.UnknownModel as error:
+        known = ", ".join(error.models)
+        raise ScenarioError(
+            f"{where}.model: {vehicle.model!r}: there is no such model; known: {known}, or a folder of your own that "
+            "holds vehicle.toml and airframe.json"
+        ) from None
+    except vehicles.VehicleError as error:
+        raise ScenarioError(f"{where}.model: {error}") from None
+    try:
+        vehicles.with_sensors(loaded, vehicle.sensors, f"{where}.sensors")
+    except vehicles.VehicleError as error:
+        raise ScenarioError(str(error)) from None
+
+
 def _prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: Path) -> dict[str, Any]:
     """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
     assert vehicle.companion is not None
@@ -107,7 +123,7 @@ def _prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: P
 
 def _prepare_missions(scenario: Scenario, seed: int, folder: Path) -> None:
     """Let the missions put what they need into the run's folder, and their options follow."""
-    world = worlds.build(scenario.world.kind, seed, scenario.world.options)
+    world = worlds.of(scenario.world_data, seed)
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             vehicle.companion.options.update(_prepared(vehicle, vehicle.companion.mission, world, folder))
@@ -137,7 +153,7 @@ def _report(
 ) -> None:
     from sitl_emu.run import report
 
-    photo = worlds.photo(worlds.build(scenario.world.kind, seed, scenario.world.options))
+    photo = worlds.photo(worlds.of(scenario.world_data, seed))
     pages = [one.page(summary) for one in missions if one.page is not None]
     report.write(folder, summary, truth, pages, photo)
 

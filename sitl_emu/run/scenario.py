@@ -9,12 +9,24 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
-from pydantic_core import ErrorDetails
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
+import vehicles
 from missions import registry
 from sitl_emu.core.radio import Outage, RadioSettings
+from sitl_emu.run.configs import ModelData, WorldData
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.conditions import LightChange, WindChange
 
 SUFFIX = ".yaml"
 FARTHEST_M = 10_000.0
@@ -37,6 +49,17 @@ class Place(Part):
     north_m: Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
     east_m: Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
     heading_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
+
+
+NAME, NUMBERS = "<name>", "<numbers>"
+
+
+def _name_or_numbers(value: object) -> str:
+    return NAME if isinstance(value, str) else NUMBERS
+
+
+NAME_OR_NUMBERS = Discriminator(_name_or_numbers)
+"""Tells which of the two a value is meant as: errors then speak of that one alone."""
 
 
 class CameraPart(Part):
@@ -71,13 +94,50 @@ class CompanionPart(Part):
 
 
 class VehiclePart(Part):
-    """A vehicle: its model, where it starts, its camera and its companion."""
+    """A vehicle: its model, where it starts, its sensors, its camera and its companion."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,15}$")]
     model: str
-    start: str | Place = "home"
+    """One of ours, or a folder of one's own beside the scenario file."""
+    start: Annotated[Annotated[str, Tag(NAME)] | Annotated[Place, Tag(NUMBERS)], NAME_OR_NUMBERS] = "home"
+    sensors: dict[str, Any] = {}
+    """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
     camera: CameraPart | None = None
     companion: CompanionPart | None = None
+
+    @field_validator("model")
+    @classmethod
+    def beside_the_file(cls, model: str, info: ValidationInfo) -> str:
+        """A model's folder as a whole path, so that it is found from anywhere."""
+        folder = info.context["folder"] / model if info.context else Path(model)
+        is_own = model not in vehicles.models() and (vehicles.is_folder(folder) or "/" in model)
+        return str(folder.resolve()) if is_own else model
+
+    @property
+    def model_data(self) -> ModelData:
+        """The model with its sensors' figures, for the processes that load it."""
+        return ModelData(model=self.model, sensors=self.sensors)
+
+
+class WindPart(Part):
+    """Wind instead of the world's own: where the air moves to, and the standard deviation of gusts, per axis."""
+
+    north_m_s: Annotated[float, Field(ge=-40, le=40)] = 0.0
+    east_m_s: Annotated[float, Field(ge=-40, le=40)] = 0.0
+    gust_m_s: Annotated[float, Field(ge=0, le=20)] = 0.0
+
+
+class LightPart(Part):
+    """The sun and the exposure; what is left out stays the world's."""
+
+    azimuth_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
+    """Where the sun stands, from north over east."""
+    elevation_deg: Annotated[float, Field(ge=5, le=90)] | None = None
+    """Above the horizon."""
+    gain: Annotated[float, Field(ge=0.1, le=4)] | None = None
+    """Brightness of the picture; 1 exposes it as it should be."""
+    warmth: Annotated[float, Field(ge=0.5, le=2)] | None = None
+    """Red over blue; above 1 is a low, warm sun."""
 
 
 class WorldPart(Part):
@@ -123,6 +183,8 @@ class Scenario(Part):
     start_date: datetime = datetime(2026, 6, 15, 9, 0, tzinfo=UTC)
     time_limit_s: Annotated[float, Field(gt=0, le=LONGEST_RUN_S)] = 1800.0
     world: WorldPart
+    wind: WindPart | None = None
+    light: LightPart | None = None
     vehicles: Annotated[list[VehiclePart], Field(min_length=1, max_length=40)]
     peer_radio: PeerRadio = PeerRadio()
 
@@ -142,6 +204,13 @@ class Scenario(Part):
         if not 1970 <= date.year < 2200:
             raise ValueError("a date from 1970 to 2199")
         return date
+
+    @property
+    def world_data(self) -> WorldData:
+        """The world, its wind and its light, for the processes that build it."""
+        wind = WindChange(**self.wind.model_dump()) if self.wind is not None else None
+        light = LightChange(**self.light.model_dump()) if self.light is not None else None
+        return WorldData(kind=self.world.kind, options=self.world.options, wind=wind, light=light)
 
     @property
     def start_us(self) -> int:
@@ -174,7 +243,7 @@ def load(path: Path) -> Scenario:
     if not isinstance(data, dict):
         raise ScenarioError(f"{path}: a scenario is a mapping with the fields {', '.join(Scenario.model_fields)}")
     try:
-        scenario = Scenario.model_validate(data)
+        scenario = Scenario.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise ScenarioError(f"{path}: {_explained(error)}") from None
     for vehicle in scenario.vehicles:
@@ -192,8 +261,8 @@ def _find_files(options: dict[str, Any], folder: Path) -> None:
 
 def _explained(error: ValidationError) -> str:
     """The first error as `field: value: what is allowed`."""
-    first = max(error.errors()[:2], key=_speaks_of_a_place)
-    where = [part for part in first["loc"] if not (isinstance(part, str) and part in _UNION_TAGS)]
+    first = error.errors()[0]
+    where = [part for part in first["loc"] if part not in _UNION_TAGS]
     field = ".".join(str(part) for part in where) or "scenario"
     if first["type"] == "extra_forbidden":
         return f"{field}: unknown field; allowed here: {', '.join(_fields_at(where[:-1]))}"
@@ -201,22 +270,16 @@ def _explained(error: ValidationError) -> str:
         return f"{field}: this field is missing"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] in {"model_type", "model_attributes_type"}:
-        message = f"must be a mapping with the fields {', '.join(_fields_at(where))}"
+        alternative = "a name, or " if first["loc"][-1] == NUMBERS else ""
+        message = f"must be {alternative}a mapping with the fields {', '.join(_fields_at(where))}"
     elif first["type"] == "dict_type":
         message = "must be a mapping"
-    elif "str" in first["loc"]:
-        message = "must be the name of a place, or {north_m: …, east_m: …, heading_deg: …}"
     value = first["input"]
     shown = repr(value) if not isinstance(value, dict) else "(mapping)"
     return f"{field}: {shown}: {message}"
 
 
-_UNION_TAGS = {"str", "Place"}
-
-
-def _speaks_of_a_place(error: ErrorDetails) -> bool:
-    """Whether this error is the one to tell of the two that a mapping as `start` gives: it was not meant as a name."""
-    return "Place" in error["loc"] and len(error["loc"]) > error["loc"].index("Place") + 1
+_UNION_TAGS = {NAME, NUMBERS}
 
 
 def _fields_at(where: list[int | str]) -> list[str]:
@@ -231,6 +294,8 @@ def _fields_at(where: list[int | str]) -> list[str]:
 
 _PARTS: dict[str, type[BaseModel]] = {
     "world": WorldPart,
+    "wind": WindPart,
+    "light": LightPart,
     "vehicles": VehiclePart,
     "peer_radio": PeerRadio,
     "camera": CameraPart,

@@ -23,7 +23,6 @@ from sitl_emu.run.configs import (
     StartPlace,
     VehicleData,
     WorldConfig,
-    WorldData,
 )
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.scenario import CompanionPart, Scenario, VehiclePart
@@ -131,17 +130,13 @@ def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
         folder=str(wanted.folder),
         start_us=wanted.scenario.start_us,
         seed=wanted.seed,
-        world=_world_data(wanted.scenario),
+        world=wanted.scenario.world_data,
         vehicles=tuple(member.data for member in members),
         radio=wanted.scenario.peer_radio.settings(),
         speed=wanted.speed,
         time_limit_s=wanted.scenario.time_limit_s,
         commands=tuple(each.name for each in commands if each.companion and not each.companion.background),
     )
-
-
-def _world_data(scenario: Scenario) -> WorldData:
-    return WorldData(kind=scenario.world.kind, options=scenario.world.options)
 
 
 def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets) -> Member:
@@ -161,7 +156,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
     place = vehicle.start
     data = VehicleData(
         name=vehicle.name,
-        model=vehicle.model,
+        model=vehicle.model_data,
         instance=instance,
         lockstep=_in_lockstep(vehicle),
         start=place if isinstance(place, str) else StartPlace(**place.model_dump()),
@@ -190,7 +185,7 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
         start_us=wanted.scenario.start_us,
         seed=wanted.seed,
         name=vehicle.name,
-        model=vehicle.model,
+        model=vehicle.model_data,
         instance=instance,
         lockstep=_in_lockstep(vehicle),
         gcs=wanted.gcs,
@@ -209,7 +204,7 @@ def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: l
         start_us=wanted.scenario.start_us,
         seed=wanted.seed,
         name=vehicle.name,
-        world=_world_data(wanted.scenario),
+        world=wanted.scenario.world_data,
         mount=camera.mount,
         ring=_ring(vehicle),
     )

@@ -10,7 +10,6 @@ import socket
 import time
 from pathlib import Path
 
-import vehicles
 from autopilot.process import Pacer
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
@@ -66,7 +65,7 @@ class RadioSocket:
 def run(config: WorldConfig, launcher: ControlChannel) -> None:
     """Set the world up, run it until it is over, and tell the launcher how it ended."""
     try:
-        world = worlds.build(config.world.kind, config.seed, dict(config.world.options))
+        world = worlds.of(config.world, config.seed)
     except worlds.WorldError as error:
         raise StartError(str(error)) from None
     names = [vehicle.name for vehicle in config.vehicles]
@@ -97,7 +96,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
 def _simulator(data: VehicleData, world: worlds.World, seed: int) -> VehicleSimulator:
     place = world.places[data.start] if isinstance(data.start, str) else data.start
     return VehicleSimulator(
-        vehicles.load(data.model),
+        data.model.load(),
         world.home._replace(heading_deg=place.heading_deg),
         seed=seed,
         terrain=world.terrain,

@@ -5,12 +5,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
+from sitl_emu.run.configs import WorldData
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.conditions import LightChange, WindChange
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulator import Home
 from sitl_emu.world.wind import Wind
@@ -60,8 +62,31 @@ class World:
     """The description that cameras render, where there is one."""
 
 
-def build(kind: str, seed: int, options: dict[str, Any]) -> World:
-    """A world of a kind. Raises WorldError."""
+def build(
+    kind: str,
+    seed: int,
+    options: dict[str, Any],
+    wind: WindChange | None = None,
+    light: LightChange | None = None,
+) -> World:
+    """A world of a kind, under another wind and light than its own where these are given. Raises WorldError."""
+    world = _build(kind, seed, options)
+    if wind is not None:
+        world = replace(world, wind=Wind(wind.north_m_s, wind.east_m_s, wind.gust_m_s, seed))
+    if light is not None:
+        if world.field is None:
+            raise WorldError(f"world {kind} has no light, as it has nothing that a camera could see")
+        field = world.field
+        world = replace(world, field=replace(field, light=field.light._replace(**light.given)))
+    return world
+
+
+def of(data: WorldData, seed: int) -> World:
+    """The world of a scenario. Raises WorldError."""
+    return build(data.kind, seed, dict(data.options), data.wind, data.light)
+
+
+def _build(kind: str, seed: int, options: dict[str, Any]) -> World:
     if kind not in KINDS:
         raise WorldError(f"there is no world {kind!r}; known: {', '.join(KINDS)}")
     if kind == "flat":

@@ -114,7 +114,10 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
         (("{kind: corn_field}", "corn_field"), "world: 'corn_field': must be a mapping with the fields kind, options"),
         (("start: home", "start: {north: 1}"), "vehicles.0.start.north_m: this field is missing"),
         (("start: home", "start: {north_m: .nan, east_m: 0}"), "start.north_m: nan: Input should be a finite number"),
-        (("start: home", "start: [1, 2]"), "start: [1, 2]: must be the name of a place"),
+        (
+            ("start: home", "start: [1, 2]"),
+            "start: [1, 2]: must be a name, or a mapping with the fields north_m, east_m, heading_deg",
+        ),
         (("start: home}", "companion: {command: []}}"), "companion.command: []: List should have at least 1 item"),
         (("start: home}", "companion: {command: ./run.py}}"), "command: './run.py': Input should be a valid list"),
         (("name: small", "name: small\ntime_limit_s: .inf"), "time_limit_s: inf: Input should be a finite number"),

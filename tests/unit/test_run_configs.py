@@ -9,11 +9,19 @@ from sitl_emu.run import configs
 from vehicles import VehicleError
 
 PLACE = configs.StartPlace(north_m=1.0, east_m=2.0, heading_deg=90.0)
+IRIS = configs.ModelData(model="iris")
 CAMERA = configs.CameraData(fd=7, rate_hz=15.0, latency_s=0.1)
 UAS = configs.VehicleData(
-    name="uas", model="iris", instance=0, lockstep=True, start="home", autopilot_fd=5, companion_fd=6, camera=CAMERA
+    name="uas", model=IRIS, instance=0, lockstep=True, start="home", autopilot_fd=5, companion_fd=6, camera=CAMERA
 )
-UGV = configs.VehicleData(name="ugv", model="rover", instance=1, lockstep=False, start=PLACE, autopilot_fd=8)
+UGV = configs.VehicleData(
+    name="ugv",
+    model=configs.ModelData(model="rover", sensors={"gps": {"rate_hz": 5}}),
+    instance=1,
+    lockstep=False,
+    start=PLACE,
+    autopilot_fd=8,
+)
 WORLD = configs.WorldConfig(
     folder="/tmp/run",
     start_us=1,
@@ -30,7 +38,7 @@ WORLD = configs.WorldConfig(
 def test_a_record_comes_out_as_it_went_in() -> None:
     assert configs.read(configs.WorldConfig, configs.written(WORLD)) == WORLD
     ours = configs.AutopilotConfig(
-        folder="f", start_us=1, seed=2, name="uas", model="iris", instance=0, lockstep=True, gcs=("10.0.0.1", 14551)
+        folder="f", start_us=1, seed=2, name="uas", model=IRIS, instance=0, lockstep=True, gcs=("10.0.0.1", 14551)
     )
     assert configs.read(configs.AutopilotConfig, configs.written(ours)) == ours
 

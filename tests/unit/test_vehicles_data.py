@@ -22,7 +22,10 @@ def test_models_and_unknown_model() -> None:
     assert vehicles.models() == MODELS
     with pytest.raises(vehicles.UnknownModel) as caught:
         vehicles.load("zeppelin")
-    assert str(caught.value) == f"unknown vehicle model 'zeppelin'; there are: {', '.join(MODELS)}"
+    assert (
+        str(caught.value)
+        == f"unknown vehicle model 'zeppelin'; there are: {', '.join(MODELS)}, or the path of a folder of your own"
+    )
     assert caught.value.models == tuple(MODELS)
 
 

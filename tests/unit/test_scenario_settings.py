@@ -1,0 +1,135 @@
+"""What a scenario may set: wind, light, sensors' figures, a model of one's own; and what is said of a wrong one."""
+
+import shutil
+import statistics
+from pathlib import Path
+
+import pytest
+import yaml
+
+import vehicles
+from sitl_emu.core.simulator_api import HilGps
+from sitl_emu.run import run_command, worlds
+from sitl_emu.run.configs import WorldData
+from sitl_emu.run.scenario import Scenario, ScenarioError, load
+from sitl_emu.world.conditions import LightChange, WindChange
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+HERE = Home(47.397742, 8.545594, 489.4, 0.0)
+M_PER_1E7_DEG = 0.0111319
+
+
+def scenario(folder: Path, vehicle: dict[str, object] | None = None, top: dict[str, object] | None = None) -> Scenario:
+    uas = {"name": "uas", "model": "iris"} | (vehicle or {})
+    path = folder / "own.yaml"
+    path.write_text(yaml.safe_dump({"name": "own", "world": {"kind": "corn_field"}, "vehicles": [uas]} | (top or {})))
+    read = load(path)
+    run_command.check(read, 1, path)
+    return read
+
+
+def own_model(folder: Path) -> Path:
+    return Path(shutil.copytree(vehicles.FOLDER / "iris", folder / "my_quad"))
+
+
+def test_wind_and_light_are_the_scenarios(tmp_path: Path) -> None:
+    settings = {"wind": {"north_m_s": 5, "east_m_s": -2}, "light": {"elevation_deg": 20, "warmth": 1.4}}
+    asked = scenario(tmp_path, top=settings)
+    world, before = worlds.of(asked.world_data, 1), worlds.build("corn_field", 1, {})
+    assert world.wind.at(10_000_000) == (5.0, -2.0, 0.0), "where the air moves to"
+    assert (world.field.light.elevation_deg, world.field.light.warmth) == (20.0, 1.4)
+    assert world.field.light.azimuth_deg == before.field.light.azimuth_deg, "what is left out stays the world's"
+    assert before.wind.at(10_000_000) != (0.0, 0.0, 0.0)
+
+
+def test_a_world_without_a_picture_has_no_light() -> None:
+    data = WorldData(kind="flat", options={}, wind=WindChange(1.0, 0.0, 0.0))
+    assert worlds.of(data, 1).wind.at(0) == (1.0, 0.0, 0.0)
+    with pytest.raises(worlds.WorldError, match="world flat has no light"):
+        worlds.of(WorldData(kind="flat", options={}, light=LightChange(gain=2.0)), 1)
+
+
+def gps_north_m(vehicle: vehicles.Vehicle) -> list[float]:
+    simulator = VehicleSimulator(vehicle, HERE, seed=1, terrain=FlatGround())
+    seen = [message for _ in range(250 * 60) for message in simulator.tick(None) if isinstance(message, HilGps)]
+    return [(fix.lat - HERE.lat_deg * 1e7) * M_PER_1E7_DEG for fix in seen]
+
+
+def test_a_sensors_figure_reaches_the_simulator(tmp_path: Path) -> None:
+    figures = {"gps": {"rate_hz": 5, "noise_horizontal_m": 2.1, "drift_horizontal_m": 0.0, "satellites": 7}}
+    changed = scenario(tmp_path, {"sensors": figures}).vehicles[0].model_data.load()
+    seen = gps_north_m(changed)
+    assert len(seen) == pytest.approx(60 * 5, abs=2) and statistics.stdev(seen) == pytest.approx(2.1, rel=0.15)
+    assert changed.airframe["SIM_GPS_USED"] == 7
+    assert changed.sensors.imu == vehicles.load("iris").sensors.imu, "what is not named stays"
+
+
+def test_a_sensor_that_a_model_lacks_can_be_given_whole() -> None:
+    bare = vehicles.with_sensors(vehicles.load("iris"), {})
+    assert bare == vehicles.load("iris")
+    rover = vehicles.load("sihsim_rover_ackermann")
+    lidar = {"min_distance_m": 0.1, "max_distance_m": 10, "noise_m": 0.02, "rate_hz": 20}
+    assert vehicles.with_sensors(rover, {"lidar": lidar}).sensors.lidar is not None
+
+
+def test_a_model_of_ones_own_is_found_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own_model(tmp_path)
+    monkeypatch.chdir("/")
+    for written in ("my_quad", "./my_quad"):
+        data = scenario(tmp_path, {"model": written}).vehicles[0].model_data
+        assert data.model == str(tmp_path / "my_quad") and data.load().model == "my_quad"
+
+
+def test_a_model_of_ones_own_is_found_from_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own_model(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert vehicles.load("my_quad").mass_kg == vehicles.load("./my_quad").mass_kg == vehicles.load("iris").mass_kg
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (
+            {"sensors": {"gps": {"rat_hz": 5}}},
+            r"vehicles.0.sensors: gps: unknown field 'rat_hz' = 5; allowed are: rate",
+        ),
+        ({"sensors": {"gps": {"rate_hz": 500}}}, r"sensors: gps: rate_hz = 500 is out of range; allowed is 1 to 50"),
+        ({"sensors": {"sonar": {}}}, r"sensors: unknown field 'sonar' = {}; allowed are: imu, magnetometer, baro"),
+        ({"sensors": {"gps": 5}}, r"sensors: gps = 5 must be a table"),
+        ({"sensors": 5}, r"vehicles.0.sensors: 5: must be a mapping"),
+        (
+            {"model": "./nowhere"},
+            r"vehicles.0.model: .*nowhere/vehicle.toml: No such file .* holds vehicle.toml and air",
+        ),
+        ({"model": "irs"}, r"vehicles.0.model: 'irs': there is no such model; known: iris, .* folder of your own"),
+    ],
+)
+def test_a_wrong_vehicle_is_told(tmp_path: Path, wrong: dict[str, object], said: str) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        scenario(tmp_path, wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"wind": {"north": 5}}, r"wind.north: unknown field; allowed here: north_m_s, east_m_s, gust_m_s"),
+        ({"wind": {"gust_m_s": -1}}, r"wind.gust_m_s: -1: Input should be greater than or equal to 0"),
+        ({"light": {"sun": 5}}, r"light.sun: unknown field; allowed here: azimuth_deg, elevation_deg, gain, warmth"),
+        ({"light": {"elevation_deg": 0}}, r"light.elevation_deg: 0: Input should be greater than or equal to 5"),
+    ],
+)
+def test_wrong_wind_and_light_are_told(tmp_path: Path, wrong: dict[str, object], said: str) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        scenario(tmp_path, top=wrong)
+
+
+def test_a_parameter_that_px4_does_not_know_is_named(tmp_path: Path) -> None:
+    airframe = own_model(tmp_path) / "airframe.json"
+    airframe.write_text(airframe.read_text().replace('"MPC_THR_HOVER"', '"MPC_THR_HOOVER"'))
+    with pytest.raises(
+        ScenarioError, match=r"my_quad/airframe.json: MPC_THR_HOOVER: PX4 v1.18 knows no such parameter"
+    ):
+        scenario(tmp_path, {"model": "my_quad"})
