@@ -392,7 +392,7 @@ def test_gyro_filter_halves_the_power_at_its_cutoff() -> None:
 
 def test_a_velocity_that_can_not_be_is_not_taken_over() -> None:
     """Hostile optical flow at 1e38 rad/s once was; PX4 limits its state to 1000 m/s (constrainStates)."""
-    ekf = Ekf(Settings(Parameters("multicopter", {})))
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {})))
     ekf.begin_step(imu(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
     reset_velocity(ekf, (-8e40, 3.0, 1e39), (1.0, 1.0, 1.0))
     assert (ekf.state.vn, ekf.state.ve, ekf.state.vd) == (-1000.0, 3.0, 1000.0)
