@@ -11,6 +11,7 @@ Left out: landing gear, VTOL, camera and payload switches, RC_MAP_FLTM_BTN.
 import math
 
 from autopilot.constants import NavState, RequestedAction
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     SOURCE_RC,
@@ -34,22 +35,7 @@ NEVER_US = 1 << 62
 STICK_GESTURE, RC_SWITCH, RC_BUTTON, RC_MODE_SLOT = 0, 1, 2, 3
 """action_request SOURCE."""
 OFF, ON = 3, 1
-MODE_OF_SLOT_VALUE = {
-    0: NavState.MANUAL,
-    1: NavState.ALTCTL,
-    2: NavState.POSCTL,
-    3: NavState.AUTO_MISSION,
-    4: NavState.AUTO_LOITER,
-    5: NavState.AUTO_RTL,
-    6: NavState.ACRO,
-    7: NavState.OFFBOARD,
-    8: NavState.STAB,
-    9: NavState.POSITION_SLOW,
-    10: NavState.AUTO_TAKEOFF,
-    11: NavState.AUTO_LAND,
-    12: NavState.AUTO_FOLLOW_TARGET,
-    13: NavState.AUTO_PRECLAND,
-}
+MODE_OF_SLOT_VALUE = {mode.slot: state for state, mode in FLIGHT_MODES.items() if mode.slot is not None}
 """COM_FLTMODEn."""
 
 

@@ -22,10 +22,8 @@ from autopilot import parameters
 from autopilot.autopilot import Autopilot
 from autopilot.commander import command_handlers
 from autopilot.commander.command_results import FIXED
-from autopilot.commander.custom_mode import MAIN_AND_SUB
-from autopilot.commander.mode_names import MODE_NAMES
-from autopilot.constants import NavState
 from autopilot.control import multicopter, rover_ackermann
+from autopilot.flight_mode import FLIGHT_MODES, STICKS_TO_THRUST
 from autopilot.mavlink import rates, services, streams
 from autopilot.mavlink.services import log_streaming, message_interval, message_request, mission_items
 from autopilot.modes.flight_modes import FlightModes
@@ -257,25 +255,16 @@ def _modes() -> Iterator[str]:
         "Every mode of PX4 has its name and number; these are flown. In another, a multicopter has no setpoint and "
         "descends, a rover goes on with what it had; termination stops the motors."
     )
-    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER))._tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER)).tasks
     rows = []
-    for state in NavState:
+    for state, mode in FLIGHT_MODES.items():
         flown = [
-            _file(type(tasks[state])) if state in tasks else _file(multicopter) if _by_sticks(state) else "",
-            _file(rover_ackermann) if _is_driven(state) else "",
+            _file(type(tasks[state])) if state in tasks else _file(multicopter) if state in STICKS_TO_THRUST else "",
+            _file(rover_ackermann) if mode.drive_mode is not None else "",
         ]
         if any(flown):
-            main, sub = MAIN_AND_SUB[state]
-            rows.append((MODE_NAMES[state], state.name, f"{main}, {sub}", *flown))
+            rows.append((mode.name, state.name, f"{mode.main_mode}, {mode.sub_mode}", *flown))
     yield _table(("mode", "nav_state", "main and sub mode", "multicopter", "rover"), rows)
-
-
-def _by_sticks(state: NavState) -> bool:
-    return state in multicopter.STICK_MODES
-
-
-def _is_driven(state: NavState) -> bool:
-    return state in rover_ackermann.AUTO | rover_ackermann.STICKS | {NavState.OFFBOARD}
 
 
 def _file(thing: type | ModuleType) -> str:

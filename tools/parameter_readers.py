@@ -21,8 +21,8 @@ from typing import Any
 import vehicles
 from autopilot import storage
 from autopilot.autopilot import Autopilot
-from autopilot.commander.custom_mode import MAIN_AND_SUB
 from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.parameters import Parameters, Value
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilActuatorControls
@@ -157,9 +157,9 @@ def _look_from_outside(flight: Flight) -> None:
 def _fly_modes(flight: Flight) -> None:
     """Every mode with sticks held, and what needs a command of its own."""
     for state in NavState:
-        if state not in MAIN_AND_SUB or state is NavState.TERMINATION:
+        if state is NavState.TERMINATION:
             continue
-        flight.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *MAIN_AND_SUB[state])
+        flight.command(mavlink.MAV_CMD_DO_SET_MODE, 1, FLIGHT_MODES[state].main_mode, FLIGHT_MODES[state].sub_mode)
         for _ in range(round(MODE_S * 20)):
             flight.say(mavlink.MAVLink_manual_control_message(1, 300, -200, 600, 100, 0))
             flight.say(mavlink.MAVLink_rc_channels_override_message(1, 1, 1600, 1400, 1500, 1450, *[1500] * 4))

@@ -10,14 +10,12 @@ from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
+from autopilot.flight_mode import FLOWN_BY_STICKS, STICKS_TO_THRUST
 from autopilot.parameters import Parameters
 from autopilot.texts import Say
 from autopilot.topics import ActuatorArmed, Topics
 from autopilot.vehicle_kind import Traits
 
-STICKS_TO_THRUST = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO))
-STICKS_TO_CLIMB = frozenset((NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE))
-STICK_MODES = STICKS_TO_THRUST | STICKS_TO_CLIMB
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2
 THROTTLE_REFUSAL = ("Arming denied: throttle not in safe position\t", "commander_arm_denied_throttle_unsafe")
@@ -152,7 +150,11 @@ class Arming:
         """What to say, and the event."""
         mode, topics = self._intention.mode, self._topics
         heard = not topics.failsafe_flags.manual_control_signal_lost
-        if heard and mode in STICK_MODES and not self._throttle_is_safe(mode, topics.manual_control_setpoint.throttle):
+        if (
+            heard
+            and mode in FLOWN_BY_STICKS
+            and not self._throttle_is_safe(mode, topics.manual_control_setpoint.throttle)
+        ):
             return THROTTLE_REFUSAL
         self._checks.update(now_us)
         return None if self._checks.can_arm(mode) else HEALTH_REFUSAL
@@ -161,4 +163,4 @@ class Arming:
         """To stand, a stick that climbs is in its centre or below, and one that is the thrust at the bottom."""
         if self._traits.arms_with_centred_throttle:
             return abs(throttle) < THROTTLE_CENTRE
-        return throttle <= THROTTLE_CENTRE if mode in STICKS_TO_CLIMB else throttle < THROTTLE_LOW
+        return throttle < THROTTLE_LOW if mode in STICKS_TO_THRUST else throttle <= THROTTLE_CENTRE

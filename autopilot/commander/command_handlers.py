@@ -22,16 +22,15 @@ from autopilot.commander.command_results import (
 )
 from autopilot.commander.custom_mode import (
     FLAG_CUSTOM_MODE_ENABLED,
-    MAIN_AUTO,
     custom_mode_of,
     nav_state_of,
     nav_state_of_base_mode,
 )
-from autopilot.commander.mode_names import MODE_NAMES, NAVIGATION_MODE_UNKNOWN, NAVIGATION_MODES
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands import CommandResult, answer_later, nearest
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
+from autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, matches
 from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
@@ -60,15 +59,7 @@ SAFETY_SWITCH_STATES = (0, 1)
 """MAVLink's SAFETY_SWITCH_STATE."""
 MISSION_PLANNER: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 
-STANDARD_MODES: dict[int, NavState] = {
-    mavlink.MAV_STANDARD_MODE_POSITION_HOLD: NavState.POSCTL,
-    mavlink.MAV_STANDARD_MODE_ORBIT: NavState.ORBIT,
-    mavlink.MAV_STANDARD_MODE_ALTITUDE_HOLD: NavState.ALTCTL,
-    mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY: NavState.AUTO_RTL,
-    mavlink.MAV_STANDARD_MODE_MISSION: NavState.AUTO_MISSION,
-    mavlink.MAV_STANDARD_MODE_LAND: NavState.AUTO_LAND,
-    mavlink.MAV_STANDARD_MODE_TAKEOFF: NavState.AUTO_TAKEOFF,
-}
+STANDARD_MODES = {mode.standard_mode: state for state, mode in FLIGHT_MODES.items() if mode.standard_mode}
 
 
 class CommandHandlers:
@@ -165,8 +156,9 @@ class CommandHandlers:
         """At most every second."""
         if now_us - self._refused_us > REFUSALS_APART_US:
             self._refused_us = now_us
-            text = f"Switching to {MODE_NAMES[mode]} is currently not available\t"
-            numbers = custom_mode_of(mode), NAVIGATION_MODES.get(mode, NAVIGATION_MODE_UNKNOWN)
+            row = FLIGHT_MODES[mode]
+            text = f"Switching to {row.name} is currently not available\t"
+            numbers = custom_mode_of(mode), row.event_number
             self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
 
     def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:

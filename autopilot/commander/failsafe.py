@@ -14,6 +14,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.parameters import Parameters
 from autopilot.topics import FailsafeFlags
 
@@ -80,10 +81,6 @@ OFFBOARD_LOSS_ACT = {
 WARNING_LOW = 1
 WARNING_CRITICAL = 2
 WARNING_EMERGENCY = 3
-EXCEPT_MISSION = 1
-EXCEPT_HOLD = 2
-EXCEPT_OFFBOARD = 4
-"""Bits of COM_RCL_EXCEPT and COM_DLL_EXCEPT."""
 FLIGHT_TERMINATION_BROKEN = 121212
 """CBRK_FLIGHTTERM: a critical failure is only warned of."""
 EARLY_TAKEOFF_US = 3_000_000
@@ -345,8 +342,4 @@ class Failsafe:
 
 
 def _excepted(exceptions: int, user_mode: NavState) -> bool:
-    if user_mode is NavState.AUTO_MISSION:
-        return bool(exceptions & EXCEPT_MISSION)
-    if user_mode in (NavState.AUTO_LOITER, NavState.AUTO_TAKEOFF, NavState.ORBIT):
-        return bool(exceptions & EXCEPT_HOLD)
-    return user_mode is NavState.OFFBOARD and bool(exceptions & EXCEPT_OFFBOARD)
+    return bool(exceptions & FLIGHT_MODES[user_mode].link_loss_exception)

@@ -9,13 +9,13 @@ Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (F
 
 import math
 
-from autopilot.constants import NavState
+from autopilot.flight_mode import modes_where
 from autopilot.parameters import Parameters
 from autopilot.topics import FailureDetectorStatus, Topics
 
 STATUS_EVERY_US = 500_000
 IMBALANCE_TIME_CONSTANT_S = 5.0
-WITHOUT_ATTITUDE = frozenset((NavState.ACRO, NavState.TERMINATION))
+WITHOUT_ATTITUDE = modes_where(lambda mode: not mode.control.attitude)
 
 
 class FailureDetector:

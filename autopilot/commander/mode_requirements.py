@@ -1,81 +1,17 @@
 """What each mode needs to be flown, and which modes forbid arming.
 
-PX4's src/modules/commander/ModeUtil/mode_requirements.cpp (v1.18) as one table. External modes have nobody to fly them
-here, so they can be chosen on the ground but never run.
+PX4's src/modules/commander/ModeUtil/mode_requirements.cpp (v1.18); the table is `flight_mode.FLIGHT_MODES`.
 """
 
-from enum import IntFlag, auto
-
-from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES, Need, modes_where
 from autopilot.topics import FailsafeFlags
 
-
-class Need(IntFlag):
-    """Conditions, each answered by a flag of FailsafeFlags."""
-
-    ANGULAR_VELOCITY = auto()
-    ATTITUDE = auto()
-    LOCAL_ALT = auto()
-    LOCAL_POSITION = auto()
-    LOCAL_POSITION_RELAXED = auto()
-    """However inexact."""
-    GLOBAL_POSITION = auto()
-    HOME_POSITION = auto()
-    MISSION = auto()
-    OFFBOARD_SIGNAL = auto()
-    MANUAL_CONTROL = auto()
-    WIND_AND_FLIGHT_TIME = auto()
-    OTHER = auto()
-    """Never met: nobody runs the mode."""
-
-
-_ATTITUDE = Need.ANGULAR_VELOCITY | Need.ATTITUDE
-_ALTITUDE = _ATTITUDE | Need.LOCAL_ALT
-_POSITION = _ALTITUDE | Need.LOCAL_POSITION
-_POSITION_RELAXED = _ALTITUDE | Need.LOCAL_POSITION_RELAXED
-_GLOBAL = _POSITION | Need.GLOBAL_POSITION
-
-NEEDS: dict[NavState, Need] = {
-    **dict.fromkeys((NavState(number) for number in range(NavState.EXTERNAL1, NavState.EXTERNAL8 + 1)), Need.OTHER),
-    NavState.MANUAL: Need.MANUAL_CONTROL,
-    NavState.ALTCTL: _ALTITUDE | Need.MANUAL_CONTROL,
-    NavState.ALTITUDE_CRUISE: _ALTITUDE | Need.MANUAL_CONTROL,
-    NavState.POSCTL: _POSITION_RELAXED | Need.MANUAL_CONTROL,
-    NavState.POSITION_SLOW: _POSITION_RELAXED | Need.MANUAL_CONTROL,
-    NavState.AUTO_MISSION: _GLOBAL | Need.MISSION | Need.WIND_AND_FLIGHT_TIME,
-    NavState.AUTO_LOITER: _GLOBAL | Need.WIND_AND_FLIGHT_TIME,
-    NavState.AUTO_RTL: _GLOBAL | Need.HOME_POSITION,
-    NavState.GUIDED_COURSE: _POSITION_RELAXED | Need.WIND_AND_FLIGHT_TIME,
-    NavState.ACRO: Need.ANGULAR_VELOCITY | Need.MANUAL_CONTROL,
-    NavState.DESCEND: _ATTITUDE,
-    NavState.TERMINATION: Need(0),
-    NavState.OFFBOARD: _ATTITUDE | Need.OFFBOARD_SIGNAL,
-    NavState.STAB: _ATTITUDE | Need.MANUAL_CONTROL,
-    NavState.AUTO_TAKEOFF: _POSITION,
-    NavState.AUTO_LAND: _POSITION_RELAXED,
-    NavState.AUTO_FOLLOW_TARGET: _POSITION | Need.WIND_AND_FLIGHT_TIME,
-    NavState.AUTO_PRECLAND: _POSITION,
-    NavState.ORBIT: _POSITION | Need.WIND_AND_FLIGHT_TIME,
-    NavState.AUTO_VTOL_TAKEOFF: _POSITION,
-}
-
-PREVENT_ARMING = frozenset(
-    (
-        NavState.AUTO_RTL,
-        NavState.AUTO_LAND,
-        NavState.AUTO_PRECLAND,
-        NavState.AUTO_FOLLOW_TARGET,
-        NavState.DESCEND,
-        NavState.TERMINATION,
-        NavState.ORBIT,
-    )
-)
+NEEDS = {state: mode.needs for state, mode in FLIGHT_MODES.items()}
+PREVENT_ARMING = modes_where(lambda mode: mode.prevents_arming)
 ALL_MODES = sum(1 << state for state in NEEDS)
 PREVENT_ARMING_MODES = sum(1 << state for state in PREVENT_ARMING)
-VALID_MODES = ALL_MODES & ~(1 << NavState.DESCEND)
-SELECTABLE_MODES = sum(1 << state for state, need in NEEDS.items() if not need & Need.OTHER) & ~(
-    1 << NavState.DESCEND | 1 << NavState.TERMINATION
-)
+VALID_MODES = sum(1 << state for state, mode in FLIGHT_MODES.items() if mode.valid)
+SELECTABLE_MODES = sum(1 << state for state, mode in FLIGHT_MODES.items() if mode.selectable)
 """vehicle_status: which modes there are, and which may be chosen."""
 FIELDS: dict[Need, str] = {
     Need.ANGULAR_VELOCITY: "mode_req_angular_velocity",

@@ -9,11 +9,10 @@ from collections.abc import Callable
 from autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, RequestedAction, Severity
+from autopilot.flight_mode import FLOWN_BY_STICKS
 from autopilot.texts import Say
 from autopilot.topics import ActionRequest, Topics
 
-BY_STICKS = (NavState.MANUAL, NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ALTITUDE_CRUISE)
-FLOWN_BY_STICKS = frozenset((*BY_STICKS, NavState.ACRO, NavState.STAB))
 KILL_DISARMS_AFTER_US = 5_000_000
 """A vehicle that stays killed is disarmed (PX4's COM_KILL_DISARM)."""
 BY = (STICK_GESTURE, RC_SWITCH, RC_BUTTON)

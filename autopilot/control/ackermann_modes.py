@@ -7,11 +7,11 @@ north; sticks that have fallen silent stay as they were. Modes of aircraft give 
 import math
 from typing import NamedTuple
 
+from autopilot.commander.control_mode import asks_for_position
 from autopilot.constants import NavState, SetpointType
 from autopilot.control.ackermann_controllers import NAN, RoverState, Setpoints, Target
 from autopilot.control.pure_pursuit import Place
 from autopilot.control.rover_control import arrival_speed, clamp, corner_angle
-from autopilot.control.rover_control_mode import asks_for_position
 from autopilot.control.rover_parameters import EPSILON, RoverParameters
 from autopilot.topics import (
     PositionControllerStatus,

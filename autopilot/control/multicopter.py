@@ -33,6 +33,7 @@ from autopilot.control.peripherals import carried, last_used, with_peripherals
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.imu_filter import alpha
 from autopilot.failure_injection import MOTOR, OFF
+from autopilot.flight_mode import STICKS_TO_THRUST
 from autopilot.parameters import Parameters
 from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from autopilot.texts import Say
@@ -59,7 +60,6 @@ TICK_S = 0.004
 TILT_LIMIT_SLEW_RAD_S = 0.2
 STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
 """On the ground: a large acceleration down leaves no thrust."""
-STICK_MODES = (NavState.MANUAL, NavState.STAB, NavState.ACRO)
 CLEAR_OF_GROUND_M = 1.0
 """Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
 PWM_DISARMED, PWM_MIN, PWM_RANGE = 900, 1000, 1000
@@ -194,7 +194,7 @@ class MulticopterControl:
         self._attitude_due = True
         armed = topics.actuator_armed.armed
         nav_state = status.nav_state
-        by_sticks = nav_state in STICK_MODES
+        by_sticks = nav_state in STICKS_TO_THRUST
         offboard = topics.offboard_setpoint if nav_state == NavState.OFFBOARD else None
         direct = offboard is not None and (offboard.attitude is not None or offboard.rates is not None)
         want_takeoff = topics.vehicle_constraints.want_takeoff and not by_sticks and not direct

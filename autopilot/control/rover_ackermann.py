@@ -7,6 +7,7 @@ for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only
 
 import math
 
+from autopilot.commander.control_mode import control_mode
 from autopilot.constants import NavState
 from autopilot.control.ackermann_controllers import (
     Actuators,
@@ -19,8 +20,8 @@ from autopilot.control.ackermann_controllers import (
 )
 from autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
 from autopilot.control.peripherals import last_used, with_peripherals
-from autopilot.control.rover_control_mode import NOTHING, ControlMode, control_mode
 from autopilot.control.rover_parameters import rover_parameters
+from autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
 from autopilot.parameters import Parameters
 from autopilot.topics import ActuatorOutputs, Topics
 
@@ -31,8 +32,8 @@ SHORTEST_STEP_US, LONGEST_STEP_US = 1_000, 10_000
 STEERING_FUNCTION, MOTOR_FUNCTION = 201, 101
 OUTPUTS = 16
 PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
-AUTO = frozenset((NavState.AUTO_MISSION, NavState.AUTO_LOITER, NavState.AUTO_RTL))
-STICKS = frozenset((NavState.MANUAL, NavState.ACRO, NavState.STAB, NavState.POSCTL))
+CONTROLLERS = 5
+"""The first flags of a ControlMode: from position to allocation."""
 
 
 class RoverAckermannControl:
@@ -67,10 +68,10 @@ class RoverAckermannControl:
             self._refresh()
         topics = self._topics
         status, armed = topics.vehicle_status, topics.actuator_armed
-        mode = control_mode(status.nav_state, topics.offboard_setpoint)
-        if mode != self._control_mode:
-            self._control_mode = mode
+        mode = control_mode(status.nav_state, status.vehicle_kind.traits, topics.offboard_setpoint)
+        if mode[:CONTROLLERS] != self._control_mode[:CONTROLLERS]:
             self._reset()
+        self._control_mode = mode
         if armed.armed and self._can_run(mode):
             self._was_armed = True
             self._drive(now_us, status.nav_state, mode)
@@ -101,11 +102,12 @@ class RoverAckermannControl:
         step_us = min(max(now_us - self._updated_us, SHORTEST_STEP_US), LONGEST_STEP_US)
         self._updated_us, dt_s = now_us, step_us * 1e-6
         state = self._state()
-        if nav_state in AUTO:
+        drive_mode = FLIGHT_MODES[nav_state].drive_mode
+        if drive_mode is DriveMode.AUTO:
             self._auto.generate(now_us, parameters, setpoints, state)
-        elif nav_state is NavState.OFFBOARD:
+        elif drive_mode is DriveMode.OFFBOARD:
             self._offboard.generate(setpoints)
-        elif nav_state in STICKS:
+        elif drive_mode is DriveMode.MANUAL:
             self._manual.generate(nav_state, parameters, setpoints, state)
         if mode.position:
             self._position.acceptance_m = self._topics.position_controller_status.acceptance_radius

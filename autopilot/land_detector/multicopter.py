@@ -9,6 +9,7 @@ LNDMC_ROT_MAX, LNDMC_ALT_GND.
 import math
 
 from autopilot.constants import NavState, TakeoffState
+from autopilot.flight_mode import modes_where
 from autopilot.land_detector.held import Held
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
@@ -26,7 +27,7 @@ FREEFALL_M_S2, FREEFALL_S = 2.0, 0.3
 MINIMAL_THRUST_S = 8.0
 FRESH_US = 1_000_000
 """Older than this, a thrust setpoint or an estimate does not count."""
-NO_CLIMB_RATE = frozenset((NavState.MANUAL, NavState.STAB, NavState.ACRO, NavState.TERMINATION))
+NO_CLIMB_RATE = modes_where(lambda mode: not mode.control.climb_rate)
 
 
 class MulticopterLandDetector:

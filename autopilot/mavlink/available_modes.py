@@ -2,29 +2,16 @@
 
 from typing import NamedTuple
 
+from autopilot.commander.custom_mode import custom_mode_of
 from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES, Need
 from autopilot.vehicle_kind import Traits
+from sitl_emu.core import dialect as mavlink
 
-ADVANCED = 1
-NOT_USER_SELECTABLE = 2
-"""MAV_MODE_PROPERTY."""
-
-ALTITUDE_HOLD, POSITION_HOLD, ORBIT = 4, 1, 2
-SAFE_RECOVERY, MISSION, LAND, TAKEOFF = 5, 6, 7, 8
-"""MAV_STANDARD_MODE."""
-
-STANDARD_MODE = {
-    NavState.ALTCTL: ALTITUDE_HOLD,
-    NavState.POSCTL: POSITION_HOLD,
-    NavState.AUTO_MISSION: MISSION,
-    NavState.AUTO_RTL: SAFE_RECOVERY,
-    NavState.AUTO_TAKEOFF: TAKEOFF,
-    NavState.AUTO_LAND: LAND,
-    NavState.ORBIT: ORBIT,
-}
-"""The modes that have one; every other mode is 0, non-standard (Hold among them)."""
-NAMES = {ALTITUDE_HOLD: "Altitude", POSITION_HOLD: "Position", ORBIT: "Orbit"}
-"""What standard modes are called where they are none (Traits.no_standard_modes)."""
+NON_STANDARD: int = mavlink.MAV_STANDARD_MODE_NON_STANDARD
+ADVANCED: int = mavlink.MAV_MODE_PROPERTY_ADVANCED
+NOT_USER_SELECTABLE: int = mavlink.MAV_MODE_PROPERTY_NOT_USER_SELECTABLE
+LISTED = tuple(state for state, mode in FLIGHT_MODES.items() if mode.valid)
 
 
 class Mode(NamedTuple):
@@ -36,42 +23,15 @@ class Mode(NamedTuple):
     name: str
 
 
-def _mode(main: int, sub: int, properties: int, name: str, standard_mode: int = 0) -> Mode:
-    return Mode(main << 16 | sub << 24, properties, standard_mode, name)
-
-
-MODES: tuple[Mode, ...] = (
-    _mode(1, 0, ADVANCED, "Manual"),
-    _mode(2, 0, 0, "", ALTITUDE_HOLD),
-    _mode(3, 0, 0, "", POSITION_HOLD),
-    _mode(4, 4, ADVANCED, "", MISSION),
-    _mode(4, 3, ADVANCED, "Hold"),
-    _mode(4, 5, ADVANCED, "", SAFE_RECOVERY),
-    _mode(3, 2, ADVANCED, "Position Slow"),
-    _mode(4, 19, ADVANCED, "Guided Course"),
-    _mode(11, 0, ADVANCED, "Altitude Cruise"),
-    _mode(5, 0, ADVANCED, "Acro"),
-    _mode(10, 0, ADVANCED | NOT_USER_SELECTABLE, "Termination"),
-    _mode(6, 0, ADVANCED, "Offboard"),
-    _mode(7, 0, ADVANCED, "Stabilized"),
-    _mode(4, 2, ADVANCED, "", TAKEOFF),
-    _mode(4, 6, ADVANCED, "", LAND),
-    _mode(4, 8, ADVANCED, "Follow Target"),
-    _mode(4, 9, ADVANCED, "Precision Landing"),
-    _mode(3, 1, ADVANCED, "", ORBIT),
-    _mode(4, 10, ADVANCED, "VTOL Takeoff"),
-    *(_mode(4, sub, NOT_USER_SELECTABLE, "(Mode not available)") for sub in range(11, 19)),
-)
-
-
 def listed(index: int, traits: Traits) -> Mode:
     """Mode `index`, counted from 1, as a kind of vehicle lists it."""
-    mode = MODES[index - 1]
-    if mode.standard_mode in {STANDARD_MODE[state] for state in traits.no_standard_modes}:
-        return mode._replace(standard_mode=0, name=NAMES[mode.standard_mode])
-    return mode
+    state = LISTED[index - 1]
+    mode, standard_mode = FLIGHT_MODES[state], standard_mode_of(state, traits)
+    properties = (ADVANCED if mode.advanced else 0) | (0 if mode.selectable else NOT_USER_SELECTABLE)
+    name = "(Mode not available)" if mode.needs & Need.OTHER else mode.name
+    return Mode(custom_mode_of(state), properties, standard_mode, name if standard_mode == NON_STANDARD else "")
 
 
 def standard_mode_of(nav_state: NavState, traits: Traits) -> int:
     """MAV_STANDARD_MODE of a mode; 0 where it is none."""
-    return 0 if nav_state in traits.no_standard_modes else STANDARD_MODE.get(nav_state, 0)
+    return NON_STANDARD if nav_state in traits.no_standard_modes else FLIGHT_MODES[nav_state].standard_mode

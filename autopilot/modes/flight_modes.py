@@ -8,6 +8,7 @@ and termination publish no setpoint.
 import math
 
 from autopilot.constants import NavState, TakeoffState
+from autopilot.flight_mode import FLIGHT_MODES, Task
 from autopilot.modes.auto import Auto
 from autopilot.modes.descend import Descend
 from autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
@@ -35,24 +36,17 @@ class FlightModes:
         self._topics = topics
         self._parameters = parameters
         auto = Auto(topics, parameters)
-        position = ManualPosition(topics, parameters)
-        self._tasks: dict[NavState, FlightTask] = {
-            NavState.AUTO_MISSION: auto,
-            NavState.AUTO_LOITER: auto,
-            NavState.AUTO_RTL: auto,
-            NavState.AUTO_TAKEOFF: auto,
-            NavState.AUTO_LAND: auto,
-            NavState.AUTO_PRECLAND: auto,
-            NavState.AUTO_VTOL_TAKEOFF: auto,
-            NavState.POSCTL: position,
-            NavState.POSITION_SLOW: position,
-            NavState.ALTCTL: ManualAltitude(topics, parameters),
-            NavState.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
-            NavState.DESCEND: Descend(topics, parameters),
-            NavState.ORBIT: Orbit(topics, parameters),
-            NavState.AUTO_FOLLOW_TARGET: FollowTargetTask(topics, parameters),
-            NavState.OFFBOARD: Offboard(topics, parameters),
+        tasks: dict[Task, FlightTask] = {
+            Task.AUTO: auto,
+            Task.MANUAL_POSITION: ManualPosition(topics, parameters),
+            Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
+            Task.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
+            Task.DESCEND: Descend(topics, parameters),
+            Task.ORBIT: Orbit(topics, parameters),
+            Task.FOLLOW_TARGET: FollowTargetTask(topics, parameters),
+            Task.OFFBOARD: Offboard(topics, parameters),
         }
+        self.tasks = {state: tasks[mode.task] for state, mode in FLIGHT_MODES.items() if mode.task is not None}
         self._auto = auto
         self._task: FlightTask | None = None
         self._updated_us = 0
@@ -66,11 +60,11 @@ class FlightModes:
         status = topics.vehicle_status
         if self._version != self._parameters.version:
             self._version = self._parameters.version
-            for each in self._tasks.values():
+            for each in self.tasks.values():
                 each.refresh()
         dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
         self._updated_us = now_us
-        task: FlightTask | None = self._tasks.get(status.nav_state)
+        task: FlightTask | None = self.tasks.get(status.nav_state)
         if status.nav_state is NavState.POSCTL and self._parameters["MPC_POS_MODE"] not in POSITION_MODES:
             self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:

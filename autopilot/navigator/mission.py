@@ -13,8 +13,9 @@ commands of camera and gimbal that PX4 repeats when a mission goes on.
 import math
 from enum import Enum
 
-from autopilot.constants import NavState, SetpointType, Severity
+from autopilot.constants import SetpointType, Severity
 from autopilot.dataman import MissionItem, Plan
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.mission_block import (
     DELAY,
@@ -52,8 +53,6 @@ STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
 STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
 STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
-MISSION_MODES = frozenset((NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_LAND))
-"""In these PX4 calls a mission active (mavlink_mission.cpp, update_mission_state), armed or not."""
 HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
 MAX_JUMP_ITERATION = 10
 """So many jumps in a row are followed."""
@@ -456,7 +455,7 @@ class Mission:
             self._mission_state = STATE_NO_MISSION
         elif self.ended:
             self._mission_state = STATE_COMPLETE
-        elif self._state.topics.vehicle_status.nav_state in MISSION_MODES:
+        elif FLIGHT_MODES[self._state.topics.vehicle_status.nav_state].mission_is_active:
             self._mission_state = STATE_ACTIVE
         elif self.seq_reached >= 0:
             self._mission_state = STATE_PAUSED

@@ -5,8 +5,9 @@ import math
 import pytest
 
 from autopilot.commander.failsafe import Action, Failsafe
-from autopilot.commander.mode_requirements import ALL_MODES, Need, missing, runnable_modes
+from autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
 from autopilot.constants import NavState
+from autopilot.flight_mode import Need
 from autopilot.parameters import Parameters
 from autopilot.topics import FailsafeFlags, GcsHeartbeats, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
 from autopilot.vehicle_kind import VehicleKind

@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
 from autopilot.control.ackermann_modes import acceptance_radius_m
 from autopilot.control.pure_pursuit import lookahead_m, target_bearing
 from autopilot.control.rover_control import (
@@ -16,18 +15,8 @@ from autopilot.control.rover_control import (
     corner_angle,
     speed_limited_by_course,
 )
-from autopilot.control.rover_control_mode import (
-    ALL,
-    DIRECT,
-    FROM_ATTITUDE,
-    FROM_RATES,
-    FROM_VELOCITY,
-    ControlMode,
-    control_mode,
-)
 from autopilot.control.rover_parameters import rover_parameters
 from autopilot.parameters import Parameters
-from autopilot.topics import OffboardSetpoint, TrajectorySetpoint, VehicleAttitudeSetpoint, VehicleRatesSetpoint
 from autopilot.vehicle_kind import VehicleKind
 
 START, TARGET = (0.0, 0.0), (20.0, 0.0)
@@ -159,24 +148,3 @@ def test_a_corner_counts_as_reached_where_the_turning_circle_touches_its_legs(
     }
     parameters = rover_parameters(Parameters(VehicleKind.ROVER_ACKERMANN, {**reference, "NAV_ACC_RAD": acceptance_m}))
     assert acceptance_radius_m(math.radians(angle_deg), parameters) == pytest.approx(radius_m, abs=1e-3)
-
-
-def test_each_mode_has_its_controllers() -> None:
-    offboard = OffboardSetpoint()
-    assert control_mode(NavState.MANUAL, offboard) == DIRECT
-    assert control_mode(NavState.ACRO, offboard) == FROM_RATES
-    assert control_mode(NavState.STAB, offboard) == FROM_ATTITUDE
-    assert {control_mode(mode, offboard) for mode in (NavState.POSCTL, NavState.AUTO_MISSION, NavState.ORBIT)} == {ALL}
-
-
-@pytest.mark.parametrize(
-    ("setpoint", "controllers"),
-    [
-        (OffboardSetpoint(1, trajectory=TrajectorySetpoint(position=(1.0, 2.0, NAN))), ALL),
-        (OffboardSetpoint(1, trajectory=TrajectorySetpoint(velocity=(1.0, 2.0, NAN))), FROM_VELOCITY),
-        (OffboardSetpoint(1, attitude=VehicleAttitudeSetpoint()), FROM_ATTITUDE),
-        (OffboardSetpoint(1, rates=VehicleRatesSetpoint()), FROM_RATES),
-    ],
-)
-def test_what_offboard_controls_follows_from_its_setpoint(setpoint: OffboardSetpoint, controllers: ControlMode) -> None:
-    assert control_mode(NavState.OFFBOARD, setpoint) == controllers

@@ -7,8 +7,9 @@ COM_RC_IN_MODE 4 makes missing sticks an error.
 from typing import NamedTuple
 
 from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES, Need
+from autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES
 from autopilot.constants import NavState, Severity
+from autopilot.flight_mode import Need
 from autopilot.topics import Topics
 
 STICKS_DISABLED = 4

@@ -4,6 +4,7 @@ from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES,
 from autopilot.commands import CommandResult
 from autopilot.constants import NavState
 from autopilot.events import Event
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
 from autopilot.topics import (
     ActuatorArmed,
@@ -20,25 +21,6 @@ from autopilot.vehicle_kind import ROTARY_WING
 DISARMED, ARMED = 1, 2
 """vehicle_status.arming_state."""
 EVENT_ARGUMENTS = 25
-AUTO = frozenset(
-    {
-        NavState.AUTO_MISSION,
-        NavState.AUTO_LOITER,
-        NavState.AUTO_RTL,
-        NavState.AUTO_TAKEOFF,
-        NavState.AUTO_LAND,
-        NavState.AUTO_FOLLOW_TARGET,
-        NavState.AUTO_PRECLAND,
-        NavState.DESCEND,
-        NavState.ORBIT,
-    }
-)
-STICKS = frozenset(
-    {NavState.MANUAL, NavState.ALTCTL, NavState.POSCTL, NavState.POSITION_SLOW, NavState.ACRO, NavState.STAB}
-)
-NO_ALTITUDE = frozenset({NavState.MANUAL, NavState.ACRO, NavState.STAB, NavState.TERMINATION})
-NO_POSITION = NO_ALTITUDE | {NavState.ALTCTL, NavState.DESCEND, NavState.ALTITUDE_CRUISE}
-"""How vehicle_control_mode follows from the mode (commander: ModeUtil/control_mode.cpp)."""
 
 home_position = by_name(
     "home_position",
@@ -105,22 +87,22 @@ def vehicle_status(system_id: int) -> Row:
 @row("vehicle_control_mode")
 def vehicle_control_mode(pack: Pack, record: VehicleStatus) -> bytes:
     """Which controllers the mode asks for."""
-    mode = record.nav_state
-    position, altitude = mode not in NO_POSITION, mode not in NO_ALTITUDE
+    control = FLIGHT_MODES[record.nav_state].control
+    by_position = control.altitude or control.climb_rate or control.position or control.velocity
     return pack(
         record.timestamp,
         record.armed,
-        position and record.vehicle_kind.traits.vehicle_type == ROTARY_WING,
-        mode in STICKS,
-        mode in AUTO,
-        mode == NavState.OFFBOARD,
-        position,
-        position,
-        altitude,
-        altitude,
-        mode not in (NavState.ACRO, NavState.TERMINATION),
-        mode != NavState.TERMINATION,
-        mode != NavState.TERMINATION,
+        by_position and record.vehicle_kind.traits.vehicle_type == ROTARY_WING,
+        control.manual,
+        control.auto,
+        control.offboard,
+        control.position,
+        control.velocity,
+        control.altitude,
+        control.climb_rate,
+        control.attitude,
+        control.rates,
+        control.allocation,
     )
 
 

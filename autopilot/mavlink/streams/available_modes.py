@@ -2,7 +2,7 @@
 
 import math
 
-from autopilot.mavlink.available_modes import MODES, listed
+from autopilot.mavlink.available_modes import LISTED, listed
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from autopilot.vehicle_kind import Traits
@@ -18,9 +18,9 @@ def fields(now_us: int, context: Context) -> None:
 def requested(now_us: int, context: Context, param2: float) -> list[Fields] | None:
     """Mode `param2`, all for 0; as from PX4, a negative one is accepted and nothing comes."""
     index = math.floor(param2 + 0.5) if math.isfinite(param2) else -1
-    if index > len(MODES):
+    if index > len(LISTED):
         return None
-    wanted = range(1, len(MODES) + 1) if index == 0 else range(index, index + 1)
+    wanted = range(1, len(LISTED) + 1) if index == 0 else range(index, index + 1)
     return [one(each, context.traits) for each in wanted if each > 0]
 
 
@@ -28,4 +28,4 @@ def one(index: int, traits: Traits) -> Fields:
     """Mode `index`, counted from 1."""
     mode = listed(index, traits)
     name = mode.name.encode()
-    return (mode.custom_mode, mode.properties, len(MODES), index, mode.standard_mode, name)
+    return (mode.custom_mode, mode.properties, len(LISTED), index, mode.standard_mode, name)

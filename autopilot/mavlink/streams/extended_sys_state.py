@@ -1,14 +1,12 @@
 """EXTENDED_SYS_STATE: on the ground, taking off, in the air, landing (PX4: streams/EXTENDED_SYS_STATE.hpp)."""
 
-from autopilot.constants import NavState, SetpointType
+from autopilot.constants import SetpointType
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE
-FOLLOWS_SETPOINT = frozenset(
-    (NavState.AUTO_TAKEOFF, NavState.AUTO_LAND, NavState.AUTO_MISSION, NavState.AUTO_RTL, NavState.AUTO_PRECLAND)
-)
 LANDED_STATE_BY_SETPOINT: dict[int, int] = {
     SetpointType.TAKEOFF: mavlink.MAV_LANDED_STATE_TAKEOFF,
     SetpointType.LAND: mavlink.MAV_LANDED_STATE_LANDING,
@@ -21,7 +19,7 @@ def fields(now_us: int, context: Context) -> Fields:
     nav_state = topics.vehicle_status.nav_state
     if topics.vehicle_land_detected.landed:
         landed_state = mavlink.MAV_LANDED_STATE_ON_GROUND
-    elif nav_state in FOLLOWS_SETPOINT:
+    elif FLIGHT_MODES[nav_state].setpoint_tells_landed_state:
         setpoint_type = topics.position_setpoint_triplet.current.type
         landed_state = LANDED_STATE_BY_SETPOINT.get(setpoint_type, mavlink.MAV_LANDED_STATE_IN_AIR)
     else:

@@ -1,5 +1,6 @@
 """HEARTBEAT: type, mode and state of the vehicle (PX4: streams/HEARTBEAT.hpp)."""
 
+from autopilot.commander.control_mode import control_mode
 from autopilot.commander.custom_mode import base_mode_of, custom_mode_of
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
@@ -13,18 +14,12 @@ def fields(now_us: int, context: Context) -> Fields:
     """Present mode and state."""
     topics = context.topics
     status = topics.vehicle_status
-    offboard = topics.offboard_setpoint
-    base_mode = base_mode_of(
-        status.nav_state,
-        armed=status.armed,
-        traits=context.traits,
-        offboard_attitude=offboard.trajectory is not None or offboard.attitude is not None,
-    )
+    control = control_mode(status.nav_state, context.traits, topics.offboard_setpoint)
     return (
         custom_mode_of(status.nav_state),
         context.mav_type,
         mavlink.MAV_AUTOPILOT_PX4,
-        base_mode,
+        base_mode_of(control, armed=status.armed),
         status.system_status,
         MAVLINK_VERSION,
     )

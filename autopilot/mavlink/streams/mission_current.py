@@ -1,6 +1,6 @@
 """MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp)."""
 
-from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
@@ -9,7 +9,6 @@ ID = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
 NO_MISSION_TOTAL = 65535
 MODE_ACTIVE = 1
 MODE_SUSPENDED = 2
-ACTIVE_MODES = frozenset((NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_LAND))
 
 
 def fields(now_us: int, context: Context) -> Fields:
@@ -17,7 +16,7 @@ def fields(now_us: int, context: Context) -> Fields:
     dataman = context.dataman
     result = context.topics.mission_result
     total = len(dataman.mission.items)
-    active = context.topics.vehicle_status.nav_state in ACTIVE_MODES
+    active = FLIGHT_MODES[context.topics.vehicle_status.nav_state].mission_is_active
     return (
         dataman.current_seq if total else 0,
         total or NO_MISSION_TOTAL,

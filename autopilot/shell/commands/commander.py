@@ -7,9 +7,7 @@ the texts that it tells everybody.
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from autopilot.commander import custom_mode
-from autopilot.commander.mode_names import MODE_NAMES
-from autopilot.constants import NavState
+from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, number, usage
 from autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
@@ -21,21 +19,7 @@ FORCE = 21196.0
 SHUTDOWN = 2.0
 QUICK = 4.0
 CUSTOM_MODE = 1.0
-MODES = {
-    "manual": NavState.MANUAL,
-    "acro": NavState.ACRO,
-    "offboard": NavState.OFFBOARD,
-    "stabilized": NavState.STAB,
-    "altctl": NavState.ALTCTL,
-    "posctl": NavState.POSCTL,
-    "auto:mission": NavState.AUTO_MISSION,
-    "auto:loiter": NavState.AUTO_LOITER,
-    "auto:rtl": NavState.AUTO_RTL,
-    "auto:takeoff": NavState.AUTO_TAKEOFF,
-    "auto:land": NavState.AUTO_LAND,
-    "auto:precland": NavState.AUTO_PRECLAND,
-    "ext1": NavState.EXTERNAL1,
-}
+MODES = {mode.shell_name: state for state, mode in FLIGHT_MODES.items() if mode.shell_name is not None}
 CALIBRATIONS = {"gyro": 1, "mag": 2, "baro": 3, "accel": 5, "level": 5, "airspeed": 6, "esc": 7}
 """Which parameter of MAV_CMD_PREFLIGHT_CALIBRATION asks for it."""
 CALIBRATION_VALUES = {"level": 2.0, "airspeed": 2.0}
@@ -104,8 +88,8 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
 def _status(autopilot: "Autopilot") -> Output:
     status = autopilot.topics.vehicle_status
     yield info("commander", "Armed" if status.armed else "Disarmed")
-    yield info("commander", f"navigation mode: {MODE_NAMES[status.nav_state]}")
-    yield info("commander", f"user intended navigation mode: {MODE_NAMES[status.nav_state_user_intention]}")
+    yield info("commander", f"navigation mode: {FLIGHT_MODES[status.nav_state].name}")
+    yield info("commander", f"user intended navigation mode: {FLIGHT_MODES[status.nav_state_user_intention].name}")
     yield info("commander", f"in failsafe: {'yes' if status.failsafe else 'no'}")
     return SUCCESS
 
@@ -115,8 +99,8 @@ def _mode(autopilot: "Autopilot", name: str) -> Output:
     if nav_state is None:
         yield error("commander", f"argument {name} unsupported.")
         return SUCCESS
-    main_mode, sub_mode = custom_mode.MAIN_AND_SUB[nav_state]
-    send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(main_mode), float(sub_mode))
+    mode = FLIGHT_MODES[nav_state]
+    send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(mode.main_mode), float(mode.sub_mode))
     return SUCCESS
 
 
