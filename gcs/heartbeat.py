@@ -16,9 +16,12 @@ MAVLINK_VERSION = 3
 class Heartbeat:
     """Sends one HEARTBEAT a second."""
 
-    def __init__(self, mav_type: int) -> None:
-        """`mav_type`: MAV_TYPE of this component, 6 a ground station, 18 an onboard controller."""
-        self.mav_type = mav_type
+    def __init__(self, mav_type: int, custom_mode: int = 0) -> None:
+        """`mav_type`: MAV_TYPE of this component, 6 a ground station, 18 an onboard controller.
+
+        `custom_mode` is free for whoever is no autopilot.
+        """
+        self.mav_type, self.custom_mode = mav_type, custom_mode
         self._due_us: int | None = None
 
     def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
@@ -28,7 +31,7 @@ class Heartbeat:
         self._due_us = now_us + PERIOD_US
         return [
             mavlink.MAVLink_heartbeat_message(
-                self.mav_type, MAV_AUTOPILOT_INVALID, 0, 0, MAV_STATE_ACTIVE, MAVLINK_VERSION
+                self.mav_type, MAV_AUTOPILOT_INVALID, 0, self.custom_mode, MAV_STATE_ACTIVE, MAVLINK_VERSION
             )
         ]
 

@@ -26,35 +26,32 @@ import math
 from collections import defaultdict, deque
 from collections.abc import Sequence
 
-from gcs.command import Command, arm, disarm, reposition
+from gcs.command import Command
 from gcs.geodesy import distance_m, from_metres, to_metres
-from gcs.mission import MissionItem, MissionUpload
+from gcs.mission import MissionItem
 from gcs.set_mode import set_mode
 from gcs.statustext import WARNING
-from gcs.telemetry import Pose, Telemetry
+from gcs.telemetry import Telemetry
 from missions.agriculture.detector import ClassicalDetector
 from missions.agriculture.jobs import NAV_WAYPOINT, Asker, Job, JobQueue, Sight, wanted_of
 from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
+from missions.agriculture.roles import Role
+from missions.companion import steps
 from missions.companion.camera import Image
-from missions.companion.camera_model import MAST, CameraModel, camera_pose, gsd_m
+from missions.companion.camera_model import MAST, CameraModel
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
 from missions.companion.detector import Detection, Detector
 from missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
+from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
 
-STILL_M_S = 0.15
-STILL_US = 1_500_000
+GROUND_DOWN_M = 2.0 + MAST.down_m
+"""The ground below the vehicle's centre: the mast's 2 m less what the mount has."""
 ARM_TRIES = 10
-PAUSE_US = 1_500_000
-DISARM_US = 3_000_000
 TURNS = 2
-
-
-class CantDrive(Exception):
-    """The autopilot does not do what is needed; the text says what."""
 
 
 class Inspect:
@@ -74,18 +71,17 @@ class Inspect:
     ) -> None:
         self.detector = detector
         self.approach_m, self.arrival_m, self.match_m, self.turn_m = approach_m, arrival_m, match_m, turn_m
-        self._look_us, self._drive_timeout_us = round(look_s * 1e6), round(drive_timeout_s * 1e6)
+        self._look_us, self._drive_timeout_s = round(look_s * 1e6), drive_timeout_s
         self._camera = camera or CameraModel()
-        self._onboard = Onboard()
+        self._onboard = Onboard(role=Role.INSPECT)
         self._missions = MissionServer(self._asked)
         self._queue = JobQueue()
         self._reports: defaultdict[int, deque[Report]] = defaultdict(deque)
         """What each system is still to be told, in order."""
         self._telling: dict[int, Command] = {}
         """The report that each system is being told."""
-        self._now_us = 0
-        self._phase, self._text = "connecting", "waiting for the autopilot"
-        self._confirmation: Confirmation | None = None
+        self._spotter: Spotter | None = None
+        """There while it looks for a target; its metres are those from where the target should be."""
         self._told_taken = False
         self._script: Script | None = self._run()
 
@@ -112,10 +108,10 @@ class Inspect:
         """Idle is done: there is nothing left to do until a peer sends the next target."""
         queue = self._queue
         untold = any(self._reports.values()) or bool(self._telling)
-        resting = self._phase in ("connecting", "waiting") and not queue.waiting
+        resting = self._onboard.phase in ("connecting", "waiting") and not queue.waiting
         idle = resting and not self._missions.busy and not untold
-        phase = "yielded" if self._onboard.yielding.yielded_to is not None else self._phase
-        return Status(phase, float(idle), idle, self._outcome() if idle else "", self._text)
+        outcome = self._outcome() if idle else ""
+        return Status(self._onboard.shown_phase, float(idle), idle, outcome, self._onboard.text)
 
     def events(self) -> list[Event]:
         """The events since the last call."""
@@ -123,7 +119,6 @@ class Inspect:
 
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
         """Hears the autopilot, and what the peers ask for."""
-        self._now_us = now_us
         mine, out = self._onboard.on_message(now_us, link, msg)
         if mine and link == PEER_LINK:
             out += [(PEER_LINK, answer) for answer in self._missions.on_message(now_us, msg)]
@@ -131,10 +126,7 @@ class Inspect:
 
     def wants_frame(self, frame_time_us: int) -> float | None:
         """Frames while it looks for the target."""
-        pose = self._telemetry.pose_at(frame_time_us) if self._confirmation is not None else None
-        if pose is None:
-            return None
-        return gsd_m(self._camera, camera_pose((0.0, 0.0, 0.0), pose.q, MAST), self._ground_down_m()) or 0.0
+        return self._spotter.gsd_m(frame_time_us) if self._spotter is not None else None
 
     def detect(self, image: Image, gsd: float) -> list[Detection]:
         """Runs the detector."""
@@ -142,21 +134,19 @@ class Inspect:
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Confirms the expected target."""
-        self._now_us = now_us
-        pose, job = self._telemetry.pose_at(frame_time_us), self._queue.current
-        if pose is None or self._confirmation is None or job is None:
+        self._onboard.now_us = now_us
+        job, spotter = self._queue.current, self._spotter
+        seen_from = spotter.vehicle_at(frame_time_us) if spotter is not None else None
+        if job is None or spotter is None or seen_from is None:
             return []
-        north, east = self._from_target(job, pose)
-        seen_from = camera_pose((north, east, 0.0), pose.q, MAST)
-        for target in self._confirmation.update(frame_time_us, seen_from, detections):
+        for target in spotter.found(frame_time_us, detections):
             near = math.hypot(target.north_m, target.east_m) <= self.match_m
             if near and target.label not in {sight.label for sight in job.sights}:
-                self._see(job, target, math.hypot(target.north_m - north, target.east_m - east))
+                self._see(job, target, math.hypot(target.north_m - seen_from[0], target.east_m - seen_from[1]))
         return []
 
     def on_time(self, now_us: int) -> Outgoing:
         """Goes on with the job at hand, unless a pilot or a failsafe has the vehicle."""
-        self._now_us = now_us
         if not self._onboard.watch_pilot(now_us):
             self._told_taken = False
             self._script = advanced(self._script)
@@ -179,7 +169,7 @@ class Inspect:
         job = self._queue.ask(system, wanted)
         how = "new" if len(self._queue.jobs) > known else "known" if job.result is not None else "same"
         text = f"job {job.number}, {how}: {wanted.label or 'a target'} for system {system}"
-        self._onboard.note(self._now_us, "target_accepted", text, job=job.number, system=system, label=wanted.label)
+        self._onboard.note("target_accepted", text, job=job.number, system=system, label=wanted.label)
         asker = Asker(system, wanted.x, wanted.y)
         if job.result is not None:
             self._reports[system].append(job.report_to(asker, job.result))
@@ -199,7 +189,7 @@ class Inspect:
                 del self._telling[system]
                 if not command.outcome.accepted:
                     text = f"report to system {system}: {command.outcome.text}"
-                    self._onboard.note(self._now_us, "failed", text, system=system)
+                    self._onboard.note("failed", text, system=system)
         for system, reports in self._reports.items():
             if reports and system not in self._telling:
                 self._telling[system] = command_of(system, reports.popleft())
@@ -215,24 +205,23 @@ class Inspect:
     # One job after the other
 
     def _run(self) -> Script:
-        while not self._telemetry.system:
-            yield
+        yield from steps.heard(self._onboard)
         while True:
-            self._enter("waiting", "for a target")
+            self._onboard.enter("waiting", "for a target")
             while (job := self._queue.begin()) is None:
                 yield
             self._tell(job, Result.STARTED)
             try:
                 yield from self._visit(job)
                 result = job.found
-            except CantDrive as failure:
-                self._onboard.say(self._now_us, f"Target not reached: {failure}", WARNING)
-                self._onboard.note(self._now_us, "failed", f"job {job.number}: {failure}", job=job.number)
+            except steps.StepFailed as failure:
+                self._onboard.say(f"Target not reached: {failure}", WARNING)
+                self._onboard.note("failed", f"job {job.number}: {failure}", job=job.number)
                 result = Result.NOT_REACHED
-            self._confirmation = None
+            self._spotter = None
             self._queue.finish(result)
             self._tell(job, result)
-            self._enter("reporting", f"job {job.number}: {result.name.lower().replace('_', ' ')}")
+            self._onboard.enter("reporting", f"job {job.number}: {result.name.lower().replace('_', ' ')}")
             yield from self._park()
 
     def _visit(self, job: Job) -> Script:
@@ -244,16 +233,15 @@ class Inspect:
         # Where the vehicle is nearer than the approach point already, that is behind it: it stays where it is.
         short = min(self.approach_m, way)
         lat, lon = from_metres(-course[0] * short, -course[1] * short, job.lat_deg, job.lon_deg)
-        self._enter("starting", f"job {job.number}: mission, arming")
+        self._onboard.enter("starting", f"job {job.number}: mission, arming")
         yield from self._start_mission(lat, lon)
         text = f"job {job.number}: driving {way:.0f} m"
-        self._onboard.note(self._now_us, "target_started", text, job=job.number, lat_deg=lat, lon_deg=lon)
-        self._enter("driving", f"job {job.number}: {way:.0f} m to the target")
+        self._onboard.note("target_started", text, job=job.number, lat_deg=lat, lon_deg=lon)
+        self._onboard.enter("driving", f"job {job.number}: {way:.0f} m to the target")
         yield from self._until_standing(lat, lon)
         stopped = self._telemetry.place
         assert stopped is not None
         self._onboard.note(
-            self._now_us,
             "stopped",
             f"{distance_m(stopped.lat_deg, stopped.lon_deg, lat, lon):.2f} m from the waypoint",
             job=job.number,
@@ -278,82 +266,46 @@ class Inspect:
         return math.cos(yaw), math.sin(yaw)
 
     def _start_mission(self, lat: float, lon: float) -> Script:
-        system = self._telemetry.system
-        self._onboard.yielding.expect(())
+        onboard = self._onboard
+        onboard.yielding.expect(())
         waypoint = MissionItem(
             FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=round(lat * 1e7), y=round(lon * 1e7)
         )
-        upload = yield from self._onboard.do(AUTOPILOT_LINK, MissionUpload(system, [waypoint]))
-        if upload.outcome is None or not upload.outcome.accepted:
-            raise CantDrive(f"mission: {upload.outcome.text if upload.outcome else 'no answer'}")
-        mode = yield from self._onboard.do(AUTOPILOT_LINK, set_mode(system, "mission"))
-        if mode.outcome is None or not mode.outcome.accepted:
-            raise CantDrive(f"mission mode: {mode.outcome.text if mode.outcome else 'no answer'}")
+        yield from steps.upload(onboard, [waypoint])
+        yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
         self._telemetry.mission_reached = None
-        yield from self._arm()
-        self._onboard.yielding.expect({"mission"})
-
-    def _arm(self) -> Script:
-        text = "no answer"
-        for _ in range(ARM_TRIES):
-            command = yield from self._onboard.do(AUTOPILOT_LINK, arm(self._telemetry.system))
-            if command.outcome is not None and not command.outcome.accepted:
-                text = command.outcome.text
-            since_us = self._now_us
-            while self._now_us - since_us < PAUSE_US and not self._telemetry.armed:
-                yield
-            if self._telemetry.armed:
-                return
-        raise CantDrive(f"arming: {text}")
+        yield from steps.arm(onboard, ARM_TRIES)
+        onboard.yielding.expect({"mission"})
 
     def _until_standing(self, lat: float, lon: float) -> Script:
-        """Until it has stood for a while near a place."""
-        began_us = still_since_us = self._now_us
-        while self._now_us - still_since_us < STILL_US:
-            place = self._telemetry.place
-            away = distance_m(place.lat_deg, place.lon_deg, lat, lon) if place is not None else math.inf
-            if self._telemetry.speed_m_s > STILL_M_S or away > self.arrival_m:
-                still_since_us = self._now_us
-            if self._now_us - began_us > self._drive_timeout_us:
-                raise CantDrive(f"{away:.1f} m from the waypoint after {self._drive_timeout_us / 1e6:.0f} s")
-            if not self._telemetry.armed:
-                raise CantDrive("disarmed on the way")
-            if self._telemetry.mission_reached is not None:
-                self._onboard.yielding.expect({"mission", "hold"})  # PX4 holds by itself at a mission's end
-            yield
+        return steps.until_standing(self._onboard, lat, lon, self.arrival_m, self._drive_timeout_s)
 
     def _look(self, job: Job) -> Script:
         """Until the target is confirmed, or the time is over."""
-        self._enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
-        self._confirmation = Confirmation(self._camera, self._ground_down_m(), settle=False)
-        since_us = self._now_us
-        while job.found is not Result.CONFIRMED and self._now_us - since_us < self._look_us:
+        self._onboard.enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
+        origin = Origin(job.lat_deg, job.lon_deg, None)
+        confirmation = Confirmation(self._camera, GROUND_DOWN_M, settle=False)
+        self._spotter = Spotter(self._telemetry, self._camera, MAST, origin, confirmation)
+        since_us = self._onboard.now_us
+        while job.found is not Result.CONFIRMED and self._onboard.now_us - since_us < self._look_us:
             yield
-        self._confirmation = None
+        self._spotter = None
 
     def _turn(self, job: Job, course: tuple[float, float]) -> Script:
         """Past the target, and back to face it from the other side."""
-        self._enter("turning", f"job {job.number}: to see the target from the other side")
+        self._onboard.enter("turning", f"job {job.number}: to see the target from the other side")
         self._onboard.yielding.expect(())
         for ahead_m in (self.turn_m, self.approach_m):
             lat, lon = from_metres(course[0] * ahead_m, course[1] * ahead_m, job.lat_deg, job.lon_deg)
             place = self._telemetry.place
             altitude = place.alt_amsl_m if place is not None else 0.0
-            move = yield from self._onboard.do(AUTOPILOT_LINK, reposition(self._telemetry.system, lat, lon, altitude))
-            if move.outcome is None or not move.outcome.accepted:
-                raise CantDrive(f"reposition: {move.outcome.text if move.outcome else 'no answer'}")
-            self._onboard.yielding.expect({"hold"})
-            yield from self._until_standing(lat, lon)
+            yield from steps.go_to(self._onboard, lat, lon, altitude, self.arrival_m, self._drive_timeout_s)
 
     def _park(self) -> Script:
         """Holds and disarms, so that people may come near."""
-        system = self._telemetry.system
         self._onboard.yielding.expect(())
-        yield from self._onboard.do(AUTOPILOT_LINK, set_mode(system, "hold"))
-        yield from self._onboard.do(AUTOPILOT_LINK, disarm(system))
-        since_us = self._now_us
-        while self._telemetry.armed and self._now_us - since_us < DISARM_US:
-            yield
+        yield from self._onboard.do(AUTOPILOT_LINK, set_mode(self.system_id, "hold"))
+        yield from steps.disarm(self._onboard)
 
     # Bookkeeping
 
@@ -367,7 +319,6 @@ class Inspect:
         lat, lon = from_metres(target.north_m, target.east_m, job.lat_deg, job.lon_deg)
         box = target.detection
         self._onboard.note(
-            self._now_us,
             "inspected",
             f"job {job.number}: {target.label} seen {away_m:.1f} m ahead",
             job=job.number,
@@ -382,17 +333,3 @@ class Inspect:
             w=box.w,
             h=box.h,
         )
-
-    @staticmethod
-    def _from_target(job: Job, pose: Pose) -> tuple[float, float]:
-        """Metres north and east of where the target should be."""
-        return to_metres(pose.lat_deg, pose.lon_deg, job.lat_deg, job.lon_deg)
-
-    @staticmethod
-    def _ground_down_m() -> float:
-        """The ground below the vehicle's centre: the mast's 2 m less what the mount has."""
-        return 2.0 + MAST.down_m
-
-    def _enter(self, phase: str, text: str) -> None:
-        self._phase, self._text = phase, text
-        self._onboard.note(self._now_us, "phase", f"{phase}: {text}", phase=phase)

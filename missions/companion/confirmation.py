@@ -140,7 +140,7 @@ class Confirmation:
         settle: bool = True,
         inside: Callable[[float, float], bool] | None = None,
     ) -> None:
-        self._camera, self._ground_down_m = camera, ground_down_m
+        self._camera, self.ground_down_m = camera, ground_down_m
         self._settle, self._inside = settle, inside
         self._least_score, self._least_share = (REPORT_SCORE, HIT_SHARE) if settle else (STILL_SCORE, STILL_HIT_SHARE)
         self._tracks: list[_Track] = []
@@ -190,11 +190,11 @@ class Confirmation:
         return nearest
 
     def _start(self, time_us: int, ray: Ray, detection: Detection) -> _Track | None:
-        point = on_level_ground(ray, self._ground_down_m)
+        point = on_level_ground(ray, self.ground_down_m)
         if point is None:
             return None
         self._last_id += 1
-        track = _Track(self._last_id, time_us, detection, Intersection(self._ground_down_m), point)
+        track = _Track(self._last_id, time_us, detection, Intersection(self.ground_down_m), point)
         self._tracks.append(track)
         return track
 

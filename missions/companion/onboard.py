@@ -33,15 +33,23 @@ def advanced(script: Script | None) -> Script | None:
 
 
 class Onboard:
-    """Hears, answers for itself, and runs the services that a mission starts."""
+    """Hears, answers for itself, runs the services that a mission starts; knows the time, and the mission's phase."""
 
-    def __init__(self, peer_lost_after_us: int = LOST_AFTER_US) -> None:
+    def __init__(self, peer_lost_after_us: int = LOST_AFTER_US, role: int = 0) -> None:
+        """`role`: what the peers are told that this companion is there for, a number that its mission knows."""
+        self.now_us = 0
+        """The runner's time, of the call that the mission is in. A mission sets it itself in `on_detections`."""
+        self.phase, self.text = "connecting", "waiting for the autopilot"
+        """Where the mission stands, in a word, and in a line for people."""
         self.telemetry = Telemetry()
         self.peer = PeerLink(peer_lost_after_us)
         self.yielding = Yielding()
         self.failsafe: FailsafeWatch | None = None
         """Whether a failsafe has the vehicle, and which; None until its autopilot was heard."""
-        self._heartbeats = {link: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER) for link in (AUTOPILOT_LINK, PEER_LINK)}
+        self._heartbeats = {
+            AUTOPILOT_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER),
+            PEER_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER, role),
+        }
         self._services: list[tuple[str, Service]] = []
         self._outbox: Outgoing = []
         self._events: list[Event] = []
@@ -72,33 +80,44 @@ class Onboard:
             return f"failsafe ({self.failsafe.cause})"
         return "pilot took over"
 
+    @property
+    def shown_phase(self) -> str:
+        """The phase for people: "yielded" while somebody else has the vehicle."""
+        return "yielded" if self.yielding.yielded_to is not None else self.phase
+
+    def enter(self, phase: str, text: str) -> None:
+        """The mission has come to another phase."""
+        self.phase, self.text = phase, text
+        self.note("phase", f"{phase}: {text}", phase=phase)
+
     def watch_pilot(self, now_us: int) -> bool:
         """True while a pilot or a failsafe has the vehicle; says which, and when it is given back.
 
         Services to the autopilot rest meanwhile.
         """
+        self.now_us = now_us
         acts = self.failsafe is not None and self.failsafe.active
         if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode, acts):
             mode = self.yielding.yielded_to
             if mode is not None:
                 by = "failsafe" if self.yielding.to_failsafe else "pilot"
-                self.say(now_us, f"Companion yields: {self.taken_by}, mode {mode}", WARNING)
-                self.note(now_us, "yielded", f"{self.taken_by}, mode {mode}", mode=mode, by=by)
+                self.say(f"Companion yields: {self.taken_by}, mode {mode}", WARNING)
+                self.note("yielded", f"{self.taken_by}, mode {mode}", mode=mode, by=by)
             else:
-                self.say(now_us, f"Companion resumes in {self.telemetry.mode}")
-                self.note(now_us, "resumed", f"in {self.telemetry.mode}")
+                self.say(f"Companion resumes in {self.telemetry.mode}")
+                self.note("resumed", f"in {self.telemetry.mode}")
         return self.yielding.yielded_to is not None
 
-    def say(self, now_us: int, text: str, severity: int = INFO) -> None:
+    def say(self, text: str, severity: int = INFO) -> None:
         """Tells people at the ground station (and the autopilot's log), and the run's events."""
         self._text_id = self._text_id % 65535 + 1
         for link in (AUTOPILOT_LINK, GROUND_LINK):
             self._outbox += [(link, msg) for msg in messages_of(text, severity, self._text_id)]
-        self.note(now_us, "text", text)
+        self.note("text", text)
 
-    def note(self, now_us: int, kind: str, text: str, **data: float | int | str) -> None:
+    def note(self, kind: str, text: str, **data: float | int | str) -> None:
         """Adds an event."""
-        self._events.append(Event(now_us, kind, text, data))
+        self._events.append(Event(self.now_us, kind, text, data))
 
     def events(self) -> list[Event]:
         """The events since the last call."""
@@ -107,6 +126,7 @@ class Onboard:
 
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> tuple[bool, Outgoing]:
         """Takes a message. Returns whether the mission should look at it, and what to send."""
+        self.now_us = now_us
         if link == PEER_LINK:
             self.peer.heard(now_us, msg)
         system = self.telemetry.system
@@ -129,6 +149,7 @@ class Onboard:
 
     def on_time(self, now_us: int) -> Outgoing:
         """Heartbeats, what the services have to send, and the texts."""
+        self.now_us = now_us
         if self.telemetry.system == 0:
             return []
         out, self._outbox = self._outbox, []

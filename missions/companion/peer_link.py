@@ -1,7 +1,8 @@
 """The MAVLink link to the other vehicles' companions.
 
-Each companion sends its HEARTBEAT (type ONBOARD_CONTROLLER, component 191) and, for its autopilot, HEARTBEAT and
-GLOBAL_POSITION_INT once a second, so that a peer knows who is there and where. A peer that was silent for
+Each companion sends its HEARTBEAT (type ONBOARD_CONTROLLER, component 191, in `custom_mode` its role, a number that its
+mission knows) and, for its autopilot, HEARTBEAT and GLOBAL_POSITION_INT once a second, so that a peer knows who is
+there, what for, and where. A peer that was silent for
 `lost_after_us` (20 s) is taken for lost: with 30 % loss each way and two messages a second, chance makes that silence
 once in 10^20. Whatever else peers say is addressed to the other's companion, component 191 (`router.py`).
 """
@@ -33,7 +34,8 @@ class Peer:
         self.heard_us = 0
         self.mav_type = 0
         """MAV_TYPE of its autopilot, 0 until that was heard."""
-        self.companion_heard = False
+        self.role = 0
+        """What its companion says that it is there for; 0: nothing, or it was not heard."""
         self.place: PeerPlace | None = None
 
 
@@ -54,11 +56,20 @@ class PeerLink:
         peer.heard_us = now_us
         kind = msg.get_type()
         if msg.get_srcComponent() == COMPONENT_ID:
-            peer.companion_heard = True
+            if kind == "HEARTBEAT":
+                peer.role = msg.custom_mode
         elif kind == "HEARTBEAT":
             peer.mav_type = msg.type
         elif kind == "GLOBAL_POSITION_INT":
             peer.place = PeerPlace(msg.lat * 1e-7, msg.lon * 1e-7, msg.alt * 1e-3)
+
+    def with_role(self, role: int) -> list[Peer]:
+        """The peers that were heard to have a role, by system."""
+        return [peer for _, peer in sorted(self.peers.items()) if peer.role == role]
+
+    def forget(self, system: int) -> None:
+        """What was known of a peer is no longer so: it counts again when it is heard again."""
+        self.peers.pop(system, None)
 
     def lost(self, now_us: int, system: int | None, since_us: int) -> bool:
         """True when a peer that is needed since `since_us` has been silent for too long; None: any."""

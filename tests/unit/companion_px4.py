@@ -144,7 +144,9 @@ class FakePx4:
             1,
         ):
             return []
-        if kind.startswith("MISSION_"):
+        if kind == "MISSION_SET_CURRENT":
+            self.seq = msg.seq
+        elif kind.startswith("MISSION_"):
             answers = self.missions.on_message(now_us, msg)
         elif kind in ("COMMAND_LONG", "COMMAND_INT"):
             result = self.ack(msg.command)

@@ -360,7 +360,7 @@ def test_a_mission_that_the_ugvs_autopilot_refuses_is_told() -> None:
     inspect.px4.missions.refuse = 14
     fly(scout, inspect)
     assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
-    assert "mission: denied" in inspect.of("failed")[0].text
+    assert "upload of mission failed: denied" in inspect.of("failed")[0].text
     assert scout.companion.status.outcome == f"target {scout.companion.jobs[0].target.id}: not reached"
     assert inspect.px4.missions.accepted == 0
 
@@ -405,6 +405,40 @@ def test_the_ugv_is_sent_next_to_the_target_that_is_nearest_to_where_it_says_it_
     ]
     nearest = [min(range(3), key=lambda i: math.dist(targets[i][1:], place)) for place in places]
     assert nearest == [0, 2, 1]
+
+
+def two_ugvs() -> tuple[Node, list[Node]]:
+    """A scout and two UGVs, each nearer to one of the targets."""
+    places = ((2, -20.0, 0.0), (3, 60.0, 30.0))
+    ugvs = [Node(Inspect(NoDetector()), FakePx4(system, 10, n, e, 2.5), MAST) for system, n, e in places]
+    return Node(Scout(plan(), NoDetector()), FakePx4(1, 13, 0.0, 0.0, 5.0), NADIR), ugvs
+
+
+def test_two_ugvs_share_what_one_scout_finds_at_the_same_time() -> None:
+    scout, ugvs = two_ugvs()
+    fly_all([scout, *ugvs])
+    assert scout.companion.status.outcome == "success"
+    assert {event.data["system"] for event in scout.of("target_sent")} == {2, 3}
+    driving = [(ugv.of("target_started")[0].time_us, ugv.of("inspected")[0].time_us) for ugv in ugvs]
+    assert max(start for start, _ in driving) < min(end for _, end in driving)
+    assert [len(ugv.of("stopped")) for ugv in ugvs] == [1, 1]
+
+
+def test_a_target_of_a_ugv_that_falls_silent_goes_to_the_other_one() -> None:
+    scout, (one, other) = two_ugvs()
+    gone: list[int] = []
+
+    def leave(now_us: int) -> None:
+        if not gone and one.of("target_started"):
+            gone.append(now_us)
+            one.receive = one.step = lambda *_: None  # type: ignore[method-assign, assignment]
+
+    with pytest.raises(AssertionError, match="not done"):
+        fly_all([scout, one, other], each=leave)  # the one that has gone never says that it is
+    assert gone
+    assert scout.companion.status.outcome == "success"
+    assert [event.data["system"] for event in scout.of("peer_lost")] == [2]
+    assert len(other.of("stopped")) == len(TARGETS)
 
 
 def test_an_upload_during_a_drive_leaves_the_drive_alone() -> None:

@@ -134,16 +134,25 @@ def test_a_peers_place_is_what_its_autopilot_said() -> None:
     place = link.peers[PEER].place
     assert place is not None
     assert place == pytest.approx((40.4712345, -86.9912345, 215.25), abs=1e-9)
-    assert not link.peers[PEER].companion_heard
+    assert link.peers[PEER].role == 0
 
 
 def test_a_companions_own_message_gives_its_vehicle_no_place_and_no_type() -> None:
     link = PeerLink()
     said = mavlink.MAVLink_global_position_int_message(0, 404_712_345, -869_912_345, 215_250, 0, 0, 0, 0, 0)
     link.heard(0, on_the_wire(said, PEER, 191))
-    link.heard(0, on_the_wire(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), PEER, 191))
+    link.heard(0, on_the_wire(mavlink.MAVLink_heartbeat_message(18, 8, 0, 2, 4, 3), PEER, 191))
     peer = link.peers[PEER]
-    assert (peer.place, peer.mav_type, peer.companion_heard) == (None, 0, True)
+    assert (peer.place, peer.mav_type, peer.role) == (None, 0, 2)
+
+
+def test_peers_are_known_by_the_role_that_their_companions_tell() -> None:
+    link = PeerLink()
+    for system, role in ((7, 2), (3, 1), (5, 2)):
+        link.heard(0, on_the_wire(mavlink.MAVLink_heartbeat_message(18, 8, 0, role, 4, 3), system, 191))
+    assert [peer.system for peer in link.with_role(2)] == [5, 7]
+    link.forget(5)
+    assert [peer.system for peer in link.with_role(2)] == [7]
 
 
 def test_a_strange_mode_yields_and_the_commanded_one_resumes() -> None:

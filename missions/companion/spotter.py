@@ -1,0 +1,61 @@
+"""A vehicle's camera and what it has found: from detections in frames, by the pose of their moment, to targets."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gcs.geodesy import from_metres, to_metres
+from gcs.telemetry import Pose, Telemetry
+from missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, camera_pose, gsd_m
+from missions.companion.confirmation import Confirmation, Target
+from missions.companion.detector import Detection
+
+
+class Origin(NamedTuple):
+    """Where the metres that targets are placed in begin."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float | None
+    """None: the vehicle stands on the ground, and heights count from it."""
+
+
+class Spotter:
+    """Takes frames' detections; gives targets."""
+
+    def __init__(
+        self, telemetry: Telemetry, camera: CameraModel, mount: Mount, origin: Origin, confirmation: Confirmation
+    ) -> None:
+        """`confirmation` decides which detections become targets, in metres NED from `origin`."""
+        self._telemetry, self._camera, self._mount = telemetry, camera, mount
+        self.origin, self.confirmation = origin, confirmation
+
+    def gsd_m(self, frame_time_us: int) -> float | None:
+        """Metres a pixel of a frame of a moment, 0 if that is not known; None if the vehicle's pose then is not."""
+        pose = self._telemetry.pose_at(frame_time_us)
+        if pose is None:
+            return None
+        return gsd_m(self._camera, self._camera_pose(pose), self.confirmation.ground_down_m) or 0.0
+
+    def found(self, frame_time_us: int, detections: Sequence[Detection]) -> list[Target]:
+        """The targets that are now to be reported, after another frame's detections (also when there are none)."""
+        pose = self._telemetry.pose_at(frame_time_us)
+        if pose is None:
+            return []
+        return self.confirmation.update(frame_time_us, self._camera_pose(pose), detections)
+
+    def vehicle_at(self, frame_time_us: int) -> Point | None:
+        """Where the vehicle was at a moment, in metres NED."""
+        pose = self._telemetry.pose_at(frame_time_us)
+        return None if pose is None else self._position(pose)
+
+    def place(self, target: Target) -> tuple[float, float]:
+        """Latitude and longitude of a target in degrees."""
+        return from_metres(target.north_m, target.east_m, self.origin.lat_deg, self.origin.lon_deg)
+
+    def _camera_pose(self, pose: Pose) -> CameraPose:
+        return camera_pose(self._position(pose), pose.q, self._mount)
+
+    def _position(self, pose: Pose) -> Point:
+        north_m, east_m = to_metres(pose.lat_deg, pose.lon_deg, self.origin.lat_deg, self.origin.lon_deg)
+        alt_amsl_m = self.origin.alt_amsl_m
+        return north_m, east_m, 0.0 if alt_amsl_m is None else alt_amsl_m - pose.alt_amsl_m

@@ -1,0 +1,36 @@
+"""Steps that missions share. Each is a script on simulated time: a mission's own script goes through it with
+`yield from`, and is where it was when the step has been done.
+
+    yield from steps.heard(onboard)
+    yield from steps.upload(onboard, plan.mission)
+    yield from steps.ready(onboard, timeout_s=120.0)
+    yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
+    yield from steps.arm(onboard)
+
+A step that can't be done raises `StepFailed`, whose text says what and why. No step goes on while a pilot or a failsafe
+has the vehicle, as long as its mission does not step the script then (`Onboard.watch_pilot`).
+"""
+
+from missions.companion.steps.arming import arm, disarm, heard, ready
+from missions.companion.steps.commanding import StepFailed, command, upload
+from missions.companion.steps.landing import return_home, until_landed
+from missions.companion.steps.moving import centre, go_to, pause, until_standing
+from missions.companion.steps.resuming import leave, resume
+
+__all__ = [
+    "StepFailed",
+    "arm",
+    "centre",
+    "command",
+    "disarm",
+    "go_to",
+    "heard",
+    "leave",
+    "pause",
+    "ready",
+    "resume",
+    "return_home",
+    "until_landed",
+    "until_standing",
+    "upload",
+]

@@ -1,0 +1,29 @@
+"""What the autopilot is told and has to accept: commands, and uploads of missions, fences and rally points."""
+
+from collections.abc import Sequence
+
+from gcs.command import Command
+from gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
+from missions.companion.companion import AUTOPILOT_LINK
+from missions.companion.onboard import Onboard, Script
+
+NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally points"}
+NO_ANSWER = "no answer"
+
+
+class StepFailed(Exception):
+    """A step that can't be done; the text is for people."""
+
+
+def command(onboard: Onboard, wanted: Command, what: str) -> Script:
+    """Until the autopilot has accepted a command; `what` names it where it does not."""
+    yield from onboard.do(AUTOPILOT_LINK, wanted)
+    if wanted.outcome is None or not wanted.outcome.accepted:
+        raise StepFailed(f"{what}: {wanted.outcome.text if wanted.outcome else NO_ANSWER}")
+
+
+def upload(onboard: Onboard, items: Sequence[MissionItem], mission_type: int = MISSION) -> Script:
+    """Until the autopilot has a mission, a fence or rally points (none: clears those there are)."""
+    done = yield from onboard.do(AUTOPILOT_LINK, MissionUpload(onboard.system_id, items, mission_type))
+    if done.outcome is None or not done.outcome.accepted:
+        raise StepFailed(f"upload of {NAMES[mission_type]} failed: {done.outcome.text if done.outcome else NO_ANSWER}")

@@ -1,0 +1,27 @@
+"""Home and down."""
+
+from gcs.set_mode import set_mode
+from missions.companion.companion import AUTOPILOT_LINK
+from missions.companion.onboard import Onboard, Script
+from missions.companion.steps.commanding import StepFailed
+
+LANDING_TIMEOUT_S = 300.0
+GOING_HOME = frozenset({"return", "land", "hold"})
+"""Modes that are ours on the way: PX4 lands at a Return's end, and holds when it has disarmed."""
+
+
+def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
+    """Until it has landed and disarmed by itself."""
+    since_us = onboard.now_us
+    while onboard.telemetry.armed:
+        if onboard.now_us - since_us > timeout_s * 1e6:
+            raise StepFailed("did not land and disarm")
+        yield
+
+
+def return_home(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
+    """After a failure in the air: home, down, off; a vehicle that is disarmed stays where it is."""
+    if onboard.telemetry.armed:
+        yield from onboard.do(AUTOPILOT_LINK, set_mode(onboard.system_id, "return"))
+        onboard.yielding.expect(GOING_HOME)
+        yield from until_landed(onboard, timeout_s)

@@ -1,0 +1,101 @@
+"""To a place, and to a standstill there: on wheels or in the air."""
+
+import math
+from collections.abc import Callable
+
+from gcs.command import reposition
+from gcs.geodesy import distance_m
+from missions.companion.onboard import Onboard, Script
+from missions.companion.steps.commanding import StepFailed, command
+
+STILL_M_S = 0.15
+STILL_S = 1.5
+"""So slow for so long is standing: a GNSS receiver's velocity is that noisy, and a turn on the way is shorter."""
+
+LatLon = tuple[float, float]
+"""Degrees."""
+
+
+def pause(onboard: Onboard, duration_s: float, until: Callable[[], bool] = lambda: False) -> Script:
+    """For a while, or until something is so."""
+    since_us = onboard.now_us
+    while onboard.now_us - since_us < duration_s * 1e6 and not until():
+        yield
+
+
+def until_standing(
+    onboard: Onboard,
+    lat_deg: float,
+    lon_deg: float,
+    within_m: float,
+    timeout_s: float,
+    still_m_s: float = STILL_M_S,
+) -> Script:
+    """Until the vehicle has stood for a while near a place.
+
+    Where it drives there by a mission, it holds by itself at that mission's end: Hold is then expected too.
+    """
+    telemetry = onboard.telemetry
+    began_us = still_since_us = onboard.now_us
+    while onboard.now_us - still_since_us < STILL_S * 1e6:
+        place = telemetry.place
+        away_m = distance_m(place.lat_deg, place.lon_deg, lat_deg, lon_deg) if place is not None else math.inf
+        if telemetry.speed_m_s > still_m_s or away_m > within_m:
+            still_since_us = onboard.now_us
+        if onboard.now_us - began_us > timeout_s * 1e6:
+            raise StepFailed(f"{away_m:.1f} m from the waypoint after {timeout_s:.0f} s")
+        if not telemetry.armed:
+            raise StepFailed("disarmed on the way")
+        if telemetry.mission_reached is not None and "mission" in onboard.yielding.expected:
+            onboard.yielding.expect({"mission", "hold"})
+        yield
+
+
+def go_to(
+    onboard: Onboard,
+    lat_deg: float,
+    lon_deg: float,
+    alt_amsl_m: float,
+    within_m: float,
+    timeout_s: float,
+    still_m_s: float = STILL_M_S,
+) -> Script:
+    """To a place in Hold (MAV_CMD_DO_REPOSITION), until the vehicle stands there."""
+    yield from command(onboard, reposition(onboard.system_id, lat_deg, lon_deg, alt_amsl_m), "reposition")
+    onboard.yielding.expect({"hold"})
+    yield from until_standing(onboard, lat_deg, lon_deg, within_m, timeout_s, still_m_s)
+
+
+def centre(
+    onboard: Onboard,
+    target: Callable[[], LatLon | None],
+    alt_amsl_m: float,
+    within_m: float,
+    timeout_s: float,
+    still_m_s: float = STILL_M_S,
+) -> Script:
+    """Over a target whose place is known better with every look: until the vehicle stands over its latest estimate.
+
+    `target` gives that estimate, None when it is lost. The vehicle is sent on when the estimate has moved by half of
+    `within_m` since it was sent last.
+    """
+    began_us = still_since_us = onboard.now_us
+    sent: LatLon | None = None
+    while sent is None or onboard.now_us - still_since_us < STILL_S * 1e6:
+        wanted = target()
+        if wanted is None:
+            raise StepFailed("the target is lost")
+        if sent is None or distance_m(*sent, *wanted) > within_m / 2.0:
+            onboard.yielding.expect(())
+            yield from command(onboard, reposition(onboard.system_id, *wanted, alt_amsl_m), "reposition")
+            onboard.yielding.expect({"hold"})
+            sent, still_since_us = wanted, onboard.now_us
+        place = onboard.telemetry.place
+        away_m = distance_m(place.lat_deg, place.lon_deg, *wanted) if place is not None else math.inf
+        if onboard.telemetry.speed_m_s > still_m_s or away_m > within_m:
+            still_since_us = onboard.now_us
+        if onboard.now_us - began_us > timeout_s * 1e6:
+            raise StepFailed(f"{away_m:.1f} m from the target after {timeout_s:.0f} s")
+        if not onboard.telemetry.armed:
+            raise StepFailed("disarmed on the way")
+        yield

@@ -1,0 +1,162 @@
+"""The steps that missions share, each against a stand-in for a PX4: what is sent, when it ends, and how it fails."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gcs.geodesy import distance_m, from_metres
+from gcs.mission import MissionItem
+from missions.companion import steps
+from missions.companion.companion import AUTOPILOT_LINK
+from missions.companion.onboard import Onboard, Script, advanced
+from missions.companion.wire import Wire
+from tests.unit.companion_px4 import HOLD, MISSION, STEP_US, FakePx4
+
+HOME = (40.47, -86.99, 215.0)
+NO_CHANGE: Callable[[int, FakePx4], None] = lambda now_us, px4: None  # noqa: E731
+
+
+class Vehicle:
+    """A companion's `Onboard` and its autopilot, joined by a wire that loses nothing."""
+
+    def __init__(self, mav_type: int = 13) -> None:
+        self.onboard, self.px4, self.wire = Onboard(), FakePx4(1, mav_type, 0.0, 0.0, 5.0), Wire(1, skip=())
+        self.now_us = 0
+
+    def run(self, script: Script, limit_s: float = 60.0, each: Callable[[int, FakePx4], None] = NO_CHANGE) -> float:
+        """Until a script has ended; how long that took in seconds."""
+        began_us, going = self.now_us, True
+        while going:
+            assert self.now_us - began_us < limit_s * 1e6, "the script did not end"
+            self.now_us += STEP_US
+            each(self.now_us, self.px4)
+            for msg in self.px4.on_time(self.now_us):
+                self.send(self.onboard.on_message(self.now_us, AUTOPILOT_LINK, msg)[1])
+            self.onboard.watch_pilot(self.now_us)
+            going = advanced(script) is not None
+            self.send(self.onboard.on_time(self.now_us))
+        return (self.now_us - began_us) * 1e-6
+
+    def send(self, outgoing: Any) -> None:
+        for link, msg in outgoing:
+            if link == AUTOPILOT_LINK:
+                for heard in Wire(skip=()).decode(self.wire.encode(msg)):
+                    for answer in self.px4.on_message(self.now_us, heard):
+                        self.send(self.onboard.on_message(self.now_us, AUTOPILOT_LINK, answer)[1])
+
+    def armed(self) -> "Vehicle":
+        self.run(steps.heard(self.onboard))
+        self.run(steps.ready(self.onboard, 10.0))
+        self.run(steps.arm(self.onboard))
+        return self
+
+
+def place(north_m: float, east_m: float) -> tuple[float, float]:
+    return from_metres(north_m, east_m, *HOME[:2])
+
+
+def item(north_m: float, east_m: float) -> MissionItem:
+    lat, lon = place(north_m, east_m)
+    return MissionItem(3, 16, x=round(lat * 1e7), y=round(lon * 1e7), z=0.0)
+
+
+def test_ready_waits_for_the_autopilots_checks_and_says_how_long_it_waited_in_vain() -> None:
+    one = Vehicle()
+    one.run(steps.heard(one.onboard))
+    one.run(steps.ready(one.onboard, 10.0))
+    assert one.now_us == pytest.approx(one.px4.ready_us, abs=600_000)
+    never = Vehicle()
+    never.px4.ready_us = 1 << 60
+    with pytest.raises(steps.StepFailed, match="autopilot not ready after 5 s"):
+        never.run(steps.ready(never.onboard, 5.0))
+
+
+def test_an_upload_ends_when_the_autopilot_has_it_and_a_refusal_names_what_was_refused() -> None:
+    one = Vehicle()
+    one.run(steps.heard(one.onboard))
+    one.run(steps.upload(one.onboard, [item(5.0, 0.0), item(9.0, 0.0)]))
+    assert len(one.px4.missions.items[0]) == 2
+    one.px4.missions.refuse = 14
+    with pytest.raises(steps.StepFailed, match="upload of rally points failed: denied"):
+        one.run(steps.upload(one.onboard, [item(5.0, 0.0)], 2))
+
+
+def test_arming_ends_with_an_armed_vehicle_and_a_refusal_is_asked_again() -> None:
+    one = Vehicle().armed()
+    assert (one.px4.armed, one.onboard.telemetry.armed) == (True, True)
+    one.run(steps.disarm(one.onboard))
+    assert (one.px4.armed, one.onboard.telemetry.armed) == (False, False)
+    refusing = Vehicle()
+    refusing.run(steps.heard(refusing.onboard))
+    refusing.px4.ack = lambda command: 1
+    with pytest.raises(steps.StepFailed, match="arming refused: temporarily rejected"):
+        refusing.run(steps.arm(refusing.onboard, tries=3))
+    assert [command for command, _ in refusing.px4.commands] == [400] * 3
+
+
+def test_going_to_a_place_ends_with_a_standstill_there() -> None:
+    one = Vehicle(mav_type=10).armed()
+    seconds = one.run(steps.go_to(one.onboard, *place(20.0, 10.0), HOME[2], within_m=1.0, timeout_s=30.0))
+    assert (one.px4.north_m, one.px4.east_m) == pytest.approx((20.0, 10.0), abs=0.1)
+    assert seconds > 22.4 / one.px4.speed_m_s + steps.moving.STILL_S
+    with pytest.raises(steps.StepFailed, match=r"\d\.\d m from the waypoint after 2 s"):
+        one.run(steps.go_to(one.onboard, *place(50.0, 10.0), HOME[2], within_m=1.0, timeout_s=2.0))
+
+
+def test_a_vehicle_that_somebody_disarms_on_the_way_does_not_arrive() -> None:
+    one = Vehicle(mav_type=10).armed()
+
+    def disarm(now_us: int, px4: FakePx4) -> None:
+        px4.armed &= now_us < 6_000_000
+
+    with pytest.raises(steps.StepFailed, match="disarmed on the way"):
+        one.run(steps.go_to(one.onboard, *place(50.0, 0.0), HOME[2], 1.0, 60.0), each=disarm)
+
+
+def test_centring_follows_an_estimate_that_moves_and_ends_over_it() -> None:
+    one = Vehicle(mav_type=10).armed()
+    estimate = [place(10.0, 0.0)]
+
+    def better(now_us: int, px4: FakePx4) -> None:
+        if px4.north_m > 5.0:
+            estimate[0] = place(12.0, 3.0)
+
+    one.run(steps.centre(one.onboard, lambda: estimate[0], HOME[2], within_m=1.0, timeout_s=30.0), each=better)
+    here = one.onboard.telemetry.place
+    assert here is not None and distance_m(here.lat_deg, here.lon_deg, *place(12.0, 3.0)) < 1.0
+    assert sum(command == 192 for command, _ in one.px4.commands) == 2
+    with pytest.raises(steps.StepFailed, match="the target is lost"):
+        one.run(steps.centre(one.onboard, lambda: None, HOME[2], 1.0, 30.0))
+
+
+def test_a_mission_that_was_left_is_resumed_where_it_was_left() -> None:
+    one = Vehicle(mav_type=10).armed()
+    way = [item(10.0, 0.0), item(20.0, 0.0), item(30.0, 0.0)]
+    one.run(steps.upload(one.onboard, way))
+    one.px4.mode = MISSION
+    one.run(steps.pause(one.onboard, 30.0, until=lambda: one.onboard.telemetry.mission_current == 1))
+    left: list[int] = []
+
+    def aside() -> Script:
+        left.append((yield from steps.leave(one.onboard)))
+        assert one.px4.mode == HOLD
+        yield from steps.go_to(one.onboard, *place(15.0, 9.0), HOME[2], 1.0, 30.0)
+        one.px4.seq = 0  # whatever the autopilot took for the current item meanwhile
+        yield from steps.resume(one.onboard, left[0])
+
+    one.run(aside())
+    assert left == [1] and one.px4.mode == MISSION and one.px4.seq == 1
+
+
+def test_a_return_home_ends_landed_and_disarmed() -> None:
+    one = Vehicle().armed()
+    one.run(steps.upload(one.onboard, [item(10.0, 0.0)._replace(command=22, z=6.0), item(10.0, 0.0)]))
+    one.px4.mode = MISSION
+    one.run(steps.pause(one.onboard, 30.0, until=lambda: one.px4.north_m > 5.0))
+    one.run(steps.return_home(one.onboard))
+    assert not one.px4.armed and one.px4.up_m == 0.0
+    assert abs(one.px4.north_m) < 0.5
+    with pytest.raises(steps.StepFailed, match="did not land and disarm"):
+        one.run(steps.arm(one.onboard))
+        one.run(steps.until_landed(one.onboard, timeout_s=3.0))
