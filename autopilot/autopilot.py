@@ -10,7 +10,8 @@ from pathlib import Path
 
 from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
-from autopilot.commands import CommandOwner, CommandResult, VehicleCommands, tell
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import CommandOwner, CommandResult, VehicleCommands, tell
 from autopilot.control.control import CONTROLS, StartedModule
 from autopilot.dataman import Dataman
 from autopilot.estimator.commands import EstimatorCommands
@@ -27,7 +28,6 @@ from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameter_corrections import ParameterCorrections
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value

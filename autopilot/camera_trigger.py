@@ -10,8 +10,8 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 
 import math
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
-from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
 from autopilot.parameters import Parameters
 from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink

@@ -7,7 +7,7 @@ type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0
 
 import math
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.parameters import Parameters
 from autopilot.topics import FailureInjection, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink

@@ -11,8 +11,14 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 
 import math
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult, nearest, obey_navigator
-from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import (
+    MAV_RESULT_ACCEPTED,
+    MAV_RESULT_DENIED,
+    CommandResult,
+    nearest,
+    obey_navigator,
+)
 from autopilot.parameters import Parameters
 from autopilot.topics import (
     NAN,

@@ -8,7 +8,7 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 
 import math
 
-from autopilot.commands import CommandResult, answer_later, obey_navigator, tell
+from autopilot.commands.vehicle_commands import CommandResult, answer_later, obey_navigator, tell
 from autopilot.parameters import Parameters
 from autopilot.topics import Gripper, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink

@@ -8,8 +8,8 @@ to be repeated.
 
 from enum import Enum, auto
 
+from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.constants import Severity
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Say
 from autopilot.topics import VehicleCommand

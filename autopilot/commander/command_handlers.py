@@ -27,7 +27,7 @@ from autopilot.commander.custom_mode import (
     nav_state_of_base_mode,
 )
 from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands import CommandResult, answer_later, nearest
+from autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
 from autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO

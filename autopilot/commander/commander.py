@@ -18,10 +18,10 @@ from autopilot.commander.failsafe_events import failsafe_event
 from autopilot.commander.failure_detector import FailureDetector
 from autopilot.commander.pilot import Pilot
 from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands import CommandResult, tell
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent

@@ -8,7 +8,7 @@ the vehicle was disarmed, took off or changed its mode meanwhile, or another tes
 import math
 from typing import NamedTuple
 
-from autopilot.commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
+from autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
 from autopilot.constants import NavState
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleCommand

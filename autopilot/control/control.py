@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
 from autopilot.parameters import Parameters

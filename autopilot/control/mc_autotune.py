@@ -10,7 +10,7 @@ PX4's MAVLink receiver does: what ground stations do once a second.
 import math
 from enum import IntEnum, auto
 
-from autopilot.commands import CommandResult, obey_navigator
+from autopilot.commands.vehicle_commands import CommandResult, obey_navigator
 from autopilot.constants import NavState
 from autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
 from autopilot.parameters import Parameters

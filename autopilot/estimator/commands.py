@@ -8,7 +8,7 @@ does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arm
 
 import math
 
-from autopilot.commands import CommandResult, answer_later
+from autopilot.commands.vehicle_commands import CommandResult, answer_later
 from autopilot.estimator import external_estimates
 from autopilot.estimator.estimator import ENABLE_BITS, Estimator
 from autopilot.estimator.resets import move_origin

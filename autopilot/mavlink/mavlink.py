@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from autopilot.commands import CommandResult
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.dataman import Dataman
 from autopilot.mavlink import forwarding, rates, silent_streams
 from autopilot.mavlink.context import Context
@@ -52,7 +53,6 @@ from autopilot.mavlink.services.service import Service
 from autopilot.mavlink.signature import LinkSigning, SigningStreams
 from autopilot.mavlink.streams import Stream
 from autopilot.mavlink.wire import Device, Wire
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand

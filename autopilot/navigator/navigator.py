@@ -7,7 +7,8 @@ vehicle_commands.
 
 import math
 
-from autopilot.commands import CommandResult
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState, SetpointType
 from autopilot.dataman import Dataman
 from autopilot.navigator.geofence import ACTION_HOLD, Geofence
@@ -21,7 +22,6 @@ from autopilot.navigator.rtl import Rtl
 from autopilot.navigator.state import NavigatorState, settings_of
 from autopilot.navigator.takeoff import Takeoff
 from autopilot.navigator.traffic import Traffic
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Say, SendEvent
 from autopilot.topics import (

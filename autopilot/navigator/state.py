@@ -6,9 +6,9 @@ PX4's Navigator object as its NavigatorModes see it (src/modules/navigator/navig
 import math
 from typing import NamedTuple
 
+from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.constants import SetpointType, TakeoffState
 from autopilot.dataman import Dataman
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.parameters import Parameters
 from autopilot.texts import Say
 from autopilot.topics import (

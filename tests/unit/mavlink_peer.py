@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.dataman import Dataman
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.parameters import Parameters

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from autopilot.commander.commander import Commander
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState, SetpointType, Severity
 from autopilot.dataman import MISSION, Dataman, MissionItem, Plan
 from autopilot.events import Events

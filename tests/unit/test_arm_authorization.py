@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from autopilot.commander.commander import Commander
-from autopilot.outgoing_commands import OutgoingCommands
+from autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 

@@ -6,8 +6,8 @@ import pytest
 
 from autopilot.commander.commander import Commander
 from autopilot.commander.home_position import in_local_frame
+from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.constants import NavState
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink

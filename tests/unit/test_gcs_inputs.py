@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from gcs import debug_values, landing_target, obstacle_distance, odometry, optical_flow
 from gcs.adsb_vehicle import adsb_vehicle
 from gcs.battery_status import battery_status

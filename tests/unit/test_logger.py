@@ -18,7 +18,7 @@ from pyulog.ulog2csv import convert_ulog2csv
 import vehicles
 from autopilot import storage
 from autopilot.autopilot import Autopilot
-from autopilot.commands import CommandResult, tell
+from autopilot.commands.vehicle_commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
 from autopilot.logger import log_files, logged_topics, packing
 from autopilot.logger.logger import Logger

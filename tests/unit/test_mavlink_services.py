@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from autopilot.autopilot import Autopilot
-from autopilot.commands import CommandResult, answer_later
+from autopilot.commands.vehicle_commands import CommandResult, answer_later
 from autopilot.constants import Severity
 from autopilot.mavlink.services.parameter import parameter_hash
 from autopilot.topics import (

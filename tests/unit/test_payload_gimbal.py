@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 import vehicles
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
 from autopilot.gimbal import Gimbal as GimbalManager
 from autopilot.mavlink.mavlink import Mavlink
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion

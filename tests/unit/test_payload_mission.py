@@ -8,11 +8,11 @@ import pytest
 
 import vehicles
 from autopilot.camera_trigger import CameraTrigger
-from autopilot.commands import MAV_RESULT_ACCEPTED
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED
 from autopilot.mavlink import rates
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.navigator.navigator import Navigator
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.texts import Texts
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink

@@ -7,7 +7,7 @@ calibration_messages.h, version 2).
 
 from collections.abc import Generator
 
-from autopilot.commands import CommandResult, answer_later
+from autopilot.commands.vehicle_commands import CommandResult, answer_later
 from autopilot.constants import Severity
 from autopilot.parameters import Parameters
 from autopilot.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY, corrections_of, raw_accel, raw_gyro, raw_mag

@@ -1,7 +1,7 @@
 """State, health, arming, commands, events, the computer's load (topics/commander.py, commands.py, system.py)."""
 
 from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, requirement_masks
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState
 from autopilot.events import Event
 from autopilot.flight_mode import FLIGHT_MODES

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from autopilot.commands import CommandResult, tell
+from autopilot.commands.vehicle_commands import CommandResult, tell
 from autopilot.mavlink.command_params import IN_COMMANDS, sets_unused, used_params
 from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link

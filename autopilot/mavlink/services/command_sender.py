@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from autopilot.commands import tell
+from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.vehicle_commands import tell
 from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
-from autopilot.outgoing_commands import OutgoingCommands
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -7,7 +7,7 @@ answered by GPS_GLOBAL_ORIGIN on its link.
 from collections.abc import Callable
 from typing import Any
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.streams import Stream
 from autopilot.topics import VehicleCommand

@@ -11,7 +11,7 @@ import struct
 from collections import deque
 from typing import Any
 
-from autopilot.commands import (
+from autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
     MAV_RESULT_IN_PROGRESS,

@@ -9,7 +9,7 @@ REQUEST_DATA_STREAM has no effect.
 import math
 from collections.abc import Callable
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
+from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
 from autopilot.mavlink import rates, silent_streams
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.streams import Stream

@@ -6,7 +6,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 
 from collections.abc import Callable
 
-from autopilot.commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
 from autopilot.mavlink import silent_streams
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import message_interval

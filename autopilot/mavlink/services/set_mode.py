@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from autopilot.commands import CommandResult
+from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.command import send_ack
 from autopilot.topics import VehicleCommand
