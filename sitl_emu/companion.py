@@ -3,7 +3,8 @@
 A companion is a state machine that is told the time (`Companion` says what it looks like). `Onboard` gives it
 telemetry, heartbeats and a pilot's right of way; a `Script` says what comes after what, and hands services to
 `Onboard.do`: commands (`arm`, `set_mode`, ...), transfers (`MissionUpload`, `ParameterSet`, ...), setpoints
-(`Offboard`). `fly` runs it in real time on a MAVLink link; in a scenario the same program is a `command:`.
+(`Offboard`); `steps` has what many missions do. `Scripted` makes a whole companion of one script. `fly` runs it in real
+time on a MAVLink link; in a scenario the same program is a `command:`, or a mission's (`sitl_emu.mission`).
 
 The rooms behind these names are free to change; these names stay.
 """
@@ -22,6 +23,7 @@ from gcs.plan_file import FlightPlan, PlanError, read_plan
 from gcs.set_mode import set_mode
 from gcs.telemetry import Attitude, Place, Pose, Telemetry
 from gcs.timesync import Timesync
+from missions.companion import steps
 from missions.companion.companion import (
     AUTOPILOT_LINK,
     GROUND_LINK,
@@ -31,8 +33,10 @@ from missions.companion.companion import (
     Outgoing,
     Status,
 )
+from missions.companion.detector import Detection, Detector
 from missions.companion.main import LinkError, Runner, open_port
 from missions.companion.onboard import Onboard, Script, advanced
+from missions.companion.scripted import Scripted
 from sitl_emu.core import dialect as mavlink
 
 __all__ = [
@@ -44,6 +48,8 @@ __all__ = [
     "Command",
     "CommandOutcome",
     "Companion",
+    "Detection",
+    "Detector",
     "Event",
     "FlightPlan",
     "FollowTarget",
@@ -68,6 +74,7 @@ __all__ = [
     "Pose",
     "Runner",
     "Script",
+    "Scripted",
     "Status",
     "Sticks",
     "Target",
@@ -85,6 +92,7 @@ __all__ = [
     "reposition",
     "set_interval",
     "set_mode",
+    "steps",
     "velocity_ned",
 ]
 

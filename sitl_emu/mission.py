@@ -1,0 +1,34 @@
+"""What a mission of one's own is made of, beside its companions (`sitl_emu.companion`): what a package brings.
+
+A package is a mission by an entry point of the group `sitl_emu.missions`, whose value is a `Mission`:
+
+    [project.entry-points."sitl_emu.missions"]
+    lookout = "lookout.mission:MISSION"
+
+Once it is installed, `sitl-emu run` finds its scenarios by name, and scenario files and `missions.companion.main` its
+programs. `examples/own_mission` is a whole one. The rooms behind these names are free to change; these names stay.
+"""
+
+from missions.companion.options import Options
+from missions.mission import Figures, Mission, Program, Row, Setting
+from missions.reporting import Mark, Page, Plot, Section, Table
+from missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueObject
+
+__all__ = [
+    "EventLine",
+    "Figures",
+    "Mark",
+    "Mission",
+    "MissionScore",
+    "Options",
+    "Page",
+    "Plot",
+    "Program",
+    "Row",
+    "RunRecord",
+    "Section",
+    "Setting",
+    "Table",
+    "Track",
+    "TrueObject",
+]
