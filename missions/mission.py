@@ -31,7 +31,8 @@ class Setting(NamedTuple):
 
     vehicle: str
     """Name of the vehicle in the scenario."""
-    has_camera: bool
+    calibration: Path | None
+    """The calibration file of its camera (`companion/calibration.py`); None where it has no camera."""
     world: str
     """Kind of the world."""
     home: tuple[float, float, float]

@@ -19,7 +19,8 @@ the next job, or holds and is disarmed.
 A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
 on when the mode is given back.
 
-Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeout_s`.
+Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeout_s`,
+`calibration` (the camera's file, `companion/calibration.py`).
 """
 
 import math
@@ -36,9 +37,9 @@ from missions.agriculture.detector import ClassicalDetector
 from missions.agriculture.jobs import NAV_WAYPOINT, Asker, Job, JobQueue, Sight, wanted_of
 from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
 from missions.agriculture.roles import Role
-from missions.companion import steps
+from missions.companion import calibration, steps
 from missions.companion.camera import Image
-from missions.companion.camera_model import MAST, CameraModel
+from missions.companion.camera_model import MAST, CameraModel, Mount
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
 from missions.companion.detector import Detection, Detector
@@ -68,11 +69,12 @@ class Inspect:
         turn_m: float = 8.0,
         drive_timeout_s: float = 240.0,
         camera: CameraModel | None = None,
+        mount: Mount = MAST,
     ) -> None:
         self.detector = detector
         self.approach_m, self.arrival_m, self.match_m, self.turn_m = approach_m, arrival_m, match_m, turn_m
         self._look_us, self._drive_timeout_s = round(look_s * 1e6), drive_timeout_s
-        self._camera = camera or CameraModel()
+        self._camera, self._mount = camera or CameraModel(), mount
         self._onboard = Onboard(role=Role.INSPECT)
         self._missions = MissionServer(self._asked)
         self._queue = JobQueue()
@@ -88,6 +90,7 @@ class Inspect:
     @classmethod
     def from_options(cls, given: Options) -> "Inspect":
         """From a scenario's options. Raises ValueError for a wrong one."""
+        camera, mount = calibration.of(given, MAST)
         return cls(
             ClassicalDetector(),
             approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
@@ -96,6 +99,8 @@ class Inspect:
             look_s=given.number("look_s", 3.0, 0.5, 60.0),
             turn_m=given.number("turn_m", 8.0, 3.0, 50.0),
             drive_timeout_s=given.number("drive_timeout_s", 240.0, 10.0, 3600.0),
+            camera=camera,
+            mount=mount,
         )
 
     @property
@@ -285,7 +290,7 @@ class Inspect:
         self._onboard.enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
         origin = Origin(job.lat_deg, job.lon_deg, None)
         confirmation = Confirmation(self._camera, GROUND_DOWN_M, settle=False)
-        self._spotter = Spotter(self._telemetry, self._camera, MAST, origin, confirmation)
+        self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation)
         since_us = self._onboard.now_us
         while job.found is not Result.CONFIRMED and self._onboard.now_us - since_us < self._look_us:
             yield

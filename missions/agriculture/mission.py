@@ -30,9 +30,9 @@ def _prepare_scout(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
 
 
 def _with_camera(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
-    if not setting.has_camera:
+    if setting.calibration is None:
         raise ValueError("it looks at camera frames; give its vehicle a `camera`")
-    return options
+    return {"calibration": str(setting.calibration)} | options
 
 
 def _score(record: RunRecord) -> MissionScore:

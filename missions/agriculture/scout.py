@@ -16,7 +16,8 @@ lost".
 again. Targets go on being sent; the mission ends when the vehicle is disarmed, with which of the two it was as outcome.
 
 Options: `plan` (a .plan file; needed), `peer_timeout_s`, `report_timeout_s`, `queue_timeout_s`, `ready_timeout_s`,
-`return_altitude_m` (sets RTL_RETURN_ALT first; 0 leaves it), `scan_altitude_m` (frames from below are not looked at).
+`return_altitude_m` (sets RTL_RETURN_ALT first; 0 leaves it), `scan_altitude_m` (frames from below are not looked at),
+`calibration` (the camera's file, `companion/calibration.py`).
 """
 
 from collections.abc import Sequence
@@ -32,10 +33,10 @@ from missions.agriculture.deliveries import Deliveries, Delivery, PeerLost
 from missions.agriculture.detector import ClassicalDetector
 from missions.agriculture.report import ack_of, report_of
 from missions.agriculture.roles import Role
-from missions.companion import steps
+from missions.companion import calibration, steps
 from missions.companion.area import contains
 from missions.companion.camera import Image
-from missions.companion.camera_model import NADIR, CameraModel
+from missions.companion.camera_model import NADIR, CameraModel, Mount
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
 from missions.companion.confirmation import Confirmation, Target
 from missions.companion.detector import Detection, Detector
@@ -65,11 +66,12 @@ class Scout:
         return_altitude_m: float = 0.0,
         scan_altitude_m: float = 8.0,
         camera: CameraModel | None = None,
+        mount: Mount = NADIR,
     ) -> None:
         self.plan, self.detector = plan, detector
         self.scan_altitude_m, self.return_altitude_m = scan_altitude_m, return_altitude_m
         self._ready_timeout_s = ready_timeout_s
-        self._camera = camera or CameraModel()
+        self._camera, self._mount = camera or CameraModel(), mount
         self._last_waypoint = max((i for i, item in enumerate(plan.mission) if item.command == NAV_WAYPOINT), default=0)
         self._ends_by_itself = bool(plan.mission) and plan.mission[-1].command in (NAV_RETURN_TO_LAUNCH, NAV_LAND)
         self._onboard = Onboard(round(peer_timeout_s * 1e6), Role.SCOUT)
@@ -89,6 +91,7 @@ class Scout:
         """From a scenario's options. Raises ValueError for a wrong one, or a plan that can't be read."""
         path = given.text("plan")
         plan = read_plan(Path(path))
+        camera, mount = calibration.of(given, NADIR)
         if not plan.mission:
             raise PlanError(f"{path}: mission.items: empty; allowed: a mission with a Survey")
         return cls(
@@ -100,6 +103,8 @@ class Scout:
             ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
             return_altitude_m=given.number("return_altitude_m", 0.0, 0.0, 150.0),
             scan_altitude_m=given.number("scan_altitude_m", 8.0, 0.0, 100.0),
+            camera=camera,
+            mount=mount,
         )
 
     @property
@@ -212,7 +217,7 @@ class Scout:
         home = self._onboard.telemetry.home
         assert home is not None  # it was, when the autopilot was ready
         confirmation = Confirmation(self._camera, 0.0, inside=self._in_area)
-        self._spotter = Spotter(self._onboard.telemetry, self._camera, NADIR, Origin(*home), confirmation)
+        self._spotter = Spotter(self._onboard.telemetry, self._camera, self._mount, Origin(*home), confirmation)
         self._scanning = True
 
     def _end_the_flight(self) -> None:

@@ -1,9 +1,10 @@
 """The camera as its companion knows it: pinhole intrinsics, mounts, and where a point of the world is seen.
 
 Camera axes: x right and y down in the picture, z along the optical axis. Pixel (0, 0) is the middle of the top left
-pixel; the principal point is the middle of the picture. Positions are metres NED from whatever origin the caller keeps
-to (the autopilot's local origin); attitude is the quaternion (w, x, y, z) body FRD to NED, as in ATTITUDE_QUATERNION.
-No lens distortion: pictures are taken as rectified.
+pixel. Positions are metres NED from whatever origin the caller keeps to (the autopilot's local origin); attitude is the
+quaternion (w, x, y, z) body FRD to NED, as in ATTITUDE_QUATERNION. The lens' distortion is OpenCV's
+(https://docs.opencv.org/4.x/d9/d0c/group__calib3d.html): `project` applies it, `CameraModel.ray` undoes it. A camera is
+read from its calibration file (`calibration.py`).
 """
 
 import math
@@ -15,24 +16,76 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 Quaternion = tuple[float, float, float, float]
 Point = tuple[float, float, float]
+UNDISTORT_STEPS = 50
+UNDISTORTED_WITHIN = 1e-9
+"""In focal lengths: far below what a pixel tells."""
+
+
+class Distortion(NamedTuple):
+    """OpenCV's coefficients, in its order; all 0: none."""
+
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
 
 
 class CameraModel(NamedTuple):
-    """Picture size in pixels and horizontal field of view."""
+    """Picture size, focal lengths and principal point in pixels, and distortion; by default 90 degrees across."""
 
     width: int = 640
     height: int = 480
-    hfov_deg: float = 90.0
+    fx: float = 320.0
+    fy: float = 320.0
+    cx: float = 319.5
+    cy: float = 239.5
+    distortion: Distortion = Distortion()
 
     @property
     def focal_px(self) -> float:
-        """Focal length of both axes."""
-        return self.width / 2.0 / math.tan(math.radians(self.hfov_deg) / 2.0)
+        """Focal length, the mean of both axes: for distances on the ground."""
+        return (self.fx + self.fy) / 2.0
 
     def ray(self, x_px: float, y_px: float) -> FloatArray:
         """Direction (3,) through a pixel, in camera axes, with z = 1."""
-        focal = self.focal_px
-        return np.array(((x_px - (self.width - 1) / 2.0) / focal, (y_px - (self.height - 1) / 2.0) / focal, 1.0))
+        x, y = (x_px - self.cx) / self.fx, (y_px - self.cy) / self.fy
+        if any(self.distortion):
+            x, y = undistorted(x, y, self.distortion)
+        return np.array((x, y, 1.0))
+
+
+def distorted(x: float, y: float, lens: Distortion) -> tuple[float, float]:
+    """Where a direction (x, y, 1) appears, in focal lengths from the principal point."""
+    k1, k2, p1, p2, k3 = lens
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    return x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x), y * radial + p1 * (
+        r2 + 2.0 * y * y
+    ) + 2.0 * p2 * x * y
+
+
+def undistorted(x: float, y: float, lens: Distortion) -> tuple[float, float]:
+    """The direction (x, y, 1) that appears at a place: the inverse of `distorted`, by Newton's steps along the radius.
+
+    The tangential part is small: what it moves is put right from step to step.
+    """
+    from_x, from_y = x, y
+    for _ in range(UNDISTORT_STEPS):
+        at_x, at_y = distorted(from_x, from_y, lens)
+        miss_x, miss_y = x - at_x, y - at_y
+        if math.hypot(miss_x, miss_y) < UNDISTORTED_WITHIN:
+            break
+        r2 = from_x * from_x + from_y * from_y
+        radial = 1.0 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3))
+        slope = radial + 2.0 * r2 * (lens.k1 + r2 * (2.0 * lens.k2 + 3.0 * r2 * lens.k3))
+        # along the radius the picture grows by `slope`, across it by `radial`
+        along = (miss_x * from_x + miss_y * from_y) / r2 if r2 > 0.0 else 0.0
+        from_x, from_y = (
+            from_x + (miss_x - along * from_x) / radial + along * from_x / slope,
+            from_y + (miss_y - along * from_y) / radial + along * from_y / slope,
+        )
+    return from_x, from_y
 
 
 class Mount(NamedTuple):
@@ -82,8 +135,10 @@ def project(camera: CameraModel, pose: CameraPose, point_ned_m: Point) -> tuple[
     x, y, z = (pose.to_ned.T @ (np.asarray(point_ned_m) - pose.position_m)).tolist()
     if z <= 0.05:
         return None
-    focal = camera.focal_px
-    return x / z * focal + (camera.width - 1) / 2.0, y / z * focal + (camera.height - 1) / 2.0
+    x, y = x / z, y / z
+    if any(camera.distortion):
+        x, y = distorted(x, y, camera.distortion)
+    return x * camera.fx + camera.cx, y * camera.fy + camera.cy
 
 
 def in_view(camera: CameraModel, pose: CameraPose, point_ned_m: Point, margin_px: float = 0.0) -> bool:

@@ -1,5 +1,6 @@
 """Options of a mission, from a scenario file or a command line: typed, and unknown ones told."""
 
+from pathlib import Path
 from typing import Any
 
 
@@ -24,6 +25,13 @@ class Options:
             shown = "missing" if value is None else repr(value)
             raise ValueError(f"option {name}: {shown}; allowed: a text")
         return value
+
+    def file(self, name: str) -> Path | None:
+        """A file, or None where none is given."""
+        value = self._take(name, None)
+        if value is not None and (not isinstance(value, str) or not value):
+            raise ValueError(f"option {name}: {value!r}; allowed: the name of a file")
+        return None if value is None else Path(value)
 
     def end(self) -> None:
         """All have been taken: what is left is unknown."""

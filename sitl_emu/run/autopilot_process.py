@@ -15,7 +15,7 @@ from gcs.tlog import TlogWriter
 from sitl_emu.core import ports
 from sitl_emu.core.framing import split
 from sitl_emu.core.tcp_channel import connect
-from sitl_emu.run import payload
+from sitl_emu.run import models, payload
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import AutopilotConfig
 from sitl_emu.run.control import ControlChannel
@@ -87,7 +87,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
         storage.prepare(root)
     except storage.StorageError as error:
         raise StartError(str(error)) from None
-    vehicle = config.model.load()
+    vehicle = models.as_set(config.model)
     autopilot = Autopilot(vehicle.airframe, instance, root)
     autopilot.mavlink.context.boot_unix_us = config.start_us
     payload.plug_in(vehicle, autopilot)

@@ -6,11 +6,12 @@ A frame is a pure function of world, seed, time and pose, so it does not matter 
 import os
 
 from missions.companion.camera import CameraError, FrameRingWriter
-from sitl_emu.run import worlds
+from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
-from sitl_emu.world.camera import MOUNTS, Camera, Pose
+from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.lens import LensError
 
 YIELDING = 5
 """Niceness: a frame has a tenth of a simulated second to be done, while all wait for a tick."""
@@ -23,9 +24,9 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         world = worlds.of(config.world, config.seed)
         if world.field is None:
             raise StartError(f"world {world.kind} has nothing that a camera could see")
-        camera = Camera(world.field, MOUNTS[config.mount], name=config.name)
+        camera = Camera(world.field, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         ring = FrameRingWriter(config.ring, camera.intrinsics.width, camera.intrinsics.height)
-    except (worlds.WorldError, CameraError) as error:
+    except (worlds.WorldError, CameraError, LensError) as error:
         raise StartError(str(error)) from None
     try:
         settle()

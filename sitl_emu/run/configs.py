@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-import vehicles
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.world.conditions import LightChange, WindChange
-from vehicles import Vehicle, record
+from vehicles import record
 
 Config = TypeVar("Config", bound="ProcessConfig")
 
@@ -32,16 +31,32 @@ class ProcessConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CameraDescription:
+    """A vehicle's rendered camera; `cameras.py` says how it follows from data and scenario, and who reads it."""
+
+    width_px: int
+    height_px: int
+    hfov_deg: float
+    """Horizontal field of view, without distortion."""
+    distortion: tuple[float, float, float, float, float]
+    """OpenCV's k1, k2, p1, p2, k3."""
+    place_m: tuple[float, float, float]
+    """Forward, right and down from the body's origin."""
+    depression_deg: float
+    """How far below the horizon it looks, forward."""
+    rate_hz: float
+    latency_s: float
+    """How long a frame is under way to the companion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ModelData:
-    """Which vehicle it is, and what of its sensors is other than its data say."""
+    """Which vehicle it is, and what of its sensors and its camera is other than its data say."""
 
     model: str
     """One of ours, or the path of a folder."""
     sensors: Mapping[str, Any] = field(default_factory=dict)
-
-    def load(self) -> Vehicle:
-        """The vehicle. Raises VehicleError."""
-        return vehicles.with_sensors(vehicles.load(self.model), self.sensors)
+    camera: CameraDescription | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +80,7 @@ class StartPlace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraData:
-    """When a vehicle's camera takes its frames, and how long they are under way to the companion."""
+    """A vehicle's camera as the world process knows it."""
 
     fd: int
     rate_hz: float
@@ -125,7 +140,7 @@ class CameraConfig(ProcessConfig):
     """For the process of a camera."""
 
     world: WorldData
-    mount: str
+    camera: CameraDescription
     ring: str
     """Name of the shared memory that its frames go to."""
 

@@ -1,15 +1,44 @@
-"""Vehicles for autopilots of ours: a model whose airframe names only parameters that PX4 has."""
+"""Vehicles as runs and launches need them: checked against PX4's parameters, with what a scenario changes."""
+
+import dataclasses
+import math
 
 import vehicles
 from autopilot import parameters
+from sitl_emu.run.configs import CameraDescription, ModelData
 from vehicles import Vehicle, VehicleError
+from vehicles.description import Camera
 
 
 def load(model: str) -> Vehicle:
-    """A vehicle by its name or its folder. Raises VehicleError; its airframe may be wrong, too."""
+    """A vehicle by its name or its folder, for an autopilot of ours: its airframe names only what PX4 knows.
+
+    Raises VehicleError.
+    """
     vehicle = vehicles.load(model)
     known = parameters.table()
     for name in vehicle.airframe:
         if name not in known:
             raise VehicleError(f"{vehicle.model}/{vehicles.AIRFRAME}: {name}: PX4 v1.18 knows no such parameter")
     return vehicle
+
+
+def as_set(data: ModelData) -> Vehicle:
+    """A scenario's vehicle, with its own sensors and camera. Raises VehicleError."""
+    vehicle = vehicles.with_sensors(vehicles.load(data.model), data.sensors)
+    if vehicle.camera is None or data.camera is None:
+        return vehicle
+    return dataclasses.replace(vehicle, camera=_rendered(vehicle.camera, data.camera))
+
+
+def _rendered(data: Camera, camera: CameraDescription) -> Camera:
+    """The vehicle's MAVLink camera, which says of itself what is rendered: the sensor keeps its width."""
+    width_mm = data.sensor_width_mm
+    return dataclasses.replace(
+        data,
+        resolution_h_px=camera.width_px,
+        resolution_v_px=camera.height_px,
+        frame_rate_hz=camera.rate_hz,
+        focal_length_mm=width_mm / 2.0 / math.tan(math.radians(camera.hfov_deg) / 2.0),
+        sensor_height_mm=width_mm * camera.height_px / camera.width_px,
+    )

@@ -4,6 +4,7 @@ import json
 import os
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,11 @@ from rich.console import Console
 import vehicles
 from missions import registry
 from missions.mission import Mission, Setting
-from sitl_emu.run import launcher, models, preflight, score, wiring, worlds
+from sitl_emu.run import cameras, launcher, models, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, ScenarioError, VehiclePart, find, load
 from sitl_emu.run.trouble import Trouble
-
-MOUNTS = ("nadir", "mast")
+from sitl_emu.world.lens import MOUNTS, LensError, source_of
 
 
 def run_scenario(
@@ -40,6 +40,7 @@ def run_scenario(
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
     try:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
+        _write_calibrations(scenario.vehicles, folder)
         _prepare_missions(scenario, seed, folder)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
@@ -81,13 +82,12 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
         if isinstance(vehicle.start, str) and vehicle.start not in world.places:
             known = ", ".join(world.places)
             raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
-        if vehicle.camera is not None and vehicle.camera.mount not in MOUNTS:
-            raise ScenarioError(f"{where}.camera.mount: {vehicle.camera.mount!r}: known: {', '.join(MOUNTS)}")
-        if vehicle.camera is not None and world.field is None:
-            raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
+        if vehicle.camera is not None:
+            _check_camera(vehicle, world, where)
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             try:
                 with tempfile.TemporaryDirectory() as folder:
+                    _write_calibrations([vehicle], Path(folder))
                     options = _prepared(vehicle, vehicle.companion.mission, world, Path(folder))
                     registry.make_companion(vehicle.companion.mission, options)
             except registry.MissionError as error:
@@ -112,12 +112,36 @@ def _check_model(vehicle: VehiclePart, where: str) -> None:
         raise ScenarioError(str(error)) from None
 
 
+def _check_camera(vehicle: VehiclePart, world: worlds.World, where: str) -> None:
+    """Raise ScenarioError for a camera that can't be, or that has nothing to look at."""
+    assert vehicle.camera is not None
+    mount = vehicle.camera.mount
+    if isinstance(mount, str) and mount not in MOUNTS:
+        numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
+        raise ScenarioError(f"{where}.camera.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
+    if world.field is None:
+        raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
+    if (camera := vehicle.camera_description) is not None and any(camera.distortion):
+        try:
+            source_of(cameras.intrinsics(camera))
+        except LensError as error:
+            raise ScenarioError(f"{where}.camera.distortion: {error}") from None
+
+
+def _write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
+    """The file of each camera, for its companion. Raises OSError."""
+    for vehicle in parts:
+        path, camera = vehicle.calibration(folder), vehicle.camera_description
+        if path is not None and camera is not None:
+            cameras.write_calibration(path, camera)
+
+
 def _prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: Path) -> dict[str, Any]:
     """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
     assert vehicle.companion is not None
     outline_m = [(north, east) for north, east in world.truth["outline"]]
     home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
-    setting = Setting(vehicle.name, vehicle.camera is not None, world.kind, home, outline_m, folder)
+    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder)
     return registry.prepare(mission, vehicle.companion.options, setting)
 
 

@@ -24,9 +24,11 @@ from pydantic import (
 import vehicles
 from missions import registry
 from sitl_emu.core.radio import Outage, RadioSettings
-from sitl_emu.run.configs import ModelData, WorldData
+from sitl_emu.run import cameras
+from sitl_emu.run.configs import CameraDescription, ModelData, WorldData
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.conditions import LightChange, WindChange
+from sitl_emu.world.lens import MOUNTS, Distortion, Mount
 
 SUFFIX = ".yaml"
 FARTHEST_M = 10_000.0
@@ -62,10 +64,40 @@ NAME_OR_NUMBERS = Discriminator(_name_or_numbers)
 """Tells which of the two a value is meant as: errors then speak of that one alone."""
 
 
-class CameraPart(Part):
-    """A camera of a vehicle. A frame taken at t reaches the companion at t + latency_s."""
+class MountPart(Part):
+    """Where a camera sits on the vehicle's body, and how far below the horizon it looks, forward."""
 
-    mount: str
+    forward_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    right_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    down_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    depression_deg: Annotated[float, Field(ge=-90, le=90)] = 90.0
+
+
+class DistortionPart(Part):
+    """OpenCV's coefficients of a lens."""
+
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
+
+
+PictureSide = Annotated[int, Field(ge=64, le=4096, multiple_of=8)]
+
+
+class CameraPart(Part):
+    """A camera of a vehicle. A frame taken at t reaches the companion at t + latency_s.
+
+    What is left out is as in the vehicle's data.
+    """
+
+    mount: Annotated[Annotated[str, Tag(NAME)] | Annotated[MountPart, Tag(NUMBERS)], NAME_OR_NUMBERS] | None = None
+    resolution: tuple[PictureSide, PictureSide] | None = None
+    """Width and height in pixels."""
+    hfov_deg: Annotated[float, Field(ge=5, le=150)] | None = None
+    """Horizontal field of view, without distortion."""
+    distortion: DistortionPart = DistortionPart()
     rate_hz: Annotated[float, Field(gt=0, le=60)] = 15.0
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
 
@@ -73,7 +105,7 @@ class CameraPart(Part):
 class CompanionPart(Part):
     """A companion computer: one of our missions, or any command.
 
-    In a command the words {connect}, {peer}, {camera}, {out} and {seed} are filled in.
+    In a command the words {connect}, {peer}, {camera}, {calibration}, {out} and {seed} are filled in.
     """
 
     mission: str | None = None
@@ -116,7 +148,33 @@ class VehiclePart(Part):
     @property
     def model_data(self) -> ModelData:
         """The model with its sensors' figures, for the processes that load it."""
-        return ModelData(model=self.model, sensors=self.sensors)
+        return ModelData(model=self.model, sensors=self.sensors, camera=self.camera_description)
+
+    @property
+    def camera_description(self) -> CameraDescription | None:
+        """The camera: the scenario's figures, else those of the vehicle's data."""
+        given = self.camera
+        if given is None:
+            return None
+        data = vehicles.load(self.model).camera
+        own = cameras.intrinsics_of_data(data)
+        width_px, height_px = given.resolution or (own.width, own.height)
+        mount = given.mount or (data.mount if data is not None else "nadir")
+        place = MOUNTS[mount] if isinstance(mount, str) else Mount(**mount.model_dump())
+        return CameraDescription(
+            width_px=width_px,
+            height_px=height_px,
+            hfov_deg=own.hfov_deg if given.hfov_deg is None else given.hfov_deg,
+            distortion=Distortion(**given.distortion.model_dump()),
+            place_m=place[:3],
+            depression_deg=place.depression_deg,
+            rate_hz=given.rate_hz,
+            latency_s=given.latency_s,
+        )
+
+    def calibration(self, folder: Path) -> Path | None:
+        """The calibration file of the camera in a run's folder; None where there is no camera."""
+        return folder / f"{self.name}-camera.yaml" if self.camera is not None else None
 
 
 class WindPart(Part):
@@ -301,4 +359,6 @@ _PARTS: dict[str, type[BaseModel]] = {
     "camera": CameraPart,
     "companion": CompanionPart,
     "start": Place,
+    "mount": MountPart,
+    "distortion": DistortionPart,
 }

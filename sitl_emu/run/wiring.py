@@ -195,7 +195,7 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
 
 
 def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> CameraData | None:
-    camera = vehicle.camera
+    camera = vehicle.camera_description
     if camera is None:
         return None
     world_end, end = sockets.channel()
@@ -205,7 +205,7 @@ def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: l
         seed=wanted.seed,
         name=vehicle.name,
         world=wanted.scenario.world_data,
-        mount=camera.mount,
+        camera=camera,
         ring=_ring(vehicle),
     )
     processes.append(Process(f"camera {vehicle.name}", "camera_process", config, end))
@@ -246,6 +246,7 @@ def _words(wanted: Wanted, instance: int, vehicle: VehiclePart, radio_port: int 
         "connect": f"udpin:{LOOPBACK}:{ports.onboard(instance).remote}",
         "peer": f"udpout:{LOOPBACK}:{radio_port}" if radio_port is not None else "",
         "camera": f"shm:{_ring(vehicle)}" if vehicle.camera is not None else "",
+        "calibration": str(vehicle.calibration(wanted.folder) or ""),
         "out": str(wanted.folder),
         "seed": str(wanted.seed),
     }

@@ -14,7 +14,7 @@ from autopilot.process import Pacer
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
-from sitl_emu.run import worlds
+from sitl_emu.run import models, worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
 from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
@@ -96,7 +96,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
 def _simulator(data: VehicleData, world: worlds.World, seed: int) -> VehicleSimulator:
     place = world.places[data.start] if isinstance(data.start, str) else data.start
     return VehicleSimulator(
-        data.model.load(),
+        models.as_set(data.model),
         world.home._replace(heading_deg=place.heading_deg),
         seed=seed,
         terrain=world.terrain,

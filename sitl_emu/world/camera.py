@@ -1,9 +1,9 @@
 """A strapdown camera in the simulated world: a pure function of world seed, time and pose.
 
-640 x 480 pixels, 90 degrees of horizontal field of view, no lens distortion (what is left after rectification).
-Mounts: straight down below the UAS, and on the UGV on a mast 2 m above the ground, 60 degrees below the horizon and
-forward. The picture's top is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or
-motion blur. The sensor adds a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
+What it is (picture size, field of view, distortion, mount) stands in `lens.py`. A lens with distortion takes its
+picture from an undistorted one, as much larger as it sees further, by a map that is worked out once. The picture's top
+is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or motion blur. The sensor adds
+a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
 """
 
 import math
@@ -13,6 +13,8 @@ from typing import NamedTuple, Protocol
 import cv2
 import numpy as np
 import numpy.typing as npt
+
+from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of
 
 FloatArray = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -41,35 +43,6 @@ class Scene(Protocol):
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
         """For pictures of a size in pixels, the focal length being that of both axes."""
         ...
-
-
-class Intrinsics(NamedTuple):
-    """Picture size, and the focal length that the horizontal field of view makes."""
-
-    width: int = 640
-    height: int = 480
-    hfov_deg: float = 90.0
-
-    @property
-    def focal_px(self) -> float:
-        """Focal length of both axes."""
-        return self.width / 2.0 / math.tan(math.radians(self.hfov_deg) / 2.0)
-
-
-class Mount(NamedTuple):
-    """Where the camera sits in the body (forward, right, down, in metres) and how far below the horizon it looks."""
-
-    forward_m: float
-    right_m: float
-    down_m: float
-    depression_deg: float
-
-
-NADIR = Mount(0.0, 0.0, 0.15, 90.0)
-"""Below the UAS, looking straight down."""
-MAST = Mount(0.2, 0.0, -1.8, 60.0)
-"""On the UGV: 2 m above the ground where the vehicle's origin is 0.2 m above it."""
-MOUNTS = {"nadir": NADIR, "mast": MAST}
 
 
 class Pose(NamedTuple):
@@ -120,17 +93,19 @@ def camera_to_body(mount: Mount) -> FloatArray:
 
 
 class Camera:
-    """One camera on one vehicle. `name` gives it a noise of its own."""
+    """One camera on one vehicle. `name` gives it a noise of its own. Raises LensError for a lens that can't be."""
 
     def __init__(
         self, scene: Scene, mount: Mount = NADIR, intrinsics: Intrinsics | None = None, name: str = "camera"
     ) -> None:
         self.mount = mount
         self.intrinsics = intrinsics if intrinsics is not None else Intrinsics()
-        width, height, _ = self.intrinsics
+        width, height = self.intrinsics.width, self.intrinsics.height
         # One thread: a run has a camera process per camera, and cores to share.
         cv2.setNumThreads(1)
-        self._renderer = scene.renderer(width, height, self.intrinsics.focal_px)
+        self._source = source_of(self.intrinsics) if any(self.intrinsics.distortion) else None
+        size = (width, height) if self._source is None else (self._source.width, self._source.height)
+        self._renderer = scene.renderer(*size, self.intrinsics.focal_px)
         self._to_body = camera_to_body(mount)
         self._lever = np.array(mount[:3])
         self._noise_seed = [scene.seed, zlib.crc32(name.encode())]
@@ -162,6 +137,10 @@ class Camera:
             rotation = body_to_ned(pose.q)
             position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
             picture = self._renderer.draw(position, rotation @ self._to_body)
+            if self._source is not None:
+                picture = np.asarray(
+                    cv2.remap(picture, self._source.map_x, self._source.map_y, cv2.INTER_LINEAR), np.uint8
+                )
             picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
             self._seen = np.asarray(cv2.multiply(picture, self._vignette, scale=1.0 / 255.0), np.uint8)
             self._seen_from = pose

@@ -14,7 +14,7 @@ FIELD_M = ((0.0, 0.0), (0.0, 90.0), (60.0, 90.0), (60.0, 0.0))
 
 
 def setting(folder: Path, outline_m: tuple[tuple[float, float], ...] = FIELD_M) -> Setting:
-    return Setting("scout", True, "corn_field" if outline_m else "flat", HOME, outline_m, folder)
+    return Setting("scout", folder / "camera.yaml", "corn_field" if outline_m else "flat", HOME, outline_m, folder)
 
 
 def area(plan: str, folder: Path) -> list[tuple[int, int]]:

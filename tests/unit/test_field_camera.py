@@ -8,10 +8,11 @@ import pytest
 
 from missions.companion import camera_model
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.world.camera import MAST, MOUNTS, NADIR, Camera, Intrinsics, Mount, Pose, body_to_ned, camera_to_body
+from sitl_emu.world.camera import Camera, Pose, body_to_ned, camera_to_body
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
+from sitl_emu.world.lens import MAST, MOUNTS, NADIR, Intrinsics, Mount
 
 
 @pytest.fixture(scope="module")
@@ -164,4 +165,7 @@ def test_sizes_must_fit_the_grid(field: CornField) -> None:
 def test_both_sides_of_the_link_agree_on_mounts() -> None:
     """The companion's data of its camera is the world's: they may not import each other."""
     assert tuple(camera_model.NADIR) == tuple(NADIR) and tuple(camera_model.MAST) == tuple(MAST)
-    assert tuple(camera_model.CameraModel()) == tuple(Intrinsics())
+    plain, drawn = camera_model.CameraModel(), Intrinsics()
+    assert (plain.width, plain.height, plain.distortion) == (drawn.width, drawn.height, drawn.distortion)
+    assert plain.fx == plain.fy == pytest.approx(drawn.focal_px, rel=1e-12)
+    assert (plain.cx, plain.cy) == ((drawn.width - 1) / 2, (drawn.height - 1) / 2)

@@ -96,10 +96,11 @@ def test_options_are_checked_by_name_type_and_range() -> None:
 
 
 def test_what_a_program_needs_of_its_vehicle_is_checked_before_a_run(tmp_path: Path) -> None:
-    blind = Setting("ugv", False, "flat", (0.0, 0.0, 0.0), (), tmp_path)
+    blind = Setting("ugv", None, "flat", (0.0, 0.0, 0.0), (), tmp_path)
     with pytest.raises(MissionError, match="mission agriculture-inspect: it looks at camera frames; give its vehicle"):
         registry.prepare("agriculture-inspect", {}, blind)
-    assert registry.prepare("agriculture-inspect", {"look_s": 5}, blind._replace(has_camera=True)) == {"look_s": 5}
+    seeing = blind._replace(calibration=Path("camera.yaml"))
+    assert registry.prepare("agriculture-inspect", {"look_s": 5}, seeing) == {"look_s": 5, "calibration": "camera.yaml"}
 
 
 def test_nothing_that_serves_all_missions_knows_one_of_them() -> None:

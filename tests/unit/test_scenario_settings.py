@@ -9,7 +9,7 @@ import yaml
 
 import vehicles
 from sitl_emu.core.simulator_api import HilGps
-from sitl_emu.run import run_command, worlds
+from sitl_emu.run import models, run_command, worlds
 from sitl_emu.run.configs import WorldData
 from sitl_emu.run.scenario import Scenario, ScenarioError, load
 from sitl_emu.world.conditions import LightChange, WindChange
@@ -58,7 +58,7 @@ def gps_north_m(vehicle: vehicles.Vehicle) -> list[float]:
 
 def test_a_sensors_figure_reaches_the_simulator(tmp_path: Path) -> None:
     figures = {"gps": {"rate_hz": 5, "noise_horizontal_m": 2.1, "drift_horizontal_m": 0.0, "satellites": 7}}
-    changed = scenario(tmp_path, {"sensors": figures}).vehicles[0].model_data.load()
+    changed = models.as_set(scenario(tmp_path, {"sensors": figures}).vehicles[0].model_data)
     seen = gps_north_m(changed)
     assert len(seen) == pytest.approx(60 * 5, abs=2) and statistics.stdev(seen) == pytest.approx(2.1, rel=0.15)
     assert changed.airframe["SIM_GPS_USED"] == 7
@@ -78,7 +78,7 @@ def test_a_model_of_ones_own_is_found_beside_the_scenario(tmp_path: Path, monkey
     monkeypatch.chdir("/")
     for written in ("my_quad", "./my_quad"):
         data = scenario(tmp_path, {"model": written}).vehicles[0].model_data
-        assert data.model == str(tmp_path / "my_quad") and data.load().model == "my_quad"
+        assert data.model == str(tmp_path / "my_quad") and models.as_set(data).model == "my_quad"
 
 
 def test_a_model_of_ones_own_is_found_from_the_working_directory(

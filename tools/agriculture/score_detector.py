@@ -38,8 +38,9 @@ from missions.agriculture.detector import ClassicalDetector
 from missions.companion import camera_model, confirmation
 from missions.companion.camera_model import CameraModel, camera_pose
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
+from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
+from sitl_emu.world.lens import MAST, NADIR
 from sitl_emu.world.noise import GaussMarkov
 
 Image = npt.NDArray[np.uint8]

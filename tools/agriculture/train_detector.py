@@ -28,10 +28,11 @@ from missions.companion.camera_model import MAST as MODEL_MAST
 from missions.companion.camera_model import NADIR as MODEL_NADIR
 from missions.companion.camera_model import CameraModel, Mount, camera_pose, project
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.world.camera import MAST, NADIR, Camera, Pose
+from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.objects import outline
+from sitl_emu.world.lens import MAST, NADIR
 
 Floats = npt.NDArray[np.float32]
 Image = npt.NDArray[np.uint8]

@@ -1,0 +1,50 @@
+"""The one description of a vehicle's rendered camera, from the vehicle's data and the scenario.
+
+Renderer, companion (as a calibration file in the run's folder) and MAVLink camera all have it from here.
+"""
+
+import math
+from pathlib import Path
+
+from missions.companion import calibration
+from missions.companion.camera_model import CameraModel
+from missions.companion.camera_model import Distortion as ModelDistortion
+from missions.companion.camera_model import Mount as ModelMount
+from sitl_emu.run.configs import CameraDescription
+from sitl_emu.world.lens import Distortion, Intrinsics, Mount
+from vehicles.description import Camera
+
+PLAIN = Intrinsics()
+"""Of a vehicle whose data list no camera."""
+
+
+def intrinsics_of_data(camera: Camera | None) -> Intrinsics:
+    """Picture size and field of view by a vehicle's data."""
+    if camera is None:
+        return PLAIN
+    hfov_deg = 2.0 * math.degrees(math.atan2(camera.sensor_width_mm, 2.0 * camera.focal_length_mm))
+    return Intrinsics(camera.resolution_h_px, camera.resolution_v_px, hfov_deg)
+
+
+def intrinsics(camera: CameraDescription) -> Intrinsics:
+    """For the renderer."""
+    return Intrinsics(camera.width_px, camera.height_px, camera.hfov_deg, Distortion(*camera.distortion))
+
+
+def mount(camera: CameraDescription) -> Mount:
+    """For the renderer."""
+    return Mount(*camera.place_m, camera.depression_deg)
+
+
+def model(camera: CameraDescription) -> CameraModel:
+    """For a companion: square pixels, the principal point in the middle."""
+    seen = intrinsics(camera)
+    middle = (seen.width - 1) / 2.0, (seen.height - 1) / 2.0
+    return CameraModel(
+        seen.width, seen.height, seen.focal_px, seen.focal_px, *middle, ModelDistortion(*seen.distortion)
+    )
+
+
+def write_calibration(path: Path, camera: CameraDescription) -> None:
+    """The file that a companion reads. Raises OSError."""
+    calibration.write(path, model(camera), ModelMount(*mount(camera)))
