@@ -166,6 +166,7 @@ def test_both_sides_of_the_link_agree_on_mounts() -> None:
     """The companion's data of its camera is the world's: they may not import each other."""
     assert tuple(camera_model.NADIR) == tuple(NADIR) and tuple(camera_model.MAST) == tuple(MAST)
     plain, drawn = camera_model.CameraModel(), Intrinsics()
-    assert (plain.width, plain.height, plain.distortion) == (drawn.width, drawn.height, drawn.distortion)
+    assert (plain.width, plain.height) == (drawn.width, drawn.height)
+    assert tuple(plain.distortion) == tuple(drawn.distortion)
     assert plain.fx == plain.fy == pytest.approx(drawn.focal_px, rel=1e-12)
     assert (plain.cx, plain.cy) == ((drawn.width - 1) / 2, (drawn.height - 1) / 2)
