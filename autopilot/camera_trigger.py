@@ -11,6 +11,7 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 import math
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
 from autopilot.parameters import Parameters
 from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
@@ -23,14 +24,13 @@ CAMERA = mavlink.MAV_COMP_ID_CAMERA
 NAN = math.nan
 DO_DIGICAM_CONTROL = mavlink.MAV_CMD_DO_DIGICAM_CONTROL
 DO_SET_CAM_TRIGG_DIST = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
-DO_SET_CAM_TRIGG_INTERVAL = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL
 DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
 
 
 class CameraTrigger:
     """Writes camera_trigger and camera_capture."""
 
-    COMMANDS = frozenset({DO_DIGICAM_CONTROL, DO_SET_CAM_TRIGG_DIST, DO_SET_CAM_TRIGG_INTERVAL, DO_TRIGGER_CONTROL})
+    COMMANDS = commands_of(Owner.CAMERA_TRIGGER)
 
     def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
         """Only for a vehicle whose TRIG_MODE is above 0."""

@@ -7,6 +7,7 @@ type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0
 
 import math
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.parameters import Parameters
 from autopilot.topics import FailureInjection, Topics, VehicleCommand
@@ -41,7 +42,7 @@ MOST_FAILURES = 16
 class FailureInjectionManager:
     """Owner of INJECT_FAILURE; writes failure_injection."""
 
-    COMMANDS = frozenset({mavlink.MAV_CMD_INJECT_FAILURE})
+    COMMANDS = commands_of(Owner.FAILURE_INJECTION)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics

@@ -12,6 +12,7 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 import math
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
@@ -62,7 +63,7 @@ OLD_ANGLE, OLD_RATE, OLD_ABSOLUTE = range(3)
 class Gimbal:
     """Writes gimbal_device_set_attitude and gimbal_manager_status."""
 
-    COMMANDS = frozenset({CONFIGURE, PITCHYAW, MOUNT_CONTROL, MOUNT_CONFIGURE})
+    COMMANDS = commands_of(Owner.GIMBAL)
 
     def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
         """Only for a vehicle whose MNT_MODE_IN is 0 or above."""

@@ -8,6 +8,7 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 
 import math
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult, answer_later, obey_navigator, tell
 from autopilot.parameters import Parameters
 from autopilot.topics import Gripper, Topics, VehicleCommand
@@ -24,7 +25,7 @@ GRAB_AT_START = VehicleCommand(mavlink.MAV_CMD_DO_GRIPPER, param2=float(GRAB), f
 class PayloadDeliverer:
     """Owner of DO_GRIPPER; writer of gripper."""
 
-    COMMANDS = frozenset({mavlink.MAV_CMD_DO_GRIPPER})
+    COMMANDS = commands_of(Owner.PAYLOAD_DELIVERER)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics

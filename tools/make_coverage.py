@@ -2,9 +2,9 @@
 
     python tools/make_coverage.py
 
-Messages come from the streams, their rate tables and the services, commands from the commander's handlers, modes from
-the controllers. Parameters are measured: vehicles fly, and who reads what is recorded. What the page cannot say is how
-well a thing is done: that is measured against a real PX4.
+Messages come from the streams, their rate tables and the services, commands, mission items and modes from their
+tables. Parameters are measured: vehicles fly, and who reads what is recorded. What the page cannot say is how well a
+thing is done: that is measured against a real PX4.
 """
 
 import ast
@@ -17,20 +17,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 
-import vehicles
 from autopilot import parameters
-from autopilot.autopilot import Autopilot
-from autopilot.commander import command_handlers
-from autopilot.commander.command_results import FIXED
+from autopilot.commands.table import COMMANDS, FENCE, FIXED, MISSION, RALLY, Owner, Role, commands_of, items_where
 from autopilot.control import multicopter, rover_ackermann
 from autopilot.flight_mode import FLIGHT_MODES, STICKS_TO_THRUST
 from autopilot.mavlink import rates, services, streams
-from autopilot.mavlink.services import log_streaming, message_interval, message_request, mission_items
 from autopilot.modes.flight_modes import FlightModes
-from autopilot.navigator import mission as navigator_mission
-from autopilot.navigator import mission_block
-from autopilot.navigator.payload import PAYLOAD_COMMANDS
-from autopilot.navigator.roi import ROI_COMMANDS
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics
 from autopilot.vehicle_kind import VehicleKind
@@ -58,21 +50,8 @@ GAPS = {
 """What a look at PX4's own users of a parameter (v1.18) shows of those that are read, or are named in the issue."""
 MESSAGE_PREFIX = "MAVLINK_MSG_ID_"
 SENDERS = {"send_fields", "codec"}
-CHANGING_CALLS = {
-    "_pass_on",
-    "change_mode",
-    "_intend",
-    "_change_mode_and_tell",
-    "_change_mode_and_pass_on",
-    "arm",
-    "disarm_by_command",
-    "terminate",
-    "preflight_calibration",
-    "fixed_mag_cal_yaw",
-    "reset",
-    "_mission_start",
-}
-"""What a command's handler calls if the command has an effect; setting a topic is the other way."""
+ON_SOME_VEHICLES = (Owner.ACTUATOR_GROUP_TEST, Owner.AUTOTUNE, Owner.CAMERA_TRIGGER, Owner.GIMBAL)
+"""Modules that PX4's start-up script starts for some airframes alone."""
 RESULTS = {number: entry.name for number, entry in mavlink.enums["MAV_RESULT"].items()}
 
 
@@ -166,76 +145,37 @@ def _tree(module: ModuleType) -> ast.Module:
 
 
 def _commands() -> Iterator[str]:
-    autopilot = Autopilot(vehicles.load(REFERENCES[0]).airframe, 0)
-    effective = _effective_handlers()
-    effective |= message_interval.MessageInterval.COMMANDS | message_request.MessageRequest.COMMANDS
-    effective |= log_streaming.LogStreaming.COMMANDS
-    effective |= {number for number, owner in autopilot.commands.owners.items() if owner is not autopilot.commander}
-    answered = set(autopilot.commander.COMMANDS) | effective
-    fixed: dict[str, list[int]] = {}
-    for number, result in FIXED.items():
-        fixed.setdefault("no ack" if result is None else RESULTS[result], []).append(number)
-    computed = answered - effective - set(FIXED)
+    acting = {number for number, command in COMMANDS.items() if command.owner is not None and command.acts}
+    only_answered = {number for number, command in COMMANDS.items() if command.owner is not None and not command.acts}
     yield "## Commands"
     yield (
-        f"{len(effective)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(effective)}. "
+        f"{len(acting)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(acting)}. "
         "Reboot and shutdown work in `launch` and for an autopilot of its own, not in a `run`."
     )
+    some = {number for owner in ON_SOME_VEHICLES for number in commands_of(owner)}
+    yield f"Of these only where their module runs (multicopter control, camera trigger, gimbal): {_named(some)}."
     yield (
-        f"{len(answered) - len(effective)} more are answered as PX4 answers them, and nothing else happens. The answer "
-        f"depends on state and parameters: {_named(computed)}."
+        f"{len(only_answered)} more are answered as PX4 answers them, by state and parameters, and nothing else "
+        f"happens: {_named(only_answered)}."
     )
+    fixed: dict[str, list[int]] = {}
+    for number, result in FIXED.items():
+        if COMMANDS[number].owner is None:
+            fixed.setdefault("no ack" if result is None else RESULTS[result], []).append(number)
     for name, numbers in sorted(fixed.items()):
         yield f"Always {name}: {_named(numbers)}."
     yield "Every other command: MAV_RESULT_UNSUPPORTED."
 
 
-def _effective_handlers() -> set[int]:
-    """Commands whose handler changes something, by the source of the handlers."""
-    methods: dict[str, ast.FunctionDef] = {}
-    handlers: dict[int, str] = {}
-    for node in ast.walk(_tree(command_handlers)):
-        if isinstance(node, ast.FunctionDef):
-            methods[node.name] = node
-        elif isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "self._handlers":
-            assert isinstance(node.value, ast.Dict)
-            for key, value in zip(node.value.keys, node.value.values, strict=True):
-                assert isinstance(value, ast.Attribute) and isinstance(key, ast.Attribute | ast.Name)
-                name = key.attr if isinstance(key, ast.Attribute) else key.id
-                owner = mavlink if isinstance(key, ast.Attribute) else command_handlers
-                handlers[getattr(owner, name)] = value.attr
-    return {number for number, name in handlers.items() if name in CHANGING_CALLS or _changes(methods[name])}
-
-
-def _changes(method: ast.FunctionDef) -> bool:
-    for node in ast.walk(method):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-            if node.func.attr in CHANGING_CALLS or ast.unparse(node.func) == "self._checks.update":
-                return True
-        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute):
-            return True
-    return False
-
-
 def _mission_items() -> Iterator[str]:
-    of_other_plans = mission_items.FENCE_ZONES | {mission_items.RALLY_POINT}
-    taken = {*mission_items.KEPT_IN_GLOBAL, *mission_items.TAKEN_IN_MISSION_FRAME} - of_other_plans
-    carried_out = taken & (
-        mission_block.PLACED
-        | ROI_COMMANDS
-        | PAYLOAD_COMMANDS
-        | {
-            mission_block.DELAY,
-            mission_block.RETURN_TO_LAUNCH,
-            navigator_mission.DO_JUMP,
-            navigator_mission.DO_CHANGE_SPEED,
-            navigator_mission.DO_SET_HOME,
-        }
-    )
+    of_missions = items_where(lambda item: item.plan == MISSION and (item.keeps is not None or item.in_mission_frame))
+    passed_over = of_missions & items_where(lambda item: item.role is Role.PASSED_OVER)
+    carried_out = of_missions - passed_over
     yield "## Mission items"
     yield f"{len(carried_out)} are carried out: {_named(carried_out)}."
-    yield f"{len(taken - carried_out)} more are taken, kept and passed over: {_named(taken - carried_out)}."
-    yield f"Fence: {_named(mission_items.FENCE_ZONES)}. Rally points: {_named({mission_items.RALLY_POINT})}."
+    yield f"{len(passed_over)} more are taken, kept and passed over: {_named(passed_over)}."
+    fence, rally = items_where(lambda item: item.plan == FENCE), items_where(lambda item: item.plan == RALLY)
+    yield f"Fence: {_named(fence)}. Rally points: {_named(rally)}."
 
 
 def _named(numbers: Iterable[int]) -> str:

@@ -17,7 +17,6 @@ from autopilot.commander.command_results import (
     CANCELLED,
     DENIED,
     FAILED,
-    FIXED,
     TEMPORARILY_REJECTED,
 )
 from autopilot.commander.custom_mode import (
@@ -27,6 +26,7 @@ from autopilot.commander.custom_mode import (
     nav_state_of_base_mode,
 )
 from autopilot.commander.user_mode_intention import UserModeIntention
+from autopilot.commands.table import FIXED
 from autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
 from autopilot.constants import NavState, Severity
 from autopilot.dataman import Dataman
@@ -129,6 +129,7 @@ class CommandHandlers:
             mavlink.MAV_CMD_DO_SET_ACTUATOR: self._do_set_actuator,
         }
         self.commands = frozenset(self._handlers) | frozenset(FIXED)
+        """Those of which the commander says something, and those that nobody else answers."""
 
     def handle(self, now_us: int, command: VehicleCommand) -> int | None:
         """MAV_RESULT of one of `commands`; None for no ack."""

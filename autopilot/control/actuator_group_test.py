@@ -8,14 +8,13 @@ the vehicle was disarmed, took off or changed its mode meanwhile, or another tes
 import math
 from typing import NamedTuple
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
 from autopilot.constants import NavState
 from autopilot.parameters import Parameters
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-ACTUATOR_GROUP_TEST = 309
-"""Of MAVLink's development dialect."""
 ROLL, PITCH, YAW = 0, 1, 2
 X_THRUST, Y_THRUST, Z_THRUST = 4, 5, 6
 """ACTUATOR_TEST_GROUP; 3, the tilt of all rotors, is a tiltrotor's alone."""
@@ -39,7 +38,7 @@ class Test(NamedTuple):
 class ActuatorGroupTest:
     """Owner of the command."""
 
-    COMMANDS = frozenset({ACTUATOR_GROUP_TEST})
+    COMMANDS = commands_of(Owner.ACTUATOR_GROUP_TEST)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters

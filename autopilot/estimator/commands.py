@@ -8,6 +8,7 @@ does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arm
 
 import math
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult, answer_later
 from autopilot.estimator import external_estimates
 from autopilot.estimator.estimator import ENABLE_BITS, Estimator
@@ -18,9 +19,7 @@ from sitl_emu.core import dialect as mavlink
 
 EXTERNAL_ATTITUDE_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE
 EXTERNAL_POSITION_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_POSITION_ESTIMATE
-EXTERNAL_WIND_ESTIMATE = 43004
-"""MAV_CMD_EXTERNAL_WIND_ESTIMATE, of MAVLink's development dialect."""
-DO_SET_GLOBAL_ORIGIN: int = mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
+EXTERNAL_WIND_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_WIND_ESTIMATE
 ESTIMATOR_SENSOR_ENABLE: int = mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE
 UNKNOWN_ACCURACY_M = 50.0
 UNKNOWN_HEADING_ACCURACY_DEG = 20.0
@@ -34,15 +33,7 @@ TEMPORARILY_REJECTED = CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
 class EstimatorCommands:
     """Owner of the five."""
 
-    COMMANDS = frozenset(
-        {
-            EXTERNAL_ATTITUDE_ESTIMATE,
-            EXTERNAL_POSITION_ESTIMATE,
-            EXTERNAL_WIND_ESTIMATE,
-            DO_SET_GLOBAL_ORIGIN,
-            ESTIMATOR_SENSOR_ENABLE,
-        }
-    )
+    COMMANDS = commands_of(Owner.ESTIMATOR)
 
     def __init__(self, estimator: Estimator, topics: Topics, parameters: Parameters) -> None:
         self._ekf, self._fusion = estimator.ekf, estimator.fusion

@@ -13,6 +13,7 @@ on it, and then the mission fails after that time.
 import math
 from typing import NamedTuple
 
+from autopilot.commands.table import Role, items_where
 from autopilot.constants import Severity
 from autopilot.dataman import MissionItem
 from autopilot.navigator.state import NavigatorState
@@ -42,11 +43,10 @@ RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
 DELAY = mavlink.MAV_CMD_NAV_DELAY
 DO_GRIPPER = mavlink.MAV_CMD_DO_GRIPPER
 DO_WINCH = mavlink.MAV_CMD_DO_WINCH
-CONDITION_GATE = mavlink.MAV_CMD_CONDITION_GATE
 TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
 LANDS = frozenset((LAND, VTOL_LAND))
-WITH_POSITION = frozenset((WAYPOINT, LOITER_UNLIM, LOITER_TIME, LOITER_TO_ALT, *LANDS, *TAKEOFFS))
-PLACED = WITH_POSITION | {CONDITION_GATE}
+WITH_POSITION = items_where(lambda item: item.role is Role.PLACE)
+PLACED = items_where(lambda item: item.role in (Role.PLACE, Role.GATE))
 
 
 OF_PLAN, ONBOARD = 0, 1

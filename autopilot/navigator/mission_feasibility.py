@@ -5,6 +5,7 @@ first unfit item ends the checks of items. A first waypoint beyond MIS_DIST_1WP 
 wings and VTOL alone is left out.
 """
 
+from autopilot.commands.table import items_where
 from autopilot.constants import Severity
 from autopilot.dataman import MissionItem
 from autopilot.navigator.geofence import Geofence
@@ -13,58 +14,11 @@ from autopilot.navigator.state import NavigatorState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
-RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
-CONDITION_GATE = mavlink.MAV_CMD_CONDITION_GATE
 VTOL_ITEMS = frozenset(
     (mavlink.MAV_CMD_NAV_VTOL_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_LAND, mavlink.MAV_CMD_DO_VTOL_TRANSITION)
 )
-BEFORE_TAKEOFF = frozenset(
-    {
-        mavlink.MAV_CMD_NAV_DELAY,
-        mavlink.MAV_CMD_DO_JUMP,
-        mavlink.MAV_CMD_DO_CHANGE_SPEED,
-        mavlink.MAV_CMD_DO_SET_HOME,
-        mavlink.MAV_CMD_DO_LAND_START,
-        mavlink.MAV_CMD_DO_TRIGGER_CONTROL,
-        mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
-        mavlink.MAV_CMD_IMAGE_START_CAPTURE,
-        mavlink.MAV_CMD_IMAGE_STOP_CAPTURE,
-        mavlink.MAV_CMD_VIDEO_START_CAPTURE,
-        mavlink.MAV_CMD_VIDEO_STOP_CAPTURE,
-        mavlink.MAV_CMD_DO_CONTROL_VIDEO,
-        mavlink.MAV_CMD_DO_MOUNT_CONFIGURE,
-        mavlink.MAV_CMD_DO_MOUNT_CONTROL,
-        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
-        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
-        mavlink.MAV_CMD_DO_SET_ROI,
-        mavlink.MAV_CMD_DO_SET_ROI_LOCATION,
-        mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET,
-        mavlink.MAV_CMD_DO_SET_ROI_NONE,
-        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
-        mavlink.MAV_CMD_OBLIQUE_SURVEY,
-        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
-        mavlink.MAV_CMD_SET_CAMERA_MODE,
-        mavlink.MAV_CMD_SET_CAMERA_ZOOM,
-        mavlink.MAV_CMD_SET_CAMERA_FOCUS,
-        mavlink.MAV_CMD_SET_CAMERA_SOURCE,
-        mavlink.MAV_CMD_DO_VTOL_TRANSITION,
-    }
-)
-"""Items that may come before a takeoff."""
-FLOWN = (
-    WITH_POSITION
-    | BEFORE_TAKEOFF
-    | {
-        RETURN_TO_LAUNCH,
-        CONDITION_GATE,
-        mavlink.MAV_CMD_DO_WINCH,
-        mavlink.MAV_CMD_DO_GRIPPER,
-        mavlink.MAV_CMD_DO_SET_ACTUATOR,
-        mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
-        mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE,
-    }
-)
-"""Items that a mission may have; others are taken when uploaded, and refused here."""
+BEFORE_TAKEOFF = items_where(lambda item: item.before_takeoff)
+FEASIBLE = items_where(lambda item: item.feasible)
 TAKEOFF_REQUIRED, LANDING_REQUIRED, BOTH_REQUIRED, BOTH_OR_NONE, LANDING_IN_AIR = 1, 2, 3, 4, 5
 """MIS_TKO_LAND_REQ."""
 PARAMETERS = ("FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ")
@@ -89,7 +43,7 @@ def _items_fit(state: NavigatorState, items: tuple[MissionItem, ...]) -> bool:
     has_takeoff = has_landing = has_position = False
     for number, item in enumerate(items, start=1):
         command = item.command
-        if command not in FLOWN:
+        if command not in FEASIBLE:
             state.say(Severity.ERROR, "", "navigator_mis_unsup_cmd", number, command)
             return False
         if number == 1 and command == LAND and state.landed:

@@ -8,6 +8,7 @@ back, so that it is not damaged on the ground.
 
 import math
 
+from autopilot.commands.table import Role, items_where
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -24,26 +25,7 @@ CHOOSES_CAMERA = frozenset(
 )
 """param1 is the camera's component."""
 VIDEO = frozenset({mavlink.MAV_CMD_VIDEO_START_CAPTURE, mavlink.MAV_CMD_VIDEO_STOP_CAPTURE})
-PAYLOAD_COMMANDS = (
-    CHOOSES_CAMERA
-    | VIDEO
-    | frozenset(
-        {
-            mavlink.MAV_CMD_SET_CAMERA_ZOOM,
-            mavlink.MAV_CMD_SET_CAMERA_FOCUS,
-            DO_DIGICAM_CONTROL,
-            mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
-            mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
-            DO_TRIGGER_CONTROL,
-            mavlink.MAV_CMD_DO_MOUNT_CONFIGURE,
-            DO_MOUNT_CONTROL,
-            GIMBAL_PITCHYAW,
-            GIMBAL_CONFIGURE,
-            mavlink.MAV_CMD_DO_SET_ACTUATOR,
-            mavlink.MAV_CMD_DO_GRIPPER,
-        }
-    )
-)
+PAYLOAD_COMMANDS = items_where(lambda item: item.role is Role.PAYLOAD)
 RELEASE = -3.0
 """DO_GIMBAL_MANAGER_CONFIGURE: give control back if one has it."""
 UNCHANGED = -1.0

@@ -2,19 +2,12 @@
 
 import math
 
+from autopilot.commands.table import Role, items_where
 from autopilot.navigator.state import NavigatorState
 from autopilot.topics import VehicleCommand, VehicleRoi
 from sitl_emu.core import dialect as mavlink
 
-ROI_COMMANDS = frozenset(
-    (
-        mavlink.MAV_CMD_DO_SET_ROI,
-        mavlink.MAV_CMD_DO_SET_ROI_LOCATION,
-        mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET,
-        mavlink.MAV_CMD_DO_SET_ROI_NONE,
-        mavlink.MAV_CMD_NAV_ROI,
-    )
-)
+ROI_COMMANDS = items_where(lambda item: item.role is Role.ROI)
 MODE_WPNEXT: int = mavlink.MAV_ROI_WPNEXT
 MODE_LOCATION: int = mavlink.MAV_ROI_LOCATION
 

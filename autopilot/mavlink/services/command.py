@@ -9,8 +9,9 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
+from autopilot.commands.table import COMMANDS, UNKNOWN
 from autopilot.commands.vehicle_commands import CommandResult, tell
-from autopilot.mavlink.command_params import IN_COMMANDS, sets_unused, used_params
+from autopilot.mavlink.command_params import sets_unused, used_params
 from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import finite_or_nan, is_for
@@ -20,8 +21,6 @@ from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 4, 7, 8, 9, 12, 20, 21})
 """MAV_FRAMEs in which COMMAND_INT's x and y are in units of 0.1 mm; in all others they are 1e-7 degrees."""
-WITH_PLACE = frozenset({21, 22, 23, 34, 35, 80, 84, 179, 187, 189, 192, 195, 201, 611, 30001, 43003})
-"""Commands whose x and y are scaled: those with a place, and DO_SET_ACTUATOR. All others' are what they are."""
 NOT_GIVEN = 0x7FFFFFFF
 """x and y of a COMMAND_INT that leaves both out."""
 NAN_AS_INTEGER = 0x7FF80000
@@ -75,7 +74,7 @@ class Command:
             return
         if not is_for(message, self._system_id, broadcast=True):
             return
-        if sets_unused(used_params(command.command, IN_COMMANDS, self._traits), numbers(message)):
+        if sets_unused(used_params(command.command, self._traits, in_plan=False), numbers(message)):
             self._answer(now_us, link, command, CommandResult(DENIED))
             return
         service = self._of_link.get(command.command)
@@ -118,7 +117,7 @@ def numbers(message: Any) -> tuple[float, float, float, float, float, float, flo
     x, y, z = message.x, message.y, message.z
     if x == y == NOT_GIVEN:
         return *first, math.nan, math.nan, z
-    if message.command not in WITH_PLACE:
+    if not COMMANDS.get(message.command, UNKNOWN).scaled:
         return *first, float(x), float(y), z
     scale = 1e-4 if message.frame in LOCAL_FRAMES else 1e-7
     return *first, x * scale, y * scale, z

@@ -11,6 +11,7 @@ import struct
 from collections import deque
 from typing import Any
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
@@ -45,7 +46,7 @@ class LogStreaming:
     """The stream, and who gets it."""
 
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_LOGGING_ACK})
-    COMMANDS = frozenset({mavlink.MAV_CMD_LOGGING_START, mavlink.MAV_CMD_LOGGING_STOP})
+    COMMANDS = commands_of(Owner.LOG_STREAMING)
     HAS_TIMER = True
 
     def __init__(self, topics: Topics, say: Say, system_id: int) -> None:

@@ -9,6 +9,7 @@ REQUEST_DATA_STREAM has no effect.
 import math
 from collections.abc import Callable
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
 from autopilot.mavlink import rates, silent_streams
 from autopilot.mavlink.link import Link
@@ -16,8 +17,7 @@ from autopilot.mavlink.streams import Stream
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-SET_MESSAGE_INTERVAL = 511
-GET_MESSAGE_INTERVAL = 510
+GET_MESSAGE_INTERVAL: int = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL
 STOPPED = -1
 DEFAULT = REQUESTED = 0
 SMALLEST_INTERVAL_US = 1e-5
@@ -30,7 +30,7 @@ NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
 class MessageInterval:
     """Decides on the two commands."""
 
-    COMMANDS = frozenset({SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL})
+    COMMANDS = commands_of(Owner.MESSAGE_INTERVAL)
 
     def __init__(self, stream: Callable[[str], Stream | None]) -> None:
         """`stream` finds a stream by message name."""

@@ -6,6 +6,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 
 from collections.abc import Callable
 
+from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
 from autopilot.mavlink import silent_streams
 from autopilot.mavlink.link import Link
@@ -14,7 +15,6 @@ from autopilot.mavlink.streams import Stream
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-REQUEST_MESSAGE = 512
 ACCEPTED_IN_SILENCE = frozenset({292})
 """Accepted without anything being sent, as measured: ESC_EEPROM (request_message/292)."""
 OF_SERVICES = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
@@ -24,7 +24,7 @@ OF_SERVICES = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
 class MessageRequest:
     """Decides on REQUEST_MESSAGE."""
 
-    COMMANDS = frozenset({REQUEST_MESSAGE})
+    COMMANDS = commands_of(Owner.MESSAGE_REQUEST)
 
     def __init__(self, stream: Callable[[str], Stream | None]) -> None:
         """`stream` finds a stream by message name."""

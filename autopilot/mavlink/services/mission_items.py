@@ -12,8 +12,9 @@ import math
 import struct
 from typing import Any
 
+from autopilot.commands.table import COMMANDS, P1, P5, P6, P1234, UNKNOWN, items_where
 from autopilot.dataman import FENCE, MISSION, MissionItem
-from autopilot.mavlink.command_params import IN_PLANS, P1, P3, P4, P5, P6, P12, P1234, used_params
+from autopilot.mavlink.command_params import used_params
 from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32, integer, rounded
@@ -30,49 +31,20 @@ KEPT_FRAME = {0: FRAME_GLOBAL_INT, 3: FRAME_RELATIVE_INT, 5: FRAME_GLOBAL_INT, 6
 """Frames that are taken, and the one that each is kept in."""
 FLOAT_FRAME = {FRAME_GLOBAL_INT: FRAME_GLOBAL, FRAME_RELATIVE_INT: FRAME_RELATIVE}
 
-KEPT_IN_GLOBAL = {
-    16: P12 | P4,
-    17: P3 | P4,
-    19: P1234,
-    21: P12 | P4,
-    22: P4,
-    31: P12 | P4,
-    80: P1,
-    84: P4,
-    85: P4,
-    195: 0,
-    201: P1,
-    212: P12,
-    400: P1,
-    4501: 0,
-    5000: 0,
-    5001: P1,
-    5002: P1,
-    5003: P1,
-    5004: P1,
-    5100: 0,
-}
-"""Commands that are taken in global frames, and the parameters that PX4 keeps of each."""
-# fmt: off
-TAKEN_IN_MISSION_FRAME = frozenset({
-    20, 80, 93, 112, 177, 178, 179, 187, 189, 196, 197, 200, 201, 203, 204, 205, 206, 211, 212, 214, 260, 400,
-    530, 532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 42600,
-})
-# fmt: on
-YAW_IN_PARAM4 = frozenset((16, 17, 21, 22, 84, 85))
-LOITER_TIME, LOITER_TO_ALT = 19, 31
-NAV_ROI, SET_ROI = 80, 201
+LOITER_TIME: int = mavlink.MAV_CMD_NAV_LOITER_TIME
+LOITER_TO_ALT: int = mavlink.MAV_CMD_NAV_LOITER_TO_ALT
+NAV_ROI: int = mavlink.MAV_CMD_NAV_ROI
+SET_ROI: int = mavlink.MAV_CMD_DO_SET_ROI
+LAND: int = mavlink.MAV_CMD_NAV_LAND
+DO_JUMP: int = mavlink.MAV_CMD_DO_JUMP
 ROI_NONE, ROI_LOCATION = 0, 3
 ROI_IN_MISSION_FRAME = (ROI_NONE, 1, 2)
-FENCE_ZONES = frozenset((5001, 5002, 5003, 5004))
-POLYGONS = frozenset((5001, 5002))
+POLYGONS = frozenset(
+    (mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION)
+)
 SMALLEST_POLYGON = 3
-RALLY_POINT = 5100
-LAND, DO_JUMP = 21, 177
-KEPT_IN_FENCE = frozenset((16, 19, 5003, 5004)) | POLYGONS
+KEPT_IN_FENCE = items_where(lambda item: item.plan == FENCE) | {mavlink.MAV_CMD_NAV_WAYPOINT, LOITER_TIME}
 """A fence keeps one parameter, where a circle has its radius; these commands come back with it."""
-NOT_SENT_IN_GLOBAL = frozenset((SET_ROI, 212, 400))
-"""PX4 carries these out with the parameters that it kept, and sends them back without."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
 CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
 
@@ -117,7 +89,8 @@ def crc_bytes(message: Any) -> bytes:
 
 def sent_params(item: MissionItem) -> tuple[float, float, float, float]:
     """The first four parameters as PX4 sends them back."""
-    if item.command in NOT_SENT_IN_GLOBAL and item.frame != FRAME_MISSION:
+    known = COMMANDS.get(item.command, UNKNOWN).item
+    if known is not None and not known.comes_back and item.frame != FRAME_MISSION:
         return 0.0, 0.0, 0.0, 0.0
     if item.command == LOITER_TIME:
         return item.param1, item.param2, item.param3, float(item.param4 > 0.0)
@@ -133,7 +106,7 @@ def float_position(item: MissionItem) -> tuple[float, float, float]:
 
 def _unused_is_set(message: Any, is_global_int: bool, traits: Traits) -> int:
     """INVALID_PARAM of the first parameter that is set and not used; ACCEPTED (0) if there is none."""
-    used = used_params(message.command, IN_PLANS, traits)
+    used = used_params(message.command, traits, in_plan=True)
     values = (message.param1, message.param2, message.param3, message.param4, message.x, message.y, message.z)
     for place, value in enumerate(values):
         if used >> place & 1 or math.isnan(value):
@@ -149,7 +122,8 @@ def _unused_is_set(message: Any, is_global_int: bool, traits: Traits) -> int:
 def _refusal(message: Any, in_global: bool) -> int:
     """Whether the command is taken in this kind of frame, and an ROI in this mode; ACCEPTED (0) if so."""
     command = message.command
-    if command not in (KEPT_IN_GLOBAL if in_global else TAKEN_IN_MISSION_FRAME):
+    item = COMMANDS.get(command, UNKNOWN).item
+    if item is None or not (item.keeps is not None if in_global else item.in_mission_frame):
         return UNSUPPORTED
     if command in (NAV_ROI, SET_ROI):
         modes = (ROI_LOCATION, ROI_NONE) if in_global else ROI_IN_MISSION_FRAME
@@ -159,7 +133,8 @@ def _refusal(message: Any, in_global: bool) -> int:
 
 
 def _is_of_other_plan(command: int, kind: int) -> bool:
-    return kind == MISSION and (command in FENCE_ZONES or command == RALLY_POINT)
+    item = COMMANDS[command].item
+    return kind == MISSION and item is not None and item.plan != MISSION
 
 
 def _is_too_small(message: Any) -> bool:
@@ -169,10 +144,12 @@ def _is_too_small(message: Any) -> bool:
 def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, float, float, float]:
     params = (message.param1, message.param2, message.param3, message.param4)
     command = message.command
+    item = COMMANDS[command].item
+    assert item is not None, "a command without an item is not taken"
     if is_fence:
         kept = P1 if command in KEPT_IN_FENCE or not in_global else 0
     else:
-        kept = KEPT_IN_GLOBAL[command] if in_global else P1234
+        kept = item.keeps if in_global and item.keeps is not None else P1234
     first, second, third, fourth = (value if kept >> place & 1 else 0.0 for place, value in enumerate(params))
     if command in POLYGONS:
         first = float(integer("H", first + 0.5))
@@ -182,7 +159,7 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
         second = float(second > 0.0)  # the fourth is a heading too, and comes back as the flag that it is as well
     elif command == LOITER_TO_ALT:
         first, fourth = float(first > 0.0), float(fourth > 0.0)
-    elif command in YAW_IN_PARAM4:
+    elif item.heading:
         second = float(integer("H", second)) if command == LAND else second
         fourth = _wrapped(fourth)
     return first, second, third, fourth
