@@ -5,137 +5,99 @@ Hz; UNLIMITED sends whenever there is something new. Messages whose data does no
 attitude on a rover) are not sent, whatever their rate.
 """
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 UNLIMITED = 0.0
 
-GCS = {
-    "HEARTBEAT": 1.0,
-    "ADSB_VEHICLE": UNLIMITED,
-    "ALTITUDE": 1.0,
-    "ATTITUDE": 50.0,
-    "ATTITUDE_QUATERNION": 50.0,
-    "ATTITUDE_TARGET": 50.0,
-    "BATTERY_STATUS": 0.5,
-    "CURRENT_MODE": 0.5,
-    "DEBUG": 1.0,
-    "DEBUG_FLOAT_ARRAY": 1.0,
-    "DEBUG_VECT": 1.0,
-    "DISTANCE_SENSOR": 0.5,
-    "ESC_INFO": 1.0,
-    "ESC_STATUS": 1.0,
-    "ESTIMATOR_SENSOR_FUSION_STATUS": 0.5,
-    "ESTIMATOR_STATUS": 0.5,
-    "EXTENDED_SYS_STATE": 1.0,
-    "GLOBAL_POSITION_INT": 50.0,
-    "GNSS_INTEGRITY": 1.0,
-    "GPS_GLOBAL_ORIGIN": 0.1,
-    "GPS_RAW_INT": 5.0,
-    "HOME_POSITION": 0.5,
-    "LINK_NODE_STATUS": 1.0,
-    "LOCAL_POSITION_NED": 50.0,
-    "MISSION_CURRENT": 1.0,
-    "NAMED_VALUE_FLOAT": 1.0,
-    "NAV_CONTROLLER_OUTPUT": 1.0,
-    "OBSTACLE_DISTANCE": 1.0,
-    "OPEN_DRONE_ID_LOCATION": 1.0,
-    "OPEN_DRONE_ID_SYSTEM": 1.0,
-    "PING": 0.1,
-    "ORBIT_EXECUTION_STATUS": 2.0,
-    "POSITION_TARGET_GLOBAL_INT": 1.0,
-    "POSITION_TARGET_LOCAL_NED": 50.0,
-    "RC_CHANNELS": 5.0,
-    "SCALED_PRESSURE": 1.0,
-    "SERVO_OUTPUT_RAW": 50.0,
-    "SYS_STATUS": 1.0,
-    "TIME_ESTIMATE_TO_TARGET": 0.5,
-    "VFR_HUD": 4.0,
-    "VIBRATION": 0.1,
-    "WIND_COV": 0.5,
-}
-"""Ground station, PX4's mode `normal`."""
 
-ONBOARD = {
-    "HEARTBEAT": 1.0,
-    "ADSB_VEHICLE": UNLIMITED,
-    "ALTITUDE": 10.0,
-    "ATTITUDE": 100.0,
-    "ATTITUDE_QUATERNION": 50.0,
-    "ATTITUDE_TARGET": 10.0,
-    "BATTERY_STATUS": 0.5,
-    "CURRENT_MODE": 0.5,
-    "DEBUG": 10.0,
-    "DEBUG_FLOAT_ARRAY": 10.0,
-    "DEBUG_VECT": 10.0,
-    "DISTANCE_SENSOR": 10.0,
-    "ESC_INFO": 10.0,
-    "ESC_STATUS": 10.0,
-    "ESTIMATOR_SENSOR_FUSION_STATUS": 1.0,
-    "ESTIMATOR_STATUS": 1.0,
-    "EXTENDED_SYS_STATE": 5.0,
-    "GLOBAL_POSITION_INT": 50.0,
-    "GNSS_INTEGRITY": 1.0,
-    "GPS_GLOBAL_ORIGIN": 1.0,
-    "GPS_RAW_INT": UNLIMITED,
-    "HIGHRES_IMU": 50.0,
-    "HOME_POSITION": 0.5,
-    "LINK_NODE_STATUS": 1.0,
-    "LOCAL_POSITION_NED": 30.0,
-    "MISSION_CURRENT": 1.0,
-    "NAMED_VALUE_FLOAT": 10.0,
-    "NAV_CONTROLLER_OUTPUT": 10.0,
-    "OBSTACLE_DISTANCE": 10.0,
-    "ODOMETRY": 30.0,
-    "OPEN_DRONE_ID_LOCATION": 1.0,
-    "OPEN_DRONE_ID_SYSTEM": 1.0,
-    "OPTICAL_FLOW_RAD": 10.0,
-    "PING": 1.0,
-    "ORBIT_EXECUTION_STATUS": 5.0,
-    "POSITION_TARGET_GLOBAL_INT": 10.0,
-    "POSITION_TARGET_LOCAL_NED": 10.0,
-    "RC_CHANNELS": 20.0,
-    "SCALED_PRESSURE": 1.0,
-    "SERVO_OUTPUT_RAW": 10.0,
-    "SYSTEM_TIME": 1.0,
-    "SYS_STATUS": 5.0,
-    "TIMESYNC": 10.0,
-    "TIME_ESTIMATE_TO_TARGET": 0.5,
-    "VFR_HUD": 10.0,
-    "VIBRATION": 0.5,
-    "WIND_COV": 10.0,
-}
-"""Offboard API, PX4's mode `onboard`; the payload link has the same, within its data rate."""
+class Rates(NamedTuple):
+    """How often a message is streamed on a link of each mode, in Hz; None: not at all, until somebody asks for it."""
 
-GIMBAL = {"HEARTBEAT": 1.0, "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": 20.0, "MISSION_CURRENT": 1.0}
+    normal: float | None = None
+    """Ground station."""
+    onboard: float | None = None
+    """Offboard API; the payload link has the same but for those of a module, within its data rate."""
+    gimbal: float | None = None
+    normal_default: float | None = None
+    """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where that is another."""
+    constant: bool = False
+    """A data rate limit does not slow it down."""
+    module: str = ""
+    """PX4's module that has to run for it: gimbal (MNT_MODE_IN), camera_trigger (TRIG_MODE)."""
 
-GIMBAL_STREAMS = {
-    "normal": {"GIMBAL_DEVICE_SET_ATTITUDE": 5.0, "GIMBAL_MANAGER_STATUS": 0.5},
-    "onboard": {"GIMBAL_DEVICE_SET_ATTITUDE": 5.0, "GIMBAL_MANAGER_STATUS": 0.5},
-    "gimbal": {"GIMBAL_DEVICE_SET_ATTITUDE": 20.0},
+
+STREAMS: Mapping[str, Rates] = {
+    "HEARTBEAT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, constant=True),
+    "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": Rates(gimbal=20.0),
+    "ADSB_VEHICLE": Rates(normal=UNLIMITED, onboard=UNLIMITED, constant=True),
+    "ALTITUDE": Rates(normal=1.0, onboard=10.0),
+    "ATTITUDE": Rates(normal=50.0, onboard=100.0, normal_default=15.0),
+    "ATTITUDE_QUATERNION": Rates(normal=50.0, onboard=50.0, normal_default=15.0),
+    "ATTITUDE_TARGET": Rates(normal=50.0, onboard=10.0, normal_default=2.0),
+    "BATTERY_STATUS": Rates(normal=0.5, onboard=0.5),
+    "CURRENT_MODE": Rates(normal=0.5, onboard=0.5),
+    "DEBUG": Rates(normal=1.0, onboard=10.0),
+    "DEBUG_FLOAT_ARRAY": Rates(normal=1.0, onboard=10.0),
+    "DEBUG_VECT": Rates(normal=1.0, onboard=10.0),
+    "DISTANCE_SENSOR": Rates(normal=0.5, onboard=10.0),
+    "ESC_INFO": Rates(normal=1.0, onboard=10.0),
+    "ESC_STATUS": Rates(normal=1.0, onboard=10.0),
+    "ESTIMATOR_SENSOR_FUSION_STATUS": Rates(normal=0.5, onboard=1.0),
+    "ESTIMATOR_STATUS": Rates(normal=0.5, onboard=1.0),
+    "EXTENDED_SYS_STATE": Rates(normal=1.0, onboard=5.0),
+    "GLOBAL_POSITION_INT": Rates(normal=50.0, onboard=50.0, normal_default=5.0),
+    "GNSS_INTEGRITY": Rates(normal=1.0, onboard=1.0),
+    "GPS_GLOBAL_ORIGIN": Rates(normal=0.1, onboard=1.0),
+    "GPS_RAW_INT": Rates(normal=5.0, onboard=UNLIMITED, normal_default=1.0, constant=True),
+    "HIGHRES_IMU": Rates(onboard=50.0),
+    "HOME_POSITION": Rates(normal=0.5, onboard=0.5),
+    "LINK_NODE_STATUS": Rates(normal=1.0, onboard=1.0),
+    "LOCAL_POSITION_NED": Rates(normal=50.0, onboard=30.0, normal_default=1.0),
+    "MISSION_CURRENT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, constant=True),
+    "NAMED_VALUE_FLOAT": Rates(normal=1.0, onboard=10.0),
+    "NAV_CONTROLLER_OUTPUT": Rates(normal=1.0, onboard=10.0),
+    "OBSTACLE_DISTANCE": Rates(normal=1.0, onboard=10.0),
+    "ODOMETRY": Rates(onboard=30.0),
+    "OPEN_DRONE_ID_LOCATION": Rates(normal=1.0, onboard=1.0),
+    "OPEN_DRONE_ID_SYSTEM": Rates(normal=1.0, onboard=1.0),
+    "OPTICAL_FLOW_RAD": Rates(onboard=10.0),
+    "PING": Rates(normal=0.1, onboard=1.0, constant=True),
+    "ORBIT_EXECUTION_STATUS": Rates(normal=2.0, onboard=5.0),
+    "POSITION_TARGET_GLOBAL_INT": Rates(normal=1.0, onboard=10.0),
+    "POSITION_TARGET_LOCAL_NED": Rates(normal=50.0, onboard=10.0, normal_default=1.5),
+    "RC_CHANNELS": Rates(normal=5.0, onboard=20.0),
+    "SCALED_PRESSURE": Rates(normal=1.0, onboard=1.0),
+    "SERVO_OUTPUT_RAW": Rates(normal=50.0, onboard=10.0, normal_default=1.0),
+    "SYSTEM_TIME": Rates(onboard=1.0),
+    "SYS_STATUS": Rates(normal=1.0, onboard=5.0),
+    "TIMESYNC": Rates(onboard=10.0),
+    "TIME_ESTIMATE_TO_TARGET": Rates(normal=0.5, onboard=0.5),
+    "VFR_HUD": Rates(normal=4.0, onboard=10.0),
+    "VIBRATION": Rates(normal=0.1, onboard=0.5),
+    "WIND_COV": Rates(normal=0.5, onboard=10.0),
+    "GIMBAL_DEVICE_SET_ATTITUDE": Rates(normal=5.0, onboard=5.0, gimbal=20.0, module="gimbal"),
+    "GIMBAL_MANAGER_STATUS": Rates(normal=0.5, onboard=0.5, module="gimbal"),
+    "CAMERA_TRIGGER": Rates(normal=UNLIMITED, onboard=UNLIMITED, module="camera_trigger"),
+    "CAMERA_IMAGE_CAPTURED": Rates(normal=UNLIMITED, onboard=UNLIMITED, module="camera_trigger"),
 }
+
+
+def by_mode(streams: Mapping[str, Rates], module: str = "") -> dict[str, dict[str, float]]:
+    """By link mode: the messages that are streamed from the start, and their rates."""
+    normal = {name: row.normal for name, row in streams.items() if row.normal is not None and row.module == module}
+    onboard = {name: row.onboard for name, row in streams.items() if row.onboard is not None and row.module == module}
+    gimbal = {name: row.gimbal for name, row in streams.items() if row.gimbal is not None and row.module == module}
+    low_bandwidth = {} if module else onboard
+    return {"normal": normal, "onboard": onboard, "onboard_low_bandwidth": low_bandwidth, "gimbal": gimbal, "wire": {}}
+
+
+RATES = by_mode(STREAMS)
+GIMBAL_STREAMS = by_mode(STREAMS, "gimbal")
 """What comes to a mode's streams on a vehicle whose gimbal manager runs (MNT_MODE_IN)."""
-CAMERA_STREAMS = {
-    "normal": {"CAMERA_TRIGGER": UNLIMITED, "CAMERA_IMAGE_CAPTURED": UNLIMITED},
-    "onboard": {"CAMERA_TRIGGER": UNLIMITED, "CAMERA_IMAGE_CAPTURED": UNLIMITED},
-}
+CAMERA_STREAMS = by_mode(STREAMS, "camera_trigger")
 """And on one whose camera trigger runs (TRIG_MODE)."""
-
-RATES = {"normal": GCS, "onboard": ONBOARD, "onboard_low_bandwidth": ONBOARD, "gimbal": GIMBAL, "wire": {}}
-"""By link mode."""
-
-NORMAL_DEFAULT_HZ = {
-    "ATTITUDE": 15.0,
-    "ATTITUDE_QUATERNION": 15.0,
-    "ATTITUDE_TARGET": 2.0,
-    "GLOBAL_POSITION_INT": 5.0,
-    "GPS_RAW_INT": 1.0,
-    "LOCAL_POSITION_NED": 1.0,
-    "POSITION_TARGET_LOCAL_NED": 1.5,
-    "SERVO_OUTPUT_RAW": 1.0,
-}
-"""What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where it differs from GCS."""
-
-CONSTANT = frozenset({"ADSB_VEHICLE", "HEARTBEAT", "MISSION_CURRENT", "PING", "GPS_RAW_INT"})
-"""Streams that a data rate limit does not slow down."""
-
+CONSTANT = frozenset(name for name, row in STREAMS.items() if row.constant)
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}
 """Limited links by mode; the others' limits (4 MB/s) are never reached."""
 
@@ -164,6 +126,7 @@ def interval_us(hz: float) -> int:
 
 def default_hz(mode: str, name: str) -> float | None:
     """Rate that SET_MESSAGE_INTERVAL 0 goes back to; None: the link does not stream it."""
-    if mode == "normal" and name in NORMAL_DEFAULT_HZ:
-        return NORMAL_DEFAULT_HZ[name]
+    row = STREAMS.get(name)
+    if mode == "normal" and row is not None and row.normal_default is not None:
+        return row.normal_default
     return RATES[mode].get(name)

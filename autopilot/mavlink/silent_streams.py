@@ -3,32 +3,29 @@
 From mavlink_messages.cpp and Mavlink::configure_streams_to_default.
 """
 
-from autopilot.mavlink.rates import UNLIMITED
+from collections.abc import Mapping
 
-NAMES = frozenset(
-    {
-        *("BATTERY_INFO", "COLLISION", "COMMAND_LONG", "EFI_STATUS", "GIMBAL_DEVICE_ATTITUDE_STATUS"),
-        *("GIMBAL_DEVICE_INFORMATION", "GPS2_RAW", "GPS_RTCM_DATA", "GPS_STATUS", "HYGROMETER_SENSOR"),
-        *("MOUNT_ORIENTATION", "RAW_RPM", "SCALED_IMU2", "SCALED_IMU3"),
-        *("SCALED_PRESSURE2", "SCALED_PRESSURE3", "UAVIONIX_ADSB_OUT_CFG", "UAVIONIX_ADSB_OUT_DYNAMIC"),
-    }
-)
-NORMAL = {
-    "COLLISION": UNLIMITED,
-    "EFI_STATUS": 2.0,
-    "GIMBAL_DEVICE_ATTITUDE_STATUS": 1.0,
-    "GPS2_RAW": 1.0,
-    "GPS_STATUS": 1.0,
-    "RAW_RPM": 2.0,
+from autopilot.mavlink.rates import UNLIMITED, Rates, by_mode
+
+SILENT: Mapping[str, Rates] = {
+    "BATTERY_INFO": Rates(),
+    "COLLISION": Rates(normal=UNLIMITED, onboard=UNLIMITED),
+    "COMMAND_LONG": Rates(),
+    "EFI_STATUS": Rates(normal=2.0, onboard=2.0),
+    "GIMBAL_DEVICE_ATTITUDE_STATUS": Rates(normal=1.0, onboard=1.0),
+    "GIMBAL_DEVICE_INFORMATION": Rates(),
+    "GPS2_RAW": Rates(normal=1.0, onboard=UNLIMITED),
+    "GPS_RTCM_DATA": Rates(),
+    "GPS_STATUS": Rates(normal=1.0, onboard=1.0),
+    "HYGROMETER_SENSOR": Rates(),
+    "MOUNT_ORIENTATION": Rates(onboard=10.0),
+    "RAW_RPM": Rates(normal=2.0, onboard=5.0),
+    "SCALED_IMU2": Rates(),
+    "SCALED_IMU3": Rates(),
+    "SCALED_PRESSURE2": Rates(),
+    "SCALED_PRESSURE3": Rates(),
+    "UAVIONIX_ADSB_OUT_CFG": Rates(),
+    "UAVIONIX_ADSB_OUT_DYNAMIC": Rates(),
 }
-ONBOARD = {
-    "COLLISION": UNLIMITED,
-    "EFI_STATUS": 2.0,
-    "GIMBAL_DEVICE_ATTITUDE_STATUS": 1.0,
-    "GPS2_RAW": UNLIMITED,
-    "GPS_STATUS": 1.0,
-    "MOUNT_ORIENTATION": 10.0,
-    "RAW_RPM": 5.0,
-}
-RATES = {"normal": NORMAL, "onboard": ONBOARD, "onboard_low_bandwidth": ONBOARD}
+RATES = by_mode(SILENT)
 """By link mode, in Hz, those that run from the start."""

@@ -53,7 +53,7 @@ class MessageInterval:
             return True
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
-        stream, silent = self._stream(name), name in silent_streams.NAMES
+        stream, silent = self._stream(name), name in silent_streams.SILENT
         if name in FIXED or name in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
         link.requested_once.discard(message_id)

@@ -42,7 +42,7 @@ class MessageRequest:
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None or message_id in OF_SERVICES else table.msgname
         stream = self._stream(name)
-        if stream is None and name not in silent_streams.NAMES:
+        if stream is None and name not in silent_streams.SILENT:
             return CommandResult(MAV_RESULT_DENIED)
         if link.interval_us(message_id) is None:
             link.requested_once.add(message_id)
