@@ -139,8 +139,33 @@ def launch(
             help="Forget the parameters, missions and signing keys of earlier launches of these vehicles; logs stay.",
         ),
     ] = False,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORLD",
+            help="The world that the vehicles share: corn_field or flat. They stand side by side at its home, in one "
+            "process unless --per-process says otherwise; those of different processes see the same world, but not "
+            "each other. [default: a level plain of which nothing is loaded]",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other --world.")] = 1,
+    per_process: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="Vehicles that share a process: less memory and CPU each. What ends one of them leaves the others "
+            "flying. [default: 1, as PX4; with --world all]",
+            show_default=False,
+        ),
+    ] = None,
+    tlog: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep a telemetry log of each link there, MODEL-INSTANCE-LINK.tlog."),
+    ] = None,
 ) -> None:
-    """Launch emulated PX4 vehicles, each with its simulator in the same process; they stay until Ctrl-C.
+    """Launch emulated PX4 vehicles, with their simulator in the same process; they stay until Ctrl-C.
 
     Prints which ports they speak on. QGroundControl on this machine finds them by itself; MAVSDK connects to
     udpin://0.0.0.0:14540 (pymavlink: udpin:0.0.0.0:14540), the second vehicle to 14541, and so on; as with PX4, all
@@ -148,6 +173,8 @@ def launch(
     """
     wanted = _wanted(models, instance)
     factor = _speed(speed)
+    if world is not None and home is not None:
+        _refuse("--home and --world: a world has its own home; give one of them")
     place = _home(home) if home is not None else None
     station = _gcs(gcs)
 
@@ -165,6 +192,10 @@ def launch(
             gcs=station,
             state=default_folder() if state is None else state,
             fresh=fresh,
+            per_process=per_process,
+            world=world,
+            seed=seed,
+            tlog=tlog,
         )
         status = launching.launch(numbered, options, _say)
     except (vehicles.VehicleError, Trouble) as error:

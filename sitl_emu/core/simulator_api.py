@@ -11,7 +11,7 @@ latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep hol
 
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 from sitl_emu.core.c_types import Layout
 
@@ -231,6 +231,18 @@ def unpack_controls(payload: bytes) -> HilActuatorControls:
     """The record of a whole payload."""
     fields = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(payload)
     return HilActuatorControls(fields[0], fields[1], fields[2:18], fields[18])
+
+
+Timed = TypeVar("Timed", SimulatorMessage, HilActuatorControls)
+
+
+def later(message: Timed, by_us: int) -> Timed:
+    """The record with its time moved: to the clock of an autopilot that boots while its simulator runs, or back."""
+    if isinstance(message, DistanceSensor):
+        return message._replace(time_boot_ms=message.time_boot_ms + by_us // 1000)
+    if isinstance(message, SimulatedBattery):
+        return message
+    return message._replace(time_usec=message.time_usec + by_us)
 
 
 class ChannelClosed(Exception):

@@ -11,7 +11,8 @@ autopilot, then every HIL_ACTUATOR_CONTROLS is collected. Every fifth tick is a 
 
 So companions, cameras and detectors work while the next five ticks are flown. What a companion sends in the step of one
 barrier reaches its autopilot at the next, 20 ms later. An outside companion (any command, MAVSDK) or an outside
-autopilot (a real PX4) takes no part in barriers. No clock is read and no socket opened in here.
+autopilot (a real PX4) takes no part in barriers; an autopilot that was shut down takes no part in anything. No clock is
+read and no socket opened in here.
 """
 
 import math
@@ -21,7 +22,14 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from sitl_emu.core.radio import RadioLink, RadioSettings
-from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorChannel, SimulatorMessage, SimulatorParameter
+from sitl_emu.core.simulator_api import (
+    STATE_BOOT,
+    STATE_POWEROFF,
+    HilActuatorControls,
+    SimulatorChannel,
+    SimulatorMessage,
+    SimulatorParameter,
+)
 
 TICK_US = 4000
 TICKS_PER_SECOND = 250
@@ -110,13 +118,15 @@ class VehicleInRun:
     simulator: Simulator
     channel: SimulatorChannel
     autopilot: Control | None = None
-    """None where the autopilot takes no part in barriers."""
+    """None where the autopilot takes no part in barriers, or no more."""
     companion: Control | None = None
     """None where there is none, or one from outside."""
     camera: CameraInRun | None = None
     peer: PeerSocket | None = None
     controls: HilActuatorControls | None = None
     armed: bool = False
+    off: bool = False
+    """Its autopilot was shut down: the vehicle stays where it is, with its motors off."""
     stepping: bool = False
     """The companion was told to step and has not answered yet."""
     status: dict[str, Any] = field(default_factory=dict)
@@ -173,16 +183,12 @@ class Conductor:
         vehicles = self.vehicles
         sensed = self._simulation.tick([vehicle.controls for vehicle in vehicles])
         for vehicle, messages in zip(vehicles, sensed, strict=True):
-            vehicle.channel.send(messages)
+            if not vehicle.off:
+                vehicle.channel.send(messages)
         self.ticks = ticks = self.ticks + 1
         for place, vehicle in enumerate(vehicles):
-            controls = vehicle.controls = vehicle.channel.receive()
-            for message in vehicle.channel.beside():
-                if isinstance(message, SimulatorParameter):
-                    self._simulation.set_parameter(place, *message)
-            if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
-                vehicle.armed = not vehicle.armed
-                self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+            if not vehicle.off:
+                self._take_answer(place, vehicle)
             if vehicle.camera is not None and ticks >= vehicle.camera.due_tick():
                 self._take_picture(vehicle.camera, vehicle.simulator.pose())
         if ticks % TRUTH_TICKS == 0:
@@ -197,6 +203,21 @@ class Conductor:
             self._collect(vehicle)
             if vehicle.camera is not None:
                 self._wait_for_frame(vehicle.camera, vehicle.camera.rendered - 1)
+
+    def _take_answer(self, place: int, vehicle: VehicleInRun) -> None:
+        """The autopilot's controls, and what it says beside them. Raises ChannelClosed."""
+        controls = vehicle.controls = vehicle.channel.receive()
+        if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
+            vehicle.armed = not vehicle.armed
+            self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+        for message in vehicle.channel.beside():
+            if isinstance(message, SimulatorParameter):
+                self._simulation.set_parameter(place, *message)
+            elif message.system_status == STATE_BOOT:
+                self._recorder.event(self.now_us, vehicle.name, {"event": "autopilot rebooted"})
+            elif message.system_status == STATE_POWEROFF:
+                self._recorder.event(self.now_us, vehicle.name, {"event": "autopilot shut down"})
+                vehicle.off, vehicle.autopilot = True, None
 
     def _barrier(self) -> None:
         now_us = self.now_us

@@ -1,8 +1,9 @@
-"""`sitl-emu launch`: autopilots with the simulator in the same process, one process per vehicle.
+"""`sitl-emu launch`: autopilots with their simulator in the same process.
 
-The lightest way to fly: for ground stations, MAVSDK and swarms. What a process does is `launched_vehicle`. For a fleet
-everything is imported and read from files once, then a process is forked for each vehicle, so that they share it; a
-single vehicle flies in the launcher's own process. Stays until Ctrl-C.
+The lightest way to fly: for ground stations, MAVSDK and swarms. A vehicle has a process of its own, as a PX4 has, or
+shares one and its loop with others (`--per-process`, `--world`): `launched` is what a process does. For several
+processes everything is imported and read from files once, then they are forked, so that they share it; where there is
+one, it is the launcher's own. Stays until Ctrl-C.
 """
 
 import gc
@@ -13,14 +14,15 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sitl_emu.core import ports
-from sitl_emu.run import models, state
+from sitl_emu.run import models, site, state
 from sitl_emu.world.home import Home
 
-SPACING_M = 3.0
-"""Vehicles of one launch stand side by side, eastwards."""
+if TYPE_CHECKING:
+    from sitl_emu.run.launched import Crew
+
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """Else NumPy's linear algebra takes a buffer for each core, which matrices as small as a filter's never use."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
@@ -40,66 +42,82 @@ class Options(NamedTuple):
     speed: float
     """Times real time; inf for no limit."""
     home: Home
+    """Where the first vehicle stands; of no meaning in a world, which has its own."""
     gcs: tuple[str, int] | None
     state: Path
     """The folder that holds a folder for each vehicle: parameters, missions, logs."""
     fresh: bool
     """Whether to forget what was set in earlier launches."""
+    per_process: int | None = None
+    """How many vehicles share a process; None: one, and in a world all."""
+    world: str | None = None
+    """The world that they share, by its kind; None: a level plain."""
+    seed: int = 1
+    """Of that world."""
+    tlog: Path | None = None
+    """The folder of the telemetry logs; None: none are kept."""
 
 
 def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
-    """Start a process per vehicle and stay until they end; the exit status.
+    """Start all vehicles and stay until they end; the exit status, 1 where one has failed.
 
     Raises VehicleError and Trouble before anything is started.
     """
-    names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
-    roots = [state.prepare(options.state, names[model], at, fresh=options.fresh) for model, at in wanted]
     os.environ.setdefault(*ONE_THREAD)
+    crews = _crews(wanted, options)
 
     def welcome() -> None:
         say(port_table(wanted))
         say(f"parameters, missions and logs are kept in {options.state}")
 
-    if len(wanted) == 1:
-        return _fly_alone(wanted[0], roots[0], options, welcome, say)
+    if len(crews) == 1:
+        from sitl_emu.run import launched
+
+        return launched.main(crews[0], say, welcome)
     begun, began = os.pipe()
-    children = _fork(wanted, roots, options, began)
+    children = _fork(crews, began, say)
     os.close(began)
     return _wait_for(children, begun, welcome, say)
 
 
-def _fly_alone(
-    vehicle: Wanted, root: Path, options: Options, welcome: Callable[[], None], say: Callable[[str], None]
-) -> int:
-    """A single vehicle needs no other process; Ctrl-C and SIGTERM shut it down."""
-    from sitl_emu.run import launched_vehicle
+def _crews(wanted: Sequence[Wanted], options: Options) -> "list[Crew]":
+    """Who flies with whom in a process, where, and with which files. Raises VehicleError and Trouble."""
+    names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
+    if options.tlog is not None:
+        state.make(options.tlog)
+    from sitl_emu.run.launched import Crew, Launched
 
-    signal.signal(signal.SIGINT, launched_vehicle.shut_down)
-    status = launched_vehicle.main(vehicle, 0, root, options, welcome)
-    if status == 0:
-        say(f"{vehicle.model} (instance {vehicle.instance}) was shut down")
-    return status
+    here = site.plain(options.home) if options.world is None else site.in_world(options.world, options.seed)
+    launched = [
+        Launched(model, instance, place, state.prepare(options.state, names[model], instance, fresh=options.fresh))
+        for place, (model, instance) in enumerate(wanted)
+    ]
+    each = options.per_process or (1 if options.world is None else len(launched))
+    return [
+        Crew(launched[at : at + each], here, options.world is not None, options.speed, options.gcs, options.tlog)
+        for at in range(0, len(launched), each)
+    ]
 
 
-def _fork(wanted: Sequence[Wanted], roots: Sequence[Path], options: Options, began: int) -> dict[int, Wanted]:
-    """A process for each vehicle of a fleet, by its number; `began` as `_child` has it."""
-    _preload({vehicle.model for vehicle in wanted})
+def _fork(crews: "Sequence[Crew]", began: int, say: Callable[[str], None]) -> "dict[int, Crew]":
+    """A process for each crew, by its number; `began` as `_child` has it."""
+    _preload({vehicle.model for crew in crews for vehicle in crew.vehicles})
     launcher = os.getpid()
     children = {}
-    for place, vehicle in enumerate(wanted):
+    for crew in crews:
         pid = os.fork()
         if pid == 0:
-            _child(vehicle, place, roots[place], options, launcher, began)
-        children[pid] = vehicle
+            _child(crew, launcher, began, say)
+        children[pid] = crew
     return children
 
 
 def _preload(models: set[str]) -> None:
     """Import and read what all vehicles have in common, and keep the garbage collector from writing into it."""
-    from sitl_emu.run import launched_vehicle
+    from sitl_emu.run import launched
 
     for model in models:
-        launched_vehicle.preload(model)
+        launched.preload(model)
     gc.collect()
     gc.freeze()
 
@@ -122,10 +140,10 @@ def port_table(wanted: Sequence[Wanted]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: int, began: int) -> NoReturn:
-    """The forked process of a vehicle; never returns to the code of its parent, which alone hears Ctrl-C.
+def _child(crew: "Crew", launcher: int, began: int, say: Callable[[str], None]) -> NoReturn:
+    """The forked process of a crew; never returns to the code of its parent, which alone hears Ctrl-C.
 
-    `began`: the end of a pipe that gets a byte when the vehicle's ports are open, and is closed.
+    `began`: the end of a pipe that gets a byte when the vehicles' ports are open, and is closed.
     """
 
     def tell_launcher() -> None:
@@ -135,9 +153,9 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = 1
     try:
-        from sitl_emu.run import launched_vehicle
+        from sitl_emu.run import launched
 
-        status = launched_vehicle.main(vehicle, place, root, options, tell_launcher, launcher)
+        status = launched.main(crew, say, tell_launcher, launcher)
     except Exception:  # a fault of ours: os._exit would hide it
         traceback.print_exc()
     finally:
@@ -146,8 +164,8 @@ def _child(vehicle: Wanted, place: int, root: Path, options: Options, launcher: 
         os._exit(status)
 
 
-def _wait_for(children: dict[int, Wanted], begun: int, welcome: Callable[[], None], say: Callable[[str], None]) -> int:
-    """Wait until Ctrl-C, SIGTERM or the death of a vehicle ends them all.
+def _wait_for(children: "dict[int, Crew]", begun: int, welcome: Callable[[], None], say: Callable[[str], None]) -> int:
+    """Wait until Ctrl-C, SIGTERM, or all have ended. A process that dies is named, and the others fly on.
 
     `begun`: the pipe of `_child`. Where a vehicle cannot begin, what it said of that stands alone: no `welcome`.
     """
@@ -161,13 +179,11 @@ def _wait_for(children: dict[int, Wanted], begun: int, welcome: Callable[[], Non
         if not _all_begin(begun, len(children)):
             return 1
         welcome()
-        while children and status == 0:
+        while children:
             pid, code = os.wait()
-            vehicle = children.pop(pid)
-            if code == 0:
-                say(f"{vehicle.model} (instance {vehicle.instance}) was shut down")
-            else:
-                say(f"{vehicle.model} (instance {vehicle.instance}) ended: {_how(code)}; ending the others")
+            crew = children.pop(pid)
+            if code != 0:
+                say(f"{', '.join(vehicle.title for vehicle in crew.vehicles)} ended: {_how(code)}")
                 status = 1
     except KeyboardInterrupt:
         pass
@@ -175,7 +191,8 @@ def _wait_for(children: dict[int, Wanted], begun: int, welcome: Callable[[], Non
         for pid in children:
             os.kill(pid, signal.SIGTERM)
         for pid in children:
-            os.waitpid(pid, 0)
+            _, code = os.waitpid(pid, 0)
+            status = status or (1 if code else 0)
     return status
 
 

@@ -1,13 +1,24 @@
 """Plugs into an autopilot what its vehicle carries that speaks MAVLink by itself, as its data list it."""
 
+from typing import Protocol
+
 from autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.payload.camera import Camera
 from sitl_emu.payload.gimbal import Gimbal
-from vehicles.description import Vehicle
+from vehicles import description
 
 
-def plug_in(vehicle: Vehicle, autopilot: Autopilot) -> tuple[Camera | Gimbal, ...]:
+class Carrier(Protocol):
+    """Whoever says what a vehicle carries: its data."""
+
+    @property
+    def camera(self) -> description.Camera | None: ...  # noqa: D102
+    @property
+    def gimbal(self) -> description.Gimbal | None: ...  # noqa: D102
+
+
+def plug_in(vehicle: Carrier, autopilot: Autopilot) -> tuple[Camera | Gimbal, ...]:
     """Camera and gimbal, where there are any; they are returned."""
     system_id = autopilot.mavlink.system_id
     devices: list[Camera | Gimbal] = []

@@ -28,3 +28,11 @@ def prepare(folder: Path, model: str, instance: int, *, fresh: bool) -> Path:
     except storage.StorageError as error:
         raise Trouble(f"{error}; {REMEDY}") from None
     return root
+
+
+def make(folder: Path) -> None:
+    """Make a folder for logs. Raises Trouble."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Trouble(f"{folder}: can't keep logs there: {error.strerror}") from None

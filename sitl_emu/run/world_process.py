@@ -10,7 +10,6 @@ import socket
 import time
 from pathlib import Path
 
-from autopilot.process import Pacer
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
@@ -18,6 +17,7 @@ from sitl_emu.run import models, worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
 from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
+from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.world.simulation import Simulation
@@ -176,6 +176,8 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConf
                 over_us = conductor.now_us + GRACE_US
                 failed = [f"companion {name}: {_how(status)}" for name, status in ended.items() if status]
                 outcome = "; ".join(failed) or conductor.outcome
+            elif off := _shut_down(conductor, commands):
+                over_us, outcome = conductor.now_us + GRACE_US, off
             elif conductor.now_us >= limit_us:
                 over_us, outcome = conductor.now_us, "time limit reached"
     conductor.finish()
@@ -184,6 +186,19 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConf
             if control is not None:
                 control.send({"end": True})
     return outcome
+
+
+def _shut_down(conductor: Conductor, commands: set[str]) -> str:
+    """Which autopilots are off, where the run can't go on without them; else empty.
+
+    That is so where a companion of ours has lost its vehicle before it was done, and where no vehicle is left. Commands
+    of the user's decide for themselves when they are done.
+    """
+    off = [member for member in conductor.vehicles if member.off]
+    lost = any(member.companion is not None and not member.status.get("done") for member in off)
+    if lost or (not commands and len(off) == len(conductor.vehicles)):
+        return f"autopilot shut down: {', '.join(member.name for member in off)}"
+    return ""
 
 
 def _how(status: int) -> str:

@@ -55,42 +55,86 @@ def wait_for(link: Any, kind: str, accept: Callable[[Any], bool]) -> Any:
 
 
 @contextlib.contextmanager
+def linked(place: int) -> Iterator[Any]:
+    """A ground station of one vehicle."""
+    with contextlib.closing(
+        mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(place)}", source_system=255)
+    ) as link:
+        yield link
+
+
+@contextlib.contextmanager
 def two_that_speak() -> Iterator[subprocess.Popen[str]]:
     """Two vehicles whose heartbeats have been heard."""
     with launched("iris:2", "--instance", str(INSTANCE)) as process:
         for place in range(2):
-            link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(place)}", source_system=255)
-            with contextlib.closing(link):
+            with linked(place) as link:
                 wait_for(link, "HEARTBEAT", lambda _heartbeat: True)
         yield process
 
 
-def command_power(link: Any, what: int) -> None:
+def command_power(link: Any, what: int, place: int = 0) -> None:
     """MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: 1 reboots the autopilot, 2 shuts it down."""
-    link.mav.command_long_send(INSTANCE + 1, 1, 246, 0, what, 0, 0, 0, 0, 0, 0)
+    while link.recv_match() is not None:
+        pass  # a socket that was not read for long has no room for the answer
+    link.mav.command_long_send(INSTANCE + place + 1, 1, 246, 0, what, 0, 0, 0, 0, 0, 0)
     assert wait_for(link, "COMMAND_ACK", lambda ack: ack.command == 246).result == 0
 
 
 def test_a_reboot_restarts_the_autopilot_and_a_shutdown_ends_it() -> None:
-    with launched("iris", "--instance", str(INSTANCE)) as process:
-        link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(0)}", source_system=255)
-        with contextlib.closing(link):
-            wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms > 8000)
-            command_power(link, 1)
-            wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms < 8000)
-            wait_for(link, "HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3)
-            command_power(link, 2)
-            assert process.wait(GONE_LIMIT_S) == 0
+    with launched("iris", "--instance", str(INSTANCE)) as process, linked(0) as link:
+        wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms > 8000)
+        command_power(link, 1)
+        wait_for(link, "ATTITUDE", lambda attitude: attitude.time_boot_ms < 8000)
+        wait_for(link, "HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3)
+        command_power(link, 2)
+        assert process.wait(GONE_LIMIT_S) == 0
 
 
-def test_a_vehicle_killed_is_named_and_the_others_end() -> None:
-    with two_that_speak() as process:
-        victim = children_of(process.pid)[1]
-        os.kill(victim, signal.SIGKILL)
-        assert process.wait(GONE_LIMIT_S) == 1
+def test_a_vehicle_killed_is_named_and_the_others_fly_on() -> None:
+    with launched("iris:2", "--instance", str(INSTANCE)) as process, linked(0) as one, linked(1) as other:
+        for link in (one, other):
+            wait_for(link, "HEARTBEAT", lambda _heartbeat: True)
+        os.kill(children_of(process.pid)[1], signal.SIGKILL)
         assert process.stdout is not None
-        assert f"iris (instance {INSTANCE + 1}) ended: killed by SIGKILL" in process.stdout.read()
-        wait_until_free(gcs_port(0), gcs_port(1))
+        assert any(f"iris (instance {INSTANCE + 1}) ended: killed by SIGKILL" in line for line in process.stdout)
+        wait_until_free(gcs_port(1))
+        killed_ms = wait_for(one, "ATTITUDE", lambda _attitude: True).time_boot_ms
+        wait_for(one, "ATTITUDE", lambda attitude: attitude.time_boot_ms > killed_ms + 1000)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(GONE_LIMIT_S) == 1
+        wait_until_free(gcs_port(0))
+
+
+def test_vehicles_of_one_process_reboot_and_are_shut_down_each_by_itself() -> None:
+    with launched("iris:3", "--per-process", "3", "--instance", str(INSTANCE)) as process:
+        assert children_of(process.pid) == []
+        with contextlib.ExitStack() as stack:
+            links = [stack.enter_context(linked(place)) for place in range(3)]
+            for link in links:
+                wait_for(link, "HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3)
+            booted_ms = wait_for(links[1], "ATTITUDE", lambda _: True).time_boot_ms
+            command_power(links[0], 1)
+            wait_for(links[0], "ATTITUDE", lambda attitude: attitude.time_boot_ms < booted_ms)
+            command_power(links[2], 2, place=2)
+            wait_until_free(gcs_port(2))
+            for link in links[:2]:
+                wait_for(link, "HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3)
+            assert wait_for(links[1], "ATTITUDE", lambda _: True).time_boot_ms > booted_ms
+            for place in range(2):
+                command_power(links[place], 2, place)
+            assert process.wait(GONE_LIMIT_S) == 0
+        assert process.stdout is not None
+        said = process.stdout.read()
+        assert [f"iris (instance {INSTANCE + place}) was shut down" in said for place in range(3)] == [True] * 3
+
+
+def test_vehicles_in_a_world_share_one_process_and_stand_on_its_ground() -> None:
+    with launched("iris:2", "--world", "corn_field", "--instance", str(INSTANCE)) as process:
+        with linked(0) as one, linked(1) as other:
+            heights = [wait_for(link, "HOME_POSITION", lambda _home: True).altitude for link in (one, other)]
+        assert children_of(process.pid) == []
+    assert heights[0] != heights[1] and abs(heights[0] - heights[1]) < 3000
 
 
 def test_ctrl_c_leaves_no_process_and_no_port() -> None:
@@ -121,8 +165,7 @@ def test_vehicles_fly_on_when_nobody_can_read_what_is_printed(tmp_path: Path) ->
     command = [sys.executable, "-P", "-m", "sitl_emu", "launch", "iris", "--instance", str(INSTANCE)]
     command += ["--state", str(tmp_path)]
     with Path("/dev/full").open("w") as full, subprocess.Popen(command, stdout=full, stderr=subprocess.PIPE) as process:
-        link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{gcs_port(0)}", source_system=255)
-        with contextlib.closing(link):
+        with linked(0) as link:
             end, heard = time.monotonic() + 30.0, None
             while heard is None and time.monotonic() < end and process.poll() is None:
                 link.mav.heartbeat_send(6, 8, 0, 0, 4)

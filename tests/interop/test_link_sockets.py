@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from autopilot.sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, PortInUseError
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.ports import LinkPorts
 from sitl_emu.run.companion_process import UdpLink
+from sitl_emu.run.link_sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, Poll, PortInUseError
 
 LIMIT_S = 2.0
 
@@ -40,10 +40,13 @@ class Bench:
         self.standing = peer()
         self.wire = Wire(free_port(), int(self.standing.getsockname()[1]))
         self.sockets = LinkSockets([self.wire])
+        self.poll: Poll[str] = Poll()
+        for fileno in self.sockets.filenos():
+            self.poll.watch(fileno, self.wire.name)
         self.address = ("127.0.0.1", self.wire.ports.local)
 
     def heard(self) -> list[bytes]:
-        assert self.sockets.wait(LIMIT_S) == [0]
+        assert self.poll.wait(LIMIT_S) == [self.wire.name]
         return self.sockets.receive(0)
 
     def say(self, data: bytes) -> None:
@@ -129,20 +132,35 @@ def test_a_companion_in_lockstep_hears_its_own_autopilot_alone() -> None:
             link.close()
 
 
-def test_what_else_is_watched_is_told(bench: Bench) -> None:
+def test_one_wait_tells_of_all_that_is_watched_until_it_is_forgotten(bench: Bench) -> None:
     one, other = socket.socketpair()
     with one, other, peer() as speaker:
-        bench.sockets.watch(one.fileno())
+        bench.poll.watch(one.fileno(), "tick")
         other.send(b"tick")
-        assert bench.sockets.wait(LIMIT_S) == []
-        assert bench.sockets.watched_ready
+        assert bench.poll.wait(LIMIT_S) == ["tick"]
         speaker.sendto(b"here", bench.address)
-        while not bench.sockets.wait(LIMIT_S):
+        while "gcs" not in (ready := bench.poll.wait(LIMIT_S)):
             pass
-        assert bench.sockets.watched_ready
-        one.recv(100)
-        assert bench.sockets.wait(LIMIT_S) == [0]
-        assert not bench.sockets.watched_ready
+        assert set(ready) == {"tick", "gcs"}
+        bench.poll.forget(one.fileno())
+        bench.poll.forget(other.fileno())
+        assert bench.poll.wait(LIMIT_S) == ["gcs"]
+
+
+def test_a_link_that_begins_anew_keeps_its_port_and_forgets_its_peer(bench: Bench) -> None:
+    with peer() as first:
+        first.sendto(b"here", bench.address)
+        assert bench.heard() == [b"here"]
+        bench.wire = Wire(*bench.wire.ports)
+        bench.sockets.restart([bench.wire])
+        bench.say(b"to the standing port")
+        assert bench.standing.recv(100) == b"to the standing port"
+        first.sendto(b"here again", bench.address)
+        assert bench.heard() == [b"here again"]
+        bench.say(b"answer")
+        assert first.recv(100) == b"answer"
+    assert bench.sockets.take_sent(0) == 2
+    assert bench.sockets.take_sent(0) == 0
 
 
 def test_a_port_in_use_is_named_with_its_remedy(bench: Bench) -> None:

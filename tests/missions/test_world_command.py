@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from autopilot.__main__ import AirframeError, make_autopilot
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, HilSensor
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
+from sitl_emu.run.autopilot_command import AirframeError, read_airframe
 from tests.missions.runs import FIRST_INSTANCE
 
 INSTANCE = FIRST_INSTANCE + 40
@@ -126,5 +126,5 @@ def test_a_wrong_airframe_is_told(tmp_path: Path, text: str | None, wanted: str)
     if text is not None:
         file.write_text(text)
     with pytest.raises(AirframeError, match=re.escape(wanted)) as told:
-        make_autopilot(file, 0, None)
+        read_airframe(file)
     assert str(file) in str(told.value)

@@ -14,7 +14,7 @@ GENERATED = ROOT / "sitl_emu/core/dialect.py"
 FILES = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py")) if path != GENERATED]
 
 CLOCK_FILES = {
-    "autopilot/process.py": "paces a tick",
+    "sitl_emu/run/pacing.py": "paces a tick",
     "sitl_emu/run/world_process.py": "paces a run",
     "sitl_emu/run/children.py": "gives processes time to end",
     "sitl_emu/run/launcher.py": "gives the world time to say how it ends",
@@ -25,7 +25,7 @@ CLOCK_FILES = {
 }
 """Who may look at a clock, and what for."""
 SOCKET_FILES = {
-    "autopilot/sockets.py",
+    "sitl_emu/run/link_sockets.py",
     "sitl_emu/cli.py",
     "sitl_emu/core/tcp_channel.py",
     "sitl_emu/run/control.py",

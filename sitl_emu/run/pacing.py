@@ -1,8 +1,6 @@
-"""An autopilot as a process: its state machine, its sockets and the clock that paces it.
+"""The clock of what flies in real time: what the date is, how fast simulated time may go, how busy the machine is.
 
-The only file of the autopilot that looks at a clock. Time is simulated: it comes with HIL_SENSOR, and the wall clock
-merely holds it back to the speed that was asked for. While it waits for its next tick, the process waits on its
-sockets, so that what arrives is answered at once.
+Time is simulated: it comes with HIL_SENSOR. The wall clock merely holds it back to the speed that was asked for.
 """
 
 import math
@@ -11,7 +9,6 @@ from pathlib import Path
 
 from autopilot.autopilot import Autopilot
 from autopilot.load_mon import ram_usage
-from autopilot.sockets import LinkSockets
 
 TICK_S = 0.004
 MEMINFO = Path("/proc/meminfo")
@@ -60,27 +57,11 @@ class Pacer:
         return left
 
 
-def measure_load(autopilot: Autopilot) -> None:
-    """Tell the autopilot how busy it keeps the computer, when it wants to know."""
+def measure_load(autopilot: Autopilot, mates: int = 1) -> None:
+    """Tell the autopilot how busy it keeps the computer, when it wants to know.
+
+    `mates` autopilots share the process; each counts for an equal part of it.
+    """
     if autopilot.now_us >= autopilot.load_mon.due_us:
         memory = ram_usage(MEMINFO.read_text())
-        autopilot.load_mon.measured(autopilot.now_us, time.monotonic(), time.process_time(), memory)
-
-
-def serve(autopilot: Autopilot, sockets: LinkSockets, pacer: Pacer) -> None:
-    """Until the next tick is due, hand what arrives to the autopilot, and send what it has to say."""
-    sockets.flush()
-    measure_load(autopilot)
-    if not pacer.next_tick():
-        return
-    left = pacer.remaining_s()
-    while True:
-        ready = sockets.wait(left)
-        for index in ready:
-            for data in sockets.receive(index):
-                autopilot.on_datagram(index, data)
-        if ready:
-            sockets.flush()
-        left = pacer.remaining_s()
-        if left <= 0.0:
-            return
+        autopilot.load_mon.measured(autopilot.now_us, time.monotonic(), time.process_time() / mates, memory)

@@ -1,4 +1,4 @@
-"""The autopilot's UDP sockets: one per MAVLink link, on PX4's ports. Nothing else here opens one.
+"""An autopilot's UDP sockets: one per MAVLink link, on PX4's ports; and the one wait for all sockets of a process.
 
 As PX4 does, a link sends to its standing remote port until somebody speaks to it, and from then on to whoever spoke
 first, and nobody else until it restarts.
@@ -8,7 +8,7 @@ import errno
 import select
 import socket
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from sitl_emu.core.ports import LinkPorts
 
@@ -37,45 +37,67 @@ class DatagramLink(Protocol):
     outbox: list[bytes]
 
 
+Key = TypeVar("Key")
+
+
+class Poll(Generic[Key]):
+    """One wait for many sockets, each known by a key."""
+
+    def __init__(self) -> None:
+        self._poll = select.poll()
+        self._keys: dict[int, Key] = {}
+
+    def watch(self, fileno: int, key: Key) -> None:
+        """Let `wait` tell when this file descriptor can be read."""
+        self._keys[fileno] = key
+        self._poll.register(fileno, select.POLLIN)
+
+    def forget(self, fileno: int) -> None:
+        """Take no notice of a file descriptor any more, which is still open; it need not have been watched."""
+        if fileno in self._keys:
+            del self._keys[fileno]
+            self._poll.unregister(fileno)
+
+    def wait(self, timeout_s: float) -> list[Key]:
+        """Keys of what can be read, after at most `timeout_s` (0: look only)."""
+        ready = self._poll.poll(max(0.0, timeout_s) * 1000.0)
+        return [self._keys[number] for number, _ in ready] if ready else []
+
+
 class LinkSockets:
     """The sockets of one autopilot, in the order of its links."""
 
     def __init__(self, links: Sequence[DatagramLink], gcs: tuple[str, int] | None = None) -> None:
         """Bind all links. `gcs`: another host and port for the ground station. Raises PortInUseError."""
         self._links = tuple(links)
+        self._gcs = gcs
         self._sockets: list[socket.socket] = []
-        self._index_of: dict[int, int] = {}
-        self._peers: list[tuple[str, int]] = []
-        self._spoken_to = [False] * len(self._links)
-        self.watched_ready = False
-        """Whether what is watched could be read when `wait` returned."""
-        self._poll = select.poll()
+        self._sent = [0] * len(self._links)
+        self.restart(links)
         try:
-            for index, link in enumerate(self._links):
-                opened = _bound(link)
-                self._sockets.append(opened)
-                self._index_of[opened.fileno()] = index
-                self._poll.register(opened.fileno(), select.POLLIN)
-                remote = (LOOPBACK, link.ports.remote)
-                self._peers.append(gcs if gcs is not None and link.name == "gcs" else remote)
+            for link in self._links:
+                self._sockets.append(_bound(link))
         except PortInUseError:
             self.close()
             raise
 
-    def watch(self, fileno: int) -> None:
-        """Let `wait` return also when this file descriptor can be read."""
-        self._poll.register(fileno, select.POLLIN)
+    def restart(self, links: Sequence[DatagramLink]) -> None:
+        """Serve the same links of an autopilot that has begun anew: its peers are forgotten, the ports stay open."""
+        self._links = tuple(links)
+        self._spoken_to = [False] * len(self._links)
+        self._peers = [
+            self._gcs if self._gcs is not None and link.name == "gcs" else (LOOPBACK, link.ports.remote)
+            for link in self._links
+        ]
 
-    def leave_out(self, index: int) -> None:
-        """Let `wait` take no notice of a link, whose datagrams are read by number (lockstep)."""
-        self._poll.unregister(self._sockets[index].fileno())
+    def filenos(self) -> list[int]:
+        """File descriptors, in the order of the links."""
+        return [opened.fileno() for opened in self._sockets]
 
-    def wait(self, timeout_s: float) -> list[int]:
-        """Indices of the links where datagrams wait, after at most `timeout_s` (0: look only)."""
-        ready = self._poll.poll(max(0.0, timeout_s) * 1000.0)
-        links = [self._index_of[number] for number, _ in ready if number in self._index_of] if ready else []
-        self.watched_ready = len(links) < len(ready)
-        return links
+    def take_sent(self, index: int) -> int:
+        """How many datagrams were sent on a link since this was asked last."""
+        sent, self._sent[index] = self._sent[index], 0
+        return sent
 
     def receive(self, index: int, exactly: int | None = None) -> list[bytes]:
         """Datagrams of one link: those that wait, AT_ONCE at most, or `exactly` so many of the standing remote port.
@@ -111,6 +133,7 @@ class LinkSockets:
         for index, link in enumerate(self._links):
             if link.outbox:
                 send, peer = self._sockets[index].sendto, self._peers[index]
+                self._sent[index] += len(link.outbox)
                 for data in link.outbox:
                     try:
                         send(data, peer)

@@ -1,0 +1,222 @@
+"""The autopilot host: the computer that an emulated PX4 runs on, the same for `launch`, `run`, `python -m autopilot`.
+
+It opens the sockets of its links, plugs in what the vehicle carries, tells the simulator the parameters that are about
+it, keeps telemetry logs, and does what MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN asks for: at a reboot the autopilot begins
+anew, with what it had stored and with a time of its own; the simulator, its channel and the ports stay. It is stepped
+by whoever has the channel.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from autopilot.autopilot import Autopilot
+from autopilot.parameters import Value
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.simulator_api import (
+    STATE_BOOT,
+    STATE_POWEROFF,
+    AutopilotChannel,
+    AutopilotState,
+    HilSensor,
+    later,
+)
+from sitl_emu.core.tcp_channel import TcpAutopilotChannel
+from sitl_emu.run import payload
+from sitl_emu.run.link_logs import LinkLogs
+from sitl_emu.run.link_sockets import LinkSockets, Poll
+from sitl_emu.run.loss_timeouts import loss_timeouts
+from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
+from sitl_emu.run.simulated_parameters import SimulatedParameters
+from vehicles.description import Camera, Gimbal
+
+ONBOARD = 1
+"""Index of the onboard link."""
+TICK_US = 4000
+STANDBY = 3
+BOOT_LIMIT_US = 20_000_000
+"""An autopilot that is not armable after so much time counts as booted all the same."""
+REBOOT, SHUT_DOWN = 1, 2
+"""PREFLIGHT_REBOOT_SHUTDOWN.param1."""
+WAIT_S = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hosted:
+    """An autopilot to be hosted."""
+
+    instance: int
+    airframe: Mapping[str, Value]
+    """PX4's parameters that differ from their defaults."""
+    camera: Camera | None = None
+    gimbal: Gimbal | None = None
+    """What the vehicle carries that speaks MAVLink by itself."""
+    root: Path | None = None
+    """The folder that stands for PX4's file system, as storage.prepare leaves it."""
+    gcs: tuple[str, int] | None = None
+    """Where the ground station listens; None: on this machine."""
+    speed: float = 1.0
+    """Times real time, for time-outs that PX4's start-up script stretches (PX4_SIM_SPEED_FACTOR)."""
+    start_us: int | None = None
+    """Microseconds since 1970 at which simulated time begins; None: the date at each boot."""
+    tlog: Path | None = None
+    """Telemetry logs are kept here, `TLOG-LINK.tlog`."""
+    mates: int = 1
+    """How many autopilots share the process, and so its processor time."""
+    by_number: Collection[int] = ()
+    """Links whose datagrams are announced, and read by number: lockstep."""
+
+
+class AutopilotHost:
+    """One hosted autopilot, from power-on."""
+
+    def __init__(self, hosted: Hosted, poll: "HostPoll") -> None:
+        """Open its ports, which wake `poll`. Raises PortInUseError, and OSError for logs that can't be written."""
+        self._hosted, self._poll = hosted, poll
+        self.off = False
+        """It was shut down: nothing may be called any more but `close`."""
+        self.boots = 0
+        self.flight_logs: list[str] = []
+        """Names of the flight logs of earlier boots; the autopilot knows those of this one."""
+        self._began_us: int | None = 0
+        """The simulator's time at this boot; None until the first tick after a reboot tells it."""
+        self._power_on(0)
+        links = self.autopilot.mavlink.links
+        self._sockets = LinkSockets(links, hosted.gcs)
+        for index, fileno in enumerate(self._sockets.filenos()):
+            if index not in hosted.by_number:
+                poll.watch(fileno, (self, index))
+        self._logs = LinkLogs(hosted.tlog, [link.name for link in links]) if hosted.tlog is not None else None
+
+    @property
+    def booted(self) -> bool:
+        """Whether it is armable, or has had time enough for that."""
+        autopilot = self.autopilot
+        return autopilot.topics.vehicle_status.system_status >= STANDBY or autopilot.now_us > BOOT_LIMIT_US
+
+    def tick(self, channel: AutopilotChannel) -> None:
+        """Step the autopilot: from what the simulator has sent to the answer. Raises ChannelClosed."""
+        autopilot, messages = self.autopilot, channel.receive()
+        if self._began_us is None:
+            sensor = messages[-1]
+            assert isinstance(sensor, HilSensor)
+            self._began_us = sensor.time_usec - TICK_US
+        if began_us := self._began_us:
+            messages = [later(message, -began_us) for message in messages]
+        controls = autopilot.step(messages)
+        if began_us:
+            controls = later(controls, began_us)
+        wanted = self._power_wanted()
+        if wanted == REBOOT:
+            channel.send(controls, [AutopilotState(STATE_BOOT)])
+        elif wanted == SHUT_DOWN:
+            still = controls._replace(controls=(0.0,) * len(controls.controls), mode=0)
+            channel.send(still, [AutopilotState(STATE_POWEROFF)])
+        else:
+            channel.send(controls, self._simulated_parameters.changed())
+        self.flush()
+        if wanted == REBOOT:
+            self._reboot()
+        elif wanted == SHUT_DOWN:
+            self._power_off()
+
+    def keep_time(self) -> None:
+        """What goes by the clock, in real time: to be called often. Not for logs that have to repeat."""
+        measure_load(self.autopilot, self._hosted.mates)
+        for device in self._devices:
+            device.keep_alive(clock_s())
+
+    def read(self, link: int, exactly: int | None = None) -> None:
+        """Hand a link's datagrams to the autopilot, those that wait or `exactly` so many, and send its answers."""
+        for datagram in self._sockets.receive(link, exactly):
+            self._log(link, datagram)
+            self.autopilot.on_datagram(link, datagram)
+        self.flush()
+
+    def drop(self, link: int) -> None:
+        """Lose a link's datagrams."""
+        self._sockets.receive(link)
+
+    def flush(self) -> None:
+        """Send what the autopilot has to say."""
+        if self._logs is not None:
+            for index, link in enumerate(self.autopilot.mavlink.links):
+                for datagram in link.outbox:
+                    self._log(index, datagram)
+        self._sockets.flush()
+
+    def take_sent(self, link: int) -> int:
+        """How many datagrams were sent on a link since this was asked last."""
+        return self._sockets.take_sent(link)
+
+    def close(self) -> None:
+        """End in good order: parameters are saved, logs are whole, ports are free. May be called twice."""
+        try:
+            if not self.off:
+                self._power_off()
+        finally:
+            if self._logs is not None:
+                self._logs.close()
+                self._logs = None
+
+    def _power_on(self, since_start_us: int) -> None:
+        hosted = self._hosted
+        self.autopilot = Autopilot(hosted.airframe, hosted.instance, hosted.root)
+        for name, value in loss_timeouts(hosted.speed).items():
+            self.autopilot.parameters.set(name, value)
+        boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
+        self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
+        self._devices = payload.plug_in(hosted, self.autopilot)
+        self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
+        self._commands = self.autopilot.topics.vehicle_commands
+        self.boots += 1
+
+    def _reboot(self) -> None:
+        now_us = (self._began_us or 0) + self.autopilot.now_us
+        self._stop()
+        self._power_on(now_us)
+        self._began_us = None
+        self._sockets.restart(self.autopilot.mavlink.links)
+
+    def _power_off(self) -> None:
+        self.off = True
+        try:
+            self._stop()
+        finally:
+            for fileno in self._sockets.filenos():
+                self._poll.forget(fileno)
+            self._sockets.close()
+
+    def _stop(self) -> None:
+        self.autopilot.close()
+        self.flight_logs += self.autopilot.logger.files
+
+    def _power_wanted(self) -> int | None:
+        """REBOOT or SHUT_DOWN where the newest accepted command asks for it."""
+        commands = self.autopilot.topics.vehicle_commands
+        if commands is self._commands:
+            return None
+        self._commands = commands
+        if not commands or commands[-1].command.command != mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+            return None
+        return int(commands[-1].command.param1)
+
+    def _log(self, link: int, datagram: bytes) -> None:
+        if self._logs is not None:
+            self._logs.write(self._boot_unix_us + self.autopilot.now_us, link, datagram)
+
+
+HostPoll = Poll[tuple[AutopilotHost, int] | None]
+"""Tells on which link of which host datagrams wait; None is the simulator's channel."""
+
+
+def wait_for_tick(poll: HostPoll, channel: TcpAutopilotChannel) -> None:
+    """Answer whoever speaks on the links until the simulator's next tick is there, or it has left."""
+    while True:
+        ready = poll.wait(0.0 if channel.ready else WAIT_S)
+        for key in ready:
+            if key is not None:
+                host, link = key
+                host.read(link)
+        if channel.ready or None in ready:
+            return

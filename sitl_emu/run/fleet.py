@@ -1,0 +1,153 @@
+"""A fleet: vehicles of one process, autopilots and simulators, ticked by one loop with one wait for all their sockets.
+
+It runs unthrottled until all are armable, and at the asked speed from then on. While it runs unthrottled the vehicles
+speak, but do not listen: what is sent to them waits until they are armable. A script that arms as soon as position and
+home are there would otherwise hit the second, in PX4's time, until the commander trusts them.
+
+Whatever happens to a vehicle is its own: when it reboots, is shut down, or a fault of ours ends it, the others fly on.
+"""
+
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from sitl_emu.core.simulator_api import (
+    STATE_BOOT,
+    STATE_POWEROFF,
+    AutopilotChannel,
+    BesideMessage,
+    HilActuatorControls,
+    MemoryChannel,
+    SimulatorParameter,
+)
+from sitl_emu.run.pacing import Pacer
+from sitl_emu.world.simulation import Simulation
+from sitl_emu.world.simulator import VehicleSimulator
+
+NO_CONTROLS = HilActuatorControls(0, 1, (0.0,) * 16, 0)
+"""Of a vehicle without an autopilot: its motors stand still."""
+
+
+class Host(Protocol):
+    """A hosted autopilot (`autopilot_host`)."""
+
+    @property
+    def off(self) -> bool: ...  # noqa: D102
+    @property
+    def booted(self) -> bool: ...  # noqa: D102
+    def tick(self, channel: AutopilotChannel) -> None: ...  # noqa: D102
+    def read(self, link: int) -> None: ...  # noqa: D102
+    def keep_time(self) -> None: ...  # noqa: D102
+    def close(self) -> None: ...  # noqa: D102
+
+
+class Wait(Protocol):
+    """The wait for all sockets (`link_sockets.Poll`)."""
+
+    def wait(self, timeout_s: float) -> "Sequence[tuple[Host, int] | None]": ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Member:
+    """One vehicle of a fleet."""
+
+    name: str
+    """For people."""
+    host: Host
+    renew: Callable[[], VehicleSimulator] | None
+    """Makes the simulator with which it begins anew at a reboot, as PX4's SIH does, which is part of it; None: the
+    vehicle stays where it is in its world, as it does with any other simulator."""
+
+
+class Fleet:
+    """Vehicles that are ticked together until all have ended."""
+
+    def __init__(
+        self, members: Sequence[Member], simulation: Simulation, wait: Wait, say: Callable[[str], None]
+    ) -> None:
+        """`simulation` holds the simulators of `members`, in their order; `say` tells people who was shut down."""
+        self._simulation, self._wait, self._say = simulation, wait, say
+        self._flying = dict(enumerate(members))
+        self._channels = [MemoryChannel() for _ in members]
+        self._controls: list[HilActuatorControls | None] = [None] * len(members)
+        self._rebooted = False
+        self.failed = False
+        """Whether a fault of ours ended one of them."""
+
+    def fly(self, pacer: Pacer, stopped: Callable[[], bool]) -> None:
+        """Tick until all have ended, or `stopped` says so."""
+        paced = False
+        while self._flying and not stopped():
+            self.tick()
+            if self._rebooted:  # one alone catches up with the clock once more; among others it takes the time it takes
+                self._rebooted = False
+                paced = paced and any(member.host.booted for member in self._flying.values())
+            elif not paced and all(member.host.booted for member in self._flying.values()):
+                paced = True
+                pacer.start()
+            if paced:
+                self._serve(pacer)
+
+    def tick(self) -> None:
+        """4 ms: all simulators, then all autopilots."""
+        sensed = self._simulation.tick(self._controls)
+        for place, member in list(self._flying.items()):
+            channel = self._channels[place]
+            try:
+                if (fault := self._simulation.faults.get(place)) is not None:
+                    raise fault
+                channel.simulator.send(sensed[place])
+                member.host.tick(channel.autopilot)
+                self._controls[place] = channel.simulator.receive()
+                for message in channel.simulator.beside():
+                    self._heed(place, message)
+            except Exception as fault:
+                self._lose(place, fault)
+
+    def _heed(self, place: int, message: BesideMessage) -> None:
+        member = self._flying[place]
+        if isinstance(message, SimulatorParameter):
+            self._simulation.set_parameter(place, *message)
+        elif message.system_status == STATE_BOOT:
+            self._rebooted = True
+            if member.renew is not None:
+                self._simulation.replace(place, member.renew())
+                self._controls[place] = None
+        elif message.system_status == STATE_POWEROFF:
+            del self._flying[place]
+            self._say(f"{member.name} was shut down")
+
+    def _serve(self, pacer: Pacer) -> None:
+        """Until the next tick is due, hand what arrives to the autopilots, which answer."""
+        if not pacer.next_tick():
+            return
+        for member in self._flying.values():
+            member.host.keep_time()
+        left = pacer.remaining_s()
+        while True:
+            for host, link in filter(None, self._wait.wait(left)):
+                if not host.off:
+                    self._read(host, link)
+            left = pacer.remaining_s()
+            if left <= 0.0:
+                return
+
+    def _read(self, host: Host, link: int) -> None:
+        try:
+            host.read(link)
+        except Exception as fault:
+            self._lose(next(place for place, member in self._flying.items() if member.host is host), fault)
+
+    def _lose(self, place: int, fault: Exception) -> None:
+        """A fault of ours has ended a vehicle: say so, free its ports, leave it with its motors off."""
+        member = self._flying.pop(place)
+        self.failed = True
+        self._controls[place] = NO_CONTROLS
+        print(f"sitl-emu: {member.name} has failed, by a fault of the emulator:", file=sys.stderr)
+        traceback.print_exception(fault)
+        try:
+            member.host.close()
+        except Exception:
+            traceback.print_exc()

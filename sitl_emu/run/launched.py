@@ -1,0 +1,115 @@
+"""A process of `sitl-emu launch`: the vehicles that fly in it, from their data to their end. `launch` begins it."""
+
+import contextlib
+import functools
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import NamedTuple, NoReturn
+
+from autopilot import events
+from autopilot.autopilot import Autopilot
+from sitl_emu.run import models, payload
+from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
+from sitl_emu.run.fleet import Fleet, Member
+from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.run.pacing import Pacer
+from sitl_emu.run.site import Site
+from sitl_emu.world.simulation import Simulation
+from sitl_emu.world.simulator import VehicleSimulator
+
+
+class Launched(NamedTuple):
+    """One vehicle of a launch."""
+
+    model: str
+    """Its name, or its folder."""
+    instance: int
+    place: int
+    """In the row in which the vehicles of a launch stand."""
+    root: Path
+    """Where it keeps its files."""
+
+    @property
+    def title(self) -> str:
+        """For people."""
+        return f"{self.model} (instance {self.instance})"
+
+
+class Crew(NamedTuple):
+    """The vehicles of one process, and what they have in common."""
+
+    vehicles: Sequence[Launched]
+    site: Site
+    shared: bool
+    """The site is a world which stays as it is when a vehicle reboots; else the vehicle begins anew at its place."""
+    speed: float
+    """Times real time; inf for no limit."""
+    gcs: tuple[str, int] | None
+    tlog: Path | None
+    """The folder of the telemetry logs; None: none are kept."""
+
+
+def preload(model: str) -> None:
+    """Read what every vehicle of a model reads from files when it begins, into caches that forked processes share."""
+    data = models.load(model)
+    payload.plug_in(data, Autopilot(data.airframe, 0))
+    events.table()
+
+
+def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], launcher: int | None = None) -> int:
+    """Fly until all vehicles were shut down, or SIGTERM or Ctrl-C; the exit status, 1 where one has failed.
+
+    `on_begun` is called when all ports are open. `launcher` is the process that forked this one, whose death ends it as
+    well.
+    """
+    signal.signal(signal.SIGTERM, _interrupt)
+    poll: HostPoll = Poll()
+    status = 0
+    with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as stack:
+        try:
+            hosts = [stack.enter_context(contextlib.closing(_host(crew, each, poll))) for each in crew.vehicles]
+        except PortInUseError as error:
+            print(f"sitl-emu: {error}", file=sys.stderr)
+            return 1
+        on_begun()
+        renewals = [functools.partial(_simulator, crew, each) for each in crew.vehicles]
+        members = [
+            Member(each.title, host, None if crew.shared else renewal)
+            for each, host, renewal in zip(crew.vehicles, hosts, renewals, strict=True)
+        ]
+        simulation = Simulation([renewal() for renewal in renewals], isolated=True)
+        fleet = Fleet(members, simulation, poll, say)
+        try:
+            fleet.fly(Pacer(crew.speed), lambda: launcher is not None and os.getppid() != launcher)
+        finally:
+            status = 1 if fleet.failed else 0
+    return status
+
+
+def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
+    data = models.load(vehicle.model)
+    hosted = Hosted(
+        instance=vehicle.instance,
+        airframe=data.airframe,
+        camera=data.camera,
+        gimbal=data.gimbal,
+        root=vehicle.root,
+        gcs=crew.gcs,
+        speed=crew.speed,
+        tlog=crew.tlog / f"{data.model}-{vehicle.instance}" if crew.tlog is not None else None,
+        mates=len(crew.vehicles),
+    )
+    return AutopilotHost(hosted, poll)
+
+
+def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:
+    data = models.load(vehicle.model)
+    return crew.site.simulator(data, vehicle.place, vehicle.instance, data.model)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt

@@ -1,0 +1,42 @@
+"""Where the vehicles of `launch` and `world` stand: side by side, from the home of their world eastwards."""
+
+from typing import NamedTuple
+
+from sitl_emu.world.ground import FlatGround, Terrain
+from sitl_emu.world.home import Home
+from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.wind import Wind
+from vehicles.description import Vehicle
+
+SPACING_M = 3.0
+
+
+class Site(NamedTuple):
+    """A world, and the place in it where the first vehicle stands."""
+
+    home: Home
+    """The world's origin, and the heading of all vehicles."""
+    terrain: Terrain
+    wind: Wind | None = None
+    north_m: float = 0.0
+    east_m: float = 0.0
+
+    def simulator(self, vehicle: Vehicle, place: int, seed: int, name: str) -> VehicleSimulator:
+        """The simulator of a vehicle at the `place`th place of the row, at rest."""
+        east_m = self.east_m + place * SPACING_M
+        return VehicleSimulator(vehicle, self.home, seed, self.terrain, self.wind, self.north_m, east_m, name)
+
+
+def plain(home: Home) -> Site:
+    """A level plain without end and without wind; nothing is loaded for it."""
+    return Site(home, FlatGround())
+
+
+def in_world(name: str, seed: int) -> Site:
+    """The home of a world. Raises WorldError."""
+    from sitl_emu.run import worlds
+
+    world = worlds.build(name, seed, {})
+    home = world.places["home"]
+    origin = world.home._replace(heading_deg=home.heading_deg)
+    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m)
