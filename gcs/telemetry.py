@@ -19,6 +19,8 @@ HISTORY = 256
 EXTRAPOLATE_US = 100_000
 MODE_FLAG_SAFETY_ARMED = 128
 PREARM_CHECK = 0x10000000
+LOOKS_DOWN = 25
+"""MAV_SENSOR_ROTATION_PITCH_270."""
 
 
 class Place(NamedTuple):
@@ -32,6 +34,15 @@ class Place(NamedTuple):
     v_north: float
     v_east: float
     v_down: float
+
+
+class Range(NamedTuple):
+    """DISTANCE_SENSOR: the distance that a lidar or a sonar measured, and when, in the vehicle's boot time."""
+
+    time_us: int
+    distance_m: float
+    orientation: int
+    """MAV_SENSOR_ORIENTATION: 25 looks down (MAV_SENSOR_ROTATION_PITCH_270)."""
 
 
 class Attitude(NamedTuple):
@@ -99,7 +110,13 @@ class Telemetry:
         self.home: tuple[float, float, float] | None = None
         self.mission_current = 0
         self.mission_reached: int | None = None
-        self.lidar_m: float | None = None
+        self.eph_m: float | None = None
+        """Horizontal accuracy (one sigma) that the GNSS receiver states of itself (GPS_RAW_INT.h_acc; sensor_gps.eph in
+        PX4); None if it states none."""
+        self.epv_m: float | None = None
+        """The same of the height."""
+        self.ranges: deque[Range] = deque(maxlen=HISTORY)
+        """Distances measured, in the order they came; what was out of the sensor's range is left out."""
         self.boot_time_us = 0
         self._places: deque[Place] = deque(maxlen=HISTORY)
         self._attitudes: deque[Attitude] = deque(maxlen=HISTORY)
@@ -176,9 +193,19 @@ class Telemetry:
         elif kind == "MISSION_ITEM_REACHED":
             self.mission_reached = msg.seq
         elif kind == "DISTANCE_SENSOR":
-            valid = msg.min_distance <= msg.current_distance <= msg.max_distance
-            self.lidar_m = msg.current_distance * 1e-2 if valid else None
+            if msg.min_distance <= msg.current_distance <= msg.max_distance:
+                self.ranges.append(Range(msg.time_boot_ms * 1000, msg.current_distance / 100.0, msg.orientation))
+        elif kind == "GPS_RAW_INT":
+            self.eph_m = msg.h_acc / 1000.0 if msg.h_acc else None
+            self.epv_m = msg.v_acc / 1000.0 if msg.v_acc else None
         self.watch.heard(now_us)
+
+    def range_at(self, time_us: int, within_us: int, orientation: int = LOOKS_DOWN) -> Range | None:
+        """The range measured nearest to a moment of the vehicle's boot time; None if none was within `within_us`."""
+        near = [
+            one for one in self.ranges if one.orientation == orientation and abs(one.time_us - time_us) <= within_us
+        ]
+        return min(near, key=lambda one: abs(one.time_us - time_us), default=None)
 
     def pose_at(self, time_us: int) -> Pose | None:
         """The pose at a moment of the vehicle's boot time; None if it is not (or no longer, or not yet) known."""

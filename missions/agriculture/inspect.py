@@ -19,8 +19,10 @@ the next job, or holds and is disarmed.
 A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
 on when the mode is given back.
 
-Options: `approach_m`, `arrival_m`, `match_m`, `look_s`, `turn_m`, `drive_timeout_s`,
-`calibration` (the camera's file, `companion/calibration.py`).
+Options: `approach_m`, `arrival_m`, `match_m`, `same_m` (nearer targets are the same), `look_s`, `turn_m`,
+`drive_timeout_s`, `calibration` (the camera's file, `companion/calibration.py`), and those of
+`companion/perception.py`: detector, selection, rate, confirmations, gates. `match_m` and `same_m` grow with the error
+that the GNSS receiver states of itself, as the gates do (`companion/confirmation.py`).
 """
 
 import math
@@ -33,19 +35,20 @@ from gcs.mission import MissionItem
 from gcs.set_mode import set_mode
 from gcs.statustext import WARNING
 from gcs.telemetry import Telemetry
-from missions.agriculture.detector import ClassicalDetector
-from missions.agriculture.jobs import NAV_WAYPOINT, Asker, Job, JobQueue, Sight, wanted_of
+from missions.agriculture.detector import DETECTORS
+from missions.agriculture.jobs import NAV_WAYPOINT, SAME_M, Asker, Job, JobQueue, Sight, wanted_of
 from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
 from missions.agriculture.roles import Role
 from missions.companion import calibration, steps
 from missions.companion.camera import Image
 from missions.companion.camera_model import MAST, CameraModel, Mount
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
-from missions.companion.confirmation import Confirmation, Target
-from missions.companion.detector import Detection, Detector
+from missions.companion.confirmation import STANDING, Confirmation, Target, widened_m
+from missions.companion.detector import Detection
 from missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
+from missions.companion.perception import Perception, perception_of
 from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
 
@@ -60,19 +63,21 @@ class Inspect:
 
     def __init__(
         self,
-        detector: Detector,
+        perception: Perception,
         *,
         approach_m: float = 0.6,
         arrival_m: float = 2.0,
         match_m: float = 2.5,
+        same_m: float = SAME_M,
         look_s: float = 3.0,
         turn_m: float = 8.0,
         drive_timeout_s: float = 240.0,
         camera: CameraModel | None = None,
         mount: Mount = MAST,
     ) -> None:
-        self.detector = detector
+        self.perception = perception
         self.approach_m, self.arrival_m, self.match_m, self.turn_m = approach_m, arrival_m, match_m, turn_m
+        self.same_m = same_m
         self._look_us, self._drive_timeout_s = round(look_s * 1e6), drive_timeout_s
         self._camera, self._mount = camera or CameraModel(), mount
         self._onboard = Onboard(role=Role.INSPECT)
@@ -92,10 +97,11 @@ class Inspect:
         """From a scenario's options. Raises ValueError for a wrong one."""
         camera, mount = calibration.of(given, MAST)
         return cls(
-            ClassicalDetector(),
+            perception_of(given, DETECTORS, STANDING),
             approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             arrival_m=given.number("arrival_m", 2.0, 0.2, 20.0),
             match_m=given.number("match_m", 2.5, 0.2, 10.0),
+            same_m=given.number("same_m", SAME_M, 0.0, 50.0),
             look_s=given.number("look_s", 3.0, 0.5, 60.0),
             turn_m=given.number("turn_m", 8.0, 3.0, 50.0),
             drive_timeout_s=given.number("drive_timeout_s", 240.0, 10.0, 3600.0),
@@ -131,11 +137,11 @@ class Inspect:
 
     def wants_frame(self, frame_time_us: int) -> float | None:
         """Frames while it looks for the target."""
-        return self._spotter.gsd_m(frame_time_us) if self._spotter is not None else None
+        return self._spotter.wants(frame_time_us) if self._spotter is not None else None
 
     def detect(self, image: Image, gsd: float) -> list[Detection]:
         """Runs the detector."""
-        return self.detector.detect(image, gsd or None)
+        return self.perception.detector.detect(image, gsd or None)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Confirms the expected target."""
@@ -145,7 +151,7 @@ class Inspect:
         if job is None or spotter is None or seen_from is None:
             return []
         for target in spotter.found(frame_time_us, detections):
-            near = math.hypot(target.north_m, target.east_m) <= self.match_m
+            near = math.hypot(target.north_m, target.east_m) <= widened_m(self.match_m, self._telemetry.eph_m)
             if near and target.label not in {sight.label for sight in job.sights}:
                 self._see(job, target, math.hypot(target.north_m - seen_from[0], target.east_m - seen_from[1]))
         return []
@@ -171,7 +177,7 @@ class Inspect:
         if wanted is None:
             return UNSUPPORTED
         known = len(self._queue.jobs)
-        job = self._queue.ask(system, wanted)
+        job = self._queue.ask(system, wanted, widened_m(self.same_m, self._telemetry.eph_m))
         how = "new" if len(self._queue.jobs) > known else "known" if job.result is not None else "same"
         text = f"job {job.number}, {how}: {wanted.label or 'a target'} for system {system}"
         self._onboard.note("target_accepted", text, job=job.number, system=system, label=wanted.label)
@@ -289,8 +295,9 @@ class Inspect:
         """Until the target is confirmed, or the time is over."""
         self._onboard.enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
         origin = Origin(job.lat_deg, job.lon_deg, None)
-        confirmation = Confirmation(self._camera, GROUND_DOWN_M, settle=False)
-        self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation)
+        _, confirming, look_rate_hz = self.perception
+        confirmation = Confirmation(self._camera, GROUND_DOWN_M, confirming)
+        self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation, look_rate_hz)
         since_us = self._onboard.now_us
         while job.found is not Result.CONFIRMED and self._onboard.now_us - since_us < self._look_us:
             yield

@@ -102,13 +102,14 @@ class JobQueue:
         """Jobs that were asked for and not begun."""
         return [job for job in self.jobs if job.result is None and job is not self.current]
 
-    def ask(self, system: int, wanted: Wanted) -> Job:
+    def ask(self, system: int, wanted: Wanted, same_m: float = SAME_M) -> Job:
         """A system asks for a target. The job is a new one, or that which others have asked for before.
 
-        If its `result` is there already, the asker can be told at once.
+        If its `result` is there already, the asker can be told at once. `same_m`: targets of one label that lie as near
+        to each other are the same.
         """
         asker = Asker(system, wanted.x, wanted.y)
-        job = next((job for job in self.jobs if _is_same(job, wanted) and job.result in (None, *LASTING)), None)
+        job = next((job for job in self.jobs if _is_same(job, wanted, same_m) and job.result in (None, *LASTING)), None)
         if job is None:
             job = Job(len(self.jobs) + 1, wanted)
             self.jobs.append(job)
@@ -127,12 +128,12 @@ class JobQueue:
         self.current.result, self.current = result, None
 
 
-def _is_same(job: Job, wanted: Wanted) -> bool:
+def _is_same(job: Job, wanted: Wanted, same_m: float) -> bool:
     """Whether a job is for this target: label and place, by any of its askers' estimates."""
     if job.wanted.label != wanted.label:
         return False
     here = wanted.x * 1e-7, wanted.y * 1e-7
-    return any(distance_m(asker.x * 1e-7, asker.y * 1e-7, *here) <= SAME_M for asker in job.askers)
+    return any(distance_m(asker.x * 1e-7, asker.y * 1e-7, *here) <= same_m for asker in job.askers)
 
 
 def items_of(wanted: Wanted) -> list[MissionItem]:

@@ -50,6 +50,8 @@ class Reported(NamedTuple):
     """Index of the true target that it belongs to."""
     error_m: float | None
     picture: str | None
+    sigma_m: float | None
+    """One sigma of the place, by the scout's own estimate."""
 
 
 class Stop(NamedTuple):
@@ -76,12 +78,23 @@ def score(record: RunRecord) -> MissionScore:
         "duplicates": count[Verdict.DUPLICATE],
         "false_confirmations": count[Verdict.FALSE],
         "geolocation_rmse_m": _rounded(rmse),
+        "geolocation_within_2_sigma": _within_2_sigma(found),
         "ugv_stop_error_m": _largest([stop.waypoint_error_m for stop in stopped]),
         "ugv_target_error_m": _largest([stop.target_error_m for stop in stopped]),
         "targets": rows,
         "reported": [{key: _rounded(value) for key, value in one._asdict().items()} for one in found],
     }
     return MissionScore(figures, _lines(figures), shortfalls(figures))
+
+
+def _within_2_sigma(found: Sequence[Reported]) -> float | None:
+    """The share of confirmed targets within two of the sigmas that the scout gave them: whether these are honest."""
+    told = [
+        one.error_m <= 2.0 * one.sigma_m
+        for one in found
+        if one.verdict is Verdict.CONFIRMED and one.error_m is not None and one.sigma_m is not None
+    ]
+    return _rounded(sum(told) / len(told)) if told else None
 
 
 def judged(record: RunRecord, targets: Sequence[TrueObject]) -> list[Reported]:
@@ -101,9 +114,20 @@ def judged(record: RunRecord, targets: Sequence[TrueObject]) -> list[Reported]:
             verdict = Verdict.FALSE if index is None else Verdict.WRONG_LABEL
         error = None if index is None else _away(targets[index], place)
         name, number, picture = event["vehicle"], event["target"], event.get("picture")
+        sigma_m = event.get("sigma_m")
         found.append(
             Reported(
-                event["time_s"], name, number, event["label"], event["score"], *place, verdict, index, error, picture
+                event["time_s"],
+                name,
+                number,
+                event["label"],
+                event["score"],
+                *place,
+                verdict,
+                index,
+                error,
+                picture,
+                sigma_m,
             )
         )
     return found

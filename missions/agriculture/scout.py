@@ -17,7 +17,8 @@ again. Targets go on being sent; the mission ends when the vehicle is disarmed, 
 
 Options: `plan` (a .plan file; needed), `peer_timeout_s`, `report_timeout_s`, `queue_timeout_s`, `ready_timeout_s`,
 `return_altitude_m` (sets RTL_RETURN_ALT first; 0 leaves it), `scan_altitude_m` (frames from below are not looked at),
-`calibration` (the camera's file, `companion/calibration.py`).
+`calibration` (the camera's file, `companion/calibration.py`), and those of `companion/perception.py`: detector,
+selection, rate, confirmations, gates.
 """
 
 from collections.abc import Sequence
@@ -30,7 +31,7 @@ from gcs.plan_file import FlightPlan, PlanError, read_plan
 from gcs.set_mode import set_mode
 from gcs.statustext import CRITICAL, INFO, WARNING
 from missions.agriculture.deliveries import Deliveries, Delivery, PeerLost
-from missions.agriculture.detector import ClassicalDetector
+from missions.agriculture.detector import DETECTORS
 from missions.agriculture.report import ack_of, report_of
 from missions.agriculture.roles import Role
 from missions.companion import calibration, steps
@@ -38,10 +39,11 @@ from missions.companion.area import contains
 from missions.companion.camera import Image
 from missions.companion.camera_model import NADIR, CameraModel, Mount
 from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
-from missions.companion.confirmation import Confirmation, Target
-from missions.companion.detector import Detection, Detector
+from missions.companion.confirmation import SURVEYING, Confirmation, Target
+from missions.companion.detector import Detection
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.options import Options
+from missions.companion.perception import Perception, perception_of
 from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
 
@@ -57,7 +59,7 @@ class Scout:
     def __init__(
         self,
         plan: FlightPlan,
-        detector: Detector,
+        perception: Perception,
         *,
         peer_timeout_s: float = 20.0,
         report_timeout_s: float = 300.0,
@@ -68,7 +70,7 @@ class Scout:
         camera: CameraModel | None = None,
         mount: Mount = NADIR,
     ) -> None:
-        self.plan, self.detector = plan, detector
+        self.plan, self.perception = plan, perception
         self.scan_altitude_m, self.return_altitude_m = scan_altitude_m, return_altitude_m
         self._ready_timeout_s = ready_timeout_s
         self._camera, self._mount = camera or CameraModel(), mount
@@ -96,7 +98,7 @@ class Scout:
             raise PlanError(f"{path}: mission.items: empty; allowed: a mission with a Survey")
         return cls(
             plan,
-            ClassicalDetector(),
+            perception_of(given, DETECTORS, SURVEYING),
             peer_timeout_s=given.number("peer_timeout_s", 20.0, 5.0, 600.0),
             report_timeout_s=given.number("report_timeout_s", 300.0, 10.0, 3600.0),
             queue_timeout_s=given.number("queue_timeout_s", 1800.0, 10.0, 36000.0),
@@ -120,7 +122,9 @@ class Scout:
     @property
     def status(self) -> Status:
         """Where the mission stands."""
-        return Status(self._onboard.shown_phase, self._progress(), self._done, self._outcome, self._onboard.text)
+        return Status(
+            self._onboard.shown_phase, self._progress(), self._done, self._outcome, self._onboard.text, self._counts()
+        )
 
     def events(self) -> list[Event]:
         """The events since the last call."""
@@ -140,11 +144,11 @@ class Scout:
         pose = self._onboard.telemetry.pose_at(frame_time_us)
         if not self._scanning or self._spotter is None or pose is None or pose.alt_home_m < self.scan_altitude_m:
             return None
-        return self._spotter.gsd_m(frame_time_us)
+        return self._spotter.wants(frame_time_us)
 
     def detect(self, image: Image, gsd_m: float) -> list[Detection]:
         """Runs the detector."""
-        return self.detector.detect(image, gsd_m or None)
+        return self.perception.detector.detect(image, gsd_m or None)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Places and confirms what was detected."""
@@ -216,8 +220,10 @@ class Scout:
     def _begin_to_look(self) -> None:
         home = self._onboard.telemetry.home
         assert home is not None  # it was, when the autopilot was ready
-        confirmation = Confirmation(self._camera, 0.0, inside=self._in_area)
-        self._spotter = Spotter(self._onboard.telemetry, self._camera, self._mount, Origin(*home), confirmation)
+        _, confirming, look_rate_hz = self.perception
+        confirmation = Confirmation(self._camera, 0.0, confirming, inside=self._in_area)
+        telemetry = self._onboard.telemetry
+        self._spotter = Spotter(telemetry, self._camera, self._mount, Origin(*home), confirmation, look_rate_hz)
         self._scanning = True
 
     def _end_the_flight(self) -> None:
@@ -264,6 +270,11 @@ class Scout:
         reported = sum(job.report is not None for job in self.jobs) / max(1, len(self.jobs))
         return 0.7 * flown + 0.2 * reported + 0.1 * self._flown
 
+    def _counts(self) -> dict[str, int]:
+        """Tracks that died unreported, and why."""
+        died = self._spotter.confirmation.unreported if self._spotter is not None else {}
+        return {f"tracks unreported: {why}": count for why, count in died.items()}
+
     def _place(self, target: Target) -> tuple[float, float]:
         assert self._spotter is not None  # there is no target without it
         return self._spotter.place(target)
@@ -293,6 +304,8 @@ class Scout:
             score=target.score,
             lat_deg=lat,
             lon_deg=lon,
+            sigma_m=round(target.covariance_m2.horizontal_sigma_m, 3),
+            residual_m=round(target.residual_m, 3),
             frame_time_us=target.frame_time_us,
             x=box.x,
             y=box.y,

@@ -7,6 +7,7 @@ Two times: `now_us` is the runner's clock (simulated, or monotonic), good for ti
 vehicle's boot time at which a frame was taken, good for finding the pose in the telemetry.
 """
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from sitl_emu.core import dialect as mavlink
@@ -37,6 +38,8 @@ class Status(NamedTuple):
     done: bool
     outcome: str
     text: str
+    counts: Mapping[str, int] = {}
+    """Figures of a companion's own that summary.json and the report are to show, by what they count."""
 
 
 class Event(NamedTuple):

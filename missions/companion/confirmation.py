@@ -1,15 +1,18 @@
 """From detections of single frames to targets: each found once, placed well, and only if it stays.
 
-A detection joins the track whose target it sees (nearest on the ground, within `GATE_M`) or starts one.
-**Consecutive** counts frames in which the track's place lies well inside the picture: a frame that sees it extends the
-run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is *confirmed* by a run of
-3 frames whose mean score reaches `CONFIRM_SCORE`. It is *reported*, once, when it is confirmed and settled: its rays
-have crossed at 60 degrees, so that its height is known, or it has left the picture; it must then still have been seen
-in `HIT_SHARE` of the frames that should have seen it, with a mean score over these frames of `REPORT_SCORE` (a frame
-that missed it counts as 0). That throws out what flickers or looks like a target from one side only.
+The figures are `Confirming`'s. A detection joins the track whose target it sees (nearest on the ground, within
+`gate_m`) or starts one. **Consecutive** counts frames in which the track's place lies well inside the picture: a frame
+that sees it extends the run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is
+*confirmed* by a run of `confirmations` frames whose mean score reaches `confirm_score`. It is *reported*, once, when it
+is confirmed and settled: its rays have crossed at `settled_deg`, so that its height is known, or it has left the
+picture; it must then still have been seen in `hit_share` of the frames that should have seen it, with a mean score over
+these frames of `report_score` (a frame that missed it counts as 0). That throws out what flickers or looks like a
+target from one side only. What goes unreported is counted (`unreported`).
 **Label**: each detection votes with its score; the larger sum wins.
-**Merging**: a track within `MERGE_M` of another is the same target, seen again from a neighbouring line: its rays join
+**Merging**: a track within `merge_m` of another is the same target, seen again from a neighbouring line: its rays join
 the older one, and nothing is reported twice.
+**Gates** hold for a GNSS receiver that states `GATES_EPH_M` or better of itself. With a worse one the same target comes
+to lie farther from itself: they grow by what its error adds (`widened_m`).
 
 A pure state machine on frame times: no clock, no sockets. It knows nothing of the field's outline: give it `inside`.
 """
@@ -20,23 +23,48 @@ from typing import NamedTuple
 
 from missions.companion.camera_model import CameraModel, CameraPose, Point, in_view
 from missions.companion.detector import Detection
-from missions.companion.geolocation import Intersection, Ray, on_level_ground, pixel_ray
+from missions.companion.geolocation import Covariance, Intersection, Ray, on_level_ground, pixel_ray
 
-GATE_M = 1.8
-MERGE_M = 2.5
 EDGE_PX = 24.0
 """A target nearer to the picture's edge than this need not be seen."""
-CONSECUTIVE = 3
-CONFIRM_SCORE = 0.5
-REPORT_SCORE = 0.72
-HIT_SHARE = 0.7
-STILL_SCORE = STILL_HIT_SHARE = 0.6
-"""The same for a vehicle that stands before what another has found: few frames, all from one side."""
-SETTLED_RAD = math.radians(60.0)
-LEAST_SPREAD_RAD = math.radians(20.0)
-"""What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
 GONE_US = 700_000
 """A track that no frame has looked at for this long has left the picture."""
+GATES_EPH_M = 0.6
+"""What the m600's receiver states of itself (`eph_m` in its data), with which the gates were chosen. A better one does
+not narrow them, as the detector's boxes wander too."""
+GATE_SIGMAS = 2.0
+"""Of the receiver's error that a gate has room for: 95 % of it."""
+UNCONFIRMED, ONE_SIDED, UNSTEADY, OUTSIDE = "unconfirmed", "seen from one side only", "unsteady", "outside the area"
+"""Why a track dies unreported."""
+
+
+class Confirming(NamedTuple):
+    """What makes a target of what is detected. The figures are of a survey from 12 to 20 m over relief."""
+
+    confirmations: int = 3
+    """Frames in a row that have to see it."""
+    confirm_score: float = 0.5
+    report_score: float = 0.72
+    hit_share: float = 0.7
+    gate_m: float = 1.8
+    merge_m: float = 2.5
+    settle: bool = True
+    """False reports as soon as it is confirmed: for a vehicle that stands still."""
+    settled_deg: float = 60.0
+    least_spread_deg: float = 20.0
+    """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
+
+
+SURVEYING = Confirming()
+STANDING = Confirming(report_score=0.6, hit_share=0.6, settle=False)
+"""For a vehicle that stands before what another has found: few frames, all from one side."""
+
+
+def widened_m(gate_m: float, eph_m: float | None) -> float:
+    """A gate for a receiver that states `eph_m` of itself (one sigma; None: nothing, and the gate stays)."""
+    if eph_m is None or eph_m <= GATES_EPH_M:
+        return gate_m
+    return math.sqrt(gate_m**2 + GATE_SIGMAS**2 * (eph_m**2 - GATES_EPH_M**2))
 
 
 class Target(NamedTuple):
@@ -54,6 +82,10 @@ class Target(NamedTuple):
     frame_time_us: int
     """The frame that showed it best, and where in it:"""
     detection: Detection
+    covariance_m2: Covariance = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Of the position: what the rays' own noise leaves open, and the receiver's error."""
+    residual_m: float = 0.0
+    """How far its rays pass by it, root mean square."""
 
 
 class _Track:
@@ -88,14 +120,14 @@ class _Track:
     def score(self) -> float:
         return self.score_sum / max(self.expected, 1)
 
-    def hit(self, time_us: int, detection: Detection) -> None:
+    def hit(self, time_us: int, detection: Detection, wanted: Confirming) -> None:
         self.hits += 1
         self.expected += 1
         self.score_sum += detection.score
         self.run += 1
         self.run_score += detection.score
         self.votes[detection.label] = self.votes.get(detection.label, 0.0) + detection.score
-        if self.run >= CONSECUTIVE and self.run_score >= CONFIRM_SCORE * self.run:
+        if self.run >= wanted.confirmations and self.run_score >= wanted.confirm_score * self.run:
             self.confirmed = True
         if detection.score >= self.best.score:
             self.best, self.best_time_us = detection, time_us
@@ -119,37 +151,41 @@ class _Track:
         if other.best.score > self.best.score:
             self.best, self.best_time_us = other.best, other.best_time_us
 
-    def target(self) -> Target:
+    def target(self, accuracy_m: tuple[float, float]) -> Target:
         label = max(self.votes, key=lambda name: self.votes[name])
-        return Target(self.id, label, self.score, *self.point, self.hits, self.best_time_us, self.best)
+        covariance = self.place.covariance().with_receiver(*accuracy_m)
+        seen = (self.hits, self.best_time_us, self.best)
+        return Target(self.id, label, self.score, *self.point, *seen, covariance, self.place.residual_m())
 
 
 class Confirmation:
     """Feed it every frame's detections with the camera's pose; it returns what is new.
 
-    `ground_down_m` is the prior for the ground's height (home's, down from the poses' origin). `settle` False reports a
-    target as soon as 3 frames confirm it, at a lower score: for a vehicle that stands still.
-    `inside(north_m, east_m)` tells whether a place is of interest.
+    `ground_down_m` is the prior for the ground's height (home's, down from the poses' origin). `inside(north, east)`
+    tells whether a place is of interest. `accuracy_m` is what the GNSS receiver states of itself, horizontally and
+    vertically (None: nothing); whoever feeds frames keeps it up to date.
     """
 
     def __init__(
         self,
         camera: CameraModel,
         ground_down_m: float,
+        wanted: Confirming = SURVEYING,
         *,
-        settle: bool = True,
         inside: Callable[[float, float], bool] | None = None,
     ) -> None:
-        self._camera, self.ground_down_m = camera, ground_down_m
-        self._settle, self._inside = settle, inside
-        self._least_score, self._least_share = (REPORT_SCORE, HIT_SHARE) if settle else (STILL_SCORE, STILL_HIT_SHARE)
+        self._camera, self.ground_down_m, self.wanted = camera, ground_down_m, wanted
+        self._inside = inside
+        self.accuracy_m: tuple[float | None, float | None] = (None, None)
+        self.unreported = dict.fromkeys((UNCONFIRMED, ONE_SIDED, UNSTEADY, OUTSIDE), 0)
+        """How many tracks have died unreported, and why."""
         self._tracks: list[_Track] = []
         self._last_id = 0
 
     @property
     def targets(self) -> list[Target]:
         """All targets reported so far, at their latest estimate."""
-        return [track.target() for track in self._tracks if track.reported]
+        return [track.target(self._stated_m) for track in self._tracks if track.reported]
 
     def update(self, frame_time_us: int, pose: CameraPose, detections: Sequence[Detection]) -> list[Target]:
         """One frame: its time, the camera's pose at that time, all its detections. Returns targets now to report."""
@@ -164,7 +200,7 @@ class Confirmation:
             seen.add(track.id)
             track.place.add(ray, track.point[2])
             track.point = track.place.point()
-            track.hit(frame_time_us, detection)
+            track.hit(frame_time_us, detection, self.wanted)
         for track in self._tracks:
             if track.id not in seen and in_view(self._camera, pose, track.point, EDGE_PX):
                 track.miss(frame_time_us)
@@ -177,7 +213,7 @@ class Confirmation:
 
     def _track_of(self, ray: Ray, seen: set[int]) -> _Track | None:
         """The nearest track a ray may belong to, on the ground at the track's own height."""
-        nearest, nearest_m = None, GATE_M
+        nearest, nearest_m = None, widened_m(self.wanted.gate_m, self.accuracy_m[0])
         for track in self._tracks:
             if track.id in seen:
                 continue
@@ -201,9 +237,10 @@ class Confirmation:
     def _merge(self) -> None:
         """Joins tracks that have come to lie together; one that is reported stays, else the older one."""
         kept: list[_Track] = []
+        merge_m = widened_m(self.wanted.merge_m, self.accuracy_m[0])
         for track in sorted(self._tracks, key=lambda t: (not t.reported, t.id)):
             for older in kept:
-                if math.hypot(track.point[0] - older.point[0], track.point[1] - older.point[1]) < MERGE_M:
+                if math.hypot(track.point[0] - older.point[0], track.point[1] - older.point[1]) < merge_m:
                     older.merge(track)
                     break
             else:
@@ -215,17 +252,33 @@ class Confirmation:
         kept: list[_Track] = []
         for track in self._tracks:
             gone = now_us is None or now_us - track.looked_us > GONE_US
-            if track.reported:
-                kept.append(track)
-                continue
-            if track.confirmed and (
-                not self._settle or track.place.spread_rad >= (LEAST_SPREAD_RAD if gone else SETTLED_RAD)
-            ):
-                steady = track.hits >= self._least_share * track.expected and track.score >= self._least_score
-                if steady and (self._inside is None or self._inside(track.point[0], track.point[1])):
-                    track.reported = True
-                    new.append(track.target())
+            lacks = "" if track.reported else self._lacks(track, gone)
+            if not track.reported and not lacks:
+                track.reported = True
+                new.append(track.target(self._stated_m))
             if track.reported or not gone:
                 kept.append(track)
+            else:
+                self.unreported[lacks] += 1
         self._tracks = kept
         return new
+
+    def _lacks(self, track: _Track, gone: bool) -> str:
+        """What keeps a track from being reported; "" where nothing does."""
+        wanted = self.wanted
+        if not track.confirmed:
+            return UNCONFIRMED
+        least_deg = wanted.least_spread_deg if gone else wanted.settled_deg
+        if wanted.settle and track.place.spread_rad < math.radians(least_deg):
+            return ONE_SIDED
+        if track.hits < wanted.hit_share * track.expected or track.score < wanted.report_score:
+            return UNSTEADY
+        if self._inside is not None and not self._inside(track.point[0], track.point[1]):
+            return OUTSIDE
+        return ""
+
+    @property
+    def _stated_m(self) -> tuple[float, float]:
+        """The receiver's accuracy as it stated it; one that states none adds nothing to what the rays leave open."""
+        eph_m, epv_m = self.accuracy_m
+        return eph_m or 0.0, epv_m or 0.0

@@ -50,15 +50,39 @@ def on_level_ground(ray: Ray, ground_down_m: float) -> Point | None:
     return north, east, ground_down_m
 
 
+class Covariance(NamedTuple):
+    """Of a place in NED, in m²: the six numbers of a symmetric matrix, row by row."""
+
+    nn: float
+    ne: float
+    nd: float
+    ee: float
+    ed: float
+    dd: float
+
+    @property
+    def horizontal_sigma_m(self) -> float:
+        """One sigma of the distance on the map, as a receiver's `eph` is one."""
+        return math.sqrt(self.nn + self.ee)
+
+    def with_receiver(self, eph_m: float, epv_m: float) -> "Covariance":
+        """The same for a place on Earth: what all rays share, the receiver's own error, does not average out."""
+        along = eph_m * eph_m / 2.0
+        return self._replace(nn=self.nn + along, ee=self.ee + along, dd=self.dd + epv_m * epv_m)
+
+
 class Intersection:
     """The running least-squares intersection of rays."""
 
-    __slots__ = ("_a", "_b", "count", "first", "spread_rad")
+    __slots__ = ("_a", "_b", "_c", "_prior_down_m", "_prior_weight", "_weights", "count", "first", "spread_rad")
 
     def __init__(self, ground_down_m: float, sigma_m: float = HOME_HEIGHT_SIGMA_M) -> None:
         weight = 1.0 / sigma_m**2
         self._a: FloatArray = np.diag((1e-9, 1e-9, weight))
         self._b: FloatArray = np.array((0.0, 0.0, weight * ground_down_m))
+        self._c = 0.0
+        self._prior_weight, self._prior_down_m = weight, ground_down_m
+        self._weights = 0.0
         self.count = 0
         self.first: Ray | None = None
         self.spread_rad = 0.0
@@ -71,7 +95,10 @@ class Intersection:
         weight = 1.0 / (range_m * RAY_SIGMA_RAD) ** 2
         across = weight * (np.eye(3) - np.outer(ray.direction, ray.direction))
         self._a += across
-        self._b += across @ ray.origin_m
+        pulled = across @ ray.origin_m
+        self._b += pulled
+        self._c += float(ray.origin_m @ pulled)
+        self._weights += weight
         self.count += 1
         if self.first is None:
             self.first = ray
@@ -83,6 +110,9 @@ class Intersection:
         """Takes in the rays of another intersection, of the same target and with the same prior."""
         self._a += other._a
         self._b += other._b
+        self._c += other._c
+        self._weights += other._weights
+        self._prior_weight += other._prior_weight
         self.count += other.count
         self.spread_rad = max(self.spread_rad, other.spread_rad)
 
@@ -90,3 +120,18 @@ class Intersection:
         """The point nearest to all rays so far (metres NED); at least one ray must have been added."""
         north, east, down = np.linalg.solve(self._a, self._b).tolist()
         return north, east, down
+
+    def covariance(self) -> Covariance:
+        """How well the rays tell the point, by their own noise alone (`RAY_SIGMA_RAD`): independent between frames."""
+        (nn, ne, nd), (_, ee, ed), (_, _, dd) = np.linalg.inv(self._a).tolist()
+        return Covariance(nn, ne, nd, ee, ed, dd)
+
+    def residual_m(self) -> float:
+        """How far the rays pass by the point, root mean square: much more than their noise says is no one place."""
+        if self._weights == 0.0:
+            return 0.0
+        point = np.linalg.solve(self._a, self._b)
+        rays = self._a - np.diag((0.0, 0.0, self._prior_weight))
+        pulled = self._b - np.array((0.0, 0.0, self._prior_weight * self._prior_down_m))
+        squares = float(point @ rays @ point - 2.0 * pulled @ point) + self._c
+        return math.sqrt(max(0.0, squares) / self._weights)

@@ -18,6 +18,20 @@ class Options:
             raise ValueError(f"option {name}: {value!r}; allowed: a number from {low:g} to {high:g}")
         return float(value)
 
+    def whole(self, name: str, default: int, low: int, high: int) -> int:
+        """A whole number between `low` and `high`."""
+        value = self._take(name, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or value % 1 or not low <= value <= high:
+            raise ValueError(f"option {name}: {value!r}; allowed: a whole number from {low} to {high}")
+        return int(value)
+
+    def mapping(self, name: str) -> dict[str, Any] | str | None:
+        """A mapping, or the name of a file that holds one; None if it is not given."""
+        value = self._take(name, None)
+        if value is not None and not isinstance(value, dict | str):
+            raise ValueError(f"option {name}: {value!r}; allowed: a mapping, or the name of a file with one")
+        return value
+
     def text(self, name: str, default: str | None = None) -> str:
         """A text; without a default it has to be there."""
         value = self._take(name, default)

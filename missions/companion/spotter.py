@@ -23,17 +23,29 @@ class Spotter:
     """Takes frames' detections; gives targets."""
 
     def __init__(
-        self, telemetry: Telemetry, camera: CameraModel, mount: Mount, origin: Origin, confirmation: Confirmation
+        self,
+        telemetry: Telemetry,
+        camera: CameraModel,
+        mount: Mount,
+        origin: Origin,
+        confirmation: Confirmation,
+        look_rate_hz: float = 0.0,
     ) -> None:
-        """`confirmation` decides which detections become targets, in metres NED from `origin`."""
+        """`confirmation` decides which detections become targets, in metres NED from `origin`.
+
+        `look_rate_hz`: at most so many frames a second are wanted; 0: every one.
+        """
         self._telemetry, self._camera, self._mount = telemetry, camera, mount
         self.origin, self.confirmation = origin, confirmation
+        self._period_us = round(1e6 / look_rate_hz) if look_rate_hz else 0
+        self._due_us = 0
 
-    def gsd_m(self, frame_time_us: int) -> float | None:
-        """Metres a pixel of a frame of a moment, 0 if that is not known; None if the vehicle's pose then is not."""
+    def wants(self, frame_time_us: int) -> float | None:
+        """Metres a pixel of a frame, 0 if that is not known; None if it is not wanted, or the pose then not known."""
         pose = self._telemetry.pose_at(frame_time_us)
-        if pose is None:
+        if pose is None or frame_time_us < self._due_us:
             return None
+        self._due_us = max(self._due_us + self._period_us, frame_time_us)
         return gsd_m(self._camera, self._camera_pose(pose), self.confirmation.ground_down_m) or 0.0
 
     def found(self, frame_time_us: int, detections: Sequence[Detection]) -> list[Target]:
@@ -41,6 +53,7 @@ class Spotter:
         pose = self._telemetry.pose_at(frame_time_us)
         if pose is None:
             return []
+        self.confirmation.accuracy_m = (self._telemetry.eph_m, self._telemetry.epv_m)
         return self.confirmation.update(frame_time_us, self._camera_pose(pose), detections)
 
     def vehicle_at(self, frame_time_us: int) -> Point | None:

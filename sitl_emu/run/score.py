@@ -103,6 +103,9 @@ def exit_status(summary: dict[str, Any]) -> int:
 def lines(summary: dict[str, Any]) -> list[str]:
     """The figures for people."""
     told = list[str](summary["lines"])
+    for vehicle, status in summary["companions"].items():
+        counts = [f"{count} {what}" for what, count in status.get("counts", {}).items() if count]
+        told += [f"{vehicle}: {'; '.join(counts)}"] if counts else []
     if summary["speed_factor"] is not None:
         told.append(
             f"{summary['simulated_s']:.0f} s simulated, {summary['speed_factor']:.1f} x real time from arming to "

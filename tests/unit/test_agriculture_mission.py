@@ -18,7 +18,9 @@ from missions.agriculture.inspect import Inspect
 from missions.agriculture.scout import Scout
 from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
 from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
+from missions.companion.confirmation import STANDING, SURVEYING
 from missions.companion.detector import Detection
+from missions.companion.perception import Perception
 from missions.companion.wire import Wire
 from tests.unit.companion_px4 import HOLD, MISSION, POSITION, RETURN, STEP_US, FakePx4
 
@@ -112,11 +114,14 @@ class NoDetector:
         return []
 
 
+LOOKS, STANDS = Perception(NoDetector(), SURVEYING), Perception(NoDetector(), STANDING)
+
+
 def pair(**scout_options: Any) -> tuple[Node, Node]:
     uas = FakePx4(1, 13, 0.0, 0.0, 5.0)
     ugv = FakePx4(2, 10, -30.0, 40.0, 2.5)
-    scout = Node(Scout(plan(), NoDetector(), **scout_options), uas, NADIR)
-    return scout, Node(Inspect(NoDetector()), ugv, MAST)
+    scout = Node(Scout(plan(), LOOKS, **scout_options), uas, NADIR)
+    return scout, Node(Inspect(STANDS), ugv, MAST)
 
 
 def fly(
@@ -153,10 +158,8 @@ def fly_all(
 
 def three_scouts() -> tuple[list[Node], Node]:
     """Three scouts that fly the same lines, one after the other by a few metres, and the one UGV they share."""
-    scouts = [
-        Node(Scout(plan(), NoDetector()), FakePx4(system, 13, 0.0, 4.0 * system, 5.0), NADIR) for system in (1, 3, 4)
-    ]
-    return scouts, Node(Inspect(NoDetector()), FakePx4(2, 10, -30.0, 40.0, 2.5), MAST)
+    scouts = [Node(Scout(plan(), LOOKS), FakePx4(system, 13, 0.0, 4.0 * system, 5.0), NADIR) for system in (1, 3, 4)]
+    return scouts, Node(Inspect(STANDS), FakePx4(2, 10, -30.0, 40.0, 2.5), MAST)
 
 
 @pytest.mark.parametrize("pattern", [".", THIRTY_PERCENT])
@@ -410,8 +413,8 @@ def test_the_ugv_is_sent_next_to_the_target_that_is_nearest_to_where_it_says_it_
 def two_ugvs() -> tuple[Node, list[Node]]:
     """A scout and two UGVs, each nearer to one of the targets."""
     places = ((2, -20.0, 0.0), (3, 60.0, 30.0))
-    ugvs = [Node(Inspect(NoDetector()), FakePx4(system, 10, n, e, 2.5), MAST) for system, n, e in places]
-    return Node(Scout(plan(), NoDetector()), FakePx4(1, 13, 0.0, 0.0, 5.0), NADIR), ugvs
+    ugvs = [Node(Inspect(STANDS), FakePx4(system, 10, n, e, 2.5), MAST) for system, n, e in places]
+    return Node(Scout(plan(), LOOKS), FakePx4(1, 13, 0.0, 0.0, 5.0), NADIR), ugvs
 
 
 def test_two_ugvs_share_what_one_scout_finds_at_the_same_time() -> None:

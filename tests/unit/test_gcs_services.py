@@ -19,7 +19,7 @@ from gcs.mission import (
     MissionUpload,
 )
 from gcs.set_mode import set_mode
-from gcs.telemetry import Telemetry
+from gcs.telemetry import Range, Telemetry
 from gcs.tlog import TlogWriter
 from sitl_emu.core import dialect as mavlink
 from tests.unit.companion_px4 import MissionServer, on_the_wire
@@ -312,10 +312,24 @@ def test_telemetry_knows_battery_mission_and_lidar() -> None:
         telemetry.on_message(0, on_the_wire(msg, 1, 1))
     assert (telemetry.prearm_ok, telemetry.battery_percent) == (True, 87)
     assert (telemetry.mission_current, telemetry.mission_reached) == (4, 3)
-    assert telemetry.lidar_m == pytest.approx(3.54)
+    assert list(telemetry.ranges) == [Range(1_000_000, 3.54, 25)]
     nothing_in_range = mavlink.MAVLink_distance_sensor_message(1050, 20, 1200, 1201, 0, 0, 25, 0)
     telemetry.on_message(0, on_the_wire(nothing_in_range, 1, 1))
-    assert telemetry.lidar_m is None
+    forward = mavlink.MAVLink_distance_sensor_message(1100, 20, 1200, 777, 0, 0, 0, 0)
+    telemetry.on_message(0, on_the_wire(forward, 1, 1))
+    assert telemetry.range_at(1_080_000, within_us=100_000) == Range(1_000_000, 3.54, 25)
+    assert telemetry.range_at(1_080_000, within_us=100_000, orientation=0) == Range(1_100_000, 7.77, 0)
+    assert telemetry.range_at(1_200_001, within_us=100_000) is None
+
+
+def test_telemetry_knows_how_good_the_receiver_says_it_is() -> None:
+    telemetry = Telemetry(1)
+    said = mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 0, 70, 110, 0, 0, 16, 0, 2100, 3500, 400, 0, 0)
+    telemetry.on_message(0, on_the_wire(said, 1, 1))
+    assert [telemetry.eph_m, telemetry.epv_m] == [2.1, 3.5]
+    unknown = mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 0, 70, 110, 0, 0, 16)
+    telemetry.on_message(0, on_the_wire(unknown, 1, 1))
+    assert [telemetry.eph_m, telemetry.epv_m] == [None, None]
 
 
 def test_a_tlog_holds_big_endian_times_and_raw_frames(tmp_path: Path) -> None:

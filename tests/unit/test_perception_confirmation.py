@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pytest
 
 from missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
-from missions.companion.confirmation import Confirmation, Target
+from missions.companion.confirmation import STANDING, SURVEYING, Confirmation, Target, widened_m
 from missions.companion.detector import Detection
 
 CAMERA = CameraModel()
@@ -28,8 +28,8 @@ def sight(pose: CameraPose, north: float, east: float, score: float = 0.9, label
 class Flight:
     """A line north at 5 m/s past targets; `fly` returns what was reported."""
 
-    def __init__(self, **options: bool) -> None:
-        self.confirmation = Confirmation(CAMERA, 0.0, **options)  # type: ignore[arg-type]
+    def __init__(self) -> None:
+        self.confirmation = Confirmation(CAMERA, 0.0)
         self.time_us = 0
 
     def fly(
@@ -84,7 +84,7 @@ def test_two_targets_in_one_picture_are_two() -> None:
 
 
 def test_two_frames_confirm_nothing() -> None:
-    confirmation = Confirmation(CAMERA, 0.0, settle=False)
+    confirmation = Confirmation(CAMERA, 0.0, STANDING)
     for i in range(2):
         assert confirmation.update(i * FRAME_US, at(i / 3), sight(at(i / 3), 5.0, 0.0)) == []
     assert len(confirmation.update(2 * FRAME_US, at(2 / 3), sight(at(2 / 3), 5.0, 0.0))) == 1
@@ -98,7 +98,7 @@ def test_a_frame_that_should_see_it_and_does_not_breaks_the_run() -> None:
 
 
 def test_a_frame_that_looks_elsewhere_does_not() -> None:
-    confirmation = Confirmation(CAMERA, 0.0, settle=False)
+    confirmation = Confirmation(CAMERA, 0.0, STANDING)
     time_us = 0
     for north, seen in ((0.0, True), (0.3, True), (40.0, False), (0.9, True)):
         detections = sight(at(north), 5.0, 0.0) if seen else []
@@ -121,7 +121,7 @@ def test_labels_are_voted_by_score() -> None:
 
 
 def test_what_lies_outside_is_of_no_interest() -> None:
-    confirmation = Confirmation(CAMERA, 0.0, settle=False, inside=lambda north, east: east > 0.0)
+    confirmation = Confirmation(CAMERA, 0.0, STANDING, inside=lambda north, east: east > 0.0)
     new = []
     for i in range(5):
         pose = at(i / 3)
@@ -133,3 +133,58 @@ def test_the_end_of_the_scan_reports_what_had_not_settled() -> None:
     flight = Flight()
     assert flight.fly(20.0, 27.5, [(30.0, 2.0)]) == []
     assert len(flight.confirmation.finish()) == 1
+
+
+def test_a_target_says_how_well_it_is_placed_and_how_well_its_rays_agree() -> None:
+    flight = Flight()
+    flight.confirmation.accuracy_m = (0.6, 1.0)
+    flight.fly(0.0, 60.0, [(30.0, 4.0)])
+    (target,) = flight.confirmation.targets
+    assert target.residual_m < 1e-3  # rays without noise
+    assert 0.6 < target.covariance_m2.horizontal_sigma_m < 0.65
+    flight.confirmation.accuracy_m = (2.1, 3.5)
+    (worse,) = flight.confirmation.targets
+    assert 2.1 < worse.covariance_m2.horizontal_sigma_m < 2.12
+    assert worse.covariance_m2.dd > 3.5**2
+
+
+def test_gates_grow_with_a_worse_receiver_and_do_not_shrink_with_a_better_one() -> None:
+    assert widened_m(1.8, None) == widened_m(1.8, 0.0) == widened_m(1.8, 0.6) == 1.8
+    assert widened_m(1.8, 2.1) == pytest.approx(math.sqrt(1.8**2 + 4.0 * (2.1**2 - 0.6**2)))
+    assert widened_m(0.0, 5.0) == pytest.approx(10.0, rel=0.01)
+
+
+def test_what_a_poor_receiver_sees_twice_stays_one_target() -> None:
+    """The neighbouring line sees it 3.5 m off: two targets for a receiver of 0.6 m, one for that of 2.1 m."""
+    for eph_m, wanted in ((0.6, 2), (2.1, 1)):
+        flight = Flight()
+        flight.confirmation.accuracy_m = (eph_m, 1.0)
+        flight.fly(0.0, 60.0, [(30.0, 6.0)])
+        flight.fly(60.0, 0.0, [(33.5, 6.0)], east=12.0)
+        assert len(flight.confirmation.targets) == wanted
+
+
+def test_more_confirmations_ask_for_more_frames() -> None:
+    for confirmations, wanted in ((3, 1), (6, 0)):
+        confirmation = Confirmation(CAMERA, 0.0, STANDING._replace(confirmations=confirmations))
+        new = []
+        for i in range(5):
+            new += confirmation.update(i * FRAME_US, at(i / 3), sight(at(i / 3), 5.0, 0.0))
+        assert len(new) == wanted
+
+
+def test_tracks_that_die_unreported_are_counted_by_what_they_lacked() -> None:
+    flight = Flight()
+    flight.fly(0.0, 60.0, [(30.0, 4.0)], miss_each=2)  # never three in a row
+    flight.fly(0.0, 60.0, [(30.0, 30.0), (30.0, 4.0)], score=0.6)  # seen well, but never surely
+    flight.fly(26.0, 30.0, [(38.0, 4.0)])  # its rays hardly cross
+    flight.fly(300.0, 310.0, [])
+    assert flight.confirmation.unreported["unconfirmed"] >= 1
+    assert flight.confirmation.unreported["unsteady"] >= 1
+    assert flight.confirmation.unreported["seen from one side only"] == 1
+    assert flight.confirmation.unreported["outside the area"] == 0
+    assert flight.confirmation.targets == []
+    elsewhere = Confirmation(CAMERA, 0.0, SURVEYING, inside=lambda north, east: False)
+    flight.confirmation = elsewhere
+    flight.fly(0.0, 60.0, [(30.0, 4.0)])
+    assert elsewhere.unreported["outside the area"] == 1

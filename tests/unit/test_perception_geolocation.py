@@ -135,3 +135,25 @@ def test_merging_adds_the_rays() -> None:
     before = math.dist(one.point(), (10.0, 10.0, 1.5))
     one.merge(two)
     assert one.count == 80 and math.dist(one.point(), (10.0, 10.0, 1.5)) < before + 0.1
+
+
+def test_the_covariance_is_what_many_tries_scatter_by() -> None:
+    """Of 200 targets placed with rays of one degree's noise, the squared errors weighed by the covariance average 3."""
+    rng = np.random.default_rng(5)
+    weighed, sigmas = [], []
+    for _ in range(200):
+        target = (*rng.uniform(0, 80, size=2).tolist(), float(rng.normal(scale=2.0)))
+        place = fly_over(target, math.radians(1.0), rng)
+        nn, ne, nd, ee, ed, dd = covariance = place.covariance()
+        error = np.subtract(place.point(), target)
+        weighed.append(error @ np.linalg.inv([[nn, ne, nd], [ne, ee, ed], [nd, ed, dd]]) @ error)
+        sigmas.append(covariance.horizontal_sigma_m)
+    assert 1.5 < np.mean(weighed) < 4.0
+    assert max(sigmas) < 0.25
+
+
+def test_the_residual_tells_rays_of_one_place_from_those_of_two() -> None:
+    one, two = (fly_over((40.0, east, 0.0), math.radians(1.0), np.random.default_rng(7)) for east in (40.0, 43.0))
+    assert 0.1 < one.residual_m() < 0.5  # one degree at about 15 m, on two axes
+    one.merge(two)
+    assert one.residual_m() > 1.2

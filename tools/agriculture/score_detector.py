@@ -172,7 +172,7 @@ def inspect(seed: int, change: Change, verbose: bool) -> tuple[int, int, int, in
         north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
         ground = -field.terrain.height_m(north, east)
         heading = yaw + rng.uniform(-0.26, 0.26)
-        tracker = confirmation.Confirmation(model, ground, settle=False)
+        tracker = confirmation.Confirmation(model, ground, confirmation.STANDING)
         seen = []
         for i in range(6):
             q = quaternion(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
