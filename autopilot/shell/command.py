@@ -7,10 +7,18 @@ status (0 is success). PX4's commands print in two ways: plainly, or as a log li
 import math
 import re
 from collections.abc import Callable, Generator, Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
+from autopilot.commands.vehicle_commands import VehicleCommands
+from autopilot.control.control import StartedModule
+from autopilot.dataman import Dataman
+from autopilot.estimator.estimator import Estimator
+from autopilot.logger.logger import Logger
+from autopilot.mavlink.mavlink import Mavlink
+from autopilot.navigator.navigator import Navigator
+from autopilot.parameter_storage import ParameterStorage
+from autopilot.parameters import Parameters
+from autopilot.topics import Topics
 
 WAIT = ""
 """Yielded by a command that waits for the next tick."""
@@ -21,8 +29,25 @@ INTEGER = re.compile(r"[+-]?\d{1,100}", re.ASCII)
 SUCCESS = 0
 FAILURE = 1
 
+
+class Vehicle(Protocol):
+    """The modules of one vehicle, as far as commands look at them and act on them."""
+
+    now_us: int
+    topics: Topics
+    parameters: Parameters
+    parameter_storage: ParameterStorage
+    dataman: Dataman
+    commands: VehicleCommands
+    estimator: Estimator
+    navigator: Navigator
+    started: tuple[StartedModule, ...]
+    mavlink: Mavlink
+    logger: Logger
+
+
 Output = Generator[str, None, int]
-Command = Callable[["Autopilot", Sequence[str]], Output]
+Command = Callable[[Vehicle, Sequence[str]], Output]
 """`arguments` are the words after the command's own name."""
 
 

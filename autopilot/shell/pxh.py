@@ -9,12 +9,8 @@ while OUTPUT_BYTES wait to be read.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import WAIT, Command, Output
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
+from autopilot.shell.command import WAIT, Command, Output, Vehicle
 
 PROMPT = "pxh> "
 LINE_FEED = 10
@@ -29,10 +25,10 @@ LINE_CHARACTERS = 1024
 class Pxh:
     """Reads lines and runs them as commands of the autopilot."""
 
-    def __init__(self, commands: Mapping[str, Command], autopilot: "Autopilot") -> None:
+    def __init__(self, commands: Mapping[str, Command], vehicle: Vehicle) -> None:
         """`commands` by name."""
         self._commands = commands
-        self._autopilot = autopilot
+        self._vehicle = vehicle
         self._input = bytearray()
         self._output = bytearray()
         self._line = ""
@@ -90,7 +86,7 @@ class Pxh:
         command = self._commands.get(self._name)
         if command is None:
             return _invalid(self._name)
-        return command(self._autopilot, words[1:])
+        return command(self._vehicle, words[1:])
 
     def _go_on(self) -> bool:
         """Whether the command has ended."""

@@ -1,23 +1,20 @@
 """Commands that come from inside: what PX4's shell publishes as vehicle_command."""
 
 import math
-from typing import TYPE_CHECKING
 
+from autopilot.shell.command import Vehicle
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
-
-def send(autopilot: "Autopilot", command: int, *values: float) -> bool:
+def send(vehicle: Vehicle, command: int, *values: float) -> bool:
     """Give a command with its first parameters, the others NaN; whether it was accepted."""
-    return bool(send_for_result(autopilot, command, *values) == mavlink.MAV_RESULT_ACCEPTED)
+    return bool(send_for_result(vehicle, command, *values) == mavlink.MAV_RESULT_ACCEPTED)
 
 
-def send_for_result(autopilot: "Autopilot", command: int, *values: float) -> int | None:
+def send_for_result(vehicle: Vehicle, command: int, *values: float) -> int | None:
     """The same; MAV_RESULT, or None for no answer."""
-    system, component = int(autopilot.parameters["MAV_SYS_ID"]), mavlink.MAV_COMP_ID_AUTOPILOT1
+    system, component = int(vehicle.parameters["MAV_SYS_ID"]), mavlink.MAV_COMP_ID_AUTOPILOT1
     param1, param2, param3, param4, param5, param6, param7 = (*values, *(math.nan,) * (7 - len(values)))
     order = VehicleCommand(command, param1, param2, param3, param4, param5, param6, param7)
     order = order._replace(
@@ -27,5 +24,5 @@ def send_for_result(autopilot: "Autopilot", command: int, *values: float) -> int
         target_component=component,
         from_external=False,
     )
-    result = autopilot.commands.handle(autopilot.now_us, order)
+    result = vehicle.commands.handle(vehicle.now_us, order)
     return None if result is None else result.result

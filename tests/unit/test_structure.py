@@ -60,6 +60,10 @@ WITHOUT_A_CLIENT_OF_OURS = {
 }
 
 
+WITH_CIRCLES = ("sitl_emu.run.", "sitl_emu.world.kinds.corn_field.")
+"""Rooms where circles of imports are left."""
+
+
 def name_of(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
 
@@ -72,6 +76,32 @@ def imported(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
     return names
+
+
+def dotted(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def within_reach(start: str, imports: dict[str, set[str]]) -> set[str]:
+    """Everything that a module imports, and what that imports in its turn."""
+    reached, waiting = set[str](), [start]
+    while waiting:
+        new = imports[waiting.pop()] - reached
+        reached |= new
+        waiting += new
+    return reached
+
+
+def test_no_module_imports_itself_in_a_circle() -> None:
+    """Neither at its top nor hidden in a function or under TYPE_CHECKING."""
+    modules = {dotted(path): path for path in FILES if not dotted(path).startswith(WITH_CIRCLES)}
+    imports = dict[str, set[str]]()
+    for name, path in modules.items():
+        found = imported(path) & set(modules)
+        packages = {n for n in found if any(other.startswith(f"{n}.") for other in found)}
+        imports[name] = found - packages - {name}  # of `from package import module` the module counts
+    circular = sorted(name for name in modules if name in within_reach(name, imports))
+    assert not circular, f"import themselves in a circle: {circular}"
 
 
 def test_only_process_files_read_a_clock() -> None:

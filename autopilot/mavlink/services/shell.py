@@ -7,10 +7,9 @@ starve, addressed to who typed last.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from autopilot.mavlink.link import Link
-from autopilot.shell.pxh import Pxh
 from autopilot.texts import Text, Texts
 from sitl_emu.core import dialect as mavlink
 
@@ -25,11 +24,36 @@ CONSOLE_LEVELS = ("ERROR", "ERROR", "WARN", "WARN", "WARN", "INFO", "INFO", "DEB
 """How the console calls the severities of texts."""
 
 
+class Console(Protocol):
+    """One shell: bytes in, bytes out (autopilot/shell/pxh.py)."""
+
+    @property
+    def idle(self) -> bool:
+        """No command is under way, and nothing was typed."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Somebody typed."""
+        ...
+
+    def print(self, text: str) -> None:
+        """Something else on the autopilot's console."""
+        ...
+
+    def read(self, most: int) -> bytes:
+        """Take what was printed, at most so many bytes."""
+        ...
+
+    def run(self) -> None:
+        """Go on with the command under way and with what was typed, as far as they go now."""
+        ...
+
+
 class Session:
     """A link's shell, and who typed last."""
 
-    def __init__(self, pxh: Pxh) -> None:
-        self.pxh = pxh
+    def __init__(self, console: Console) -> None:
+        self.console = console
         self.partner = (0, 0)
 
 
@@ -41,10 +65,10 @@ class Shell:
 
     def __init__(self, texts: Texts, system_id: int) -> None:
         """`open_shell` is to be set by who owns the commands; until then nothing is answered."""
-        self.open_shell: Callable[[], Pxh] | None = None
+        self.open_shell: Callable[[], Console] | None = None
         self._system_id = system_id
         self._sessions: dict[Link, Session] = {}
-        self._closed: dict[Link, Pxh] = {}
+        self._closed: dict[Link, Console] = {}
         """Shells that were closed and still have something to do, one a link."""
         self._texts = texts
         self._said = texts.count
@@ -65,23 +89,23 @@ class Shell:
             session = self._sessions[link] = Session(self.open_shell())
         if 0 < message.count <= DATA_BYTES:
             session.partner = (message.get_srcSystem(), message.get_srcComponent())
-            session.pxh.write(bytes(message.data[: message.count]))
+            session.console.write(bytes(message.data[: message.count]))
         if not respond:
             del self._sessions[link]
-            self._closed[link] = session.pxh
+            self._closed[link] = session.console
 
     def on_time(self, now_us: int) -> None:
         """Let the shells work, and send at most one message of each."""
         if self._texts.count != self._said:
             self._print_new_texts()
-        for link, pxh in list(self._closed.items()):
-            pxh.run()
-            pxh.read(EVERYTHING)
-            if pxh.idle:
+        for link, console in list(self._closed.items()):
+            console.run()
+            console.read(EVERYTHING)
+            if console.idle:
                 del self._closed[link]
         for link, session in self._sessions.items():
-            session.pxh.run()
-            printed = session.pxh.read(DATA_BYTES)
+            session.console.run()
+            printed = session.console.read(DATA_BYTES)
             if printed:
                 link.send_fields(
                     mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL,
@@ -100,7 +124,7 @@ class Shell:
             for text in self._texts.recent:
                 if text.number >= self._said:
                     for session in self._sessions.values():
-                        session.pxh.print(_console_line(text))
+                        session.console.print(_console_line(text))
         self._said = self._texts.count
 
     def _is_for_us(self, message: Any) -> bool:

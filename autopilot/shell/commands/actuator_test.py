@@ -1,13 +1,9 @@
 """actuator_test: turns single motors and servos (PX4: systemcmds/actuator_test)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, info, integer, number, usage, warning
+from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, info, integer, number, usage, warning
 from autopilot.topics import ActuatorTest
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 MOTOR_1, SERVO_1 = 101, 201
 MOTORS, SERVOS = 12, 8
@@ -21,7 +17,7 @@ COMMANDS = (
 OPTIONS = ("-m", "-s", "-f", "-v", "-t")
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`actuator_test COMMAND ...`. A test without a time limit, which a key ends on PX4, is refused."""
     options: dict[str, str] = {}
     names = []
@@ -32,9 +28,9 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         else:
             names.append(word)
     if names == ["iterate-motors"]:
-        return (yield from _iterate(autopilot, "Motor", MOTOR_1, MOTORS, MOTOR_VALUE, MOTOR_US, MOTOR_PAUSE_US))
+        return (yield from _iterate(vehicle, "Motor", MOTOR_1, MOTORS, MOTOR_VALUE, MOTOR_US, MOTOR_PAUSE_US))
     if names == ["iterate-servos"]:
-        return (yield from _iterate(autopilot, "Servo", SERVO_1, SERVOS, SERVO_VALUE, SERVO_US, SERVO_PAUSE_US))
+        return (yield from _iterate(vehicle, "Servo", SERVO_1, SERVOS, SERVO_VALUE, SERVO_US, SERVO_PAUSE_US))
     if names != ["set"]:
         yield usage("actuator_test", COMMANDS)
         return SUCCESS
@@ -57,17 +53,15 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         yield warning("actuator_test", problem)
         yield usage("actuator_test", COMMANDS)
         return FAILURE
-    autopilot.topics.actuator_test = ActuatorTest(autopilot.now_us, function, value, timeout_us)
+    vehicle.topics.actuator_test = ActuatorTest(vehicle.now_us, function, value, timeout_us)
     return SUCCESS
 
 
-def _iterate(
-    autopilot: "Autopilot", name: str, first: int, count: int, value: float, test_us: int, pause_us: int
-) -> Output:
+def _iterate(vehicle: Vehicle, name: str, first: int, count: int, value: float, test_us: int, pause_us: int) -> Output:
     for index in range(count):
         yield info("actuator_test", f"{name} {index} ({value * 100.0:.0f}%)")
-        autopilot.topics.actuator_test = ActuatorTest(autopilot.now_us, first + index, value, test_us)
-        end_us = autopilot.now_us + pause_us
-        while autopilot.now_us < end_us:
+        vehicle.topics.actuator_test = ActuatorTest(vehicle.now_us, first + index, value, test_us)
+        end_us = vehicle.now_us + pause_us
+        while vehicle.now_us < end_us:
             yield WAIT
     return SUCCESS

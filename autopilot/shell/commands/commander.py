@@ -5,15 +5,11 @@ the texts that it tells everybody.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, number, usage
+from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, number, usage
 from autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 FORCE = 21196.0
 SHUTDOWN = 2.0
@@ -41,52 +37,52 @@ COMMANDS = (
 )
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`commander COMMAND ...`."""
     command, *words = arguments or [""]
     if command == "status":
-        return (yield from _status(autopilot))
+        return (yield from _status(vehicle))
     if command == "start":
         yield error("commander", "Task already running")
         return -1
     if command == "check":
-        send(autopilot, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
-        passed = autopilot.topics.vehicle_status.pre_flight_checks_pass
+        send(vehicle, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+        passed = vehicle.topics.vehicle_status.pre_flight_checks_pass
         yield info("commander", f"Preflight check: {'OK' if passed else 'FAILED'}")
         return SUCCESS
     if command in ("arm", "disarm"):
-        send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(command == "arm"), FORCE * (words[:1] == ["-f"]))
+        send(vehicle, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(command == "arm"), FORCE * (words[:1] == ["-f"]))
         return SUCCESS
     if command == "takeoff":
-        if send(autopilot, mavlink.MAV_CMD_NAV_TAKEOFF):
-            send(autopilot, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
+        if send(vehicle, mavlink.MAV_CMD_NAV_TAKEOFF):
+            send(vehicle, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
         return SUCCESS
     if command == "land":
-        send(autopilot, mavlink.MAV_CMD_NAV_LAND)
+        send(vehicle, mavlink.MAV_CMD_NAV_LAND)
         return SUCCESS
     if command == "transition":
-        send(autopilot, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(mavlink.MAV_VTOL_STATE_FW), 0.0)
+        send(vehicle, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(mavlink.MAV_VTOL_STATE_FW), 0.0)
         return SUCCESS
     if command == "poweroff":
-        send(autopilot, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
+        send(vehicle, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
         return SUCCESS
     if command == "lockdown" and words:
-        send(autopilot, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
+        send(vehicle, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
         return SUCCESS
     if command == "mode" and words:
-        return (yield from _mode(autopilot, words[0]))
+        return (yield from _mode(vehicle, words[0]))
     if command == "calibrate" and words:
-        return (yield from _calibrate(autopilot, words))
+        return (yield from _calibrate(vehicle, words))
     if command == "set_ekf_origin":
-        return (yield from _set_ekf_origin(autopilot, words))
+        return (yield from _set_ekf_origin(vehicle, words))
     if command in ("mode", "calibrate"):
         yield error("commander", "missing argument")
     yield usage("commander", COMMANDS)
     return FAILURE
 
 
-def _status(autopilot: "Autopilot") -> Output:
-    status = autopilot.topics.vehicle_status
+def _status(vehicle: Vehicle) -> Output:
+    status = vehicle.topics.vehicle_status
     yield info("commander", "Armed" if status.armed else "Disarmed")
     yield info("commander", f"navigation mode: {FLIGHT_MODES[status.nav_state].name}")
     yield info("commander", f"user intended navigation mode: {FLIGHT_MODES[status.nav_state_user_intention].name}")
@@ -94,20 +90,20 @@ def _status(autopilot: "Autopilot") -> Output:
     return SUCCESS
 
 
-def _mode(autopilot: "Autopilot", name: str) -> Output:
+def _mode(vehicle: Vehicle, name: str) -> Output:
     nav_state = MODES.get(name)
     if nav_state is None:
         yield error("commander", f"argument {name} unsupported.")
         return SUCCESS
     mode = FLIGHT_MODES[nav_state]
-    send(autopilot, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(mode.main_mode), float(mode.sub_mode))
+    send(vehicle, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(mode.main_mode), float(mode.sub_mode))
     return SUCCESS
 
 
-def _calibrate(autopilot: "Autopilot", words: list[str]) -> Output:
+def _calibrate(vehicle: Vehicle, words: list[str]) -> Output:
     what, quick = words[0], words[1:2] == ["quick"]
     if what == "mag" and quick:
-        send(autopilot, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
+        send(vehicle, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
         return SUCCESS
     parameter = CALIBRATIONS.get(what)
     if parameter is None:
@@ -115,15 +111,15 @@ def _calibrate(autopilot: "Autopilot", words: list[str]) -> Output:
         return FAILURE
     values = [0.0] * 7
     values[parameter - 1] = QUICK if what == "accel" and quick else CALIBRATION_VALUES.get(what, 1.0)
-    send(autopilot, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
+    send(vehicle, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
     return SUCCESS
 
 
-def _set_ekf_origin(autopilot: "Autopilot", words: list[str]) -> Output:
+def _set_ekf_origin(vehicle: Vehicle, words: list[str]) -> Output:
     if len(words) < 3:
         yield error("commander", "missing argument")
         return SUCCESS
     latitude_deg, longitude_deg, altitude_m = (number(word) for word in words[:3])
     origin = (0.0, 0.0, 0.0, 0.0, latitude_deg, longitude_deg, altitude_m)
-    send(autopilot, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, *origin)
+    send(vehicle, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, *origin)
     return SUCCESS

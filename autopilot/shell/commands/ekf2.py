@@ -1,27 +1,23 @@
 """ekf2: what the estimator knows (PX4: modules/ekf2)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, Output
+from autopilot.shell.command import SUCCESS, Output, Vehicle
 from autopilot.shell.commands.module import default_command
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 TILT_ALIGN = 1
 """Bit of estimator_status.control_mode_flags."""
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`ekf2 status`."""
     if list(arguments[:1]) != ["status"]:
         return (yield from default_command("ekf2", True, arguments))
-    topics = autopilot.topics
+    topics = vehicle.topics
     aligned = bool(topics.estimator_status.control_mode_flags & TILT_ALIGN)
     local, global_position = topics.vehicle_local_position.xy_valid, topics.vehicle_global_position.valid
     yield (
-        f"ekf2:0 EKF dt: {autopilot.estimator.ekf.dt_s:.4f}s, attitude: {aligned:d}, "
+        f"ekf2:0 EKF dt: {vehicle.estimator.ekf.dt_s:.4f}s, attitude: {aligned:d}, "
         f"local position: {local:d}, global position: {global_position:d}\n"
     )
     return SUCCESS

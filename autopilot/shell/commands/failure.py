@@ -1,14 +1,10 @@
 """failure: lets a part of the vehicle fail (PX4: systemcmds/failure)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import FAILURE, SUCCESS, Output, error, integer, warning
+from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, integer, warning
 from autopilot.shell.vehicle_command import send_for_result
 from sitl_emu.core import dialect as mavlink
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 UNITS = {
     "gyro": mavlink.FAILURE_UNIT_SENSOR_GYRO,
@@ -39,9 +35,9 @@ TYPES = {
 }
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`failure [-i INSTANCE] UNIT TYPE`, where SYS_FAILURE_EN allows it."""
-    if not autopilot.parameters["SYS_FAILURE_EN"]:
+    if not vehicle.parameters["SYS_FAILURE_EN"]:
         yield error("failure", "Failure injection disabled by SYS_FAILURE_EN param.")
         return FAILURE
     if list(arguments) == ["help"]:
@@ -65,7 +61,7 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         return FAILURE
     what = f"unit: {words[0]} ({unit}), type: {words[1]} ({kind}), instance: {instance}"
     yield warning("failure", f"inject failure {what}")
-    result = send_for_result(autopilot, mavlink.MAV_CMD_INJECT_FAILURE, float(unit), float(kind), float(instance))
+    result = send_for_result(vehicle, mavlink.MAV_CMD_INJECT_FAILURE, float(unit), float(kind), float(instance))
     if result == mavlink.MAV_RESULT_ACCEPTED:
         return SUCCESS
     yield error("failure", "Timeout waiting for ack" if result is None else f"Result: {result}")

@@ -1,18 +1,14 @@
 """land_detector: which kind runs (PX4: modules/land_detector)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, Output, info
+from autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from autopilot.shell.commands.module import default_command
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
-
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`land_detector status`."""
     if list(arguments) != ["status"]:
         return (yield from default_command("land_detector", True, arguments))
-    yield info("land_detector", f"running ({autopilot.topics.vehicle_status.vehicle_kind.traits.land_detector})")
+    yield info("land_detector", f"running ({vehicle.topics.vehicle_status.vehicle_kind.traits.land_detector})")
     return SUCCESS

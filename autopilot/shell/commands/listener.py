@@ -5,14 +5,11 @@ Topics that are logged are printed with all of PX4's fields, the others with tho
 """
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from autopilot.logger import packing
 from autopilot.shell import message_text
-from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, integer, usage
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
+from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
 
 PATIENCE_US = 2_000_000
 COMMANDS = (("TOPIC", "print it; -n how many, -r at most so many a second, -i instance"),)
@@ -20,7 +17,7 @@ OPTIONS = ("-n", "-r", "-i")
 MESSAGES_PER_RATE = 10
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`listener TOPIC [-n MESSAGES] [-r HZ] [-i INSTANCE]`."""
     options = {"-n": 0, "-r": 0, "-i": -1}
     names = []
@@ -34,32 +31,32 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         yield usage("listener", COMMANDS)
         return FAILURE
     name, hz, instance = names[0], options["-r"], options["-i"]
-    source = _sources(autopilot).get(name)
+    source = _sources(vehicle).get(name)
     count = options["-n"] or (MESSAGES_PER_RATE * hz if hz > 0 else 1)
     if source is None:
         yield " Topic did not match any known topics\n"
         return SUCCESS
-    if instance > 0 or _timestamp(getattr(autopilot.topics, source)) == 0:
+    if instance > 0 or _timestamp(getattr(vehicle.topics, source)) == 0:
         yield "never published\n"
         return SUCCESS
     if count == 1 and instance < 0:
         yield f"\nTOPIC: {name}\n"
-        yield from _message(autopilot, name, getattr(autopilot.topics, source))
+        yield from _message(vehicle, name, getattr(vehicle.topics, source))
         return SUCCESS
-    return (yield from _follow(autopilot, name, source, count, 1_000_000 // hz if hz > 0 else 0))
+    return (yield from _follow(vehicle, name, source, count, 1_000_000 // hz if hz > 0 else 0))
 
 
-def _follow(autopilot: "Autopilot", name: str, source: str, count: int, interval_us: int) -> Output:
-    last, printed_us = None, autopilot.now_us - interval_us
+def _follow(vehicle: Vehicle, name: str, source: str, count: int, interval_us: int) -> Output:
+    last, printed_us = None, vehicle.now_us - interval_us
     number = 0
     while number < count:
-        record = getattr(autopilot.topics, source)
-        now_us = autopilot.now_us
+        record = getattr(vehicle.topics, source)
+        now_us = vehicle.now_us
         if record is not last and now_us - printed_us >= interval_us:
             last, printed_us = record, now_us
             number += 1
             yield f"\nTOPIC: {name} instance 0 #{number}\n"
-            yield from _message(autopilot, name, record)
+            yield from _message(vehicle, name, record)
         elif now_us - printed_us > PATIENCE_US + interval_us:
             yield "Waited for 2 seconds without a message. Giving up.\n"
             return SUCCESS
@@ -68,26 +65,26 @@ def _follow(autopilot: "Autopilot", name: str, source: str, count: int, interval
     return SUCCESS
 
 
-def _message(autopilot: "Autopilot", name: str, record: Any) -> Iterator[str]:
+def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
     """With PX4's fields where we know them, that is for what is logged, else with our own."""
     yield f" {name}\n"
-    logged = {topic.name: topic for topic in autopilot.logger.topics()}.get(name)
+    logged = {topic.name: topic for topic in vehicle.logger.topics()}.get(name)
     if logged is not None:
         fields = packing.unpacked(name, logged.row(record))
         if not hasattr(record, "timestamp"):
-            fields[0] = ("uint64_t", "timestamp", autopilot.now_us)
-        yield from message_text.lines(fields, autopilot.now_us)
+            fields[0] = ("uint64_t", "timestamp", vehicle.now_us)
+        yield from message_text.lines(fields, vehicle.now_us)
         return
     records = record if isinstance(record, tuple) and not hasattr(record, "_fields") else (record,)
     for each in records:
         if each is not None:
-            yield from message_text.lines(message_text.fields_of(each), autopilot.now_us)
+            yield from message_text.lines(message_text.fields_of(each), vehicle.now_us)
 
 
-def _sources(autopilot: "Autopilot") -> dict[str, str]:
+def _sources(vehicle: Vehicle) -> dict[str, str]:
     """Our topic by PX4's name."""
-    own = {name: name for name in vars(autopilot.topics) if not name.startswith("_")}
-    return {topic.name: topic.source for topic in autopilot.logger.topics()} | own
+    own = {name: name for name in vars(vehicle.topics) if not name.startswith("_")}
+    return {topic.name: topic.source for topic in vehicle.logger.topics()} | own
 
 
 def _timestamp(record: Any) -> int:

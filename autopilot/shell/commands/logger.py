@@ -1,18 +1,14 @@
 """logger: what is logged, and logging without arming (PX4: modules/logger)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, Output, info
+from autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from autopilot.shell.commands.module import default_command
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
-
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`logger status`, `logger on`, `logger off`."""
-    logger = autopilot.logger
+    logger = vehicle.logger
     command = arguments[0] if arguments else ""
     if command == "status":
         for line in logger.status():

@@ -1,15 +1,11 @@
 """mavlink: the links and their streams (PX4: modules/mavlink)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from autopilot.mavlink import rates
 from autopilot.mavlink.link import Link
-from autopilot.shell.command import FAILURE, SUCCESS, Output, integer, number, usage, warning
+from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
 from sitl_emu.core import dialect as mavlink
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 MODE_NAMES = {
     "normal": "Normal",
@@ -27,23 +23,23 @@ COMMANDS = (
 )
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`mavlink COMMAND ...`."""
     command, *words = arguments or [""]
     if command == "status":
-        for number_of, link in enumerate(autopilot.mavlink.links):
+        for number_of, link in enumerate(vehicle.mavlink.links):
             yield f"\ninstance #{number_of}:\n"
-            yield from _streams(link) if words[:1] == ["streams"] else _status(autopilot, number_of, link)
+            yield from _streams(link) if words[:1] == ["streams"] else _status(vehicle, number_of, link)
         return SUCCESS
     if command == "stream":
-        return (yield from _stream(autopilot, words))
+        return (yield from _stream(vehicle, words))
     if command == "boot_complete":
         return SUCCESS
     yield usage("mavlink", COMMANDS)
     return FAILURE
 
 
-def _status(autopilot: "Autopilot", channel: int, link: Link) -> Output:
+def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     sent, heard = link.bytes_per_s
     received = link.messages_received + link.messages_lost
     loss_pct = 100.0 * link.messages_lost / received if received else 0.0
@@ -90,15 +86,15 @@ def _streams(link: Link) -> Output:
     return SUCCESS
 
 
-def _stream(autopilot: "Autopilot", words: list[str]) -> Output:
+def _stream(vehicle: Vehicle, words: list[str]) -> Output:
     options = dict(zip(words[::2], words[1::2], strict=False))
     if "-s" not in options or "-u" not in options or len(words) % 2 or not options.keys() <= {"-s", "-u", "-r"}:
         yield usage("mavlink", COMMANDS)
         return FAILURE
     port, name, hz = integer(options["-u"]), options["-s"], number(options.get("-r", "-1"))
-    link = next((link for link in autopilot.mavlink.links if link.ports.local == port), None)
+    link = next((link for link in vehicle.mavlink.links if link.ports.local == port), None)
     if link is None:
         yield warning("mavlink", f"mavlink for network on port {port} is not running")
         return FAILURE
-    autopilot.mavlink.configure_stream(autopilot.now_us, link, name, hz)
+    vehicle.mavlink.configure_stream(vehicle.now_us, link, name, hz)
     return SUCCESS

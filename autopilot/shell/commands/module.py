@@ -1,37 +1,33 @@
 """PX4's modules that do their work without further ado: `NAME status` says whether they run."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import FAILURE, SUCCESS, Command, Output, error, info, usage
+from autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
-
-Runs = Callable[["Autopilot"], bool]
+Runs = Callable[[Vehicle], bool]
 COMMANDS = (("start", ""), ("stop", ""), ("status", "whether it runs"))
 
 
-def always(autopilot: "Autopilot") -> bool:
+def always(vehicle: Vehicle) -> bool:
     """Every vehicle has it."""
     return True
 
 
 def of_kind(name: str) -> Runs:
     """Kinds of vehicle have it whose start-up script starts a module of this name."""
-    return lambda autopilot: name in autopilot.topics.vehicle_status.vehicle_kind.traits.modules
+    return lambda vehicle: name in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
 
 
 def was_started(kind: type) -> Runs:
     """Vehicles have it whose parameters start such a module."""
-    return lambda autopilot: any(isinstance(module, kind) for module in autopilot.started)
+    return lambda vehicle: any(isinstance(module, kind) for module in vehicle.started)
 
 
 def command(name: str, runs: Runs) -> Command:
     """The command of a module."""
 
-    def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
-        return (yield from default_command(name, runs(autopilot), arguments))
+    def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
+        return (yield from default_command(name, runs(vehicle), arguments))
 
     return main
 

@@ -2,27 +2,23 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, Output, info
+from autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from autopilot.shell.commands.module import default_command
 from autopilot.topics import TransponderReport, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
-
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`navigator status` or `fake_traffic`."""
     if list(arguments) == ["fake_traffic"]:
-        return (yield from _fake_traffic(autopilot))
+        return (yield from _fake_traffic(vehicle))
     if list(arguments) != ["status"]:
         return (yield from default_command("navigator", True, arguments))
     areas = dict.fromkeys(KINDS, 0.0)
     vertices = 0
-    for item in autopilot.dataman.fence.items:
+    for item in vehicle.dataman.fence.items:
         corners = int(item.param1) if item.command in POLYGONS else 0
         vertices += 1 if corners else 0
         areas[item.command] = areas.get(item.command, 0.0) + (1.0 / corners if corners else 1.0)
@@ -36,9 +32,9 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
     return SUCCESS
 
 
-def _fake_traffic(autopilot: "Autopilot") -> Output:
+def _fake_traffic(vehicle: Vehicle) -> Output:
     """All at once, as AdsbConflict::run_fake_traffic: more than the queue keeps, and than there may be conflicts."""
-    topics = autopilot.topics
+    topics = vehicle.topics
     place = topics.vehicle_global_position
     if not math.isfinite(place.lat + place.lon + place.alt):
         return SUCCESS
@@ -46,11 +42,11 @@ def _fake_traffic(autopilot: "Autopilot") -> Output:
     for number, away_m in FAKE_TRAFFIC:
         lat, lon = here.reproject(away_m * math.cos(FAKE_DIRECTION_RAD), away_m * math.sin(FAKE_DIRECTION_RAD))
         report = TransponderReport(
-            autopilot.now_us, 0, number, lat, lon, 0, place.alt, 0.0, FAKE_SPEED_M_S, FAKE_SPEED_M_S,
+            vehicle.now_us, 0, number, lat, lon, 0, place.alt, 0.0, FAKE_SPEED_M_S, FAKE_SPEED_M_S,
             f"LX{number:03}".encode(), mavlink.ADSB_EMITTER_TYPE_LIGHT, 2, FAKE_FLAGS, 6667, retranslate=False,
         )  # fmt: skip
         queue_transponder_report(topics, report)
-    for icao_address in autopilot.navigator.traffic.conflicts:
+    for icao_address in vehicle.navigator.traffic.conflicts:
         yield info("navigator", f"{icao_address} ")
     return SUCCESS
 

@@ -5,13 +5,9 @@ What is changed here is announced to nobody, as on PX4.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from autopilot.parameters import Parameters, Value
-from autopilot.shell.command import FAILURE, SUCCESS, Output, error, info, integer, number, usage
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
+from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
 
 LEGEND = "Symbols: x = used, + = saved, * = unsaved\n"
 NOT_IN_AIRFRAME = ("RC", "TC_", "CAL_")
@@ -36,9 +32,9 @@ COMMANDS = (
 )
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`param COMMAND ...`."""
-    parameters = autopilot.parameters
+    parameters = vehicle.parameters
     command, *words = arguments or [""]
     if command == "show":
         return (yield from _show(parameters, words))
@@ -64,7 +60,7 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         parameters.reset(lambda name: not any(_matches(pattern, name) for pattern in words))
         return SUCCESS
     if command == "save" and not words:
-        return SUCCESS if autopilot.parameter_storage.save() else FAILURE
+        return SUCCESS if vehicle.parameter_storage.save() else FAILURE
     yield usage("param", COMMANDS)
     return FAILURE
 

@@ -1,13 +1,9 @@
 """sensors: which are there and send (PX4: modules/sensors)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, Output
+from autopilot.shell.command import SUCCESS, Output, Vehicle
 from autopilot.shell.commands.module import default_command
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
 
 SENSORS = (
     ("gyro and accel", "sensor_combined"),
@@ -18,14 +14,14 @@ SENSORS = (
 )
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`sensors status`: the age of every sensor's last sample."""
     if list(arguments) != ["status"]:
         return (yield from default_command("sensors", True, arguments))
     for name, topic in SENSORS:
-        timestamp = getattr(autopilot.topics, topic).timestamp
+        timestamp = getattr(vehicle.topics, topic).timestamp
         if timestamp:
-            yield f"selected {name}: 0, last sample {(autopilot.now_us - timestamp) * 1e-6:.3f} s ago\n"
+            yield f"selected {name}: 0, last sample {(vehicle.now_us - timestamp) * 1e-6:.3f} s ago\n"
         else:
             yield f"no {name}\n"
     return SUCCESS

@@ -4,13 +4,9 @@ Subscribers are not counted here, because every module reads the topics where th
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from autopilot.shell.command import SUCCESS, WAIT, Output, usage
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
-    from autopilot.topics import Topics
+from autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, usage
+from autopilot.topics import Topics
 
 ONCE_US = 2_000_000
 ROUND_US = 1_400_000
@@ -24,44 +20,44 @@ ROUNDS = 1000
 """`top` without -1 ends after so many rounds; nobody can stop it over MAVLink, nor on PX4."""
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`uorb status` or `uorb top [-a] [-1] [FILTER...]`."""
     command, *words = arguments or [""]
     if command == "start":
         return SUCCESS
     if command == "status":
-        names = _names(autopilot.topics)
+        names = _names(vehicle.topics)
         width = max(len(name) for name in names)
         yield f"{'TOPIC NAME':<{width - 2}} INST #SUB #Q SIZE PATH\n"
         for name in names:
             yield f"{name:<{width}} {0:2} {'-':>4} {1:2} {'-':>4} /obj/{name}0\n"
         return SUCCESS
     if command == "top":
-        return (yield from _top(autopilot, words))
+        return (yield from _top(vehicle, words))
     yield usage("uorb", COMMANDS)
     return SUCCESS if arguments else -1
 
 
-def _top(autopilot: "Autopilot", words: list[str]) -> Output:
+def _top(vehicle: Vehicle, words: list[str]) -> Output:
     once = "-1" in words
     filters = [word for word in words if word not in ("-a", "-1")]
     active_only = "-a" not in words and not filters
-    topics = autopilot.topics
+    topics = vehicle.topics
     names = [name for name in _names(topics) if not filters or any(part in name for part in filters)]
     width = max((len(name) for name in names), default=0)
     yield CLEAR_SCREEN
     for _ in range(1 if once else ROUNDS):
-        start_us = autopilot.now_us
+        start_us = vehicle.now_us
         counts = dict.fromkeys(names, 0)
         last = {name: getattr(topics, name) for name in names}
-        while autopilot.now_us - start_us < (ONCE_US if once else ROUND_US):
+        while vehicle.now_us - start_us < (ONCE_US if once else ROUND_US):
             yield WAIT
             for name in names:
                 record = getattr(topics, name)
                 if record is not last[name]:
                     last[name] = record
                     counts[name] += 1
-        seconds = (autopilot.now_us - start_us) * 1e-6
+        seconds = (vehicle.now_us - start_us) * 1e-6
         hz = {name: round(count / seconds) for name, count in counts.items()}
         if not once:
             yield "\033[H"

@@ -2,13 +2,9 @@
 
 import platform
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from autopilot.mavlink.streams import autopilot_version
-from autopilot.shell.command import FAILURE, SUCCESS, Output, error, usage
-
-if TYPE_CHECKING:
-    from autopilot.autopilot import Autopilot
+from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, usage
 
 BOARD = "PX4_SITL"
 RELEASE = 255
@@ -28,7 +24,7 @@ COMMANDS = (
 )
 
 
-def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`ver WHAT`; what names a compiler or a date on PX4 names the emulator here."""
     if not arguments:
         yield usage("ver", COMMANDS)
@@ -46,7 +42,7 @@ def main(autopilot: "Autopilot", arguments: Sequence[str]) -> Output:
         "uri": "Build uri: sitl-emu\n",
         "variant": "Build variant: sih\n",
         "gcc": f"Toolchain: {platform.python_implementation()}, {platform.python_version()}\n",
-        "px4guid": f"PX4GUID: {_guid(autopilot)}\n",
+        "px4guid": f"PX4GUID: {_guid(vehicle)}\n",
         "mcu": "UNKNOWN MCU\n",
     }
     if what == "all":
@@ -71,6 +67,6 @@ def _git() -> str:
     )
 
 
-def _guid(autopilot: "Autopilot") -> str:
-    uid = autopilot_version.UID + int(autopilot.parameters["MAV_SYS_ID"])
+def _guid(vehicle: Vehicle) -> str:
+    uid = autopilot_version.UID + int(vehicle.parameters["MAV_SYS_ID"])
     return f"{uid:0{GUID_DIGITS}x}"
