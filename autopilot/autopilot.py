@@ -8,37 +8,37 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 from collections.abc import Mapping
 from pathlib import Path
 
-from autopilot.camera_trigger import CameraTrigger
 from autopilot.commander.commander import Commander
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandOwner, CommandResult, VehicleCommands, tell
 from autopilot.control.control import CONTROLS, StartedModule
-from autopilot.dataman import Dataman
 from autopilot.estimator.commands import EstimatorCommands
 from autopilot.estimator.estimator import Estimator
-from autopilot.failure_injection import FailureInjectionManager
-from autopilot.gimbal import Gimbal
-from autopilot.in_flight_calibration import InFlightCalibration
+from autopilot.events.texts import Texts
 from autopilot.land_detector.land_detector import LandDetector
-from autopilot.load_mon import LoadMon
 from autopilot.logger.logger import Logger
-from autopilot.magnetometer_failover import MagnetometerFailover
-from autopilot.manual_control import ManualControl
+from autopilot.manual_control.manual_control import ManualControl
+from autopilot.manual_control.rc_update import RcUpdate
 from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
-from autopilot.parameter_corrections import ParameterCorrections
-from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, Value
-from autopilot.payload_deliverer import PayloadDeliverer
-from autopilot.rc_update import RcUpdate
-from autopilot.sensors import Sensors
+from autopilot.parameters.corrections import ParameterCorrections
+from autopilot.parameters.storage import ParameterStorage
+from autopilot.payload.camera_trigger import CameraTrigger
+from autopilot.payload.gimbal import Gimbal
+from autopilot.payload.payload_deliverer import PayloadDeliverer
+from autopilot.sensors.in_flight_calibration import InFlightCalibration
+from autopilot.sensors.magnetometer_failover import MagnetometerFailover
+from autopilot.sensors.sensors import Sensors
+from autopilot.sensors.vehicle_imu import VehicleImu
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import Pxh
-from autopilot.texts import Texts
+from autopilot.storage.dataman import Dataman
+from autopilot.system.failure_injection import FailureInjectionManager
+from autopilot.system.load_mon import LoadMon
 from autopilot.topics import Topics, VehicleCommand
-from autopilot.vehicle_imu import VehicleImu
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 

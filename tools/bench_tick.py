@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import vehicles
-from autopilot import storage
 from autopilot.autopilot import Autopilot
+from autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround

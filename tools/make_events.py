@@ -1,4 +1,4 @@
-"""Write autopilot/events.json from PX4's table of events.
+"""Write autopilot/events/events.json from PX4's table of events.
 
     python tools/make_events.py FOLDER
 
@@ -11,7 +11,7 @@ import pathlib
 import sys
 from typing import Any
 
-TARGET = pathlib.Path(__file__).parents[1] / "autopilot" / "events.json"
+TARGET = pathlib.Path(__file__).parents[1] / "autopilot" / "events" / "events.json"
 
 
 def main() -> None:

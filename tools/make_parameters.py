@@ -1,4 +1,4 @@
-"""Write autopilot/parameters.json and the reference airframes from PX4's measured parameter set.
+"""Write autopilot/parameters/parameters.json and the reference airframes from PX4's measured parameter set.
 
     python tools/make_parameters.py FOLDER
 
@@ -55,7 +55,7 @@ def main() -> None:
         row["announced"] = [kind for kind, values in lists.items() if name in values]
         table[name] = row
     lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(row)}" for name, row in table.items())
-    (ROOT / "autopilot" / "parameters.json").write_text("{\n" + lines + "\n}\n")
+    (ROOT / "autopilot" / "parameters" / "parameters.json").write_text("{\n" + lines + "\n}\n")
     for kind, model in REFERENCES.items():
         changed = {
             name: value

@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import vehicles
-from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.constants import NavState
 from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.parameters import Parameters, Value
+from autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.run.simulated_parameters import SimulatedParameters

@@ -10,8 +10,8 @@ from enum import Enum, auto
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -10,9 +10,9 @@ from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, Severity
+from autopilot.events.texts import Say
 from autopilot.flight_mode import FLOWN_BY_STICKS, STICKS_TO_THRUST
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
 from autopilot.topics import ActuatorArmed, Topics
 from autopilot.vehicle_kind import Traits
 

@@ -29,12 +29,12 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands.table import FIXED
 from autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
 from autopilot.constants import NavState, Severity
-from autopilot.dataman import Dataman
+from autopilot.events.texts import Say
 from autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
-from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters, matches
-from autopilot.sensor_calibration import DEVICE_IDS, INSTANCES
-from autopilot.texts import Say
+from autopilot.parameters.storage import ParameterStorage
+from autopilot.sensors.sensor_calibration import DEVICE_IDS, INSTANCES
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
 from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink

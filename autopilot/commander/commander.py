@@ -21,10 +21,10 @@ from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
-from autopilot.dataman import Dataman
-from autopilot.parameter_storage import ParameterStorage
+from autopilot.events.texts import Say, SendEvent
 from autopilot.parameters import Parameters
-from autopilot.texts import Say, SendEvent
+from autopilot.parameters.storage import ParameterStorage
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink

@@ -7,7 +7,7 @@ computer, 3 s for others) its component is lost. One that never was there is not
 from typing import NamedTuple
 
 from autopilot.constants import Severity
-from autopilot.texts import Say
+from autopilot.events.texts import Say
 from autopilot.topics import GcsHeartbeats
 
 HEARTBEAT_TIMEOUT_US = 2_500_000

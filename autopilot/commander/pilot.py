@@ -9,8 +9,8 @@ from collections.abc import Callable
 from autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.constants import NavState, RequestedAction, Severity
+from autopilot.events.texts import Say
 from autopilot.flight_mode import FLOWN_BY_STICKS
-from autopilot.texts import Say
 from autopilot.topics import ActionRequest, Topics
 
 KILL_DISARMS_AFTER_US = 5_000_000

@@ -6,8 +6,8 @@ from typing import Protocol
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.control.multicopter import MulticopterControl
 from autopilot.control.rover_ackermann import RoverAckermannControl
+from autopilot.events.texts import Texts
 from autopilot.parameters import Parameters
-from autopilot.texts import Texts
 from autopilot.topics import Topics, VehicleCommand
 from autopilot.vehicle_kind import VehicleKind
 

@@ -5,8 +5,8 @@ others at once, where they are not negative; then every value that exceeds its l
 """
 
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
 
 MAX_SAFE_TILT_DEG = 89.0
 """MulticopterPositionControl::MAX_SAFE_TILT_DEG."""

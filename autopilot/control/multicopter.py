@@ -32,11 +32,11 @@ from autopilot.control.mc_rate_control import RateControl
 from autopilot.control.peripherals import carried, last_used, with_peripherals
 from autopilot.control.takeoff import TakeoffHandling
 from autopilot.estimator.imu_filter import alpha
-from autopilot.failure_injection import MOTOR, OFF
+from autopilot.events.texts import Say
 from autopilot.flight_mode import STICKS_TO_THRUST
 from autopilot.parameters import Parameters
-from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from autopilot.texts import Say
+from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from autopilot.system.failure_injection import MOTOR, OFF
 from autopilot.topics import (
     NAN,
     NAN3,

@@ -14,7 +14,7 @@ from autopilot.estimator.flags import FAULT_NAMES, control_flags, fault_flags, m
 from autopilot.estimator.fusion import Fusion
 from autopilot.estimator.publication import Publication
 from autopilot.estimator.stable_bias import StableBias
-from autopilot.sensor_calibration import DEVICE_IDS
+from autopilot.sensors.sensor_calibration import DEVICE_IDS
 from autopilot.topics import (
     NAN,
     NAN3,

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from autopilot.flight_time import FlightTime
+from autopilot.land_detector.flight_time import FlightTime
 from autopilot.land_detector.multicopter import MulticopterLandDetector
 from autopilot.land_detector.rover import RoverLandDetector
 from autopilot.parameters import Parameters

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from autopilot.constants import Severity
+from autopilot.events.texts import Texts
 from autopilot.logger import log_files, logged_topics, packing, ulog
 from autopilot.logger.log_files import LogFile
 from autopilot.logger.log_stream import LogStream
@@ -25,7 +26,6 @@ from autopilot.logger.packing import Row
 from autopilot.logger.rows import commander as commander_rows
 from autopilot.logger.rows import outside as outside_rows
 from autopilot.parameters import Parameters
-from autopilot.texts import Texts
 from autopilot.topics import LoggerStatus, Topics
 from sitl_emu.core import c_types
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from autopilot.constants import MOST_ROTORS
-from autopilot.dataman import Dataman
 from autopilot.parameters import Parameters
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import ActuatorOutputs, Topics
 from autopilot.vehicle_kind import VehicleKind
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.dataman import Dataman
+from autopilot.events.texts import Texts
 from autopilot.mavlink import forwarding, rates, silent_streams
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.encoder import Encoder
@@ -54,7 +54,7 @@ from autopilot.mavlink.signature import LinkSigning, SigningStreams
 from autopilot.mavlink.streams import Stream
 from autopilot.mavlink.wire import Device, Wire
 from autopilot.parameters import Parameters
-from autopilot.texts import Texts
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports

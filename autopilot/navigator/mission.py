@@ -14,7 +14,6 @@ import math
 from enum import Enum
 
 from autopilot.constants import SetpointType, Severity
-from autopilot.dataman import MissionItem, Plan
 from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.mission_block import (
@@ -39,6 +38,7 @@ from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
 from autopilot.navigator.precland import Precision, PrecLand
 from autopilot.navigator.roi import ROI_COMMANDS, Roi
 from autopilot.navigator.state import NavigatorState
+from autopilot.storage.dataman import MissionItem, Plan
 from autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m

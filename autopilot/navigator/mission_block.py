@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from autopilot.commands.table import Role, items_where
 from autopilot.constants import Severity
-from autopilot.dataman import MissionItem
 from autopilot.navigator.state import NavigatorState
+from autopilot.storage.dataman import MissionItem
 from autopilot.topics import NavigatorMissionItem
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import EARTH_RADIUS_M, wrap_pi

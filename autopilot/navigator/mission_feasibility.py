@@ -7,10 +7,10 @@ wings and VTOL alone is left out.
 
 from autopilot.commands.table import items_where
 from autopilot.constants import Severity
-from autopilot.dataman import MissionItem
 from autopilot.navigator.geofence import Geofence
 from autopilot.navigator.mission_block import LAND, RELATIVE_FRAMES, TAKEOFFS, WITH_POSITION
 from autopilot.navigator.state import NavigatorState
+from autopilot.storage.dataman import MissionItem
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

@@ -10,7 +10,7 @@ import math
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import Dataman
+from autopilot.events.texts import Say, SendEvent
 from autopilot.navigator.geofence import ACTION_HOLD, Geofence
 from autopilot.navigator.land import Land
 from autopilot.navigator.loiter import Loiter
@@ -23,7 +23,7 @@ from autopilot.navigator.state import NavigatorState, settings_of
 from autopilot.navigator.takeoff import Takeoff
 from autopilot.navigator.traffic import Traffic
 from autopilot.parameters import Parameters
-from autopilot.texts import Say, SendEvent
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import (
     DistanceSensorModeChangeRequest,
     MissionResult,

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.constants import SetpointType, TakeoffState
-from autopilot.dataman import Dataman
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import (
     CommandRecord,
     PositionSetpoint,

@@ -11,13 +11,13 @@ from typing import Protocol
 
 from autopilot.commands.vehicle_commands import VehicleCommands
 from autopilot.control.control import StartedModule
-from autopilot.dataman import Dataman
 from autopilot.estimator.estimator import Estimator
 from autopilot.logger.logger import Logger
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.navigator.navigator import Navigator
-from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
+from autopilot.parameters.storage import ParameterStorage
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import Topics
 
 WAIT = ""

@@ -1,4 +1,4 @@
-"""State, health and arming (writers: commander/, failure_injection.py)."""
+"""State, health and arming (writers: commander/, system/)."""
 
 from typing import NamedTuple
 
@@ -130,7 +130,7 @@ class ConfigOverrides(NamedTuple):
 
 
 class FailureInjection(NamedTuple):
-    """Writer: failure_injection.py. Failures that are on: (FAILURE_UNIT, FAILURE_TYPE, bit per instance) each."""
+    """Writer: system/failure_injection.py. Failures that are on: FAILURE_UNIT, FAILURE_TYPE, bit per instance."""
 
     entries: tuple[tuple[int, int, int], ...] = ()
 

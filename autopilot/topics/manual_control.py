@@ -1,4 +1,4 @@
-"""Sticks, switches and radio channels (writers: mavlink/services/, rc_update.py, manual_control.py)."""
+"""Sticks, switches and radio channels (writers: mavlink/services/, manual_control/)."""
 
 from typing import NamedTuple
 

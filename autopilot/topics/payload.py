@@ -1,4 +1,4 @@
-"""What is carried: gripper, camera, gimbal (writers: payload_deliverer.py, camera_trigger.py, gimbal.py, mavlink/)."""
+"""What is carried: gripper, camera, gimbal (writers: payload/, mavlink/)."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Sensors and batteries, as the simulator and others tell them (writers: autopilot/sensors.py, mavlink/services/)."""
+"""Sensors and batteries, as the simulator and others tell them (writers: sensors/, mavlink/services/)."""
 
 from typing import NamedTuple
 
@@ -91,7 +91,7 @@ class DistanceSensorSample(NamedTuple):
 
 
 class SensorsStatusImu(NamedTuple):
-    """Writer: sensors.py. Whether the IMU's parts say something new."""
+    """Writer: sensors/sensors.py. Whether the IMU's parts say something new."""
 
     accel_healthy: bool = True
     gyro_healthy: bool = True
@@ -106,7 +106,7 @@ class SystemPower(NamedTuple):
 
 
 class VehicleImuStatus(NamedTuple):
-    """Writer: vehicle_imu.py, five times a second: how the IMU shakes, and mean and variance of its last samples."""
+    """Writer: sensors/vehicle_imu.py, 5 times a second: how the IMU shakes, mean and variance of its last samples."""
 
     timestamp: int = 0
     accel_vibration_metric: float = 0.0

@@ -1,4 +1,4 @@
-"""The computer and its log (writers: load_mon.py, logger/)."""
+"""The computer and its log (writers: system/, logger/)."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ class LoggerStatus(NamedTuple):
 
 
 class CpuLoad(NamedTuple):
-    """Writer: load_mon.py. Shares of 1; timestamp 0 where nobody measures them."""
+    """Writer: system/load_mon.py. Shares of 1; timestamp 0 where nobody measures them."""
 
     timestamp: int = 0
     load: float = 0.0

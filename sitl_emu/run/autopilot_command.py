@@ -17,8 +17,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from autopilot import storage
 from autopilot.parameters import Value, table
+from autopilot.storage import storage
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect

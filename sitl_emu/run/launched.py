@@ -10,8 +10,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple, NoReturn
 
-from autopilot import events
 from autopilot.autopilot import Autopilot
+from autopilot.events import events
 from sitl_emu.run import models, payload
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.fleet import Fleet, Member

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from autopilot.autopilot import Autopilot
-from autopilot.load_mon import ram_usage
+from autopilot.system.load_mon import ram_usage
 
 TICK_S = 0.004
 MEMINFO = Path("/proc/meminfo")

@@ -13,7 +13,7 @@ from autopilot.estimator.estimator import Estimator
 from autopilot.land_detector.land_detector import LandDetector
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.parameters import Parameters, Value
-from autopilot.sensors import Sensors
+from autopilot.sensors.sensors import Sensors
 from autopilot.topics import (
     ActuatorArmed,
     HomePosition,

@@ -8,7 +8,7 @@ from autopilot.control.multicopter import MulticopterControl
 from autopilot.estimator.estimator import Estimator
 from autopilot.land_detector.land_detector import LandDetector
 from autopilot.parameters import Parameters
-from autopilot.sensors import Sensors
+from autopilot.sensors.sensors import Sensors
 from autopilot.topics import NAN, NAN3, ActuatorArmed, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, actuators_as_on_the_wire, as_on_the_wire

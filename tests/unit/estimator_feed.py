@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from autopilot.estimator.estimator import Estimator
 from autopilot.parameters import Parameters
-from autopilot.sensors import Sensors
+from autopilot.sensors.sensors import Sensors
 from autopilot.topics import Topics, Vector3, VehicleLandDetected
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection

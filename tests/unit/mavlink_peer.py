@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.dataman import Dataman
+from autopilot.events.texts import Texts
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.parameters import Parameters
-from autopilot.texts import Texts
+from autopilot.storage.dataman import Dataman
 from autopilot.topics import (
     ActuatorOutputs,
     BatteryStatus,

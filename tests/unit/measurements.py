@@ -1,7 +1,7 @@
 """What was measured on a real PX4 v1.18, by name: `measurements.txt` lists the ids of protocol facts and of flights.
 
 The values are not here. A protocol fact of a single parameter (`param/NAME`) is left out: those are
-`autopilot/parameters.json`.
+`autopilot/parameters/parameters.json`.
 """
 
 import functools

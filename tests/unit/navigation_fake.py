@@ -6,11 +6,11 @@ from typing import Any
 from autopilot.commander.commander import Commander
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState, SetpointType, Severity
-from autopilot.dataman import MISSION, Dataman, MissionItem, Plan
-from autopilot.events import Events
+from autopilot.events.events import Events
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import DEVICE_IDS
+from autopilot.sensors.sensor_calibration import DEVICE_IDS
+from autopilot.storage.dataman import MISSION, Dataman, MissionItem, Plan
 from autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,

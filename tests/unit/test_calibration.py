@@ -9,7 +9,7 @@ from autopilot.commander.calibration.magnetometer import ellipsoid
 from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.constants import Severity
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import (
+from autopilot.sensors.sensor_calibration import (
     NONE,
     corrected_accel,
     corrected_gyro,

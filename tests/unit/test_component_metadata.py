@@ -14,7 +14,7 @@ import pytest
 import autopilot
 import vehicles
 from autopilot import parameters
-from autopilot.events import table
+from autopilot.events.events import table
 from autopilot.mavlink.component_metadata import (
     actuators,
     event_messages,

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from autopilot.constants import NavState, Severity
-from autopilot.events import Events, layout, pack
+from autopilot.events.events import Events, layout, pack
 from autopilot.topics import BatteryStatus, OffboardSetpoint, SensorBaro, TrajectorySetpoint
 from gcs.event import EventReceiver
 from sitl_emu.core import dialect as mavlink

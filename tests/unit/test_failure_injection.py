@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from autopilot.failure_injection import FailureInjectionManager
 from autopilot.parameters import Parameters
+from autopilot.system.failure_injection import FailureInjectionManager
 from autopilot.topics import Topics, VehicleCommand
 from autopilot.vehicle_kind import VehicleKind
 

@@ -3,9 +3,9 @@
 import pytest
 
 from autopilot.estimator.stable_bias import LEARNING_US, StableBias
-from autopilot.in_flight_calibration import QUIET_US, InFlightCalibration
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import DEVICE_IDS
+from autopilot.sensors.in_flight_calibration import QUIET_US, InFlightCalibration
+from autopilot.sensors.sensor_calibration import DEVICE_IDS
 from autopilot.topics import EstimatorSensorBias, Topics, Vector3
 from autopilot.vehicle_kind import VehicleKind
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autopilot.load_mon import LoadMon, ram_usage
+from autopilot.system.load_mon import LoadMon, ram_usage
 from autopilot.topics import CpuLoad, Topics
 
 MEMINFO = """MemTotal:        1000 kB

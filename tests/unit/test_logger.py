@@ -16,17 +16,17 @@ from pyulog.px4 import PX4ULog
 from pyulog.ulog2csv import convert_ulog2csv
 
 import vehicles
-from autopilot import storage
 from autopilot.autopilot import Autopilot
 from autopilot.commands.vehicle_commands import CommandResult, tell
 from autopilot.constants import NavState, Severity
+from autopilot.events.texts import Texts
 from autopilot.logger import log_files, logged_topics, packing
 from autopilot.logger.logger import Logger
 from autopilot.logger.rows import commander, estimator
 from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.context import BOOT_UNIX_US
 from autopilot.parameters import Parameters
-from autopilot.texts import Texts
+from autopilot.storage import storage
 from autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,

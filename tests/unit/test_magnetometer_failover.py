@@ -3,7 +3,7 @@
 import pytest
 
 from autopilot.constants import Severity
-from autopilot.magnetometer_failover import MagnetometerFailover
+from autopilot.sensors.magnetometer_failover import MagnetometerFailover
 from autopilot.topics import SensorMag, Topics
 
 STEP_US = 20_000

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from autopilot.constants import NavState
-from autopilot.events import layout
-from autopilot.manual_control import ManualControl
-from autopilot.rc_update import Channel, RcUpdate
+from autopilot.events.events import layout
+from autopilot.manual_control.manual_control import ManualControl
+from autopilot.manual_control.rc_update import Channel, RcUpdate
 from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
 from tests.typed import now
 

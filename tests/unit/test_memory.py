@@ -6,8 +6,8 @@ import tracemalloc
 from pathlib import Path
 
 import vehicles
-from autopilot import storage
 from autopilot.autopilot import Autopilot
+from autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround

@@ -5,8 +5,8 @@ They are the cases of MavlinkMissionManager::parse_mavlink_mission_item (mavlink
 
 import pytest
 
-from autopilot.dataman import MissionItem
 from autopilot.mavlink.services.mission_items import parse
+from autopilot.storage.dataman import MissionItem
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.test_mavlink_services import MISSION_FRAME, RELATIVE_INT, item

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from autopilot.constants import NavState
-from autopilot.events import layout
-from autopilot.flight_time import FlightTime
+from autopilot.events.events import layout
+from autopilot.land_detector.flight_time import FlightTime
 from autopilot.mavlink.services.mission_items import parse
 from autopilot.parameters import Parameters
 from autopilot.topics import MissionResult, VehicleStatus

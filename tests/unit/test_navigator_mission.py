@@ -5,8 +5,8 @@ import math
 import pytest
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import FENCE, MISSION, MissionItem, Plan
-from autopilot.events import layout
+from autopilot.events.events import layout
+from autopilot.storage.dataman import FENCE, MISSION, MissionItem, Plan
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from autopilot.constants import NavState, SetpointType
-from autopilot.dataman import FENCE, RALLY, MissionItem, Plan
+from autopilot.storage.dataman import FENCE, RALLY, MissionItem, Plan
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from autopilot.constants import NavState
-from autopilot.events import layout
+from autopilot.events.events import layout
 from autopilot.topics import TransponderReport
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle

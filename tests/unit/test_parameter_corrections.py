@@ -2,9 +2,9 @@
 
 import pytest
 
-from autopilot.parameter_corrections import ParameterCorrections
 from autopilot.parameters import Parameters
-from autopilot.subscription_interval import SubscriptionInterval
+from autopilot.parameters.corrections import ParameterCorrections
+from autopilot.parameters.subscription_interval import SubscriptionInterval
 from autopilot.vehicle_kind import VehicleKind
 
 SECOND_US = 1_000_000

@@ -6,11 +6,12 @@ from typing import Any
 
 import pytest
 
-from autopilot import parameter_file, storage
 from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
-from autopilot.parameter_storage import ParameterStorage
 from autopilot.parameters import Parameters
+from autopilot.parameters import file as parameter_file
+from autopilot.parameters.storage import ParameterStorage
+from autopilot.storage import storage
 from autopilot.vehicle_kind import VehicleKind
 
 DOCUMENT = (

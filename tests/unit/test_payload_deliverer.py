@@ -3,7 +3,7 @@
 import pytest
 
 from autopilot.parameters import Parameters
-from autopilot.payload_deliverer import PayloadDeliverer
+from autopilot.payload.payload_deliverer import PayloadDeliverer
 from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
 from autopilot.vehicle_kind import VehicleKind
 

@@ -9,8 +9,8 @@ import pytest
 import vehicles
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.gimbal import Gimbal as GimbalManager
 from autopilot.mavlink.mavlink import Mavlink
+from autopilot.payload.gimbal import Gimbal as GimbalManager
 from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion

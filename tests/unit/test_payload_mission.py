@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 import vehicles
-from autopilot.camera_trigger import CameraTrigger
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED
+from autopilot.events.texts import Texts
 from autopilot.mavlink import rates
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.navigator.navigator import Navigator
-from autopilot.texts import Texts
+from autopilot.payload.camera_trigger import CameraTrigger
 from autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.payload.camera import Camera

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from autopilot.failure_injection import inject
 from autopilot.parameters import Parameters
-from autopilot.sensors import Sensors, altitude_m
+from autopilot.sensors.sensors import Sensors, altitude_m
+from autopilot.system.failure_injection import inject
 from autopilot.topics import ActuatorArmed, FailureInjection, Topics
 from autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery

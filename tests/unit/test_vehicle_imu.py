@@ -5,8 +5,8 @@ import random
 
 import pytest
 
+from autopilot.sensors.vehicle_imu import VehicleImu
 from autopilot.topics import SensorCombined, SensorImu, Topics
-from autopilot.vehicle_imu import VehicleImu
 
 TICK_US = 4_000
 NOISE = 0.1

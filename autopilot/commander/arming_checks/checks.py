@@ -53,10 +53,10 @@ from autopilot.commander.arming_checks.findings import (
 from autopilot.commander.mode_requirements import ALL_MODES as ALL_NAV_STATES
 from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
 from autopilot.constants import NavState
-from autopilot.events import PROTOCOL
+from autopilot.events.events import PROTOCOL
+from autopilot.events.texts import Say, SendEvent
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import is_calibrated
-from autopilot.texts import Say, SendEvent
+from autopilot.sensors.sensor_calibration import is_calibrated
 from autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]

@@ -9,9 +9,16 @@ from collections.abc import Generator
 
 from autopilot.commands.vehicle_commands import CommandResult, answer_later
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY, corrections_of, raw_accel, raw_gyro, raw_mag
-from autopilot.texts import Say
+from autopilot.sensors.sensor_calibration import (
+    DEVICE_IDS,
+    INTERNAL_PRIORITY,
+    corrections_of,
+    raw_accel,
+    raw_gyro,
+    raw_mag,
+)
 from autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from autopilot.commander.calibration.bench import TEXT_US, Bench, Steps
 from autopilot.commander.calibration.orientation import CANCELLED, ERROR, OK, SIDES, Outcome, each_side
-from autopilot.sensor_calibration import corrected_mag
+from autopilot.sensors.sensor_calibration import corrected_mag
 from autopilot.topics import Vector3
 from sitl_emu.core.geomagnetism import magnetic_field
 

@@ -12,8 +12,8 @@ from autopilot.commander.calibration import accelerometer, airspeed, barometer, 
 from autopilot.commander.calibration.bench import Bench, Steps
 from autopilot.commander.command_results import ACCEPTED, DENIED, TEMPORARILY_REJECTED, UNSUPPORTED
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters
-from autopilot.texts import Say
 from autopilot.topics import Topics, VehicleCommand
 
 NOT_A_NUMBER = -1

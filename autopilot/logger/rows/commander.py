@@ -3,7 +3,7 @@
 from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, requirement_masks
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.constants import NavState
-from autopilot.events import Event
+from autopilot.events.events import Event
 from autopilot.flight_mode import FLIGHT_MODES
 from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
 from autopilot.topics import (

@@ -6,7 +6,7 @@ can't arm: the summaries' enums name components and modes, `navigation_mode_grou
 
 from typing import Any
 
-from autopilot.events import table
+from autopilot.events.events import table
 from autopilot.mavlink.component_metadata import event_messages
 
 VERSION = 2

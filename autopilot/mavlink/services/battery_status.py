@@ -9,7 +9,7 @@ from typing import Any
 
 from autopilot.mavlink.link import Link
 from autopilot.parameters import Parameters
-from autopilot.sensors import battery_warning
+from autopilot.sensors.sensors import battery_warning
 from autopilot.topics import BatteryStatus as BatteryStatusSample
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink

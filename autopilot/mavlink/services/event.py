@@ -8,7 +8,7 @@ start, of which a link sends the newest alone: the others are there for who asks
 from collections import deque
 from typing import Any, NamedTuple
 
-from autopilot.events import Events
+from autopilot.events.events import Events
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink

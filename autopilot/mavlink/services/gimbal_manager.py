@@ -1,7 +1,7 @@
 """Gimbal protocol v2, the autopilot's half: set-points of ground stations in, and what gimbal devices say.
 
-https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, the manager decides (autopilot/gimbal.py);
-commands come to it as all commands do.
+https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, the manager decides
+(autopilot/payload/gimbal.py); commands come to it as all commands do.
 """
 
 import math

@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.mavlink.link import Link
-from autopilot.texts import Say
 from autopilot.topics import LandingTargetPose, Topics
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import product

@@ -22,12 +22,12 @@ from autopilot.commands.vehicle_commands import (
     answer_later,
 )
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.logger.log_stream import Chunk
 from autopilot.logger.logger import Logger
 from autopilot.mavlink import rates
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
-from autopilot.texts import Say
 from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

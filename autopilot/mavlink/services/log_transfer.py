@@ -13,10 +13,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autopilot import storage
-from autopilot.file_system import DiskFile
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
+from autopilot.storage import storage
+from autopilot.storage.file_system import DiskFile
 from sitl_emu.core import dialect as mavlink
 
 ALL = 0xFFFF

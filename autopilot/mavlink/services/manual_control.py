@@ -2,7 +2,7 @@
 
 https://mavlink.io/en/services/manual_control.html. As PX4: x, y, r in -1000..1000, z (throttle) in 0..1000; an axis out
 of its range is at its centre, and so is an auxiliary one that enabled_extensions does not name. Whether these sticks
-are flown, autopilot/manual_control.py decides.
+are flown, autopilot/manual_control/manual_control.py decides.
 """
 
 from collections.abc import Sequence

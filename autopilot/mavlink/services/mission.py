@@ -12,10 +12,10 @@ from enum import Enum
 from typing import Any
 
 from autopilot.constants import Severity
-from autopilot.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
+from autopilot.events.texts import Say, Texts
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services import mission_items
-from autopilot.texts import Say, Texts
+from autopilot.storage.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
 from autopilot.topics import Topics
 from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink

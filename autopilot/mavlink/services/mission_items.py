@@ -13,8 +13,8 @@ import struct
 from typing import Any
 
 from autopilot.commands.table import COMMANDS, P1, P5, P6, P1234, UNKNOWN, items_where
-from autopilot.dataman import FENCE, MISSION, MissionItem
 from autopilot.mavlink.command_params import used_params
+from autopilot.storage.dataman import FENCE, MISSION, MissionItem
 from autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32, integer, rounded

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from typing import Any
 
 from autopilot.constants import Severity
-from autopilot.dataman import crc32_part
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from autopilot.parameters import Parameters, Value
-from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from autopilot.storage.dataman import crc32_part
 from autopilot.topics import RcParameter, Topics
 from sitl_emu.core import dialect as mavlink
 

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from autopilot import storage
 from autopilot.constants import Severity
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
 from autopilot.mavlink.signature import KEY_BYTES, NO_KEY, SigningKey
+from autopilot.storage import storage
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 

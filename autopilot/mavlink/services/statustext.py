@@ -11,8 +11,8 @@ stations that send a heartbeat once a second beside a simulation that is faster 
 
 from typing import Any
 
+from autopilot.events.texts import Text, Texts
 from autopilot.mavlink.link import Link
-from autopilot.texts import Text, Texts
 from autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 

@@ -2,7 +2,7 @@
 
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.streams import Fields
-from autopilot.sensor_calibration import DEVICE_IDS
+from autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_MAG_CAL_REPORT

@@ -3,9 +3,9 @@
 Listed is what does something here; a command of PX4 that is missing is as unknown as one of which PX4 does not know.
 """
 
-from autopilot.camera_trigger import CameraTrigger
 from autopilot.control.mc_autotune import McAutotune
-from autopilot.gimbal import Gimbal
+from autopilot.payload.camera_trigger import CameraTrigger
+from autopilot.payload.gimbal import Gimbal
 from autopilot.shell.command import Command
 from autopilot.shell.commands import (
     actuator_test,

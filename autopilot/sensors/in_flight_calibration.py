@@ -9,7 +9,7 @@ any time.
 import math
 
 from autopilot.parameters import Parameters, Value
-from autopilot.sensor_calibration import (
+from autopilot.sensors.sensor_calibration import (
     DEVICE_IDS,
     INTERNAL_PRIORITY,
     corrections_of,

@@ -12,11 +12,10 @@ SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to S
 import math
 from typing import NamedTuple
 
-from autopilot.battery_estimator import BatteryEstimator
-from autopilot.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
-from autopilot.imu_integrator import ImuIntegrator
 from autopilot.parameters import Parameters
-from autopilot.sensor_calibration import (
+from autopilot.sensors.battery_estimator import BatteryEstimator
+from autopilot.sensors.imu_integrator import ImuIntegrator
+from autopilot.sensors.sensor_calibration import (
     MOST_RAD_S,
     NONE,
     Corrections,
@@ -25,6 +24,7 @@ from autopilot.sensor_calibration import (
     corrected_mag,
     corrections_of,
 )
+from autopilot.system.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
 from autopilot.topics import (
     NAN,
     BatteryStatus,

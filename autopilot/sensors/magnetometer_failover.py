@@ -5,7 +5,7 @@ was well. There is one, so that nothing can take over, and whether it may be arm
 """
 
 from autopilot.constants import Severity
-from autopilot.texts import Say
+from autopilot.events.texts import Say
 from autopilot.topics import Topics, Vector3
 
 TIMEOUT_US = 300_000

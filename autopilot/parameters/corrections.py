@@ -8,9 +8,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from autopilot.constants import Severity
+from autopilot.events.texts import Say
 from autopilot.parameters import Parameters, Value
-from autopilot.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from autopilot.texts import Say
+from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from autopilot.vehicle_kind import Traits
 
 MAV_TYPES = 50

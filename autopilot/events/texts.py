@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from autopilot.constants import Severity
-from autopilot.events import Events
+from autopilot.events.events import Events
 
 KEPT = 50
 

@@ -2,7 +2,7 @@
 
 PX4's failure_injection_manager (src/modules/failure_injection_manager, v1.18): SYS_FAILURE_EN lets it; a unit and a
 type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0 means all) fails in one way at a time;
-"ok" mends it. The sensors' failures are applied in sensors.py, a motor's in the control of its vehicle.
+"ok" mends it. The sensors' failures are applied in sensors/, a motor's in the control of its vehicle.
 """
 
 import math

@@ -7,9 +7,10 @@ that can't be read gives way to its backup, and where there is none, to the defa
 from collections.abc import Callable
 from pathlib import Path
 
-from autopilot import parameter_file, storage
 from autopilot.constants import Severity
 from autopilot.parameters import Parameters, Value, matches
+from autopilot.parameters import file as parameter_file
+from autopilot.storage import storage
 
 SAVE_DELAY_US = 300_000
 """So that what is set together is saved together."""
