@@ -2,7 +2,7 @@
 
 A state machine on simulated time: `step` is handed what the simulator sent and returns the answer; datagrams come in
 through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clock or thread is read in here;
-`process.py` does that.
+`sitl_emu/run/` does that.
 """
 
 from collections.abc import Mapping

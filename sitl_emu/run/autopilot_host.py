@@ -22,7 +22,7 @@ from sitl_emu.core.simulator_api import (
     later,
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
-from sitl_emu.run import payload
+from sitl_emu.run import components as payload
 from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import LinkSockets, Poll
 from sitl_emu.run.loss_timeouts import loss_timeouts

@@ -12,7 +12,8 @@ from typing import NamedTuple, NoReturn
 
 from autopilot.autopilot import Autopilot
 from autopilot.events import events
-from sitl_emu.run import models, payload
+from sitl_emu.run import components as payload
+from sitl_emu.run import models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.fleet import Fleet, Member
 from sitl_emu.run.link_sockets import Poll, PortInUseError

@@ -9,7 +9,7 @@ from autopilot.autopilot import Autopilot
 from autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
-from sitl_emu.run import payload
+from sitl_emu.run import components as payload
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, Pose, VehicleSimulator
 

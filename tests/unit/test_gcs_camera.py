@@ -8,7 +8,7 @@ from gcs.camera import IMAGE_MODE, VIDEO_MODE, Camera
 from gcs.command import Command
 
 from .gcs_link import converse
-from .test_payload_camera import DATA, Rig
+from .test_components_camera import DATA, Rig
 
 
 def introduced(rig: Rig, **how: Any) -> Camera:

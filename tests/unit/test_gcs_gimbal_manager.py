@@ -10,7 +10,7 @@ from sitl_emu.core import dialect as mavlink
 
 from .gcs_link import converse
 from .mavlink_peer import Peer
-from .test_payload_gimbal import DATA, Rig
+from .test_components_gimbal import DATA, Rig
 
 assert DATA is not None
 

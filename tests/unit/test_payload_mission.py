@@ -15,8 +15,8 @@ from autopilot.mavlink.mavlink import Mavlink
 from autopilot.navigator.navigator import Navigator
 from autopilot.payload.camera_trigger import CameraTrigger
 from autopilot.topics import VehicleCommand
+from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.payload.camera import Camera
 from tests.typed import present
 
 from .mavlink_peer import only

@@ -3,9 +3,9 @@
 from typing import Protocol
 
 from autopilot.autopilot import Autopilot
+from sitl_emu.components.camera import Camera
+from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.payload.camera import Camera
-from sitl_emu.payload.gimbal import Gimbal
 from vehicles import description
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import vehicles
+from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.payload.camera import Camera
 from tests.typed import present
 from vehicles.description import Camera as CameraData
 

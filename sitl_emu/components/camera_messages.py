@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from sitl_emu.components.component import text
+from sitl_emu.components.geotag import Geotag
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.payload.component import text
-from sitl_emu.payload.whereabouts import Geotag
 from vehicles.description import Camera as CameraData
 
 CAPABILITIES = (

@@ -12,8 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from sitl_emu.core import dialect as mavlink
-from sitl_emu.payload.camera_messages import (
+from sitl_emu.components.camera_messages import (
     Settings,
     camera_fov_status,
     camera_information,
@@ -22,8 +21,9 @@ from sitl_emu.payload.camera_messages import (
     video_stream_information,
     video_stream_status,
 )
-from sitl_emu.payload.component import COMMANDS, Command, Component
-from sitl_emu.payload.whereabouts import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, Whereabouts
+from sitl_emu.components.component import COMMANDS, Command, Component
+from sitl_emu.components.geotag import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, CameraPose
+from sitl_emu.core import dialect as mavlink
 from vehicles.description import Camera as CameraData
 
 ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
@@ -87,7 +87,7 @@ class Camera:
         self._recording_since_us: int | None = None
         self._status_every_us = 0
         self._status_us = NEVER_US
-        self._whereabouts = Whereabouts(data.mount)
+        self._pose = CameraPose(data.mount)
         self._intervals: dict[int, tuple[int, int]] = {}
         """Messages sent by themselves (SET_MESSAGE_INTERVAL): interval and when they are due."""
         self._messages: dict[int, Callable[[int, Command], Any]] = {
@@ -132,7 +132,7 @@ class Camera:
             if message_id in COMMANDS:
                 self._on_command(now_us, message)
             elif message_id == GIMBAL_ATTITUDE:
-                self._whereabouts.on_message(message)
+                self._pose.on_message(message)
             elif message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1:
                 self._on_autopilot(now_us, message)
 
@@ -189,7 +189,7 @@ class Camera:
         self.due_us = now_us
 
     def _on_autopilot(self, now_us: int, message: Any) -> None:
-        self._whereabouts.on_message(message)
+        self._pose.on_message(message)
         # The attitude is asked for last, so now everything is there
         if message.get_msgId() == ATTITUDE and self._asked_us != NEVER_US:
             self._keep_image(now_us)
@@ -248,13 +248,13 @@ class Camera:
         self._next_us = NEVER_US if self._left == 0 else now_us + round(self._interval_s * 1e6)
         if self._left == 0:
             self._interval_s = 0.0
-        self._whereabouts.forget()
+        self._pose.forget()
         self._asked_us = now_us
         self._ready_us = now_us + round(self._data.interval_min_s * 1e6)
         self._ask_where()
 
     def _ask_where(self) -> None:
-        if not self._whereabouts.boot_unix_us:
+        if not self._pose.boot_unix_us:
             self._component.ask_autopilot(SYSTEM_TIME)
         self._component.ask_autopilot(POSITION)
         self._component.ask_autopilot(ATTITUDE)
@@ -264,7 +264,7 @@ class Camera:
         taken_us, self._asked_us = self._asked_us, NEVER_US
         self._used_mib += self._data.image_mib
         self._image_count += 1
-        tag, boot_unix_us = self._whereabouts.geotag(), self._whereabouts.boot_unix_us
+        tag, boot_unix_us = self._pose.geotag(), self._pose.boot_unix_us
         utc_us = boot_unix_us + taken_us if boot_unix_us else 0
         time_ms, index = taken_us // 1000, self._image_count - 1
         image = mavlink.MAVLink_camera_image_captured_message(time_ms, utc_us, 0, *tag, index, CAPTURED, NO_FILE)
@@ -461,7 +461,7 @@ class Camera:
         return video_stream_status(self._data, self._settings, stream)
 
     def _fov_status(self, now_us: int) -> Any:
-        return camera_fov_status(now_us, self._data, self._settings, self._whereabouts.geotag())
+        return camera_fov_status(now_us, self._data, self._settings, self._pose.geotag())
 
 
 BY_THEMSELVES = frozenset({SETTINGS, STORAGE, CAPTURE_STATUS, FOV_STATUS, INFORMATION})

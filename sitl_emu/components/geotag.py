@@ -29,8 +29,8 @@ class Geotag(NamedTuple):
     q: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
-class Whereabouts:
-    """Of one camera, fixed to the body by `mount` unless a gimbal tells where it looks."""
+class CameraPose:
+    """The pose of one camera, fixed to the body by `mount` unless a gimbal tells where it looks."""
 
     def __init__(self, mount: str) -> None:
         self._mount = mount

@@ -12,9 +12,9 @@ from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_
 from autopilot.mavlink.mavlink import Mavlink
 from autopilot.payload.gimbal import Gimbal as GimbalManager
 from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
+from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
-from sitl_emu.payload.gimbal import Gimbal
 from tests.typed import present
 
 from .mavlink_peer import Peer, only

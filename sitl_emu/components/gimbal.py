@@ -9,9 +9,9 @@ commanded by GIMBAL_DEVICE_SET_ATTITUDE of the autopilot's gimbal manager alone.
 import math
 from typing import Any
 
+from sitl_emu.components.component import COMMANDS, Component, text
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import Euler, Quaternion, euler, quaternion, wrapped
-from sitl_emu.payload.component import COMMANDS, Component, text
 from vehicles.description import Gimbal as GimbalData
 
 INFORMATION = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION
