@@ -26,11 +26,13 @@ class LoadBattery:
         self.remaining = 1.0
         self.current_a = 0.0
         self.voltage_v = battery.cells * battery.cell_full_v
+        self.extra_power_w = 0.0
+        """What something else takes: a fault."""
 
     def step(self, dt_s: float, power_w: float, armed: bool) -> None:
         """Advance; an empty battery stays empty, it does not stop the motors."""
         battery = self._battery
-        current = (power_w + battery.avionics_power_w) / max(self.voltage_v, 1.0)
+        current = (power_w + battery.avionics_power_w + self.extra_power_w) / max(self.voltage_v, 1.0)
         self.current_a += min(1.0, dt_s / SAG_TIME_S) * (current - self.current_a)
         self.remaining = max(0.0, self.remaining - current * dt_s / (3600.0 * battery.capacity_ah))
         cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * _curve(self.remaining)

@@ -44,6 +44,8 @@ class RadioLink:
         self._in_flight: deque[tuple[int, bytes]] = deque()
         self.sent = 0
         self.lost = 0
+        self.cut = False
+        """An outage that nobody announced: a fault."""
 
     def send(self, now_us: int, data: bytes, distance_m: float) -> None:
         """Hand a datagram to the radio, over a distance between the antennas."""
@@ -70,4 +72,4 @@ class RadioLink:
 
     def is_cut(self, now_us: int) -> bool:
         """Whether an outage is on."""
-        return any(outage.start_s * 1e6 <= now_us < outage.end_s * 1e6 for outage in self._settings.outages)
+        return self.cut or any(outage.start_s * 1e6 <= now_us < outage.end_s * 1e6 for outage in self._settings.outages)

@@ -40,6 +40,8 @@ class Child:
     log: Path
     command: bool = False
     """A companion of the user's; it may end when it likes."""
+    killed: bool = False
+    """By a fault of the scenario."""
 
 
 def start_process(
@@ -77,6 +79,13 @@ def start_command(vehicle: VehiclePart, words: dict[str, str], folder: Path) -> 
     except OSError as error:
         raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
     return Child(title, process, log, command=True)
+
+
+def kill(child: Child) -> None:
+    """By SIGKILL, with whatever it has started; returns when it is dead."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child.process.pid, signal.SIGKILL)
+    child.process.wait()
 
 
 def obituary(child: Child) -> str:

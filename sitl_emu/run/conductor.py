@@ -17,7 +17,7 @@ read and no socket opened in here.
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -36,6 +36,8 @@ TICKS_PER_SECOND = 250
 BARRIER_TICKS = 5
 TRUTH_TICKS = 25
 MODE_FLAG_SAFETY_ARMED = 128
+OFF = (0.0,) * 16
+"""HIL_ACTUATOR_CONTROLS.controls of an autopilot that drives nothing."""
 
 
 class Pose(Protocol):
@@ -126,11 +128,13 @@ class VehicleInRun:
     controls: HilActuatorControls | None = None
     armed: bool = False
     off: bool = False
-    """Its autopilot was shut down: the vehicle stays where it is, with its motors off."""
+    """Its autopilot was shut down, or killed by a fault: its motors are off."""
     stepping: bool = False
     """The companion was told to step and has not answered yet."""
     status: dict[str, Any] = field(default_factory=dict)
     frames_dropped: int = 0
+    lost: set[str] = field(default_factory=set)
+    """Which of its processes, "autopilot" or "companion", a fault has killed."""
 
 
 class Conductor:
@@ -149,6 +153,7 @@ class Conductor:
         self._simulation = simulation
         self.ticks = 0
         self._recorder = recorder
+        self._doomed: list[tuple[str, str, Callable[[], None]]] = []
         self._peers = [vehicle for vehicle in vehicles if vehicle.peer is not None]
         self._links = {
             (one.name, other.name): RadioLink(radio, seed, f"{one.name}>{other.name}")
@@ -164,7 +169,9 @@ class Conductor:
 
     @property
     def done(self) -> bool:
-        """Every companion of ours has done its mission."""
+        """Every companion of ours has done its mission, and no vehicle flies on that has lost its companion."""
+        if any(vehicle.armed for vehicle in self.vehicles if vehicle.lost):
+            return False
         return all(vehicle.status.get("done") for vehicle in self.vehicles if vehicle.companion is not None)
 
     @property
@@ -197,6 +204,19 @@ class Conductor:
         if ticks % BARRIER_TICKS == 0:
             self._barrier()
 
+    def cut_radio(self, vehicle: str, cut: bool) -> None:
+        """Cut a vehicle's peer radio off, or join it again."""
+        for ends, link in self._links.items():
+            if vehicle in ends:
+                link.cut = cut
+
+    def lose(self, vehicle: str, process: str, kill: Callable[[], None]) -> None:
+        """Go on without a process of a vehicle ("autopilot", "companion") from the next barrier on.
+
+        `kill` is called there, when the process waits: so that all it has done is the same in every run.
+        """
+        self._doomed.append((vehicle, process, kill))
+
     def finish(self) -> None:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""
         for vehicle in self.vehicles:
@@ -206,10 +226,7 @@ class Conductor:
 
     def _take_answer(self, place: int, vehicle: VehicleInRun) -> None:
         """The autopilot's controls, and what it says beside them. Raises ChannelClosed."""
-        controls = vehicle.controls = vehicle.channel.receive()
-        if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
-            vehicle.armed = not vehicle.armed
-            self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+        self._take_controls(vehicle, vehicle.channel.receive())
         for message in vehicle.channel.beside():
             if isinstance(message, SimulatorParameter):
                 self._simulation.set_parameter(place, *message)
@@ -219,12 +236,19 @@ class Conductor:
                 self._recorder.event(self.now_us, vehicle.name, {"event": "autopilot shut down"})
                 vehicle.off, vehicle.autopilot = True, None
 
+    def _take_controls(self, vehicle: VehicleInRun, controls: HilActuatorControls) -> None:
+        vehicle.controls = controls
+        if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
+            vehicle.armed = not vehicle.armed
+            self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+
     def _barrier(self) -> None:
         now_us = self.now_us
         sent_by_autopilot = [
             vehicle.autopilot.receive()["sent"] if vehicle.autopilot is not None else 0 for vehicle in self.vehicles
         ]
         replies = [self._collect(vehicle) for vehicle in self.vehicles]
+        self._end_the_doomed()
         for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
             if vehicle.autopilot is not None:
                 vehicle.autopilot.send({"read": for_autopilot})
@@ -238,11 +262,28 @@ class Conductor:
                 )
                 vehicle.stepping = True
 
+    def _end_the_doomed(self) -> None:
+        """All processes wait for their next message now."""
+        for name, process, kill in self._doomed:
+            vehicle = next(each for each in self.vehicles if each.name == name)
+            if process in vehicle.lost:
+                continue
+            kill()
+            vehicle.lost.add(process)
+            if process == "autopilot":
+                vehicle.off, vehicle.autopilot = True, None
+                self._take_controls(vehicle, HilActuatorControls(self.now_us, 0, OFF, 0))
+            else:
+                vehicle.companion = None
+        self._doomed.clear()
+
     def _collect(self, vehicle: VehicleInRun) -> tuple[int, int | None]:
         """The companion's answer to its last step: datagrams (for its autopilot, for the radio).
 
         None for the radio where the companion is from outside: then whatever is there is read.
         """
+        if "companion" in vehicle.lost:
+            return 0, 0
         if vehicle.companion is None:
             return 0, None
         if not vehicle.stepping:

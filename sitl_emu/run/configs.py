@@ -111,6 +111,43 @@ class VehicleData:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Fault:
+    """What fails: exactly one of these is given."""
+
+    motor: int | None = None
+    """This motor stops; the first is 1."""
+    sensor: str | None = None
+    """gps, baro, mag or lidar falls silent."""
+    gps_satellites: int | None = None
+    gps_offset_m: tuple[float, float, float] | None = None
+    """North, east and down of where the vehicle is."""
+    battery_charge: float | None = None
+    """0 to 1."""
+    battery_drain_w: float | None = None
+    """Beside what the vehicle takes."""
+    radio: str | None = None
+    """"out": none of its companion's datagrams come or go."""
+    kill: str | None = None
+    """autopilot or companion: the process gets SIGKILL."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultData:
+    """A fault on the timeline: at a time, or so long after an event."""
+
+    vehicle: str
+    fault: Fault
+    at_us: int | None = None
+    for_us: int | None = None
+    """How long it lasts; None: for ever."""
+    event: str = ""
+    event_vehicle: str = ""
+    event_text: str = ""
+    """What the event's text must contain."""
+    after_us: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WorldConfig(ProcessConfig):
     """For the world process."""
 
@@ -122,6 +159,7 @@ class WorldConfig(ProcessConfig):
     time_limit_s: float
     commands: tuple[str, ...]
     """Vehicles whose companion is a command that the run waits for."""
+    faults: tuple[FaultData, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,6 +16,7 @@ any → world           `{"ready": true, …}` when it is set up
 world → any           `{"end": true}`: the run is over
 world → launcher      `{"listening": true, …}`, `{"status": {…}}`, `{"event": {…}}`, `{"over": {…}}`
 launcher → world      `{"stop": "why"}`, `{"command_ended": [vehicle, exit status]}`
+world → launcher      `{"kill": title}`: a fault of the scenario; answered by `{"killed": title}` when it is dead
 ====================  ==================================================================================
 """
 

@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Any
 
 from sitl_emu.run import wiring
-from sitl_emu.run.children import STOP_S, Child, end_all, obituary
+from sitl_emu.run.children import STOP_S, Child, end_all, kill, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
 
@@ -93,6 +93,9 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
                     view.event(message["event"])
                 elif "listening" in message:
                     ending.truth, ending.home = message["truth"], message["home"]
+                elif "kill" in message:
+                    _kill(message["kill"], children)
+                    world.send({"killed": message["kill"]})
                 elif "over" in message:
                     ending.figures, ending.outcome = message["over"], message["over"]["outcome"]
                     if lost := message["over"]["lost"]:
@@ -103,7 +106,7 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
             return
         for child in children:
             status = child.process.poll()
-            if status is None or child.title in told:
+            if status is None or child.title in told or child.killed:
                 continue
             if child.command:
                 told.add(child.title)
@@ -113,6 +116,13 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
             elif child.title != "world":
                 _blame(ending, children, f"{child.title} has ended")
                 return
+
+
+def _kill(title: str, children: list[Child]) -> None:
+    """Kill a process because a fault of the scenario says so: none of the run's accidents."""
+    child = next(child for child in children if child.title == title)
+    child.killed = True
+    kill(child)
 
 
 def _stop(world: ControlChannel, ending: Ending) -> None:
@@ -131,9 +141,9 @@ def _stop(world: ControlChannel, ending: Ending) -> None:
 def _blame(ending: Ending, children: list[Child], lost: str) -> None:
     """Name the process that died first: one that was killed or failed, rather than one that ended for want of it."""
     until = time.monotonic() + 0.5
-    while time.monotonic() < until and not any(child.process.poll() for child in children):
+    while time.monotonic() < until and not any(child.process.poll() and not child.killed for child in children):
         time.sleep(0.02)
-    dead = [child for child in children if child.process.poll() and not child.command]
+    dead = [child for child in children if child.process.poll() and not child.command and not child.killed]
     if not dead:
         ending.complaint = lost
     else:

@@ -86,6 +86,8 @@ def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Se
         "radio": figures.get("radio", {}),
         "armed_at_end": figures.get("armed_at_end", []),
         "companions": figures.get("companions", {}),
+        "faults": figures.get("faults", []),
+        "faults_left": figures.get("faults_left", []),
         "speed_factor": _rounded(figures.get("speed_factor")),
         "wall_clock": {"run_s": _rounded(figures.get("wall_s"))},
     }
@@ -106,6 +108,8 @@ def lines(summary: dict[str, Any]) -> list[str]:
     for vehicle, status in summary["companions"].items():
         counts = [f"{count} {what}" for what, count in status.get("counts", {}).items() if count]
         told += [f"{vehicle}: {'; '.join(counts)}"] if counts else []
+    told += [f"injected fault: {fault}" for fault in summary["faults"]]
+    told += [f"fault not injected, as its event did not come: {fault}" for fault in summary["faults_left"]]
     if summary["speed_factor"] is not None:
         told.append(
             f"{summary['simulated_s']:.0f} s simulated, {summary['speed_factor']:.1f} x real time from arming to "

@@ -135,6 +135,7 @@ def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
         radio=wanted.scenario.peer_radio.settings(),
         speed=wanted.speed,
         time_limit_s=wanted.scenario.time_limit_s,
+        faults=tuple(fault.data for fault in wanted.scenario.faults),
         commands=tuple(each.name for each in commands if each.companion and not each.companion.background),
     )
 

@@ -8,6 +8,7 @@ import math
 import signal
 import socket
 import time
+from collections import deque
 from pathlib import Path
 
 from sitl_emu.core import ports
@@ -17,6 +18,7 @@ from sitl_emu.run import models, worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
 from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
+from sitl_emu.run.faults import Injector, Timeline, said
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
@@ -28,6 +30,7 @@ RECEIVE_BUFFER_BYTES = 4 << 20
 UNDER_WAY_LIMIT_S = 10.0
 START_LIMIT_S = 90.0
 STATUS_PERIOD_S = 0.25
+SUCCESS = "success"
 GRACE_US = 1_000_000
 """Simulated time that a run goes on after its companions are done, so that the logs show how it ended."""
 
@@ -69,7 +72,13 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     except worlds.WorldError as error:
         raise StartError(str(error)) from None
     names = [vehicle.name for vehicle in config.vehicles]
-    recorder = RunRecorder(Path(config.folder), names, lambda line: launcher.send({"event": line}))
+    timeline = Timeline(config.faults)
+
+    def hear(line: Message) -> None:
+        launcher.send({"event": line})
+        timeline.hear(round(line["time_s"] * 1e6), line["vehicle"], line["event"], line.get("text", ""))
+
+    recorder = RunRecorder(Path(config.folder), names, hear)
     try:
         listeners = [SimulatorListener(ports.simulator(vehicle.instance)) for vehicle in config.vehicles]
     except OSError as error:
@@ -85,7 +94,12 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
         ]
         _wait_until_ready(members)
         conductor = Conductor(members, simulation, config.radio, config.seed, recorder)
-        over["outcome"] = _beat_time(conductor, launcher, config, stopwatch)
+        line = LauncherLine(launcher)
+        simulators = {simulator.name: simulator for simulator in simulation.simulators}
+        injector = Injector(timeline, conductor, simulators, recorder, line.kill)
+        over["outcome"] = _beat_time(conductor, injector, line, config, stopwatch)
+        over["faults"] = injector.told
+        over["faults_left"] = [f"{fault.vehicle}: {said(fault.fault, True)}" for fault in timeline.waiting]
     except (ProcessLostError, ChannelClosed) as error:
         over["lost"] = str(error)
     finally:
@@ -143,7 +157,34 @@ def _wait_until_ready(members: list[VehicleInRun]) -> None:
                 member.peer.peer = ("127.0.0.1", answer["peer_port"])
 
 
-def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConfig, stopwatch: "Stopwatch") -> str:
+class LauncherLine:
+    """The launcher's channel while the run goes on: what it says, and what it is asked to do."""
+
+    def __init__(self, launcher: ControlChannel) -> None:
+        self._launcher = launcher
+        self._heard = deque[Message]()
+        self.killed = set[str]()
+        """Titles of the processes that were killed."""
+
+    def send(self, message: Message) -> None:
+        """To the launcher."""
+        self._launcher.send(message)
+
+    def poll(self) -> Message | None:
+        """What it has said, the oldest first."""
+        return self._heard.popleft() if self._heard else self._launcher.poll()
+
+    def kill(self, title: str) -> None:
+        """Have a process killed; returns when it is dead."""
+        self._launcher.send({"kill": title})
+        while "killed" not in (message := self._launcher.receive()):
+            self._heard.append(message)
+        self.killed.add(title)
+
+
+def _beat_time(
+    conductor: Conductor, injector: Injector, launcher: LauncherLine, config: WorldConfig, stopwatch: "Stopwatch"
+) -> str:
     """Tick until the mission is done, its time is up, or the launcher says stop; the outcome."""
     speed, limit_us = config.speed, round(config.time_limit_s * 1e6)
     commands = set(config.commands)
@@ -154,6 +195,7 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConf
     over_us, outcome, ended = 0, "", dict[str, int]()
     pacer.start()
     while not over_us or conductor.now_us < over_us:
+        injector.step()
         conductor.tick()
         pacer.next_tick()
         if (left := pacer.remaining_s()) > 0.0:
@@ -172,7 +214,8 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConf
                 name, status = message["command_ended"]
                 ended[name] = status
         if not over_us:
-            if (ours or commands) and conductor.done and ended.keys() >= commands:
+            waited_for = {name for name in commands if f"companion {name}" not in launcher.killed}
+            if (ours or commands) and conductor.done and ended.keys() >= waited_for:
                 over_us = conductor.now_us + GRACE_US
                 failed = [f"companion {name}: {_how(status)}" for name, status in ended.items() if status]
                 outcome = "; ".join(failed) or conductor.outcome
@@ -180,6 +223,7 @@ def _beat_time(conductor: Conductor, launcher: ControlChannel, config: WorldConf
                 over_us, outcome = conductor.now_us + GRACE_US, off
             elif conductor.now_us >= limit_us:
                 over_us, outcome = conductor.now_us, "time limit reached"
+    outcome = "; ".join([*([outcome] if outcome != SUCCESS or not injector.killed else []), *injector.killed])
     conductor.finish()
     for member in conductor.vehicles:
         for control in (member.companion, member.camera.control if member.camera else None):
@@ -194,7 +238,7 @@ def _shut_down(conductor: Conductor, commands: set[str]) -> str:
     That is so where a companion of ours has lost its vehicle before it was done, and where no vehicle is left. Commands
     of the user's decide for themselves when they are done.
     """
-    off = [member for member in conductor.vehicles if member.off]
+    off = [member for member in conductor.vehicles if member.off and "autopilot" not in member.lost]
     lost = any(member.companion is not None and not member.status.get("done") for member in off)
     if lost or (not commands and len(off) == len(conductor.vehicles)):
         return f"autopilot shut down: {', '.join(member.name for member in off)}"

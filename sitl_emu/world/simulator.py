@@ -140,6 +140,15 @@ class VehicleSimulator:
         self._gps.satellites = satellites
 
     @property
+    def gps_offset_m(self) -> tuple[float, float, float]:
+        """How far the GPS is wrong, north, east and down."""
+        return self._gps.offset_m
+
+    @gps_offset_m.setter
+    def gps_offset_m(self, offset_m: tuple[float, float, float]) -> None:
+        self._gps.offset_m = offset_m
+
+    @property
     def sim_bat_drain(self) -> float:
         """Seconds in which an armed vehicle empties its battery (PX4's SIM_BAT_DRAIN); NaN where the load does that."""
         return self.battery.sim_bat_drain if isinstance(self.battery, Px4Battery) else math.nan

@@ -199,3 +199,30 @@ def test_what_an_autopilot_says_of_its_simulator_counts_from_the_next_tick_on() 
     simulation = FakeSimulation()
     run_ticks(Conductor([one, two], simulation, RadioSettings(), 1, FakeRecorder()), 5)
     assert simulation.told == [(2, 1, "SIH_WIND_N", 3.0)]
+
+
+def test_a_companion_that_is_killed_has_answered_and_is_not_stepped_again() -> None:
+    one = vehicle("one", [reply(autopilot=3), reply(autopilot=4), reply()])
+    autopilot, companion, killed = one.autopilot, one.companion, list[int]()
+    conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
+    run_ticks(conductor, 7)
+    conductor.lose("one", "companion", lambda: killed.append(conductor.now_us))
+    run_ticks(conductor, 8)
+    assert killed == [40000], "at the barrier, when it has answered"
+    assert [step["step"] for step in told(companion)] == [20000]
+    assert told(autopilot) == [{"read": 0}, {"read": 3}, {"read": 0}], "what it sent before is read"
+    assert not conductor.done, "the vehicle is armed, and flies on"
+
+
+def test_an_autopilot_that_is_killed_lets_its_motors_stop() -> None:
+    one, two = vehicle("one", [reply()] * 5), vehicle("two", [reply()] * 5)
+    autopilot, killed = one.autopilot, list[int]()
+    recorder = FakeRecorder()
+    conductor = Conductor([one, two], FakeSimulation(), RadioSettings(), 1, recorder)
+    conductor.lose("one", "autopilot", lambda: killed.append(conductor.now_us))
+    run_ticks(conductor, 15)
+    assert killed == [20000] and told(autopilot) == []
+    assert one.controls == HilActuatorControls(20000, 0, (0.0,) * 16, 0)
+    assert [step["autopilot"] for step in told(one.companion)] == [1, 0, 0], "what it had sent before, and no more"
+    assert recorder.events == [(40000, "two", "armed")]
+    assert told(two.autopilot) == [{"read": 0}] * 3

@@ -9,7 +9,7 @@ import yaml
 
 import vehicles
 from sitl_emu.core.simulator_api import HilGps
-from sitl_emu.run import models, run_command, worlds
+from sitl_emu.run import checks, models, worlds
 from sitl_emu.run.configs import WorldData
 from sitl_emu.run.scenario import Scenario, ScenarioError, load
 from sitl_emu.world.conditions import LightChange, WindChange
@@ -25,7 +25,7 @@ def scenario(folder: Path, vehicle: dict[str, object] | None = None, top: dict[s
     path = folder / "own.yaml"
     path.write_text(yaml.safe_dump({"name": "own", "world": {"kind": "corn_field"}, "vehicles": [uas]} | (top or {})))
     read = load(path)
-    run_command.check(read, 1, path)
+    checks.check(read, 1, path)
     return read
 
 

@@ -31,12 +31,17 @@ class Gps:
         self._ve = GaussMarkov(data.drift_velocity_horizontal_m_s, time_s, dt_s, drift)
         self._vd = GaussMarkov(data.drift_velocity_vertical_m_s, time_s, dt_s, drift)
         self.satellites = data.satellites
+        self.offset_m = (0.0, 0.0, 0.0)
+        """North, east and down of where the vehicle is: a receiver that is deceived."""
 
     def read(
         self, time_us: int, north_m: float, east_m: float, down_m: float, vn_m_s: float, ve_m_s: float, vd_m_s: float
     ) -> HilGps:
         """One solution; to be read at the data's rate, which paces the drift."""
         data, draw = self._data, self._draw
+        if any(self.offset_m):
+            off_north_m, off_east_m, off_down_m = self.offset_m
+            north_m, east_m, down_m = north_m + off_north_m, east_m + off_east_m, down_m + off_down_m
         north = north_m + self._north.step() + data.noise_horizontal_m * draw()
         east = east_m + self._east.step() + data.noise_horizontal_m * draw()
         down = down_m + self._down.step() + data.noise_vertical_m * draw()

@@ -1,0 +1,119 @@
+"""What of a scenario names nothing that exists, or can't be, is told before any process is started."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import vehicles
+from missions import registry
+from missions.mission import Setting
+from sitl_emu.run import cameras, models, worlds
+from sitl_emu.run.scenario import FaultPart, Scenario, ScenarioError, VehiclePart
+from sitl_emu.world.lens import MOUNTS, LensError, source_of
+
+
+def check(scenario: Scenario, seed: int, path: Path) -> None:
+    """Raise ScenarioError for whatever names nothing that exists, before any process is started."""
+    try:
+        world = worlds.of(scenario.world_data, seed)
+    except worlds.WorldError as error:
+        raise ScenarioError(f"{path}: world: {error}") from None
+    for number, vehicle in enumerate(scenario.vehicles):
+        where = f"{path}: vehicles.{number}"
+        _check_model(vehicle, where)
+        if isinstance(vehicle.start, str) and vehicle.start not in world.places:
+            known = ", ".join(world.places)
+            raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
+        if vehicle.camera is not None:
+            _check_camera(vehicle, world, where)
+        if vehicle.companion is not None and vehicle.companion.mission is not None:
+            try:
+                with tempfile.TemporaryDirectory() as folder:
+                    write_calibrations([vehicle], Path(folder))
+                    options = prepared(vehicle, vehicle.companion.mission, world, Path(folder))
+                    registry.make_companion(vehicle.companion.mission, options)
+            except registry.MissionError as error:
+                raise ScenarioError(f"{where}.companion: {error}") from None
+    for number, fault in enumerate(scenario.faults):
+        _check_fault(scenario, fault, f"{path}: faults.{number}")
+
+
+def _check_model(vehicle: VehiclePart, where: str) -> None:
+    """Raise ScenarioError for a model that can't be loaded, and for a figure of its sensors that is no such."""
+    try:
+        loaded = models.load(vehicle.model)
+    except vehicles.UnknownModel as error:
+        known = ", ".join(error.models)
+        raise ScenarioError(
+            f"{where}.model: {vehicle.model!r}: there is no such model; known: {known}, or a folder of your own that "
+            "holds vehicle.toml and airframe.json"
+        ) from None
+    except vehicles.VehicleError as error:
+        raise ScenarioError(f"{where}.model: {error}") from None
+    try:
+        vehicles.with_sensors(loaded, vehicle.sensors, f"{where}.sensors")
+    except vehicles.VehicleError as error:
+        raise ScenarioError(str(error)) from None
+
+
+def _check_camera(vehicle: VehiclePart, world: worlds.World, where: str) -> None:
+    """Raise ScenarioError for a camera that can't be, or that has nothing to look at."""
+    assert vehicle.camera is not None
+    mount = vehicle.camera.mount
+    if isinstance(mount, str) and mount not in MOUNTS:
+        numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
+        raise ScenarioError(f"{where}.camera.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
+    if world.field is None:
+        raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
+    if (camera := vehicle.camera_description) is not None and any(camera.distortion):
+        try:
+            source_of(cameras.intrinsics(camera))
+        except LensError as error:
+            raise ScenarioError(f"{where}.camera.distortion: {error}") from None
+
+
+def _check_fault(scenario: Scenario, entry: FaultPart, where: str) -> None:
+    """Raise ScenarioError for a fault of what is not there."""
+    by_name = {vehicle.name: vehicle for vehicle in scenario.vehicles}
+    named = [("vehicle", entry.vehicle)]
+    if entry.when is not None and entry.when.vehicle is not None:
+        named.append(("when.vehicle", entry.when.vehicle))
+    for field, name in named:
+        if name not in by_name:
+            raise ScenarioError(f"{where}.{field}: {name!r}: there is no such vehicle; there are: {', '.join(by_name)}")
+    vehicle, fault = by_name[entry.vehicle], entry.fault
+    data = models.as_set(vehicle.model_data)
+    rotors = len(data.propulsion.rotors) if data.propulsion is not None else 0
+    if fault.motor is not None and fault.motor > rotors:
+        allowed = f"1 to {rotors}" if rotors else "none, as it has no rotors"
+        raise ScenarioError(f"{where}.fault.motor: {fault.motor}: allowed for {vehicle.model}: {allowed}")
+    if fault.sensor == "lidar" and data.sensors.lidar is None:
+        raise ScenarioError(f"{where}.fault.sensor: 'lidar': {vehicle.model} carries none")
+    if fault.battery_drain_w is not None and data.battery.kind != "load":
+        raise ScenarioError(
+            f"{where}.fault.battery_drain_w: {vehicle.model} has PX4's simulated battery, which knows no load; "
+            "give battery_charge"
+        )
+    talking = [other.name for other in scenario.vehicles if other.companion is not None]
+    if fault.radio is not None and (vehicle.name not in talking or len(talking) < 2):
+        raise ScenarioError(f"{where}.fault.radio: the companion of {vehicle.name} has no peer")
+    if fault.kill == "companion" and vehicle.companion is None:
+        raise ScenarioError(f"{where}.fault.kill: 'companion': {vehicle.name} has none")
+
+
+def write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
+    """The file of each camera, for its companion. Raises OSError."""
+    for vehicle in parts:
+        path, camera = vehicle.calibration(folder), vehicle.camera_description
+        if path is not None and camera is not None:
+            cameras.write_calibration(path, camera)
+
+
+def prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: Path) -> dict[str, Any]:
+    """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
+    assert vehicle.companion is not None
+    outline_m = [(north, east) for north, east in world.truth["outline"]]
+    home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
+    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder)
+    return registry.prepare(mission, vehicle.companion.options, setting)

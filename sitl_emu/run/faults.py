@@ -1,0 +1,186 @@
+"""Faults of a run on their timeline: at a simulated time, or when an event comes; some end again.
+
+A state machine on simulated time: the same seed gives the same faults at the same ticks. Sensors, motors, GPS and
+battery fail in the simulator, the radio in its links. A process is killed at the next barrier, at which it waits, so
+that all it did before is the same in every run.
+"""
+
+import heapq
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+from sitl_emu.run.configs import Fault, FaultData
+from sitl_emu.world.simulator import VehicleSimulator
+from vehicles.battery import LoadBattery
+
+NEVER_US = 1 << 62
+
+
+class Change(NamedTuple):
+    """A fault begins, or ends."""
+
+    data: FaultData
+    begins: bool
+
+
+class Timeline:
+    """Which faults begin and end when."""
+
+    def __init__(self, faults: Sequence[FaultData]) -> None:
+        self._due: list[tuple[int, int, Change]] = []
+        self._count = 0
+        self.waiting = [fault for fault in faults if fault.at_us is None]
+        """Those whose event has not come."""
+        for fault in faults:
+            if fault.at_us is not None:
+                self._plan(fault.at_us, fault)
+
+    @property
+    def next_us(self) -> int:
+        """When the next change is due."""
+        return self._due[0][0] if self._due else NEVER_US
+
+    def hear(self, now_us: int, vehicle: str, event: str, text: str) -> None:
+        """An event has come: faults that wait for it follow."""
+        for fault in list(self.waiting):
+            if (vehicle, event) == (fault.event_vehicle, fault.event) and fault.event_text in text:
+                self.waiting.remove(fault)
+                self._plan(now_us + fault.after_us, fault)
+
+    def due(self, now_us: int) -> list[Change]:
+        """What begins and ends by now, in order."""
+        changes = list[Change]()
+        while self.next_us <= now_us:
+            changes.append(heapq.heappop(self._due)[2])
+        return changes
+
+    def _plan(self, at_us: int, fault: FaultData) -> None:
+        self._push(at_us, Change(fault, True))
+        if fault.for_us is not None:
+            self._push(at_us + fault.for_us, Change(fault, False))
+
+    def _push(self, at_us: int, change: Change) -> None:
+        self._count += 1
+        heapq.heappush(self._due, (at_us, self._count, change))
+
+
+class Run(Protocol):
+    """What the injector needs of the conductor."""
+
+    @property
+    def now_us(self) -> int: ...  # noqa: D102
+
+    def cut_radio(self, vehicle: str, cut: bool) -> None:
+        """Cut a vehicle's radio off, or join it again."""
+        ...
+
+    def lose(self, vehicle: str, process: str, kill: Callable[[], None]) -> None:
+        """Go on without a process of a vehicle from the next barrier on, where `kill` is called."""
+        ...
+
+
+class Recorder(Protocol):
+    """Where events are kept."""
+
+    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None: ...  # noqa: D102
+
+
+class Injector:
+    """Lets the faults of a timeline happen."""
+
+    def __init__(
+        self,
+        timeline: Timeline,
+        run: Run,
+        simulators: Mapping[str, VehicleSimulator],
+        recorder: Recorder,
+        kill: Callable[[str], None],
+    ) -> None:
+        """`simulators` by vehicle; `kill` kills a process by its title, "companion uas" say, and returns when it is."""
+        self.timeline = timeline
+        self._run, self._simulators, self._recorder, self._kill = run, simulators, recorder, kill
+        self._satellites = dict[str, int]()
+        self.told: list[str] = []
+        """The faults that have begun, in words."""
+        self.killed: list[str] = []
+        """Those of them that killed a process."""
+
+    def step(self) -> None:
+        """Once a tick, before it."""
+        now_us = self._run.now_us
+        if now_us < self.timeline.next_us:
+            return
+        for data, begins in self.timeline.due(now_us):
+            vehicle, text = data.vehicle, said(data.fault, begins)
+            if begins:
+                self.told.append(f"{vehicle}: {text} at {now_us / 1e6:.1f} s")
+            self._recorder.event(now_us, vehicle, {"event": "fault" if begins else "fault_ended", "text": text})
+            self._apply(vehicle, data.fault, begins)
+
+    def _apply(self, vehicle: str, fault: Fault, begins: bool) -> None:
+        simulator = self._simulators[vehicle]
+        if fault.motor is not None:
+            simulator.motor_off[fault.motor - 1] = begins
+        elif fault.sensor is not None:
+            _SENSORS[fault.sensor](simulator, begins)
+        elif fault.gps_satellites is not None:
+            before = self._satellites.setdefault(vehicle, simulator.sim_gps_used)
+            simulator.sim_gps_used = fault.gps_satellites if begins else before
+        elif fault.gps_offset_m is not None:
+            simulator.gps_offset_m = fault.gps_offset_m if begins else (0.0, 0.0, 0.0)
+        elif fault.battery_charge is not None:
+            simulator.battery.remaining = fault.battery_charge
+        elif fault.battery_drain_w is not None:
+            assert isinstance(simulator.battery, LoadBattery), "checked before the run"
+            simulator.battery.extra_power_w = fault.battery_drain_w if begins else 0.0
+        elif fault.radio is not None:
+            self._run.cut_radio(vehicle, begins)
+        elif fault.kill is not None:
+            title = f"{fault.kill} {vehicle}"
+            self.killed.append(f"injected fault: {title} killed at {self._run.now_us / 1e6:.1f} s")
+            self._run.lose(vehicle, fault.kill, lambda: self._kill(title))
+
+
+def said(fault: Fault, begins: bool) -> str:
+    """A fault's beginning or end in words."""
+    if fault.motor is not None:
+        return f"motor {fault.motor} {'off' if begins else 'on again'}"
+    if fault.sensor is not None:
+        return f"{fault.sensor} {'off' if begins else 'on again'}"
+    if fault.gps_satellites is not None:
+        return f"GPS uses {fault.gps_satellites} satellites" if begins else "GPS uses its satellites again"
+    if fault.gps_offset_m is not None:
+        north, east, down = fault.gps_offset_m
+        moved = f"GPS is wrong by {north:g} m north, {east:g} m east, {down:g} m down"
+        return moved if begins else "GPS is right again"
+    if fault.battery_charge is not None:
+        return f"battery at {fault.battery_charge:.0%}"
+    if fault.battery_drain_w is not None:
+        return f"battery drained by {fault.battery_drain_w:g} W more" if begins else "battery drained no more"
+    if fault.radio is not None:
+        return "peer radio out" if begins else "peer radio back"
+    return f"{fault.kill} killed"
+
+
+def _gps(simulator: VehicleSimulator, off: bool) -> None:
+    simulator.gps_off = off
+
+
+def _baro(simulator: VehicleSimulator, off: bool) -> None:
+    simulator.baro_off = off
+
+
+def _mag(simulator: VehicleSimulator, off: bool) -> None:
+    simulator.mag_off = off
+
+
+def _lidar(simulator: VehicleSimulator, off: bool) -> None:
+    simulator.lidar_off = off
+
+
+_SENSORS: dict[str, Callable[[VehicleSimulator, bool], None]] = {
+    "gps": _gps,
+    "baro": _baro,
+    "mag": _mag,
+    "lidar": _lidar,
+}
