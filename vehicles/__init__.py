@@ -23,6 +23,7 @@ from vehicles import inertia, record
 from vehicles.description import (
     Aerodynamics,
     Battery,
+    Body,
     Camera,
     Chassis,
     Gear,
@@ -59,6 +60,7 @@ class _File:
     sih_rover: SihRover | None = None
     camera: Camera | None = None
     gimbal: Gimbal | None = None
+    body: Body | None = None
     wind_is_px4s: bool = False
     ranging_beacons: bool = False
     motor_speed_max_rad_s: Annotated[float, record.Limits(0.0)] = 0.0
@@ -120,7 +122,7 @@ def read(folder: pathlib.Path) -> Vehicle:
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, parameters,
         file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
-        file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
+        file.body, file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
     )  # fmt: skip
 
 

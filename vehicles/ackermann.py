@@ -25,7 +25,7 @@ import math
 
 from sitl_emu.core.attitude import quaternion
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, slope_angles
+from vehicles.dynamics import STEP_S, Height, Quaternion, Vector3, slope_angles
 
 SLIP_SPEED_M_S = 0.5
 BRAKE_M_S = 1.0
@@ -75,6 +75,9 @@ class Ackermann:
         self.az_m_s2 = -gravity_m_s2 * math.cos(self._pitch) * math.cos(self._roll)
         self.power_w = 0.0
         self.running = False
+        self.wrecked = False
+        self._jolt = (0.0, 0.0)
+        """Specific force of impulses since the last step, forward and right."""
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -84,7 +87,7 @@ class Ackermann:
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms."""
         chassis, dt, mass, gravity = self._chassis, STEP_S, self._mass, self._gravity
-        steering, command = (controls[0], controls[1]) if len(controls) >= 2 else (0.0, 0.0)
+        steering, command = (controls[0], controls[1]) if len(controls) >= 2 and not self.wrecked else (0.0, 0.0)
         delta = self.steer_angle_rad
         delta += self._steer_lag * (chassis.max_steer_angle_rad * steering - delta)
         self.steer_angle_rad = delta
@@ -147,8 +150,41 @@ class Ackermann:
         self.north_m += dt * self.vn_m_s
         self.east_m += dt * self.ve_m_s
         self.down_m = -self._height_m
-        self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = ax - gx, ay - gy, az - gz
+        jx, jy = self._jolt
+        self._jolt = (0.0, 0.0)
+        self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = ax - gx + jx, ay - gy + jy, az - gz
         self._look_at_ground()
+
+    # --- contacts: see dynamics.Dynamics; what has wheels is pushed along the ground and turned about its yaw -----
+
+    def velocity_at(self, arm: Vector3) -> Vector3:
+        """See Dynamics."""
+        return self.vn_m_s - self.r_rad_s * arm[1], self.ve_m_s + self.r_rad_s * arm[0], self.vd_m_s
+
+    def mobility(self, arm: Vector3, direction: Vector3) -> float:
+        """See Dynamics."""
+        lever = arm[0] * direction[1] - arm[1] * direction[0]
+        return 1.0 / self._mass + lever * lever / self._izz
+
+    def push(self, arm: Vector3, impulse: Vector3) -> None:
+        """See Dynamics."""
+        c, s = math.cos(self._yaw), math.sin(self._yaw)
+        n, e = impulse[0] / self._mass, impulse[1] / self._mass
+        x, y = c * n + s * e, c * e - s * n
+        self._u, self._v = self._u + x, self._v + y
+        self.vn_m_s, self.ve_m_s = self.vn_m_s + n, self.ve_m_s + e
+        self.r_rad_s += (arm[0] * impulse[1] - arm[1] * impulse[0]) / self._izz
+        jx, jy = self._jolt
+        self._jolt = (jx + x / STEP_S, jy + y / STEP_S)
+
+    def shift(self, north_m: float, east_m: float, down_m: float) -> None:
+        """See Dynamics; it stays on the ground."""
+        self.north_m, self.east_m = self.north_m + north_m, self.east_m + east_m
+        self._look_at_ground()
+
+    def wreck(self) -> None:
+        """See Dynamics."""
+        self.wrecked = True
 
     def _tyres(self, u: float, v: float, r: float, tan_delta: float, gy: float, load: float) -> tuple[float, float]:
         """(v, r) after a step; implicit in both."""

@@ -4,6 +4,7 @@ Body frame FRD, SI units; every number's source stands as a comment in the TOML 
 airframe (`airframe.json`): parameters that differ from PX4's defaults.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -63,6 +64,27 @@ class Gear:
     half_width_m: Annotated[float, Limits(0.01)]
     height_m: Annotated[float, Limits(0.0)]
     friction: Annotated[float, Limits(0.0, 5.0)] = 0.7
+    crash_speed_m_s: Annotated[float, Limits(0.0)] = math.inf
+    """Closing speed at which the ground breaks it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A part of the vehicle as others meet it; its centre relative to the centre of mass."""
+
+    centre_m: Vector3
+    radius_m: Annotated[float, Limits(0.001)]
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """What solids and other vehicles touch: a few spheres, how they bounce and slide, and what breaks them."""
+
+    spheres: tuple[Sphere, ...]
+    crash_speed_m_s: Annotated[float, Limits(0.0)]
+    """Closing speed along the contact's normal above which the vehicle is wrecked."""
+    restitution: Annotated[float, Limits(0.0, 1.0)] = 0.2
+    friction: Annotated[float, Limits(0.0, 2.0)] = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,6 +271,8 @@ class Vehicle:
     sih_rover: SihRover | None = None
     camera: Camera | None = None
     gimbal: Gimbal | None = None
+    body: Body | None = None
+    """None: nothing touches it but the ground."""
     wind_is_px4s: bool = False
     """Wind comes from PX4's SIH_WIND_N/E alone, and not from the world (the reference vehicles)."""
     ranging_beacons: bool = False

@@ -8,8 +8,12 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 Quaternion = tuple[float, float, float, float]
+Vector3 = tuple[float, float, float]
 Height = Callable[[float, float], float]
 """Terrain: (north_m, east_m) -> height above the world's origin, up."""
+
+Surface = Callable[[float, float, float], tuple[float, float, float]]
+"""What is below (north_m, east_m, down_m): its height, and its rise per metre to north and east, there."""
 
 STEP_S = 0.004
 
@@ -36,10 +40,32 @@ class Dynamics(Protocol):
     """Electrical power of the actuators."""
     running: bool
     """Whether motors push: the airframe vibrates."""
+    wrecked: bool
+    """Whether a crash has ended its driving."""
 
     @property
     def speeds(self) -> Sequence[float]:
         """Of the motors, over the greatest, 0..1; none where they are not modelled."""
+        ...
+
+    def velocity_at(self, arm: Vector3) -> Vector3:
+        """Velocity NED of the point `arm` (NED, m) away from the centre of mass."""
+        ...
+
+    def mobility(self, arm: Vector3, direction: Vector3) -> float:
+        """How much an impulse at `arm` along a unit vector changes the velocity there along it, 1/kg."""
+        ...
+
+    def push(self, arm: Vector3, impulse: Vector3) -> None:
+        """Take an impulse (NED, N s) at `arm`; the accelerometer feels it in the next step."""
+        ...
+
+    def shift(self, north_m: float, east_m: float, down_m: float) -> None:
+        """Move without speed: out of what it has sunk into."""
+        ...
+
+    def wreck(self) -> None:
+        """Nothing drives it any more."""
         ...
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:

@@ -19,9 +19,10 @@ PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` i
 
 import math
 
-from sitl_emu.core.attitude import quaternion
+from sitl_emu.core.attitude import quaternion, rotation
+from vehicles import rigid_body
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, slope, slope_angles
+from vehicles.dynamics import STEP_S, Height, Quaternion, Surface, Vector3, slope, slope_angles
 
 GEAR_RAD_S = 30.0
 GEAR_DAMPING = 1.0
@@ -30,6 +31,10 @@ CLOSING_M_S = 40.0
 SLOPE_REACH_M = 0.3
 SLOPE_FRESH_M = 0.1
 """The ground's plane is taken anew when the vehicle has moved so far along it."""
+LOOKS_TICKS = 5
+"""Where roofs and walls may stand below, the surface is looked for at least this often."""
+CAN_STAND_COS = 0.5
+"""A wreck that lies on its side or back is not turned onto its gear: cosine of the tilt from which on."""
 
 
 class Multicopter:
@@ -46,12 +51,13 @@ class Multicopter:
         east_m: float = 0.0,
         yaw_rad: float = 0.0,
         gravity_m_s2: float = 9.80665,
+        surface: Surface | None = None,
     ) -> None:
-        """Raises ValueError for a vehicle without propulsion."""
+        """`surface`: what else than the ground may carry it. Raises ValueError for a vehicle without propulsion."""
         if vehicle.propulsion is None or vehicle.aerodynamics is None or vehicle.gear is None:
             raise ValueError(f"{vehicle.model} is no multicopter")
         propulsion, air, gear = vehicle.propulsion, vehicle.aerodynamics, vehicle.gear
-        self._height = height
+        self._height, self._surface = height, surface
         self._gravity = gravity_m_s2
         self._mass = vehicle.mass_kg
         self._inertia = vehicle.inertia_kg_m2
@@ -80,6 +86,11 @@ class Multicopter:
         self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
         self.power_w = 0.0
         self.running = False
+        self.wrecked = False
+        self.struck_ground_m_s = 0.0
+        """Closing speed of the hardest meeting with the ground so far."""
+        self._jolt: Vector3 | None = None
+        """Specific force of impulses since the last step, body's axes."""
         self._plane = slope(height, north_m, east_m, SLOPE_REACH_M)
         self._plane_at = (north_m, east_m)
         roll, pitch = slope_angles(self._plane[1], self._plane[2], yaw_rad)
@@ -156,12 +167,15 @@ class Multicopter:
             clearance = above * k - self._gear_height
             if clearance > 0.0:
                 self._check_in = int(clearance / (CLOSING_M_S * dt))
+                if self._surface is not None:
+                    self._check_in = min(self._check_in, LOOKS_TICKS)
             else:
                 # normal of the ground, pointing up, in NED
                 nn, ne, nd = -rise_n * k, -rise_e * k, -k
                 v_normal = vn * nn + ve * ne + vd * nd
                 load = mass * (-clearance * GEAR_RAD_S**2 - 2.0 * GEAR_DAMPING * GEAR_RAD_S * v_normal)
                 if load > 0.0:
+                    self.struck_ground_m_s = max(self.struck_ground_m_s, -v_normal)
                     fn, fe, fd = fn + load * nn, fe + load * ne, fd + load * nd
                     # friction: what would stop the sliding within this step, if the load allows it
                     tn = mass * vn + dt * fn
@@ -177,6 +191,8 @@ class Multicopter:
                     bx = -(r00 * nn + r10 * ne + r20 * nd)
                     by = -(r01 * nn + r11 * ne + r21 * nd)
                     stiff, damp = GEAR_RAD_S**2, 2.0 * GEAR_DAMPING * GEAR_RAD_S
+                    if self.wrecked and -(r02 * nn + r12 * ne + r22 * nd) < CAN_STAND_COS:
+                        stiff = 0.0
                     mx += _within(ix * (-stiff * by - damp * p), load * self._half_width)
                     my += _within(iy * (stiff * bx - damp * q), load * self._half_length)
                     mz -= _within(iz * r / dt + mz, self._friction * load * self._half_width)
@@ -186,6 +202,10 @@ class Multicopter:
 
         # what an accelerometer feels, then velocity and position
         self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = fx / mass, fy / mass, fz / mass
+        if self._jolt is not None:
+            jx, jy, jz = self._jolt
+            self._jolt = None
+            self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = self.ax_m_s2 + jx, self.ay_m_s2 + jy, self.az_m_s2 + jz
         k = dt / mass
         vn2, ve2, vd2 = vn + fn * k, ve + fe * k, vd + fd * k + self._gravity * dt
         self.vn_m_s, self.ve_m_s, self.vd_m_s = vn2, ve2, vd2
@@ -205,8 +225,41 @@ class Multicopter:
         k = 1.0 / math.sqrt(w2 * w2 + x2 * x2 + y2 * y2 + z2 * z2)
         self.q = (w2 * k, x2 * k, y2 * k, z2 * k)
 
+    # --- contacts: see dynamics.Dynamics ---------------------------------------------------------------------
+
+    def velocity_at(self, arm: Vector3) -> Vector3:
+        """See Dynamics."""
+        velocity, rates = (self.vn_m_s, self.ve_m_s, self.vd_m_s), (self.p_rad_s, self.q_rad_s, self.r_rad_s)
+        return rigid_body.velocity_at(velocity, rates, self.q, arm)
+
+    def mobility(self, arm: Vector3, direction: Vector3) -> float:
+        """See Dynamics."""
+        return rigid_body.mobility(self.q, self._mass, self._inertia, arm, direction)
+
+    def push(self, arm: Vector3, impulse: Vector3) -> None:
+        """See Dynamics."""
+        n, e, d = impulse[0] / self._mass, impulse[1] / self._mass, impulse[2] / self._mass
+        self.vn_m_s, self.ve_m_s, self.vd_m_s = self.vn_m_s + n, self.ve_m_s + e, self.vd_m_s + d
+        p, q, r = rigid_body.turn(self.q, self._inertia, arm, impulse)
+        self.p_rad_s, self.q_rad_s, self.r_rad_s = self.p_rad_s + p, self.q_rad_s + q, self.r_rad_s + r
+        x, y, z = to_body(self.q, (n / STEP_S, e / STEP_S, d / STEP_S))
+        jx, jy, jz = self._jolt or (0.0, 0.0, 0.0)
+        self._jolt = (jx + x, jy + y, jz + z)
+
+    def shift(self, north_m: float, east_m: float, down_m: float) -> None:
+        """See Dynamics."""
+        self.north_m, self.east_m, self.down_m = self.north_m + north_m, self.east_m + east_m, self.down_m + down_m
+
+    def wreck(self) -> None:
+        """See Dynamics: all rotors stop."""
+        self.wrecked = True
+        self.motor_off[:] = [True] * len(self.motor_off)
+
     def _ground(self) -> tuple[float, float, float]:
-        """The ground's plane below, at `_plane_at`; kept while the vehicle stays near."""
+        """The plane below, at `_plane_at`; the ground's is kept while the vehicle stays near."""
+        if self._surface is not None:
+            self._plane_at = (self.north_m, self.east_m)
+            return self._surface(self.north_m, self.east_m, self.down_m)
         north0, east0 = self._plane_at
         if abs(self.north_m - north0) + abs(self.east_m - east0) > SLOPE_FRESH_M:
             self._plane_at = (self.north_m, self.east_m)
@@ -218,6 +271,13 @@ def from_body_down(q: Quaternion) -> tuple[float, float, float]:
     """The world's down axis in the body frame."""
     w, x, y, z = q
     return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+def to_body(q: Quaternion, vector: Vector3) -> Vector3:
+    """A vector (NED) in the body's axes."""
+    r = rotation(q)
+    n, e, d = vector
+    return r[0] * n + r[3] * e + r[6] * d, r[1] * n + r[4] * e + r[7] * d, r[2] * n + r[5] * e + r[8] * d
 
 
 def _within(value: float, limit: float) -> float:

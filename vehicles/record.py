@@ -1,9 +1,9 @@
 """Reads tables (of TOML or JSON) into frozen dataclasses and says exactly what is wrong with them.
 
 The dataclass is the schema: its field types are float, int, str, bool, tuples of floats, other dataclasses, tuples of
-dataclasses (`[[table]]`), mappings that are taken as they are, or unions of these with `None` or with one dataclass; a
-field without default must be given. `Annotated[…, Limits(…)]` bounds a number or every number of a tuple,
-`Annotated[str, Words(…)]` lists the words that are allowed.
+dataclasses (`[[table]]`), mappings of dataclasses by name, mappings that are taken as they are, or unions of these with
+`None` or with one dataclass; a field without default must be given. `Annotated[…, Limits(…)]` bounds a number or every
+number of a tuple, `Annotated[str, Words(…)]` lists the words that are allowed.
 """
 
 import dataclasses
@@ -80,6 +80,8 @@ def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:
         return read(typing.cast(type[Any], hint), value, where)
     if typing.get_origin(hint) is tuple:
         return _tuple(typing.get_args(hint), value, where, rule)
+    if typing.get_origin(hint) is Mapping and dataclasses.is_dataclass(typing.get_args(hint)[1]):
+        return _records(typing.get_args(hint)[1], value, where)
     hint = typing.get_origin(hint) or hint
     if hint in (float, int):
         return _number(hint, value, where, rule)
@@ -88,6 +90,13 @@ def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:
     if isinstance(rule, Words) and value not in rule.allowed:
         raise VehicleError(f"{where} = {value!r}; allowed are: {', '.join(rule.allowed)}")
     return value
+
+
+def _records(record: Any, value: Any, where: str) -> dict[str, Any]:
+    """Records by name."""
+    if not isinstance(value, Mapping):
+        raise VehicleError(f"{where} = {value!r} must be a table")
+    return {str(name): _value(record, each, f"{where}.{name}", UNBOUNDED) for name, each in value.items()}
 
 
 def _member(union: types.UnionType, value: Any) -> Any:

@@ -21,7 +21,7 @@ changes.
 import math
 
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion
+from vehicles.dynamics import STEP_S, Height, Quaternion, Vector3
 
 ROLLING_M_S = 0.05
 STATIC_M_S = 0.01
@@ -71,6 +71,7 @@ class SihAckermann:
         self.az_m_s2 = -gravity_m_s2
         self.power_w = 0.0
         self.running = False
+        self.wrecked = False
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -79,7 +80,7 @@ class SihAckermann:
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms; too few controls: none came. The rover's drag does not know wind, as SIH's does not."""
-        if len(controls) >= 2:
+        if len(controls) >= 2 and not self.wrecked:
             self._steering += self._lag * (controls[0] - self._steering)
             self._throttle += self._lag * (controls[1] - self._throttle)
         fx, fy = self._move(STEP_S)
@@ -88,6 +89,32 @@ class SihAckermann:
         self.vd_m_s, self.down_m = (down - self.down_m) / STEP_S, down
         half = 0.5 * self._yaw
         self.q = (math.cos(half), 0.0, 0.0, math.sin(half))
+
+    # --- contacts: see dynamics.Dynamics; what has wheels is pushed along the ground and turned about its yaw -----
+
+    def velocity_at(self, arm: Vector3) -> Vector3:
+        """See Dynamics."""
+        return self.vn_m_s - self.r_rad_s * arm[1], self.ve_m_s + self.r_rad_s * arm[0], self.vd_m_s
+
+    def mobility(self, arm: Vector3, direction: Vector3) -> float:
+        """See Dynamics."""
+        lever = arm[0] * direction[1] - arm[1] * direction[0]
+        return 1.0 / self._mass + lever * lever / self._izz
+
+    def push(self, arm: Vector3, impulse: Vector3) -> None:
+        """See Dynamics."""
+        self.vn_m_s += impulse[0] / self._mass
+        self.ve_m_s += impulse[1] / self._mass
+        self.r_rad_s += (arm[0] * impulse[1] - arm[1] * impulse[0]) / self._izz
+
+    def shift(self, north_m: float, east_m: float, down_m: float) -> None:
+        """See Dynamics; it stays on the ground."""
+        self.north_m, self.east_m = self.north_m + north_m, self.east_m + east_m
+
+    def wreck(self) -> None:
+        """See Dynamics."""
+        self.wrecked = True
+        self._steering = self._throttle = 0.0
 
     def _move(self, dt: float) -> tuple[float, float]:
         """Advance by `dt` s; the sum of forces in the body frame."""

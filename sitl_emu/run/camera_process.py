@@ -11,6 +11,7 @@ from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import LensError
 
 YIELDING = 5
@@ -21,12 +22,10 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        world = worlds.of(config.world, config.seed)
-        if world.field is None:
-            raise StartError(f"world {world.kind} has nothing that a camera could see")
-        camera = Camera(world.field, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
+        scene = worlds.kept(config.world).scene()
+        camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         ring = FrameRingWriter(config.ring, camera.intrinsics.width, camera.intrinsics.height)
-    except (worlds.WorldError, CameraError, LensError) as error:
+    except (worlds.WorldError, WorldError, CameraError, LensError) as error:
         raise StartError(str(error)) from None
     try:
         settle()

@@ -11,12 +11,13 @@ from missions.mission import Setting
 from sitl_emu.run import cameras, models, worlds
 from sitl_emu.run.scenario import FaultPart, Scenario, ScenarioError, VehiclePart
 from sitl_emu.world.lens import MOUNTS, LensError, source_of
+from sitl_emu.world.world import World
 
 
-def check(scenario: Scenario, seed: int, path: Path) -> None:
-    """Raise ScenarioError for whatever names nothing that exists, before any process is started."""
+def check(scenario: Scenario, seed: int, path: Path) -> World:
+    """The scenario's world. Raises ScenarioError for whatever names nothing that exists, before anything is started."""
     try:
-        world = worlds.of(scenario.world_data, seed)
+        world = worlds.build(scenario.world.kind, seed, scenario.world.options, scenario.changes)
     except worlds.WorldError as error:
         raise ScenarioError(f"{path}: world: {error}") from None
     for number, vehicle in enumerate(scenario.vehicles):
@@ -26,7 +27,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
             known = ", ".join(world.places)
             raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
         if vehicle.camera is not None:
-            _check_camera(vehicle, world, where)
+            _check_camera(vehicle, where)
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             try:
                 with tempfile.TemporaryDirectory() as folder:
@@ -37,6 +38,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> None:
                 raise ScenarioError(f"{where}.companion: {error}") from None
     for number, fault in enumerate(scenario.faults):
         _check_fault(scenario, fault, f"{path}: faults.{number}")
+    return world
 
 
 def _check_model(vehicle: VehiclePart, where: str) -> None:
@@ -57,15 +59,13 @@ def _check_model(vehicle: VehiclePart, where: str) -> None:
         raise ScenarioError(str(error)) from None
 
 
-def _check_camera(vehicle: VehiclePart, world: worlds.World, where: str) -> None:
-    """Raise ScenarioError for a camera that can't be, or that has nothing to look at."""
+def _check_camera(vehicle: VehiclePart, where: str) -> None:
+    """Raise ScenarioError for a camera that can't be."""
     assert vehicle.camera is not None
     mount = vehicle.camera.mount
     if isinstance(mount, str) and mount not in MOUNTS:
         numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
         raise ScenarioError(f"{where}.camera.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
-    if world.field is None:
-        raise ScenarioError(f"{where}.camera: world {world.kind} has nothing that a camera could see")
     if (camera := vehicle.camera_description) is not None and any(camera.distortion):
         try:
             source_of(cameras.intrinsics(camera))
@@ -110,10 +110,10 @@ def write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
             cameras.write_calibration(path, camera)
 
 
-def prepared(vehicle: VehiclePart, mission: str, world: worlds.World, folder: Path) -> dict[str, Any]:
+def prepared(vehicle: VehiclePart, mission: str, world: World, folder: Path) -> dict[str, Any]:
     """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
     assert vehicle.companion is not None
-    outline_m = [(north, east) for north, east in world.truth["outline"]]
+    outline_m = list(world.description.area_m)
     home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
     setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder)
     return registry.prepare(mission, vehicle.companion.options, setting)

@@ -30,6 +30,7 @@ from sitl_emu.core.simulator_api import (
     SimulatorMessage,
     SimulatorParameter,
 )
+from sitl_emu.world.contacts import Impact
 
 TICK_US = 4000
 TICKS_PER_SECOND = 250
@@ -66,6 +67,10 @@ class Simulation(Protocol):
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         """Advance 4 ms; what each vehicle's sensors say, HIL_SENSOR last."""
+        ...
+
+    def impacts(self) -> list[Impact]:
+        """What vehicles have met since this was asked last."""
         ...
 
     def set_parameter(self, place: int, name: str, value: float) -> None:
@@ -127,6 +132,8 @@ class VehicleInRun:
     peer: PeerSocket | None = None
     controls: HilActuatorControls | None = None
     armed: bool = False
+    crashed: str = ""
+    """What it has crashed into; empty while it has not."""
     off: bool = False
     """Its autopilot was shut down, or killed by a fault: its motors are off."""
     stepping: bool = False
@@ -169,14 +176,18 @@ class Conductor:
 
     @property
     def done(self) -> bool:
-        """Every companion of ours has done its mission, and no vehicle flies on that has lost its companion."""
-        if any(vehicle.armed for vehicle in self.vehicles if vehicle.lost):
+        """Every companion of ours has done its mission or crashed, and none flies on that has lost its companion."""
+        if any(vehicle.armed for vehicle in self.vehicles if vehicle.lost and not vehicle.crashed):
             return False
-        return all(vehicle.status.get("done") for vehicle in self.vehicles if vehicle.companion is not None)
+        return all(v.status.get("done") or v.crashed for v in self.vehicles if v.companion is not None)
 
     @property
     def outcome(self) -> str:
-        """ "success", or what the first companion says that failed."""
+        """ "success", or who has crashed, or what the first companion says that failed."""
+        if crashes := [
+            f"{vehicle.name} crashed into {vehicle.crashed}" for vehicle in self.vehicles if vehicle.crashed
+        ]:
+            return "; ".join(crashes)
         outcomes = [vehicle.status.get("outcome", "") for vehicle in self.vehicles if vehicle.companion is not None]
         return next((outcome for outcome in outcomes if outcome != "success"), "success")
 
@@ -193,6 +204,8 @@ class Conductor:
             if not vehicle.off:
                 vehicle.channel.send(messages)
         self.ticks = ticks = self.ticks + 1
+        for impact in self._simulation.impacts():
+            self._note(impact)
         for place, vehicle in enumerate(vehicles):
             if not vehicle.off:
                 self._take_answer(place, vehicle)
@@ -216,6 +229,18 @@ class Conductor:
         `kill` is called there, when the process waits: so that all it has done is the same in every run.
         """
         self._doomed.append((vehicle, process, kill))
+
+    def _note(self, impact: Impact) -> None:
+        vehicle = self.vehicles[impact.place]
+        if impact.crash:
+            vehicle.crashed = impact.other
+        event = {
+            "event": "crashed" if impact.crash else "touched",
+            "text": f"{impact.other} at {impact.speed_m_s:.1f} m/s",
+            "other": impact.other,
+            "speed_m_s": round(impact.speed_m_s, 3),
+        }
+        self._recorder.event(self.now_us, vehicle.name, event)
 
     def finish(self) -> None:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""

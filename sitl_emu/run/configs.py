@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from sitl_emu.core.radio import RadioSettings
-from sitl_emu.world.conditions import LightChange, WindChange
 from vehicles import record
 
 Config = TypeVar("Config", bound="ProcessConfig")
@@ -57,16 +56,6 @@ class ModelData:
     """One of ours, or the path of a folder."""
     sensors: Mapping[str, Any] = field(default_factory=dict)
     camera: CameraDescription | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorldData:
-    """Which world to build."""
-
-    kind: str
-    options: Mapping[str, Any]
-    wind: WindChange | None = None
-    light: LightChange | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,7 +140,8 @@ class FaultData:
 class WorldConfig(ProcessConfig):
     """For the world process."""
 
-    world: WorldData
+    world: str
+    """The world's file, in the run's folder."""
     vehicles: tuple[VehicleData, ...]
     radio: RadioSettings
     speed: float | None
@@ -177,7 +167,8 @@ class AutopilotConfig(ProcessConfig):
 class CameraConfig(ProcessConfig):
     """For the process of a camera."""
 
-    world: WorldData
+    world: str
+    """The world's file, in the run's folder."""
     camera: CameraDescription
     ring: str
     """Name of the shared memory that its frames go to."""

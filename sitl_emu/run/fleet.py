@@ -23,6 +23,7 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
 )
 from sitl_emu.run.pacing import Pacer
+from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
@@ -67,9 +68,10 @@ class Fleet:
     def __init__(
         self, members: Sequence[Member], simulation: Simulation, wait: Wait, say: Callable[[str], None]
     ) -> None:
-        """`simulation` holds the simulators of `members`, in their order; `say` tells people who was shut down."""
+        """`simulation` holds the simulators of `members`, in their order; `say` tells who ended or crashed."""
         self._simulation, self._wait, self._say = simulation, wait, say
         self._flying = dict(enumerate(members))
+        self._names = [member.name for member in members]
         self._channels = [MemoryChannel() for _ in members]
         self._controls: list[HilActuatorControls | None] = [None] * len(members)
         self._rebooted = False
@@ -93,6 +95,8 @@ class Fleet:
     def tick(self) -> None:
         """4 ms: all simulators, then all autopilots."""
         sensed = self._simulation.tick(self._controls)
+        for impact in self._simulation.impacts():
+            self._say(told(impact, self._names))
         for place, member in list(self._flying.items()):
             channel = self._channels[place]
             try:

@@ -15,6 +15,7 @@ from sitl_emu.run import checks, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.world import World
 
 
 def run_scenario(
@@ -29,15 +30,18 @@ def run_scenario(
     path = find(name_or_file)
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
-    checks.check(scenario, seed, path)
+    world = checks.check(scenario, seed, path)
     preflight.check(scenario, first_instance)
     console = Console()
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
+    if worlds.is_file(scenario.world.kind):
+        as_run["world"] = worlds.KEPT_AS
     try:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
+        worlds.keep(world, folder)
         checks.write_calibrations(scenario.vehicles, folder)
-        _prepare_missions(scenario, seed, folder)
+        _prepare_missions(scenario, world, folder)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
@@ -52,7 +56,7 @@ def run_scenario(
     summary = score.summary(folder, scenario.name, seed, ending, missions)
     try:
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-        _report(folder, summary, ending.truth, missions, scenario, seed)
+        _report(folder, summary, ending.truth, missions, world)
     except OSError as error:
         raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
@@ -66,9 +70,8 @@ def scenario_lines() -> list[str]:
     return [f"{name:<{width}}  {load(brought[name]).description}" for name in sorted(brought)] + registry.broken()
 
 
-def _prepare_missions(scenario: Scenario, seed: int, folder: Path) -> None:
+def _prepare_missions(scenario: Scenario, world: World, folder: Path) -> None:
     """Let the missions put what they need into the run's folder, and their options follow."""
-    world = worlds.of(scenario.world_data, seed)
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             vehicle.companion.options.update(checks.prepared(vehicle, vehicle.companion.mission, world, folder))
@@ -93,14 +96,12 @@ def _report(
     summary: dict[str, Any],
     truth: dict[str, Any],
     missions: list[Mission],
-    scenario: Scenario,
-    seed: int,
+    world: World,
 ) -> None:
     from sitl_emu.run import report
 
-    photo = worlds.photo(worlds.of(scenario.world_data, seed))
     pages = [one.page(summary) for one in missions if one.page is not None]
-    report.write(folder, summary, truth, pages, photo)
+    report.write(folder, summary, truth, pages, world.photo())
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

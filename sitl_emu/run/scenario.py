@@ -24,10 +24,10 @@ from pydantic import (
 import vehicles
 from missions import registry
 from sitl_emu.core.radio import Outage, RadioSettings
-from sitl_emu.run import cameras
-from sitl_emu.run.configs import CameraDescription, Fault, FaultData, ModelData, WorldData
+from sitl_emu.run import cameras, worlds
+from sitl_emu.run.configs import CameraDescription, Fault, FaultData, ModelData
 from sitl_emu.run.trouble import Trouble
-from sitl_emu.world.conditions import LightChange, WindChange
+from sitl_emu.world.conditions import Changes, LightChange, WindChange
 from sitl_emu.world.lens import MOUNTS, Distortion, Mount
 
 SUFFIX = ".yaml"
@@ -270,7 +270,7 @@ class FaultPart(Part):
 
 
 class WorldPart(Part):
-    """A world by its kind, and the options that kind knows."""
+    """A world by its kind, and the options that kind knows; or by its file (`world: my_world.yaml`)."""
 
     kind: str
     options: dict[str, Any] = {}
@@ -336,11 +336,17 @@ class Scenario(Part):
         return date
 
     @property
-    def world_data(self) -> WorldData:
-        """The world, its wind and its light, for the processes that build it."""
+    def changes(self) -> Changes:
+        """What is other than the world has it."""
         wind = WindChange(**self.wind.model_dump()) if self.wind is not None else None
         light = LightChange(**self.light.model_dump()) if self.light is not None else None
-        return WorldData(kind=self.world.kind, options=self.world.options, wind=wind, light=light)
+        return Changes(wind, light)
+
+    @field_validator("world", mode="before")
+    @classmethod
+    def by_one_word(cls, world: Any) -> Any:
+        """A kind or a file alone stands for a mapping without options."""
+        return {"kind": world} if isinstance(world, str) else world
 
     @property
     def start_us(self) -> int:
@@ -376,6 +382,9 @@ def load(path: Path) -> Scenario:
         scenario = Scenario.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise ScenarioError(f"{path}: {_explained(error)}") from None
+    if worlds.is_file(scenario.world.kind):
+        beside = WorldPart(kind=str(path.parent / scenario.world.kind), options=scenario.world.options)
+        scenario = scenario.model_copy(update={"world": beside})
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None:
             _find_files(vehicle.companion.options, path.parent)

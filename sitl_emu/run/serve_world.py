@@ -25,6 +25,7 @@ from sitl_emu.run import site
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation
 
 FIRST_ANSWER_S = 0.02
@@ -55,7 +56,7 @@ def serve_world(
         channels = [listener.accept() for listener in listeners]
         say("all autopilots are connected")
         settle()
-        _serve(Simulation(simulators), channels, math.inf if speed is None else speed, models, say)
+        _serve(Simulation(simulators, here.solids), channels, math.inf if speed is None else speed, models, say)
         say("all autopilots were shut down; the world ends")
         return 0
     except ChannelClosed as error:
@@ -78,6 +79,8 @@ def _serve(
     on = dict(enumerate(channels))
     while on:
         sensed = simulation.tick(controls)
+        for impact in simulation.impacts():
+            say(told(impact, models))
         for place, channel in on.items():
             channel.send(sensed[place])
         for place, channel in list(on.items()):

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.home import Home
+from sitl_emu.world.obstacles import Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
 from sitl_emu.world.wind import Wind
 from vehicles.description import Vehicle
@@ -20,11 +21,15 @@ class Site(NamedTuple):
     wind: Wind | None = None
     north_m: float = 0.0
     east_m: float = 0.0
+    solids: Obstacles | None = None
+    """What stands there."""
 
     def simulator(self, vehicle: Vehicle, place: int, seed: int, name: str) -> VehicleSimulator:
         """The simulator of a vehicle at the `place`th place of the row, at rest."""
         east_m = self.east_m + place * SPACING_M
-        return VehicleSimulator(vehicle, self.home, seed, self.terrain, self.wind, self.north_m, east_m, name)
+        return VehicleSimulator(
+            vehicle, self.home, seed, self.terrain, self.wind, self.north_m, east_m, name, self.solids
+        )
 
 
 def plain(home: Home) -> Site:
@@ -33,10 +38,10 @@ def plain(home: Home) -> Site:
 
 
 def in_world(name: str, seed: int) -> Site:
-    """The home of a world. Raises WorldError."""
+    """The place `home` of a world, or its first. Raises WorldError."""
     from sitl_emu.run import worlds
 
     world = worlds.build(name, seed, {})
-    home = world.places["home"]
+    home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
-    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m)
+    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids)

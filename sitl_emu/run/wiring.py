@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sitl_emu.core import ports
+from sitl_emu.run import worlds
 from sitl_emu.run.children import Child, start_command, start_process
 from sitl_emu.run.configs import (
     AutopilotConfig,
@@ -130,7 +131,7 @@ def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
         folder=str(wanted.folder),
         start_us=wanted.scenario.start_us,
         seed=wanted.seed,
-        world=wanted.scenario.world_data,
+        world=str(wanted.folder / worlds.KEPT_AS),
         vehicles=tuple(member.data for member in members),
         radio=wanted.scenario.peer_radio.settings(),
         speed=wanted.speed,
@@ -205,7 +206,7 @@ def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: l
         start_us=wanted.scenario.start_us,
         seed=wanted.seed,
         name=vehicle.name,
-        world=wanted.scenario.world_data,
+        world=str(wanted.folder / worlds.KEPT_AS),
         camera=camera,
         ring=_ring(vehicle),
     )

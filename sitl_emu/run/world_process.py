@@ -24,6 +24,7 @@ from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.world import World
 
 LARGEST_DATAGRAM_BYTES = 65535
 RECEIVE_BUFFER_BYTES = 4 << 20
@@ -68,7 +69,7 @@ class RadioSocket:
 def run(config: WorldConfig, launcher: ControlChannel) -> None:
     """Set the world up, run it until it is over, and tell the launcher how it ended."""
     try:
-        world = worlds.of(config.world, config.seed)
+        world = worlds.kept(config.world)
     except worlds.WorldError as error:
         raise StartError(str(error)) from None
     names = [vehicle.name for vehicle in config.vehicles]
@@ -83,11 +84,11 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
         listeners = [SimulatorListener(ports.simulator(vehicle.instance)) for vehicle in config.vehicles]
     except OSError as error:
         raise StartError(error.strerror or str(error)) from None
-    launcher.send({"listening": True, "truth": world.truth, "home": list(world.home)})
+    launcher.send({"listening": True, "truth": world.truth(0.0), "home": list(world.home)})
     over: Message = {"outcome": "", "lost": None}
     conductor, stopwatch = None, Stopwatch()
     try:
-        simulation = Simulation([_simulator(vehicle, world, config.seed) for vehicle in config.vehicles])
+        simulation = Simulation([_simulator(vehicle, world, config.seed) for vehicle in config.vehicles], world.solids)
         members = [
             _vehicle(vehicle, simulator, listener)
             for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
@@ -107,7 +108,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     launcher.send({"over": over | (_figures(conductor, stopwatch) if conductor is not None else {})})
 
 
-def _simulator(data: VehicleData, world: worlds.World, seed: int) -> VehicleSimulator:
+def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
     place = world.places[data.start] if isinstance(data.start, str) else data.start
     return VehicleSimulator(
         models.as_set(data.model),
@@ -118,6 +119,7 @@ def _simulator(data: VehicleData, world: worlds.World, seed: int) -> VehicleSimu
         start_north_m=place.north_m,
         start_east_m=place.east_m,
         name=data.name,
+        obstacles=world.solids,
     )
 
 

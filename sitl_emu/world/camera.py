@@ -24,7 +24,7 @@ Image = npt.NDArray[np.uint8]
 class Renderer(Protocol):
     """Draws pictures of one scene with one set of intrinsics."""
 
-    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray) -> Image:
+    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float) -> Image:
         """The picture (height, width, 3), BGR, from a place (3,) with an attitude (3, 3), camera axes to NED.
 
         Camera axes: x right, y down in the picture, z along the optical axis.
@@ -38,6 +38,11 @@ class Scene(Protocol):
     @property
     def seed(self) -> int:
         """What the sensor's noise is drawn from."""
+        ...
+
+    @property
+    def moves(self) -> bool:
+        """Whether it looks otherwise at another time."""
         ...
 
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
@@ -119,29 +124,31 @@ class Camera:
         # A quarter of the cosine-fourth law: a lens of this angle is built to soften it.
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
-        self._seen_from: Pose | None = None
+        self._moves = scene.moves
+        self._seen_from: tuple[Pose, int] | None = None
         self._seen: Image | None = None
 
     def render(self, pose: Posed, time_us: int) -> Image:
         """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR."""
-        picture = self._scene(Pose(pose.north_m, pose.east_m, pose.down_m, pose.q))
+        picture = self._on_sensor(Pose(pose.north_m, pose.east_m, pose.down_m, pose.q), time_us)
         mixed = zlib.crc32(time_us.to_bytes(8, "little"), self._noise_seed[1])
         top, left = mixed % 64, (mixed >> 8) % 64
         height, width = picture.shape[:2]
         noise = self._noise[top : top + height, left : left + width]
         return np.asarray(cv2.addWeighted(picture, 1.0, noise, 1.0, -16.0), np.uint8)
 
-    def _scene(self, pose: Pose) -> Image:
-        """What the lens throws on the sensor. A vehicle that stands still sees the same again."""
-        if self._seen is None or pose != self._seen_from:
+    def _on_sensor(self, pose: Pose, time_us: int) -> Image:
+        """What the lens throws on the sensor. A vehicle that stands still before what stands still sees it again."""
+        seen_from = (pose, time_us if self._moves else 0)
+        if self._seen is None or seen_from != self._seen_from:
             rotation = body_to_ned(pose.q)
             position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
-            picture = self._renderer.draw(position, rotation @ self._to_body)
+            picture = self._renderer.draw(position, rotation @ self._to_body, time_us * 1e-6)
             if self._source is not None:
                 picture = np.asarray(
                     cv2.remap(picture, self._source.map_x, self._source.map_y, cv2.INTER_LINEAR), np.uint8
                 )
             picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
             self._seen = np.asarray(cv2.multiply(picture, self._vignette, scale=1.0 / 255.0), np.uint8)
-            self._seen_from = pose
+            self._seen_from = seen_from
         return self._seen

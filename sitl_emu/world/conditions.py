@@ -1,7 +1,7 @@
 """Wind and light that a scenario sets, instead of those that a world brings."""
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -26,3 +26,10 @@ class LightChange:
     def given(self) -> dict[str, Any]:
         """What is changed."""
         return {name: value for name, value in dataclasses.asdict(self).items() if value is not None}
+
+
+class Changes(NamedTuple):
+    """Both; None leaves the world's own."""
+
+    wind: WindChange | None = None
+    light: LightChange | None = None

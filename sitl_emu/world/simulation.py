@@ -7,22 +7,29 @@ vehicles needs both at the same time. A state machine on simulated time, as the 
 from collections.abc import Sequence
 
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
-from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.contacts import Contacts, Impact
+from sitl_emu.world.obstacles import Obstacles
+from sitl_emu.world.simulator import TICK_US, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 
 
 class Simulation:
     """All vehicles of one world."""
 
-    def __init__(self, simulators: Sequence[VehicleSimulator], *, isolated: bool = False) -> None:
-        """`isolated`: a fault of ours in one simulator (an exception) takes that one out and stands in `faults`.
+    def __init__(
+        self, simulators: Sequence[VehicleSimulator], solids: Obstacles | None = None, *, isolated: bool = False
+    ) -> None:
+        """`solids`: what stands in that world.
 
-        Else it goes through, and so ends all.
+        `isolated`: a fault of ours in one simulator (an exception) takes that one out and stands in `faults`; else it
+        goes through, and so ends all.
         """
         self.simulators = list(simulators)
         self.faults: dict[int, Exception] = {}
         """By place among `simulators`; what is out is stepped no more, and its sensors say nothing."""
         self._isolated = isolated
+        self._ticks = 0
+        self._contacts = Contacts(self.simulators, solids)
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         """Advance all by 4 ms; what each vehicle's sensors say, HIL_SENSOR last, in the order of `simulators`.
@@ -30,8 +37,19 @@ class Simulation:
         `controls`: each vehicle's, in the same order (None: none came, the last ones hold).
         """
         if self._isolated:
-            return [self._tick_apart(place, last) for place, last in enumerate(controls)]
-        return [simulator.tick(last) for simulator, last in zip(self.simulators, controls, strict=True)]
+            said = [self._tick_apart(place, last) for place, last in enumerate(controls)]
+        else:
+            said = [simulator.tick(last) for simulator, last in zip(self.simulators, controls, strict=True)]
+        self._ticks += 1
+        self._contacts.update(self._ticks * TICK_US, self.faults)
+        return said
+
+    def impacts(self) -> list[Impact]:
+        """What vehicles have met since this was asked last."""
+        taken = self._contacts.impacts
+        if taken:
+            self._contacts.impacts = []
+        return taken
 
     def replace(self, place: int, simulator: VehicleSimulator) -> None:
         """Put a vehicle that begins anew in the place of one that is gone."""

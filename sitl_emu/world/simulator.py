@@ -29,6 +29,7 @@ from sitl_emu.core.simulator_api import (
 from sitl_emu.world.atmosphere import gravity_m_s2
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.home import Home as Home
+from sitl_emu.world.obstacles import Obstacles
 from sitl_emu.world.sensors.barometer import Barometer
 from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
@@ -39,8 +40,8 @@ from sitl_emu.world.wind import Wind
 from vehicles.ackermann import Ackermann
 from vehicles.battery import Px4Battery, battery_model
 from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Dynamics, Quaternion
-from vehicles.multicopter import Multicopter
+from vehicles.dynamics import STEP_S, Dynamics, Quaternion, Surface, slope
+from vehicles.multicopter import SLOPE_REACH_M, Multicopter
 from vehicles.sih_ackermann import SihAckermann
 
 TICK_US = 4000
@@ -75,6 +76,7 @@ class Pose(NamedTuple):
 
 class VehicleSimulator:
     """One simulated vehicle. It starts at rest on the terrain, `start_north_m`, `start_east_m` from the world's origin.
+    `obstacles`: what stands there, which its lidar sees and its gear can stand on.
 
     Failures are attributes, to be set at any time: `gps_off`, `baro_off`, `mag_off`, `lidar_off` silence a sensor,
     `motor_off[i]` stops a motor. Equal arguments give equal runs; `name` and `seed` choose the noise.
@@ -90,13 +92,18 @@ class VehicleSimulator:
         start_north_m: float = 0.0,
         start_east_m: float = 0.0,
         name: str = "vehicle",
+        obstacles: Obstacles | None = None,
     ) -> None:
         self.vehicle, self.home, self.name = vehicle, home, name
         self.time_usec = 0
         self._projection = MapProjection(home.lat_deg, home.lon_deg)
+        self._terrain = terrain
+        spheres = vehicle.body.spheres if vehicle.body is not None else ()
+        self.reach_m = max((math.hypot(*sphere.centre_m) + sphere.radius_m for sphere in spheres), default=0.0)
+        """How far its body reaches from its centre of mass."""
         self._wind = wind if wind is not None and not vehicle.wind_is_px4s else Wind()
         start = (start_north_m, start_east_m, math.radians(home.heading_deg))
-        self.dynamics: Dynamics = _dynamics(vehicle, home, terrain, start)
+        self.dynamics: Dynamics = _dynamics(vehicle, home, terrain, start, obstacles)
         self.motor_off: list[bool] = self.dynamics.motor_off if isinstance(self.dynamics, Multicopter) else [False]
         self.gps_off = self.baro_off = self.mag_off = self.lidar_off = False
         self.sih_wind_n = self.sih_wind_e = 0.0
@@ -107,7 +114,7 @@ class VehicleSimulator:
         self.magnetometer = Magnetometer(sensors.magnetometer, magnetic_field(home.lat_deg, home.lon_deg), seed, name)
         self.barometer = Barometer(sensors.barometer, seed, name)
         self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
-        self._lidar = Lidar(sensors.lidar, terrain, seed, name) if sensors.lidar else None
+        self._lidar = Lidar(sensors.lidar, terrain, seed, name, obstacles) if sensors.lidar else None
         self.battery = battery_model(vehicle.battery)
         self._mag_every, self._mag_at = _period_us(sensors.magnetometer.rate_hz), 0
         self._baro_every, self._baro_at = _period_us(sensors.barometer.rate_hz), 0
@@ -184,7 +191,7 @@ class VehicleSimulator:
         if wind.calm:
             wind_n = wind_e = wind_d = 0.0
         else:
-            wind_n, wind_e, wind_d = wind.at(now_us)
+            wind_n, wind_e, wind_d = wind.at(now_us, self._over_ground_m() if wind.grows_with_height else 0.0)
         body = self.dynamics
         body.step(self._controls, wind_n - self.sih_wind_n, wind_e - self.sih_wind_e, wind_d)
 
@@ -199,6 +206,10 @@ class VehicleSimulator:
         temperature = self.barometer.temperature_c
         messages.append(HilSensor(now_us, *reading, *self._mag, pressure, 0.0, pressure_alt, temperature, updated, 0))
         return messages
+
+    def _over_ground_m(self) -> float:
+        body = self.dynamics
+        return -body.down_m - self._terrain.height_m(body.north_m, body.east_m)
 
     def pose(self) -> Pose:
         """Where the vehicle really is: for camera, scoring and radio."""
@@ -282,13 +293,30 @@ class VehicleSimulator:
         )
 
 
-def _dynamics(vehicle: Vehicle, home: Home, terrain: Terrain, start: tuple[float, float, float]) -> Dynamics:
+def _dynamics(
+    vehicle: Vehicle,
+    home: Home,
+    terrain: Terrain,
+    start: tuple[float, float, float],
+    obstacles: Obstacles | None,
+) -> Dynamics:
     gravity = gravity_m_s2(home.lat_deg)
     if vehicle.propulsion is not None:
-        return Multicopter(vehicle, terrain.height_m, *start, gravity)
+        surface = None if obstacles is None else _surface(terrain, obstacles)
+        return Multicopter(vehicle, terrain.height_m, *start, gravity, surface)
     if vehicle.chassis is not None:
         return Ackermann(vehicle, terrain.height_m, *start, gravity)
     return SihAckermann(vehicle, terrain.height_m, *start, gravity, home.lat_deg, home.lon_deg)
+
+
+def _surface(terrain: Terrain, obstacles: Obstacles) -> Surface:
+    """What a gear stands on: a roof, or the ground."""
+
+    def below(north_m: float, east_m: float, down_m: float) -> tuple[float, float, float]:
+        met = obstacles.surface(north_m, east_m, down_m)
+        return slope(terrain.height_m, north_m, east_m, SLOPE_REACH_M) if met is None else met
+
+    return below
 
 
 def _period_us(rate_hz: float) -> int:

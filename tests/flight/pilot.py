@@ -10,8 +10,11 @@ from autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.run import components as payload
+from sitl_emu.world.contacts import Impact
 from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, Pose, VehicleSimulator
+from sitl_emu.world.world import World
 
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICK_S = 0.004
@@ -21,11 +24,15 @@ BEAT_TICKS = 250
 class Pilot:
     """`every(hz, make)` sends a message again and again; `heard` is what came back on the first link."""
 
-    def __init__(self, model: str, **parameters: float) -> None:
+    def __init__(self, model: str, world: World | None = None, **parameters: float) -> None:
+        """`world`: instead of flat ground; the vehicle starts at its origin, and it lies at HOME."""
         vehicle = vehicles.load(model)
         self.autopilot = Autopilot({**vehicle.airframe, **parameters}, 0)
         payload.plug_in(vehicle, self.autopilot)
-        self.simulator = VehicleSimulator(vehicle, HOME, 1, FlatGround(), name=model)
+        solids = world.solids if world is not None else None
+        terrain = world.terrain if world is not None else FlatGround()
+        self.simulator = VehicleSimulator(vehicle, HOME, 1, terrain, name=model, obstacles=solids)
+        self.simulation = Simulation([self.simulator], solids)
         self.topics = self.autopilot.topics
         self.heard: list[Any] = []
         self.wanted: frozenset[str] = frozenset()
@@ -83,12 +90,23 @@ class Pilot:
             lambda: self.topics.vehicle_status.nav_state is NavState.AUTO_LOITER and -self.truth.down_m > up_m - 1
         )
 
+    def until_impact(self) -> list[Impact]:
+        """It has met something: what."""
+        met: list[Impact] = []
+
+        def has_met() -> bool:
+            met.extend(self.simulation.impacts())
+            return bool(met)
+
+        self.until(has_met)
+        return met
+
     def until_disarmed(self) -> None:
         """Landed."""
         self.until(lambda: not self.topics.vehicle_status.armed)
 
     def _step(self) -> None:
-        self._channel.simulator.send(self.simulator.tick(self._controls))
+        self._channel.simulator.send(self.simulation.tick([self._controls])[0])
         self._channel.autopilot.send(self.autopilot.step(self._channel.autopilot.receive()))
         self._controls = self._channel.simulator.receive()
         self._ticks += 1

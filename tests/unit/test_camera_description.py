@@ -32,6 +32,7 @@ class Dots:
     """A scene of white dots on black, level ground."""
 
     seed = 1
+    moves = False
 
     def __init__(self, dots_m: list[tuple[float, float]]) -> None:
         self.dots_m = dots_m
@@ -46,7 +47,7 @@ class DotRenderer:
     def __init__(self, dots_m: list[tuple[float, float]], width: int, height: int, focal_px: float) -> None:
         self.dots_m, self.shape, self.focal_px = dots_m, (height, width, 3), focal_px
 
-    def draw(self, position_ned_m: Array, camera_to_ned: Array) -> npt.NDArray[np.uint8]:
+    def draw(self, position_ned_m: Array, camera_to_ned: Array, time_s: float) -> npt.NDArray[np.uint8]:
         picture = np.zeros(self.shape, np.uint8)
         for north, east in self.dots_m:
             x, y, z = camera_to_ned.T @ (np.array((north, east, 0.0)) - position_ned_m)

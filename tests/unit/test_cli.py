@@ -111,7 +111,9 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
         (("start: home}", "camera: {mount: nose}}"), "camera.mount: 'nose': known: nadir, mast"),
         (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9]}}"), "size_m: [9]; must be two numbers"),
         (("{kind: corn_field}", "{kind: corn_field, options: {targets: many}}"), "targets: 'many'; must be a whole"),
-        (("{kind: corn_field}", "corn_field"), "world: 'corn_field': must be a mapping with the fields kind, options"),
+        (("{kind: corn_field}", "[corn_field]"), "['corn_field']: must be a mapping with the fields kind, options"),
+        (("{kind: corn_field}", "moon"), "world: there is no world 'moon'; known: corn_field, flat, or a world file"),
+        (("{kind: corn_field}", "moon.yaml"), "moon.yaml: No such file or directory"),
         (("start: home", "start: {north: 1}"), "vehicles.0.start.north_m: this field is missing"),
         (("start: home", "start: {north_m: .nan, east_m: 0}"), "start.north_m: nan: Input should be a finite number"),
         (

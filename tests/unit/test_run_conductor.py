@@ -13,6 +13,7 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
 )
 from sitl_emu.run.conductor import CameraInRun, Conductor, Control, VehicleInRun
+from sitl_emu.world.contacts import Impact
 from tests.typed import now
 
 
@@ -35,6 +36,11 @@ class FakeSimulation:
     def __init__(self) -> None:
         self.ticks = 0
         self.told: list[tuple[int, int, str, float]] = []
+        self.met: dict[int, Impact] = {}
+        """By tick."""
+
+    def impacts(self) -> list[Impact]:
+        return [self.met[self.ticks]] if self.ticks in self.met else []
 
     def set_parameter(self, place: int, name: str, value: float) -> None:
         self.told.append((self.ticks, place, name, value))
@@ -226,3 +232,18 @@ def test_an_autopilot_that_is_killed_lets_its_motors_stop() -> None:
     assert [step["autopilot"] for step in told(one.companion)] == [1, 0, 0], "what it had sent before, and no more"
     assert recorder.events == [(40000, "two", "armed")]
     assert told(two.autopilot) == [{"read": 0}] * 3
+
+
+def test_a_crash_is_an_event_and_the_outcome_and_ends_its_companions_part() -> None:
+    simulation, recorder = FakeSimulation(), FakeRecorder()
+    simulation.met[3] = Impact(12_000, 0, "one", "house", None, 0.6, crash=False)
+    simulation.met[7] = Impact(28_000, 0, "one", "house", None, 4.25, crash=True)
+    conductor = Conductor([vehicle("one", [reply()] * 5)], simulation, RadioSettings(), 1, recorder)
+    run_ticks(conductor, 6)
+    assert not now(conductor.done)
+    run_ticks(conductor, 4)
+    assert conductor.done and conductor.outcome == "one crashed into house"
+    assert [event for event in recorder.events if event[2] in ("touched", "crashed")] == [
+        (12_000, "one", "touched"),
+        (28_000, "one", "crashed"),
+    ]

@@ -26,7 +26,7 @@ WORLD = configs.WorldConfig(
     folder="/tmp/run",
     start_us=1,
     seed=2,
-    world=configs.WorldData(kind="corn_field", options={"size_m": [80, 80]}),
+    world="/tmp/run/world.yaml",
     vehicles=(UAS, UGV),
     radio=RadioSettings(loss=0.1, outages=(Outage(1.0, 2.0),)),
     speed=None,

@@ -10,9 +10,7 @@ import yaml
 import vehicles
 from sitl_emu.core.simulator_api import HilGps
 from sitl_emu.run import checks, models, worlds
-from sitl_emu.run.configs import WorldData
 from sitl_emu.run.scenario import Scenario, ScenarioError, load
-from sitl_emu.world.conditions import LightChange, WindChange
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 
@@ -36,18 +34,12 @@ def own_model(folder: Path) -> Path:
 def test_wind_and_light_are_the_scenarios(tmp_path: Path) -> None:
     settings = {"wind": {"north_m_s": 5, "east_m_s": -2}, "light": {"elevation_deg": 20, "warmth": 1.4}}
     asked = scenario(tmp_path, top=settings)
-    world, before = worlds.of(asked.world_data, 1), worlds.build("corn_field", 1, {})
+    world, before = worlds.build("corn_field", 1, {}, asked.changes), worlds.build("corn_field", 1, {})
     assert world.wind.at(10_000_000) == (5.0, -2.0, 0.0), "where the air moves to"
-    assert (world.field.light.elevation_deg, world.field.light.warmth) == (20.0, 1.4)
-    assert world.field.light.azimuth_deg == before.field.light.azimuth_deg, "what is left out stays the world's"
+    light = world.description.light
+    assert (light.elevation_deg, light.warmth) == (20.0, 1.4)
+    assert light.azimuth_deg == before.description.light.azimuth_deg, "what is left out stays the world's"
     assert before.wind.at(10_000_000) != (0.0, 0.0, 0.0)
-
-
-def test_a_world_without_a_picture_has_no_light() -> None:
-    data = WorldData(kind="flat", options={}, wind=WindChange(1.0, 0.0, 0.0))
-    assert worlds.of(data, 1).wind.at(0) == (1.0, 0.0, 0.0)
-    with pytest.raises(worlds.WorldError, match="world flat has no light"):
-        worlds.of(WorldData(kind="flat", options={}, light=LightChange(gain=2.0)), 1)
 
 
 def gps_north_m(vehicle: vehicles.Vehicle) -> list[float]:

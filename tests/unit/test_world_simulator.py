@@ -40,9 +40,12 @@ def simulate(
     name: str = "uas",
     terrain: Terrain | None = None,
     wind: Wind | None = None,
-    **start: float,
+    start_north_m: float = 0.0,
+    start_east_m: float = 0.0,
 ) -> tuple[VehicleSimulator, list[SimulatorMessage]]:
-    simulator = VehicleSimulator(vehicles.load(model), HOME, seed, terrain or FlatGround(), wind, name=name, **start)
+    simulator = VehicleSimulator(
+        vehicles.load(model), HOME, seed, terrain or FlatGround(), wind, start_north_m, start_east_m, name
+    )
     messages = [message for _ in range(ticks) for message in simulator.tick(controls)]
     return simulator, messages
 
@@ -220,10 +223,10 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
 def test_vehicles_of_one_simulation_fly_as_each_would_alone_under_its_own_controls() -> None:
     """They stand apart and have nothing to do with one another."""
     climb = HilActuatorControls(0, 1, (0.8,) * 4, 128)
-    simulation = Simulation([simulate("iris", 0, name=name)[0] for name in ("one", "two")])
+    simulation = Simulation([simulate("iris", 0, name="one")[0], simulate("iris", 0, name="two", start_east_m=3.0)[0]])
     sensed = [simulation.tick([climb, None]) for _ in range(100)]
     alone, flown = simulate("iris", 100, climb, name="one")
-    stays, stood = simulate("iris", 100, None, name="two")
+    stays, stood = simulate("iris", 100, None, name="two", start_east_m=3.0)
     assert [message for one, _ in sensed for message in one] == flown
     assert [message for _, two in sensed for message in two] == stood
     assert [simulator.pose() for simulator in simulation.simulators] == [alone.pose(), stays.pose()]

@@ -27,10 +27,10 @@ def main() -> None:
     """Compose and write."""
     folder = Path(sys.argv[1])
     scenario = yaml.safe_load((folder / "scenario.yaml").read_text())
-    world = worlds.build(scenario["world"]["kind"], scenario["seed"], scenario["world"]["options"])
+    world = worlds.kept(str(folder / worlds.KEPT_AS))
     summary = json.loads((folder / "summary.json").read_text())
     tracks = {vehicle["name"]: score.read_track(folder, vehicle["name"]) for vehicle in scenario["vehicles"]}
-    figure = draw_map(world.truth, tracks, [page(summary)], worlds.photo(world))
+    figure = draw_map(world.truth(0.0), tracks, [page(summary)], world.photo())
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     picture = cv2.cvtColor(np.asarray(canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)

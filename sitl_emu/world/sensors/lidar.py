@@ -1,8 +1,8 @@
-"""Single-beam lidar along the body's down axis, against the terrain.
+"""Single-beam lidar along the body's down axis, against the terrain and what stands on it.
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 1 ("invalid"). Canopy and obstacles are not seen.
+centimetre above max_distance, signal quality 1 ("invalid"). Canopy is not seen.
 """
 
 import math
@@ -10,8 +10,9 @@ import math
 from sitl_emu.core.simulator_api import DistanceSensor
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.noise import normals
+from sitl_emu.world.obstacles import Obstacles
 from vehicles.description import Lidar as LidarData
-from vehicles.dynamics import Quaternion
+from vehicles.dynamics import Quaternion, Vector3
 
 LASER = 0
 DOWNWARD_FACING = 25
@@ -24,8 +25,10 @@ UNKNOWN, NO_SIGNAL, GOOD_SIGNAL = 0, 1, 100
 class Lidar:
     """Makes DISTANCE_SENSOR."""
 
-    def __init__(self, data: LidarData, terrain: Terrain, seed: int, name: str) -> None:
-        self._data, self._terrain = data, terrain
+    def __init__(
+        self, data: LidarData, terrain: Terrain, seed: int, name: str, obstacles: Obstacles | None = None
+    ) -> None:
+        self._data, self._terrain, self._obstacles = data, terrain, obstacles
         self._draw = normals(seed, name, "lidar")
         self._quality, self._no_quality = (GOOD_SIGNAL, NO_SIGNAL) if data.tells_quality else (UNKNOWN, UNKNOWN)
 
@@ -33,6 +36,10 @@ class Lidar:
         """One shot from the vehicle's centre."""
         data = self._data
         distance = beam(self._terrain, north_m, east_m, down_m, attitude, data.max_distance_m)
+        if self._obstacles is not None:
+            axis = body_down(attitude)
+            met = self._obstacles.ray((north_m, east_m, down_m), axis, data.max_distance_m)
+            distance = min(distance, met[0]) if met is not None else distance
         seen = distance + data.noise_m * self._draw()
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
@@ -52,12 +59,17 @@ class Lidar:
         )
 
 
+def body_down(attitude: Quaternion) -> Vector3:
+    """The body's down axis in NED."""
+    w, x, y, z = attitude
+    return 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
 def beam(
     terrain: Terrain, north_m: float, east_m: float, down_m: float, attitude: Quaternion, max_distance_m: float
 ) -> float:
     """Length (m) of a ray along body down to the ground; inf when it meets none within `max_distance_m`."""
-    w, x, y, z = attitude
-    dn, de, dd = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
+    dn, de, dd = body_down(attitude)
     if dd <= 0.05:
         return math.inf
     distance = 0.0

@@ -107,6 +107,11 @@ class CornField:
         first = (self.size_m[1] - (rows - 1) * ROW_SPACING_M) / 2.0
         return [first + i * ROW_SPACING_M for i in range(rows)]
 
+    @property
+    def moves(self) -> bool:
+        """See camera.Scene: plants stand still."""
+        return False
+
     def renderer(self, width: int, height: int, focal_px: float) -> "Renderer":
         """See camera.Scene; its painters are loaded where a camera looks, and not where only physics is asked for."""
         from sitl_emu.world.kinds.corn_field.renderer import Renderer

@@ -61,8 +61,8 @@ class Renderer:
         self._tiles: dict[tuple[int, int], Layers] = {}
         self._mosaic: Layers | None = None
 
-    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray) -> Image:
-        """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3).
+    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
+        """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3); the field stands still.
 
         Camera axes: x right, y down in the picture, z along the optical axis.
         """

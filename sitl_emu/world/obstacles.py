@@ -1,0 +1,47 @@
+"""What stands on the ground, as physics and lidar ask for it; `solids.Solids` answers."""
+
+from typing import NamedTuple, Protocol
+
+from vehicles.description import Body
+from vehicles.dynamics import Quaternion, Vector3
+
+
+class Contact(NamedTuple):
+    """Where a body meets something."""
+
+    point: Vector3
+    """NED, m, on the other's surface."""
+    normal: Vector3
+    """Unit vector out of the other."""
+    depth_m: float
+    """How far the body has sunk in; negative: a gap."""
+    other: str
+    velocity: Vector3 = (0.0, 0.0, 0.0)
+    """Of the other, NED, where it moves by itself."""
+
+
+class Obstacles(Protocol):
+    """All that stands in a world, at one time."""
+
+    fastest_m_s: float
+    """Of all that moves."""
+
+    def set_time(self, time_s: float) -> None:
+        """Put what moves where it is then."""
+        ...
+
+    def add_body(self, body: Body) -> int:
+        """A vehicle's spheres; its number for `touching`. It is no obstacle to others."""
+        ...
+
+    def touching(self, body: int, place: Vector3, q: Quaternion, within_m: float) -> list[Contact]:
+        """Contacts of a vehicle's spheres, and gaps up to `within_m`, at a pose."""
+        ...
+
+    def ray(self, origin: Vector3, direction: Vector3, reach_m: float) -> tuple[float, Vector3] | None:
+        """How far a ray (NED; unit vector) goes, m, and the normal of what it meets; None: nothing."""
+        ...
+
+    def surface(self, north_m: float, east_m: float, down_m: float) -> tuple[float, float, float] | None:
+        """Height and rise, to north and east, of what lies below a place; None: the ground."""
+        ...

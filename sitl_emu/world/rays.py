@@ -1,0 +1,80 @@
+"""Rays against the terrain, many at once."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.ground import FlatGround, Terrain
+
+FloatArray = npt.NDArray[np.float64]
+
+GROUND = "ground"
+"""What a hit on the terrain is called."""
+MARCH_STEPS = 400
+BISECTIONS = 30
+SLOPE_REACH_M = 0.25
+
+
+class Hits(NamedTuple):
+    """What n rays met."""
+
+    range_m: FloatArray
+    """(n,); inf where nothing was met."""
+    name: list[str]
+    """Of what was met: GROUND, a solid's or thing's name; empty for nothing."""
+    normal: FloatArray
+    """(n, 3), NED, of the surface."""
+
+
+def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, reach_m: float) -> FloatArray:
+    """Ranges at which rays first pass below the ground, to a millimetre; inf where they do not within `reach_m`."""
+    if isinstance(terrain, FlatGround):
+        height = terrain.height_m(0.0, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ranges = (-height - origins[:, 2]) / directions[:, 2]
+        return np.where((ranges >= 0.0) & (ranges <= reach_m), ranges, np.inf)
+    below = np.zeros(len(origins))
+    above, first = np.zeros(len(origins)), np.full(len(origins), np.inf)
+    open_ = np.ones(len(origins), bool)
+    step = reach_m / MARCH_STEPS
+    for count in range(1, MARCH_STEPS + 1):
+        index = np.flatnonzero(open_)
+        if not len(index):
+            break
+        at = origins[index] + count * step * directions[index]
+        under = -at[:, 2] < heights(terrain, at[:, 0], at[:, 1])
+        hit = index[under]
+        above[hit], below[hit], open_[hit] = (count - 1) * step, count * step, False
+    met = np.flatnonzero(~open_)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (above[met] + below[met])
+        at = origins[met] + middle[:, None] * directions[met]
+        under = -at[:, 2] < heights(terrain, at[:, 0], at[:, 1])
+        below[met], above[met] = np.where(under, middle, below[met]), np.where(under, above[met], middle)
+    first[met] = below[met]
+    return first
+
+
+def terrain_normals(terrain: Terrain, origins: FloatArray, directions: FloatArray, ranges: FloatArray) -> FloatArray:
+    """(n, 3), NED: of the ground where rays meet it; upwards where they do not."""
+    normals = np.tile((0.0, 0.0, -1.0), (len(ranges), 1))
+    met = np.isfinite(ranges)
+    if isinstance(terrain, FlatGround) or not met.any():
+        return normals
+    north, east = (origins[met] + ranges[met, None] * directions[met])[:, :2].T
+    reach = SLOPE_REACH_M
+    rise_n = heights(terrain, north + reach, east) - heights(terrain, north - reach, east)
+    rise_e = heights(terrain, north, east + reach) - heights(terrain, north, east - reach)
+    up = np.stack((-rise_n / (2 * reach), -rise_e / (2 * reach), -np.ones(len(north))), axis=1)
+    normals[met] = up / np.linalg.norm(up, axis=1)[:, None]
+    return normals
+
+
+def heights(terrain: Terrain, north: FloatArray, east: FloatArray) -> FloatArray:
+    """Of many points (arrays of one shape)."""
+    many = getattr(terrain, "heights_m", None)
+    if many is not None:
+        found: FloatArray = many(north, east)
+        return found
+    return np.full(north.shape, terrain.height_m(0.0, 0.0))

@@ -1,0 +1,132 @@
+"""A world at work: what physics, lidar, camera, scoring and maps ask of it.
+
+Made from a description (`description.py`), whoever wrote that; nothing here knows a kind of world by its name.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world import ground, kinds, rays
+from sitl_emu.world.camera import Scene
+from sitl_emu.world.description import Place, WorldDescription
+from sitl_emu.world.home import Home
+from sitl_emu.world.moving import place_at
+from sitl_emu.world.obstacles import Contact
+from sitl_emu.world.plain_scene import PlainScene
+from sitl_emu.world.rays import GROUND, Hits
+from sitl_emu.world.solids import NOTHING, Solids
+from sitl_emu.world.wind import Wind
+from vehicles.dynamics import Vector3
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class World:
+    """One world. `folder` is where the files lie that its description names."""
+
+    def __init__(self, description: WorldDescription, folder: Path, terrain: ground.Terrain | None = None) -> None:
+        """`terrain`: what `terrain.file` is to hold, where there is no such file yet. Raises WorldError."""
+        self.description, self.folder = description, folder
+        origin = description.origin
+        self.home = Home(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m, 0.0)
+        """The world's origin; its heading is of no meaning."""
+        self.terrain: ground.Terrain = terrain if terrain is not None else _terrain(description, folder)
+        standing = [thing for thing in description.things if thing.height_m > 0.0]
+        self.solids: Solids | None = None
+        if description.solids or standing:
+            self.solids = Solids(description.solids, standing, self.terrain.height_m, folder)
+        blows = description.wind
+        self.wind = Wind(
+            blows.north_m_s, blows.east_m_s, blows.gust_m_s, description.seed,
+            profile=(blows.profile_exponent, blows.reference_height_m),
+            changes=tuple((round(c.at_s * 1e6), c.north_m_s, c.east_m_s) for c in blows.changes),
+        )  # fmt: skip
+
+    @property
+    def kind(self) -> str:
+        """The kind that made it, or its own name."""
+        return self.description.kind or self.description.name
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """Where vehicles may start, by name; there is at least one."""
+        return dict(self.description.places)
+
+    def ground(self, north_m: float, east_m: float) -> float:
+        """Height of the terrain, m above the origin; solids are not of it."""
+        return self.terrain.height_m(north_m, east_m)
+
+    def raycast(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
+        """Follow (n, 3) rays (NED, m; unit vectors) at a time, up to `reach_m`: ground, solids and standing things."""
+        ranges = rays.meet_terrain(self.terrain, origins, directions, reach_m)
+        names = [GROUND if math.isfinite(each) else "" for each in ranges]
+        normals = rays.terrain_normals(self.terrain, origins, directions, ranges)
+        if self.solids is not None:
+            self.solids.set_time(time_s)
+            nearer, numbers, their_normals = self.solids.rays(origins, directions, reach_m)
+            for index in np.flatnonzero(nearer < ranges):
+                if numbers[index] != NOTHING:
+                    ranges[index], normals[index] = nearer[index], their_normals[index]
+                    names[index] = self.solids.names[int(numbers[index])]
+        return Hits(ranges, names, normals)
+
+    def contacts(self, body: int, place: Vector3, q: tuple[float, float, float, float], time_s: float) -> list[Contact]:
+        """What a body (`Solids.add_body`) touches at a time, of solids and standing things."""
+        if self.solids is None:
+            return []
+        self.solids.set_time(time_s)
+        return self.solids.touching(body, place, q, 0.0)
+
+    def wind_at(self, height_m: float, time_us: int) -> Vector3:
+        """Velocity of the air (NED, m/s) at a height over ground; times must not go backwards."""
+        return self.wind.at(time_us, height_m)
+
+    def truth(self, time_s: float) -> dict[str, Any]:
+        """For scoring and maps: the area's outline, and all labelled things where they are then; JSON values."""
+        objects = []
+        for thing in self.description.things:
+            north_m, east_m = place_at(thing, time_s)
+            objects.append(
+                {
+                    "kind": thing.label,
+                    "north_m": round(north_m, 3),
+                    "east_m": round(east_m, 3),
+                    "radius_m": round(thing.radius_m, 3),
+                    "target": thing.target,
+                }
+            )
+        return {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
+
+    def scene(self) -> Scene:
+        """What cameras look at: painted by its kind, where that has a painter of its own. Raises WorldError."""
+        made: Scene | None = self._by_kind("scene")
+        return made if made is not None else PlainScene(self, self.folder)
+
+    def photo(self) -> npt.NDArray[np.uint8] | None:
+        """Its area from straight above, north up, uint8 RGB; None where it has no area."""
+        if len(self.description.area_m) == 0:
+            return None
+        made: npt.NDArray[np.uint8] | None = self._by_kind("photo")
+        return made if made is not None else PlainScene(self, self.folder).photo_from_above()
+
+    def write_terrain(self, path: Path) -> None:
+        """Keep the heights, of a world that was made with some, as .npy. Raises OSError."""
+        np.save(path, self.terrain.grid_m)  # type: ignore[attr-defined]
+
+    def _by_kind(self, what: str) -> Any:
+        if not self.description.kind:
+            return None
+        make = getattr(kinds.kind(self.description.kind), what, None)
+        return None if make is None else make(self)
+
+
+def _terrain(description: WorldDescription, folder: Path) -> ground.Terrain:
+    if not description.terrain.file:
+        return ground.FlatGround(description.terrain.height_m)
+    from sitl_emu.world import height_files
+
+    return height_files.read(description.terrain, description.origin, folder)

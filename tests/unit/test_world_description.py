@@ -1,0 +1,238 @@
+"""World files: what they hold comes back, what is wrong in them is told, and all that a world is asked follows."""
+
+import math
+import struct
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import tifffile
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.run import worlds
+from sitl_emu.world import kinds
+from sitl_emu.world.description import WorldError, load, plain, read, save
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.kinds.corn_field import field as corn_field
+from sitl_emu.world.kinds.corn_field.kind import description_of, field_of
+from sitl_emu.world.moving import place_at
+from sitl_emu.world.rays import GROUND
+from sitl_emu.world.world import World
+
+YARD = """
+name: yard
+origin: {lat_deg: 40.0, lon_deg: -87.0, alt_amsl_m: 200}
+places: {home: {north_m: 0, east_m: 0}, gate: {north_m: -5, east_m: 3, heading_deg: 90}}
+area_m: [[-10, -10], [-10, 40], [40, 40], [40, -10]]
+solids:
+  - {name: house, north_m: 20, east_m: 10, heading_deg: 30, box: {size_m: [8, 12, 5]}}
+  - {name: silo, north_m: 5, east_m: 25, cylinder: {radius_m: 2, height_m: 9}}
+  - name: ramp
+    north_m: 30
+    east_m: 30
+    hull: {points_m: [[0, 0, 0], [6, 0, 0], [6, 4, 0], [0, 4, 0], [6, 0, 2], [6, 4, 2]]}
+things:
+  - {label: weed, north_m: 3, east_m: 4, radius_m: 0.8, target: true}
+  - {label: person, north_m: 0, east_m: 8, radius_m: 0.3, height_m: 1.8, repeats: true,
+     path: [{at_s: 0, north_m: 0, east_m: 8}, {at_s: 4, north_m: 4, east_m: 8}, {at_s: 8, north_m: 0, east_m: 8}]}
+wind: {north_m_s: 4, east_m_s: -3, profile_exponent: 0.143, changes: [{at_s: 10, north_m_s: 0, east_m_s: 0}]}
+"""
+DOWN = np.array([(0.0, 0.0, 1.0)])
+
+
+@pytest.fixture
+def yard(tmp_path: Path) -> World:
+    (tmp_path / "yard.yaml").write_text(YARD)
+    return World(load(tmp_path / "yard.yaml"), tmp_path)
+
+
+def top_at(world: World, north_m: float, east_m: float, time_s: float = 0.0) -> tuple[str, float]:
+    """What a ray from above meets first, and how high that is, to a millimetre."""
+    hits = world.raycast(np.array([(north_m, east_m, -50.0)]), DOWN, time_s, 100.0)
+    return hits.name[0], round(50.0 - float(hits.range_m[0]), 3)
+
+
+def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
+    save(yard.description, tmp_path / "again.yaml")
+    assert load(tmp_path / "again.yaml") == yard.description
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (("name: yard", "nam: yard"), "unknown field 'nam' = 'yard'; allowed are: format, name, kind"),
+        (("name: yard\n", ""), "the field 'name' is missing"),
+        (("lat_deg: 40.0", "lat_deg: 95"), "origin: lat_deg = 95 is out of range; allowed is -89 to 89"),
+        (("size_m: [8, 12, 5]", "size_m: [8, 12]"), "solids[0]: box: size_m = [8, 12] must have 3 elements"),
+        ((", cylinder: {radius_m: 2, height_m: 9}", ""), "solids[1] 'silo': give one of box, cylinder, hull, mesh"),
+        (("at_s: 8,", "at_s: 3,"), "things[1].path: at_s must grow from waypoint to waypoint"),
+        (("{north_m: 0, east_m: 0}, gate", "zero, gate"), "places.home = 'zero' must be a table"),
+        (("name: yard", "name: ["), "not YAML"),
+    ],
+)
+def test_what_is_wrong_names_file_field_value_and_what_is_allowed(
+    tmp_path: Path, change: tuple[str, str], text: str
+) -> None:
+    path = tmp_path / "wrong.yaml"
+    path.write_text(YARD.replace(*change))
+    with pytest.raises(WorldError) as told:
+        load(path)
+    assert str(told.value).startswith(str(path)) and text in str(told.value) and "\n" not in str(told.value)
+
+
+def test_rays_meet_ground_solids_and_who_walks(yard: World) -> None:
+    assert top_at(yard, -5.0, -5.0) == (GROUND, 0.0)
+    assert top_at(yard, 20.0, 10.0) == ("house", 5.0)
+    assert top_at(yard, 5.0, 26.9) == ("silo", 9.0)
+    assert top_at(yard, 33.0, 32.0) == ("ramp", 1.001), "Bullet gives a hull a skin of a millimetre"
+    assert top_at(yard, 2.0, 8.0, 2.0) == ("person", 1.8)
+    assert top_at(yard, 2.0, 8.0, 4.0)[0] == GROUND
+    assert top_at(yard, 2.0, 8.0, 14.0)[0] == "person", "it walks on and on"
+    level = yard.raycast(np.array([(20.0, -30.0, -2.0)]), np.array([(0.0, 1.0, 0.0)]), 0.0, 100.0)
+    assert level.name == ["house"] and level.normal[0] @ (0.0, 1.0, 0.0) < -0.8
+    nothing = yard.raycast(np.array([(0.0, 0.0, -2.0)]), np.array([(0.0, 0.0, -1.0)]), 0.0, 100.0)
+    assert math.isinf(nothing.range_m[0]) and nothing.name == [""]
+
+
+def test_the_truth_follows_the_time(yard: World) -> None:
+    assert [thing["kind"] for thing in yard.truth(0.0)["objects"]] == ["weed", "person"]
+    assert yard.truth(2.0)["objects"][1] == {
+        "kind": "person", "north_m": 2.0, "east_m": 8.0, "radius_m": 0.3, "target": False,
+    }  # fmt: skip
+    assert yard.truth(0.0)["outline"][2] == [40, 40]
+
+
+def test_wind_grows_with_height_and_changes(yard: World) -> None:
+    assert yard.wind_at(10.0, 0) == pytest.approx((4.0, -3.0, 0.0))
+    assert yard.wind_at(80.0, 0)[0] == pytest.approx(4.0 * 8.0**0.143)
+    assert yard.wind_at(10.0, 5_000_000) == pytest.approx((2.0, -1.5, 0.0), abs=0.02)
+    assert yard.wind_at(10.0, 20_000_000) == (0.0, 0.0, 0.0)
+
+
+@given(st.floats(0.0, 40.0))
+def test_who_repeats_a_path_is_where_it_was_a_round_before(time_s: float) -> None:
+    thing = read({"name": "x", "things": [{
+        "label": "a", "north_m": 0, "east_m": 0, "radius_m": 1, "repeats": True,
+        "path": [{"at_s": 0, "north_m": 0, "east_m": 0}, {"at_s": 5, "north_m": 7, "east_m": -3}],
+    }]}, "x").things[0]  # fmt: skip
+    assert place_at(thing, time_s) == pytest.approx(place_at(thing, time_s + 5.0), abs=1e-6)
+
+
+@given(st.integers(0, 2**31), st.sampled_from([(60.0, 60.0), (80.0, 100.0)]))
+def test_a_corn_field_comes_back_whole_from_its_description(seed: int, size_m: tuple[float, float]) -> None:
+    built = corn_field.build(seed, size_m, targets=2, distractors=3)
+    described = read(plain(description_of(built)), "x")
+    assert field_of(World(described, Path(), built.terrain)) == built
+
+
+def test_a_generated_world_is_kept_with_its_terrain(tmp_path: Path) -> None:
+    world = worlds.build("corn_field", 5, {"size_m": [60, 70]})
+    again = worlds.kept(str(worlds.keep(world, tmp_path)))
+    assert again.description == world.description
+    for place in ((0.0, 0.0), (31.7, 12.3), (-20.0, 90.0)):
+        assert again.ground(*place) == world.ground(*place)
+    photos = again.photo(), world.photo()
+    assert photos[0] is not None and photos[1] is not None and np.array_equal(photos[0], photos[1])
+
+
+def test_kinds_are_the_packages_that_there_are() -> None:
+    assert kinds.names() == ["corn_field", "flat"]
+    assert isinstance(worlds.build("flat", 1, {}).terrain, FlatGround)
+
+
+# --- files --------------------------------------------------------------------------------------------------------
+
+
+def with_terrain(folder: Path, **terrain: object) -> World:
+    return World(
+        read({"name": "x", "origin": {"lat_deg": 46.5, "lon_deg": 8.0, "alt_amsl_m": 1000}, "terrain": terrain}, "x"),
+        folder,
+    )
+
+
+def test_heights_from_a_picture_lie_as_on_a_map(tmp_path: Path) -> None:
+    picture = np.zeros((3, 4), np.uint16)
+    picture[0, 3] = 65535  # the north-east corner
+    cv2.imwrite(str(tmp_path / "h.png"), picture)
+    world = with_terrain(tmp_path, file="h.png", north0_m=-10, east0_m=-20, spacing_m=10, low_m=2, high_m=12)
+    assert world.ground(10.0, 10.0) == pytest.approx(12.0) and world.ground(-10.0, -20.0) == pytest.approx(2.0)
+    assert world.ground(10.0, 5.0) == pytest.approx(7.0)
+    hit = world.raycast(np.array([(10.0, 5.0, -100.0)]), DOWN, 0.0, 200.0)
+    assert 100.0 - hit.range_m[0] == pytest.approx(7.0, abs=1e-3)
+    assert hit.normal[0, 1] < -0.4, "it rises to the east"
+
+
+def geotiff(path: Path, heights: np.ndarray, lat_deg: float, lon_deg: float, step_deg: float, model: int = 2) -> None:
+    """North up, its corner at a place; 42113 is GDAL's no-data value."""
+    keys = (1, 1, 0, 2, 1024, 0, 1, model, 1025, 0, 1, 1)
+    tifffile.imwrite(
+        path, heights.astype(np.float32),
+        extratags=[
+            (33550, "d", 3, (step_deg, step_deg, 0.0)), (33922, "d", 6, (0.0, 0.0, 0.0, lon_deg, lat_deg, 0.0)),
+            (34735, "H", len(keys), keys), (42113, "s", 0, "-9999"),
+        ],
+    )  # fmt: skip
+
+
+def test_heights_from_a_geotiff_keep_their_place_datum_and_gaps(tmp_path: Path) -> None:
+    step, rows, columns = 1e-4, 40, 50
+    lat = 46.502 - (np.arange(rows) + 0.5) * step
+    lon = 7.998 + (np.arange(columns) + 0.5) * step
+    heights = 1000.0 + 2e3 * (lat[:, None] - 46.5) + 1e3 * (lon[None] - 8.0)
+    heights[:3, :3] = -9999.0
+    geotiff(tmp_path / "h.tif", heights, 46.502, 7.998, step)
+    world = with_terrain(tmp_path, file="h.tif", spacing_m=5.0, no_data_m=-7.0)
+    projection = MapProjection(46.5, 8.0)
+    for where in ((46.5, 8.0), (46.5005, 8.0011), (46.4995, 7.9993)):
+        expected = 2e3 * (where[0] - 46.5) + 1e3 * (where[1] - 8.0)
+        assert world.ground(*projection.project(*where)) == pytest.approx(expected, abs=0.02)
+    assert world.ground(*projection.project(46.50193, 7.99807)) == pytest.approx(-7.0)
+    other = with_terrain(tmp_path, file="h.tif", spacing_m=5.0, datum="ellipsoid", geoid_m=50.0)
+    assert other.ground(0.0, 0.0) == pytest.approx(-50.0, abs=0.02)
+
+
+def test_a_geotiff_in_metres_says_what_to_do(tmp_path: Path) -> None:
+    geotiff(tmp_path / "utm.tif", np.zeros((5, 5)), 46.5, 8.0, 1e-4, model=1)
+    with pytest.raises(WorldError, match="gdalwarp -t_srs EPSG:4326"):
+        with_terrain(tmp_path, file="utm.tif")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "text"),
+    [("h.xyz", b"", "must be one of .npy, .png"), ("h.png", b"no picture", "must be a grey picture"),
+     ("h.tif", struct.pack("<4s", b"II*\0"), "can't be read"), ("h.npy", b"", "can't be read")],
+)  # fmt: skip
+def test_a_broken_file_is_told(tmp_path: Path, name: str, content: bytes, text: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(WorldError) as told:
+        with_terrain(tmp_path, file=name)
+    assert text in str(told.value) and "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb"])
+def test_a_mesh_stands_where_it_should(tmp_path: Path, suffix: str) -> None:
+    """A tower 10 m high whose top is 2 m to the front and 1 m to the left of its foot."""
+    tower = trimesh.creation.box((4.0, 4.0, 10.0))
+    tower.apply_translation((0.0, 0.0, 5.0))
+    cap = trimesh.creation.box((1.0, 1.0, 1.0))
+    cap.apply_translation((2.0, 1.0, 10.5))
+    both = trimesh.util.concatenate([tower, cap])
+    if suffix == ".glb":  # x to the left, y up, z forward
+        both.vertices = both.vertices[:, [1, 2, 0]]
+    both.export(tmp_path / f"tower{suffix}")
+    solid = {"name": "tower", "north_m": 100, "east_m": 50, "heading_deg": 90, "mesh": {"file": f"tower{suffix}"}}
+    world = World(read({"name": "x", "solids": [solid]}, "x"), tmp_path)
+    assert top_at(world, 100.0, 50.0) == ("tower", 10.0)
+    assert top_at(world, 101.0, 52.0) == ("tower", 11.0), "front is east, left is north"
+    assert top_at(world, 99.0, 52.3)[0] == GROUND
+
+
+def test_a_scene_without_a_painter_shows_what_stands_there(yard: World) -> None:
+    photo = yard.photo()
+    assert photo is not None and photo.shape == (250, 250, 3)
+    house, grass, weed = photo[100, 100], photo[245, 20], photo[184, 70]
+    assert int(house[2]) > 110 and int(grass[1]) > int(grass[2]) and int(weed[0]) > int(weed[1]) + 40
