@@ -71,11 +71,13 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     poll: HostPoll = Poll()
     status = 0
     with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as stack:
-        try:
-            hosts = [stack.enter_context(contextlib.closing(_host(crew, each, poll))) for each in crew.vehicles]
-        except PortInUseError as error:
-            print(f"sitl-emu: {error}", file=sys.stderr)
-            return 1
+        hosts = list[AutopilotHost]()
+        for each in crew.vehicles:
+            try:
+                hosts.append(stack.enter_context(contextlib.closing(_host(crew, each, poll))))
+            except PortInUseError as error:
+                print(f"sitl-emu: {each.title}: {error}", file=sys.stderr)
+                return 1
         on_begun()
         renewals = [functools.partial(_simulator, crew, each) for each in crew.vehicles]
         members = [
