@@ -34,7 +34,8 @@ from missions.companion.companion import (
     Status,
 )
 from missions.companion.detector import Detection, Detector
-from missions.companion.main import LinkError, Runner, open_port
+from missions.companion.links import LinkError, open_port
+from missions.companion.main import Runner
 from missions.companion.onboard import Onboard, Script, advanced
 from missions.companion.scripted import Scripted
 from sitl_emu.core import dialect as mavlink

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from missions.companion.links import Link, UdpPort
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.ports import LinkPorts
-from sitl_emu.run.companion_process import UdpLink
 from sitl_emu.run.link_sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, Poll, PortInUseError
 
 LIMIT_S = 2.0
@@ -122,12 +122,13 @@ def test_in_lockstep_strangers_are_not_counted(bench: Bench) -> None:
 
 def test_a_companion_in_lockstep_hears_its_own_autopilot_alone() -> None:
     with peer() as stranger, peer() as autopilot:
-        link = UdpLink("autopilot", 0, int(autopilot.getsockname()[1]), None, 0)
+        port = UdpPort(("127.0.0.1", 0), autopilot.getsockname(), remote_alone=True, wait_s=LIMIT_S)
+        link = Link(port)
         try:
             for speaker, system in ((stranger, 31), (autopilot, 10)):
                 heartbeat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3)
-                speaker.sendto(heartbeat.pack(mavlink.MAVLink(None, system, 1)), ("127.0.0.1", link.port))
-            assert [message.get_srcSystem() for message in link.read(0, exactly=1)] == [10]
+                speaker.sendto(heartbeat.pack(mavlink.MAVLink(None, system, 1)), ("127.0.0.1", port.address[1]))
+            assert [message.get_srcSystem() for message in link.receive_exactly(0, 1)] == [10]
         finally:
             link.close()
 

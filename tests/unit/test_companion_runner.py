@@ -17,7 +17,9 @@ import pytest
 from missions.companion.camera import open_camera
 from missions.companion.companion import AUTOPILOT_LINK, Status
 from missions.companion.detector import Detection
-from missions.companion.main import BootClock, Eyes, LinkError, Runner, main, open_port
+from missions.companion.links import LinkError, open_port
+from missions.companion.live_frames import BootClock
+from missions.companion.main import Runner, main
 from missions.companion.onboard import Onboard
 from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
@@ -71,7 +73,7 @@ def test_recorded_frames_reach_the_detector_at_their_own_time(tmp_path: Path) ->
     px4, companion, wire = FakePx4(3, 13, 0.0, 0.0, 5.0), Watcher(), Wire(3, 1, skip=())
     ports = {AUTOPILOT_LINK: open_port(f"udpin:127.0.0.1:{free_port()}")}
     address = ports[AUTOPILOT_LINK]._socket.getsockname()  # type: ignore[attr-defined]
-    runner = Runner(companion, ports, Eyes(open_camera(str(tmp_path)), companion), tmp_path, 0)
+    runner = Runner(companion, ports, open_camera(str(tmp_path)), tmp_path, 0)
     began_ns = time.monotonic_ns()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
         autopilot.bind(("127.0.0.1", 0))
@@ -192,6 +194,6 @@ def test_udpout_speaks_first_and_udpin_answers_whoever_spoke() -> None:
     server.send(b"you too")
     select.select([client], [], [], HEARD_LIMIT_S)
     assert client.receive() == b"you too"
-    assert client.receive() == b""
+    assert client.receive() is None
     server.close()
     client.close()

@@ -21,7 +21,7 @@ CLOCK_FILES = {
     "sitl_emu/run/run_command.py": "names a run's folder",
     "sitl_emu/run/serve_world.py": "paces a world",
     "missions/companion/main.py": "the companion on hardware",
-    "missions/companion/camera.py": "waits for frames, stamps those of a stream",
+    "missions/companion/live_frames.py": "waits for frames, stamps those of a stream",
 }
 """Who may look at a clock, and what for."""
 SOCKET_FILES = {
@@ -33,9 +33,7 @@ SOCKET_FILES = {
     "sitl_emu/run/children.py",
     "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",
-    "sitl_emu/run/companion_process.py",
-    "missions/companion/main.py",
-    "missions/companion/udp.py",
+    "missions/companion/links.py",
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
 SERVICES_OF_A_COMMAND = {

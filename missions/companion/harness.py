@@ -1,0 +1,65 @@
+"""What drives a companion: hands it messages, frames and time, sends what it returns, and writes down its events.
+
+One harness for both worlds. Whoever holds it has the clock: on hardware `main.py`, which reads what has come; in a
+simulated run its companion process, which reads exactly what it is told of. No clock is read and no socket opened here.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from missions.companion.camera import Frame
+from missions.companion.companion import Companion, Event, Outgoing
+from missions.companion.inference import Inference
+from missions.companion.links import Link
+from missions.companion.pictures import Album
+from sitl_emu.core import dialect as mavlink
+
+Received = tuple[str, mavlink.MAVLink_message]
+"""The name of a link, and a message that came in on it."""
+EventLine = dict[str, Any]
+"""An event as a line of events.jsonl, but for its time and vehicle."""
+
+
+class Harness:
+    """A companion with its links, its detector and its pictures."""
+
+    def __init__(
+        self, companion: Companion, links: Mapping[str, Link], inference: Inference, album: Album | None = None
+    ) -> None:
+        """`links` by name; messages for a link that is not there go nowhere. `album`: where pictures of events go."""
+        self.companion, self.links, self.inference, self._album = companion, links, inference, album
+
+    def step(self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = ()) -> list[EventLine]:
+        """Messages, frames (stamped with the vehicle's boot time), what the detector has found, time; the events."""
+        companion = self.companion
+        for name, message in received:
+            self.send(now_us, companion.on_message(now_us, name, message))
+        for frame in frames:
+            gsd_m = companion.wants_frame(frame.time_usec)
+            if gsd_m is not None:
+                self.inference.look(now_us, frame, gsd_m)
+        for looked in self.inference.due(now_us):
+            self.send(now_us, companion.on_detections(now_us, looked.frame.time_usec, looked.detections))
+            if self._album is not None:
+                self._album.keep(looked)
+        self.send(now_us, companion.on_time(now_us))
+        return [self._line(event) for event in companion.events()]
+
+    def send(self, now_us: int, outgoing: Outgoing) -> None:
+        """Sends messages, each on its link."""
+        for name, message in outgoing:
+            if name in self.links:
+                self.links[name].send(now_us, self.companion.system_id, message)
+
+    def close(self) -> None:
+        """Ends the detector's thread, makes logs whole, lets links go."""
+        self.inference.close()
+        for link in self.links.values():
+            link.close()
+
+    def _line(self, event: Event) -> EventLine:
+        line: EventLine = {"event": event.kind, "text": event.text, **event.data}
+        picture = self._album.written(event) if self._album is not None else None
+        if picture is not None:
+            line["picture"] = picture
+        return line

@@ -1,0 +1,214 @@
+"""MAVLink links of a companion: ports that carry bytes, and what makes messages of them.
+
+| URL | port |
+| --- | --- |
+| `udpin:HOST:PORT` | waits there, and answers whoever sent last |
+| `udpout:HOST:PORT` | speaks there first |
+| `/dev/ttyX[:BAUD]` | a serial port |
+
+A simulated run joins two fixed UDP ports of one machine instead, and reads exactly as many datagrams as it is told.
+TCP, MAVLink signing and several peers on one socket are not supported.
+"""
+
+import select
+import socket
+from collections.abc import Mapping
+from typing import Protocol
+
+from gcs.tlog import TlogWriter
+from missions.companion.wire import Wire
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.framing import Splitter, split
+
+DEFAULT_BAUD = 921600
+LARGEST_DATAGRAM_BYTES = 65535
+RECEIVE_BUFFER_BYTES = 4 << 20
+SERIAL_READ_BYTES = 4096
+STRANGER = 255
+"""The system that we speak as until our vehicle's is known."""
+Address = tuple[str, int]
+
+
+class LinkError(Exception):
+    """A link that can't be opened, or brings nothing; one line for people."""
+
+
+class Port(Protocol):
+    """Bytes in and out."""
+
+    def fileno(self) -> int:
+        """For select."""
+        ...
+
+    def receive(self) -> bytes | None:
+        """What has come: whole frames; None if nothing has."""
+        ...
+
+    def send(self, frame: bytes) -> None:
+        """Send a frame; what can't be sent is lost, as on any radio."""
+        ...
+
+    def close(self) -> None:
+        """Let the port go."""
+        ...
+
+
+class UdpPort:
+    """Datagrams to and from one address, or whoever sent last."""
+
+    def __init__(
+        self, local: Address | None, remote: Address | None, *, remote_alone: bool = False, wait_s: float = 0.0
+    ) -> None:
+        """`local` None: any port; `remote` None: whoever sent last. Raises LinkError when a port can't be bound.
+
+        `remote_alone`: datagrams from elsewhere are left aside (from instance 9 on, every PX4 of a machine sends to one
+        port). `wait_s`: how long `receive` waits for a datagram.
+        """
+        self._remote, self._follow, self._remote_alone = remote, remote is None, remote_alone
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        self._socket.settimeout(wait_s)
+        if local is not None:
+            try:
+                self._socket.bind(local)
+            except OSError as error:
+                self._socket.close()
+                raise LinkError(
+                    f"UDP port {local[1]} can't be bound ({error.strerror}); end the program that holds it, "
+                    "or take another"
+                ) from None
+
+    @property
+    def address(self) -> Address:
+        """The local address."""
+        host, port = self._socket.getsockname()
+        return str(host), int(port)
+
+    def fileno(self) -> int:
+        """For select."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytes | None:
+        """One datagram; None if there is none."""
+        while True:
+            try:
+                data, sender = self._socket.recvfrom(LARGEST_DATAGRAM_BYTES)
+            except OSError:
+                return None
+            if self._follow:
+                self._remote = sender
+            if not self._remote_alone or sender == self._remote:
+                return data
+
+    def send(self, frame: bytes) -> None:
+        """Send a datagram, to nobody as long as nobody is known."""
+        if self._remote is not None:
+            try:
+                self._socket.sendto(frame, self._remote)
+            except OSError:
+                return
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class SerialPort:
+    """A serial port; needs pyserial. Frames are put together from the bytes as they come."""
+
+    def __init__(self, device: str, baud: int) -> None:
+        """Raises LinkError when the device can't be opened, or pyserial is not there."""
+        try:
+            import serial  # type: ignore[import-untyped,unused-ignore]
+        except ImportError:
+            raise LinkError(f"{device}: a serial link needs pyserial: pip install pyserial") from None
+        try:
+            self._serial = serial.Serial(device, baud, timeout=0, write_timeout=0.2)
+        except (OSError, ValueError) as error:
+            raise LinkError(f"{device}: can't be opened: {error}") from None
+        self._splitter = Splitter()
+
+    def fileno(self) -> int:
+        """For select."""
+        return int(self._serial.fileno())
+
+    def receive(self) -> bytes | None:
+        """Whole frames of what has come."""
+        return b"".join(self._splitter.feed(bytes(self._serial.read(SERIAL_READ_BYTES)))) or None
+
+    def send(self, frame: bytes) -> None:
+        """Write a frame."""
+        try:
+            self._serial.write(frame)
+        except OSError:
+            return
+
+    def close(self) -> None:
+        """Close the device."""
+        self._serial.close()
+
+
+def open_port(url: str) -> Port:
+    """Opens a port by its URL. Raises LinkError."""
+    if url.startswith("/dev/"):
+        device, _, baud = url.partition(":")
+        if baud and not baud.isdigit():
+            raise LinkError(f"{url}: {baud!r}; allowed: a baud rate, as in /dev/ttyUSB0:921600")
+        return SerialPort(device, int(baud or DEFAULT_BAUD))
+    parts = url.replace("://", ":").split(":")
+    if len(parts) != 3 or parts[0] not in ("udpin", "udpout") or not parts[2].isdigit() or int(parts[2]) > 65535:
+        raise LinkError(f"{url!r}: no link; allowed: udpin:HOST:PORT, udpout:HOST:PORT, /dev/ttyX[:BAUD]")
+    address = parts[1], int(parts[2])
+    return UdpPort(address, None) if parts[0] == "udpin" else UdpPort(None, address)
+
+
+class Link:
+    """Messages on a port, all of them logged."""
+
+    def __init__(self, port: Port, log: TlogWriter | None = None, epoch_us: int = 0) -> None:
+        """`epoch_us`: what has to be added to the runner's time to give microseconds since 1970, for the log."""
+        self.port, self.wire = port, Wire()
+        self.sent = 0
+        """Messages sent, each a datagram."""
+        self._log, self._epoch_us = log, epoch_us
+
+    def receive(self, now_us: int) -> list[mavlink.MAVLink_message] | None:
+        """The messages of what has come next; None if nothing has."""
+        data = self.port.receive()
+        if data is None:
+            return None
+        if self._log is not None:
+            for frame in split(data):
+                self._log.write(self._epoch_us + now_us, frame)
+        return self.wire.decode(data)
+
+    def receive_exactly(self, now_us: int, count: int) -> list[mavlink.MAVLink_message]:
+        """The messages of the next `count` datagrams. Raises LinkError if one of them does not come."""
+        messages = list[mavlink.MAVLink_message]()
+        for number in range(count):
+            received = self.receive(now_us)
+            if received is None:
+                raise LinkError(f"of {count} datagrams that were sent to us {count - number} have not come")
+            messages += received
+        return messages
+
+    def send(self, now_us: int, system: int, message: mavlink.MAVLink_message) -> None:
+        """Sends one message, as the companion of this system (0: not known yet)."""
+        self.wire.system = system or STRANGER
+        frame = self.wire.encode(message)
+        if self._log is not None:
+            self._log.write(self._epoch_us + now_us, frame)
+        self.port.send(frame)
+        self.sent += 1
+
+    def close(self) -> None:
+        """Makes the log whole, lets the port go."""
+        if self._log is not None:
+            self._log.close()
+        self.port.close()
+
+
+def wait(links: Mapping[str, Link], timeout_s: float) -> list[str]:
+    """The links on which something has come; waits for it, at most so long."""
+    readable, _, _ = select.select([link.port for link in links.values()], [], [], timeout_s)
+    return [name for name, link in links.items() if link.port in readable]
