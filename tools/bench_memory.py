@@ -1,15 +1,16 @@
 """Memory of a fleet: its proportional set size after boot and in hover, and what kind of memory it is.
 
-    python tools/bench_memory.py [VEHICLES] [MODEL] [--apart]
+    python tools/bench_memory.py [VEHICLES] [MODEL] [--apart | --per-process N]
 
-Launches the vehicles (20 `sihsim_hex`) with one `sitl-emu launch`, or with `--apart` each with its own, as another
-benchmark does that knows nothing of ours; waits until all are armable, takes them into the air and lets them hover for
-half a minute of simulated time. PSS counts a page that n processes share as 1/n in each, so that the sum is what the
-fleet takes of the machine (/proc/PID/smaps, Linux).
+Launches the vehicles (20 `sihsim_hex`) with one `sitl-emu launch`, N in a process, or with `--apart` each with its own,
+as another benchmark does that knows nothing of ours; waits until all are armable, takes them into the air and lets them
+hover for half a minute of simulated time. PSS counts a page that n processes share as 1/n in each, so that the sum is
+what the fleet takes of the machine (/proc/PID/smaps, Linux). In hover it tells the processor time of all, too.
 """
 
 import argparse
 import contextlib
+import os
 import re
 import socket
 import sys
@@ -74,13 +75,13 @@ class Station:
 
 
 @contextlib.contextmanager
-def fleet(count: int, model: str, apart: bool) -> Iterator[list[int]]:
+def fleet(count: int, model: str, apart: bool, per_process: int) -> Iterator[list[int]]:
     """Launch the vehicles; the processes of the launchers."""
     with contextlib.ExitStack() as stack:
         if apart:
             each = [stack.enter_context(launched(model, "--instance", str(index))) for index in range(count)]
         else:
-            each = [stack.enter_context(launched(f"{model}:{count}"))]
+            each = [stack.enter_context(launched(f"{model}:{count}", "--per-process", str(per_process)))]
         yield [process.pid for process in each]
 
 
@@ -92,6 +93,15 @@ def family(launchers: list[int]) -> list[int]:
             if entry.name.isdigit() and int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1]) in launchers:
                 found.append(int(entry.name))
     return found
+
+
+def cpu_s(launchers: list[int]) -> float:
+    """Processor time that they have had, in user and kernel."""
+    ticks = 0
+    for pid in family(launchers):
+        utime, stime = (Path("/proc") / str(pid) / "stat").read_text().rsplit(")", 1)[1].split()[11:13]
+        ticks += int(utime) + int(stime)
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def kind_of(mapping: str) -> str:
@@ -155,18 +165,22 @@ def main() -> None:
     parser.add_argument("vehicles", type=int, nargs="?", default=20)
     parser.add_argument("model", nargs="?", default="sihsim_hex")
     parser.add_argument("--apart", action="store_true", help="each vehicle by a launch of its own")
+    parser.add_argument("--per-process", type=int, default=1, metavar="N", help="vehicles that share a process")
     wanted = parser.parse_args()
     stations = [Station(FIRST_INSTANCE + index) for index in range(wanted.vehicles)]
-    print(
-        f"{wanted.vehicles} {wanted.model}, {'a launch each' if wanted.apart else 'one launch'}; PSS (private) in MiB"
-    )
-    with fleet(wanted.vehicles, wanted.model, wanted.apart) as launchers:
+    how = "a launch each" if wanted.apart else f"one launch, {wanted.per_process} in a process"
+    print(f"{wanted.vehicles} {wanted.model}, {how}; PSS (private) in MiB")
+    with fleet(wanted.vehicles, wanted.model, wanted.apart, wanted.per_process) as launchers:
         wait(stations, launchers, "armable")
         report("after boot", family(launchers))
         for station in stations:
             station.take_off()
+        spent_s, begin_ms = cpu_s(launchers), [station.boot_ms for station in stations]
         wait(stations, launchers, "flown")
+        spent_s = cpu_s(launchers) - spent_s
+        flown_s = sum(s.boot_ms - begin for s, begin in zip(stations, begin_ms, strict=True)) / 1e3
         report("in hover", family(launchers))
+        print(f"{'':12} {spent_s / flown_s * 1e3:8.1f} ms of CPU per vehicle and simulated second")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from sitl_emu.core.simulator_api import (
     later,
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
-from sitl_emu.run import components as payload
+from sitl_emu.run import components
 from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import LinkSockets, Poll
 from sitl_emu.run.loss_timeouts import loss_timeouts
@@ -166,7 +166,7 @@ class AutopilotHost:
             self.autopilot.parameters.set(name, value)
         boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
-        self._devices = payload.plug_in(hosted, self.autopilot)
+        self._devices = components.plug_in(hosted, self.autopilot)
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
         self._commands = self.autopilot.topics.vehicle_commands
         self.boots += 1

@@ -6,7 +6,6 @@ processes everything is imported and read from files once, then they are forked,
 one, it is the launcher's own. Stays until Ctrl-C.
 """
 
-import gc
 import os
 import signal
 import sys
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sitl_emu.core import ports
 from sitl_emu.run import models, site, state
+from sitl_emu.run.process import settle
 from sitl_emu.world.home import Home
 
 if TYPE_CHECKING:
@@ -118,8 +118,7 @@ def _preload(models: set[str]) -> None:
 
     for model in models:
         launched.preload(model)
-    gc.collect()
-    gc.freeze()
+    settle()
 
 
 def port_table(wanted: Sequence[Wanted]) -> str:

@@ -12,12 +12,12 @@ from typing import NamedTuple, NoReturn
 
 from autopilot.autopilot import Autopilot
 from autopilot.events import events
-from sitl_emu.run import components as payload
-from sitl_emu.run import models
+from sitl_emu.run import components, models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.fleet import Fleet, Member
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.pacing import Pacer
+from sitl_emu.run.process import trim_heap
 from sitl_emu.run.site import Site
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
@@ -57,7 +57,7 @@ class Crew(NamedTuple):
 def preload(model: str) -> None:
     """Read what every vehicle of a model reads from files when it begins, into caches that forked processes share."""
     data = models.load(model)
-    payload.plug_in(data, Autopilot(data.airframe, 0))
+    components.plug_in(data, Autopilot(data.airframe, 0))
     events.table()
 
 
@@ -78,6 +78,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
             except PortInUseError as error:
                 print(f"sitl-emu: {each.title}: {error}", file=sys.stderr)
                 return 1
+        trim_heap()
         on_begun()
         renewals = [functools.partial(_simulator, crew, each) for each in crew.vehicles]
         members = [

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import yaml
@@ -62,9 +63,13 @@ class Run:
 
     def wait_until_flying(self, limit_s: float = 60.0) -> None:
         """Until a second has been simulated: all have spoken by then."""
-        until = time.monotonic() + limit_s
         events = self.out / "events.jsonl"
-        while not (events.is_file() and self._has_reached(1.0, events)):
+        self.wait_until(lambda: events.is_file() and self._has_reached(1.0, events), limit_s)
+
+    def wait_until(self, condition: Callable[[], bool], limit_s: float = 60.0) -> None:
+        """Until it holds; the run must not end before."""
+        until = time.monotonic() + limit_s
+        while not condition():
             assert time.monotonic() < until and self.process.poll() is None, self.text
             time.sleep(0.05)
 

@@ -1,0 +1,140 @@
+"""The autopilot host over the memory channel: reboot, shutdown, parameters about the simulator, logs."""
+
+import math
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+
+import vehicles
+from autopilot.storage import storage
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core import ports
+from sitl_emu.core.simulator_api import (
+    SIMULATOR_PARAMETERS,
+    STATE_BOOT,
+    STATE_POWEROFF,
+    AutopilotState,
+    BesideMessage,
+    HilActuatorControls,
+    MemoryChannel,
+    SimulatorParameter,
+)
+from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
+from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.simulator import Home, VehicleSimulator
+
+INSTANCE = 211
+HOME = Home(47.4, 8.5, 490.0, 0.0)
+START_US = 1_700_000_000_000_000
+GCS = 0
+REBOOT, SHUT_DOWN = 1, 2
+
+
+class Bench:
+    """A hosted iris in its simulator, commanded without the wire."""
+
+    def __init__(self, folder: Path) -> None:
+        vehicle = vehicles.load("iris")
+        storage.prepare(folder / "root")
+        self.poll: HostPoll = Poll()
+        hosted = Hosted(
+            instance=INSTANCE,
+            airframe=vehicle.airframe,
+            camera=vehicle.camera,
+            gimbal=vehicle.gimbal,
+            root=folder / "root",
+            start_us=START_US,
+            tlog=folder / "iris",
+        )
+        self.host = AutopilotHost(hosted, self.poll)
+        self.simulator = VehicleSimulator(vehicle, HOME, 1, FlatGround())
+        self.channel = MemoryChannel()
+        self.controls: HilActuatorControls | None = None
+        self.beside: list[BesideMessage] = []
+        self._station = mavlink.MAVLink(None, 255, 190)
+
+    def tick(self, count: int = 1) -> None:
+        for _ in range(count):
+            self.channel.simulator.send(self.simulator.tick(self.controls))
+            self.host.tick(self.channel.autopilot)
+            self.controls = self.channel.simulator.receive()
+            self.beside += self.channel.simulator.beside()
+
+    def power(self, what: int) -> None:
+        command = mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
+        message = mavlink.MAVLink_command_long_message(INSTANCE + 1, 1, command, 0, what, *[math.nan] * 6)
+        self.host.autopilot.on_datagram(GCS, message.pack(self._station))
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    made = Bench(tmp_path)
+    yield made
+    made.host.close()
+
+
+def gcs_port_is_free() -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
+        try:
+            tried.bind(("0.0.0.0", ports.gcs(INSTANCE).local))
+        except OSError:
+            return False
+        return True
+
+
+def test_after_a_reboot_time_since_boot_begins_anew_and_what_was_stored_is_there(bench: Bench) -> None:
+    bench.tick(50)
+    first = bench.host.autopilot
+    first.parameters.set("MPC_XY_CRUISE", 3.5)
+    bench.beside.clear()
+    bench.power(REBOOT)
+    bench.tick()
+    assert bench.beside == [AutopilotState(STATE_BOOT)]
+    bench.tick(10)
+    second = bench.host.autopilot
+    assert second is not first and bench.host.boots == 2
+    assert second.now_us == 40_000 and bench.simulator.time_usec == 61 * 4000
+    assert second.parameters["MPC_XY_CRUISE"] == 3.5
+    assert second.mavlink.context.boot_unix_us == START_US + 51 * 4000
+    assert bench.controls is not None and bench.controls.time_usec > 51 * 4000
+    assert {message.name for message in bench.beside if isinstance(message, SimulatorParameter)} == set(
+        SIMULATOR_PARAMETERS
+    )
+
+
+def test_after_a_shutdown_motors_stand_still_and_ports_are_free(bench: Bench) -> None:
+    bench.tick(10)
+    assert not gcs_port_is_free()
+    bench.power(SHUT_DOWN)
+    bench.tick()
+    assert bench.host.off and gcs_port_is_free()
+    assert bench.beside[-1] == AutopilotState(STATE_POWEROFF)
+    assert bench.controls is not None and bench.controls.mode == 0 and set(bench.controls.controls) == {0.0}
+    bench.host.close()
+
+
+def test_what_passes_on_the_links_is_logged_over_a_reboot(bench: Bench, tmp_path: Path) -> None:
+    bench.tick(500)
+    bench.power(REBOOT)
+    bench.tick(500)
+    bench.host.close()
+    log = mavutil.mavlink_connection(str(tmp_path / "iris-gcs.tlog"))
+    stamps, boots_ms = list[float](), list[int]()
+    while (message := log.recv_match(type="ATTITUDE")) is not None:
+        stamps.append(message._timestamp)
+        boots_ms.append(message.time_boot_ms)
+    log.close()
+    assert stamps == sorted(stamps) and stamps[0] >= START_US / 1e6 and stamps[-1] > START_US / 1e6 + 3.5
+    assert max(boots_ms) < 2100
+
+
+def test_a_port_in_use_is_said_and_nothing_stays_open(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as holder:
+        holder.bind(("0.0.0.0", ports.gimbal(INSTANCE).local))
+        with pytest.raises(PortInUseError, match="gimbal"):
+            Bench(tmp_path)
+    assert gcs_port_is_free()
