@@ -20,7 +20,7 @@ from autopilot.logger.logger import Logger
 from autopilot.manual_control.manual_control import ManualControl
 from autopilot.manual_control.rc_update import RcUpdate
 from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.mavlink import Mavlink
+from autopilot.mavlink.mavlink import Mavlink, Modules
 from autopilot.modes.flight_modes import FlightModes
 from autopilot.navigator.navigator import Navigator
 from autopilot.parameters import Parameters, Value
@@ -93,24 +93,18 @@ class Autopilot:
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.started = self._started_modules()
-        failures = FailureInjectionManager(*shared)
-        estimator_commands = EstimatorCommands(self.estimator, *shared)
-        owners: tuple[CommandOwner, ...] = (
-            self.commander,
-            self.navigator,
-            self.payload_deliverer,
-            failures,
-            estimator_commands,
-            *self.started,
-        )
-        self.commands = VehicleCommands(owners)
-        self.mavlink = Mavlink(*shared, self.dataman, self.texts, self._on_command, instance, root, self.outgoing)
-        self.mavlink.mission.connect(self.navigator.set_current_mission_item, self.navigator.mission_changed)
-        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self)
+        self.commands = VehicleCommands(self._owners())
         self.logger = Logger(
             *shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us, files.event_definitions
         )
-        self.mavlink.log_streaming.logger = self.logger
+        modules = Modules(
+            self._on_command,
+            self.navigator.set_current_mission_item,
+            self.navigator.mission_changed,
+            lambda: Pxh(COMMANDS, self),
+            self.logger,
+        )
+        self.mavlink = Mavlink(*shared, self.dataman, self.texts, modules, instance, root, self.outgoing)
         self.load_mon = LoadMon(self.topics)
         self.now_us = 0
         self._ticks = 0
@@ -149,6 +143,12 @@ class Autopilot:
         if outputs.test_mode:
             mode |= MODE_FLAG_TEST_ENABLED
         return HilActuatorControls(outputs.timestamp, 1, outputs.controls, mode)
+
+    def _owners(self) -> tuple[CommandOwner, ...]:
+        """Who decides on commands; a later one takes precedence."""
+        failures = FailureInjectionManager(self.topics, self.parameters)
+        estimator = EstimatorCommands(self.estimator, self.topics, self.parameters)
+        return (self.commander, self.navigator, self.payload_deliverer, failures, estimator, *self.started)
 
     def _started_modules(self) -> tuple[StartedModule, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS)."""

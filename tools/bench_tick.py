@@ -116,7 +116,7 @@ def main(model: str, seconds: float, root: Path) -> None:
         setattr(owner, method, measured(getattr(owner, method), spent, name, cost))
     flight.run(seconds)
     for _, _, name in timed:
-        print(f"{name:24}{spent[name] / ticks * 1e6:8.2f} µs")
+        print(f"{name:24}{spent.get(name, 0.0) / ticks * 1e6:8.2f} µs")
     print(f"{'all, unmeasured':24}{total / ticks * 1e6:8.2f} µs")
 
 

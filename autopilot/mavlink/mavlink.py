@@ -7,11 +7,12 @@ Mavlink::forward_message. Sockets are not known here.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.events.texts import Texts
+from autopilot.logger.logger import Logger
 from autopilot.mavlink import forwarding, rates, silent_streams
 from autopilot.mavlink.context import Context
 from autopilot.mavlink.encoder import Encoder
@@ -59,8 +60,6 @@ from autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 
-HandleCommand = Callable[[int, VehicleCommand], CommandResult | None]
-"""Decides on a command and returns what the ack says, or None for no ack."""
 GIMBAL_MODE_MESSAGES = frozenset(
     {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT,
@@ -76,6 +75,19 @@ WIRE_ROUNDS = 8
 """Questions and answers between the devices on the wires and the autopilot within a tick."""
 
 
+class Modules(NamedTuple):
+    """What the services ask of the autopilot's other modules; None: there is nobody to ask."""
+
+    handle_command: Callable[[int, VehicleCommand], CommandResult | None]
+    """Decides on a command and returns what the ack says, or None for no ack."""
+    set_current_mission_item: Callable[[int, int], bool] | None = None
+    """(now_us, seq): the navigator's; whether there is such an item."""
+    mission_changed: Callable[[int], None] | None = None
+    """(now_us): the navigator's; a mission can be started in the moment of its ack."""
+    open_shell: Callable[[], shell.Console] | None = None
+    logger: Logger | None = None
+
+
 class Mavlink:
     """All MAVLink of one vehicle; `links` are gcs, onboard, payload, gimbal."""
 
@@ -85,7 +97,7 @@ class Mavlink:
         parameters: Parameters,
         dataman: Dataman,
         texts: Texts,
-        handle_command: HandleCommand,
+        modules: Modules,
         instance: int,
         root: Path | None = None,
         outgoing: OutgoingCommands | None = None,
@@ -96,74 +108,83 @@ class Mavlink:
         """
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.context = Context(topics, parameters, dataman, root)
-        self._encoder = encoder = Encoder(self.system_id)
-        signing_streams: SigningStreams = {}
-        self.links: tuple[Link, ...] = (
-            Link("gcs", "normal", ports.gcs(instance), encoder, LinkSigning(0, signing_streams)),
-            Link("onboard", "onboard", ports.onboard(instance), encoder, LinkSigning(1, signing_streams)),
-            Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, LinkSigning(2, signing_streams)),
-            Link("gimbal", "gimbal", ports.gimbal(instance), encoder, LinkSigning(3, signing_streams)),
-        )
+        self._encoder = Encoder(self.system_id)
+        self.links = _links(instance, self._encoder)
         self._wires: list[Wire] = []
         self._all_links: tuple[Link, ...] = self.links
         self._streams: dict[str, Stream] = {}
         for link in self.links:
             self._start_streams(link)
-        requests = message_request.MessageRequest(self.stream)
-        intervals = message_interval.MessageInterval(self.stream)
-        self._intervals = intervals
-        self.log_streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), self.system_id)
-        self.shell = shell.Shell(texts, self.system_id)
-        self.mission = mission.Mission(self.links, topics, dataman, texts, self.system_id, self.context.traits)
+        self._intervals = message_interval.MessageInterval(self.stream)
         self.signing = signing.Signing(self.links, topics, texts.say, self.system_id, root)
-        self._services: tuple[Service, ...] = (
-            command_sender.CommandSender(
-                lambda: self._all_links,
-                outgoing if outgoing is not None else OutgoingCommands(),
-                self.system_id,
-                topics,
-            ),
+        given = OutgoingCommands() if outgoing is None else outgoing
+        services = self._services(topics, parameters, dataman, texts, modules, root, given)
+        self._handlers: dict[int, list[Service]] = {}
+        for service in services:
+            for message_id in service.MESSAGES:
+                self._handlers.setdefault(message_id, []).append(service)
+        self._timed = tuple(service for service in services if service.HAS_TIMER)
+
+    def _services(
+        self,
+        topics: Topics,
+        parameters: Parameters,
+        dataman: Dataman,
+        texts: Texts,
+        modules: Modules,
+        root: Path | None,
+        outgoing: OutgoingCommands,
+    ) -> tuple[Service, ...]:
+        """All services, in the order in which they hear and speak."""
+        system_id = self.system_id
+        streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), system_id, modules.logger)
+        return (
+            command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics),
             command.Command(
                 self.links,
-                (requests, intervals, self.log_streaming),
-                handle_command,
+                (message_request.MessageRequest(self.stream), self._intervals, streaming),
+                modules.handle_command,
                 topics,
-                self.system_id,
+                system_id,
                 self.context.traits,
             ),
-            set_mode.SetMode(self.links, handle_command, self.system_id),
-            parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), self.system_id),
-            self.mission,
-            offboard.Offboard(topics, self.system_id),
+            set_mode.SetMode(self.links, modules.handle_command, system_id),
+            parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), system_id),
+            mission.Mission(
+                self.links,
+                topics,
+                dataman,
+                texts,
+                system_id,
+                self.context.traits,
+                modules.set_current_mission_item,
+                modules.mission_changed,
+            ),
+            offboard.Offboard(topics, system_id),
             landing_target.LandingTarget(topics, texts.say),
             obstacle_distance.ObstacleDistance(topics),
-            odometry.Odometry(topics, self.system_id),
+            odometry.Odometry(topics, system_id),
             optical_flow.OpticalFlow(topics, parameters),
-            manual_control.ManualControl(topics, self.links, self.system_id),
-            rc_override.RcOverride(topics, self.system_id),
-            heartbeat.Heartbeat(topics, self.system_id),
+            manual_control.ManualControl(topics, self.links, system_id),
+            rc_override.RcOverride(topics, system_id),
+            heartbeat.Heartbeat(topics, system_id),
             adsb_vehicle.AdsbVehicle(topics),
-            battery_status.BatteryStatus(topics, parameters, self.system_id),
+            battery_status.BatteryStatus(topics, parameters, system_id),
             debug_values.DebugValues(topics),
             follow_target.FollowTarget(topics),
-            gimbal_manager.GimbalManager(topics, self.system_id),
-            gps_global_origin.GpsGlobalOrigin(handle_command, self.stream, self.system_id),
+            gimbal_manager.GimbalManager(topics, system_id),
+            gps_global_origin.GpsGlobalOrigin(modules.handle_command, self.stream, system_id),
             timesync.Timesync(),
-            ping.Ping(self.system_id),
+            ping.Ping(system_id),
             system_time.SystemTime(),
             self.signing,
             statustext.StatusText(self.links, topics, texts),
-            ftp.Ftp(self.system_id, root),
-            log_transfer.LogTransfer(self.system_id, root),
-            self.log_streaming,
-            self.shell,
-            event.Event(self.links, texts.events, self.system_id),
+            ftp.Ftp(system_id, root),
+            log_transfer.LogTransfer(system_id, root),
+            streaming,
+            shell.Shell(texts, system_id, modules.open_shell),
+            event.Event(self.links, texts.events, system_id),
         )
-        self._handlers: dict[int, list[Service]] = {}
-        for service in self._services:
-            for message_id in service.MESSAGES:
-                self._handlers.setdefault(message_id, []).append(service)
-        self._timed = tuple(service for service in self._services if service.HAS_TIMER)
 
     def stream(self, name: str) -> Stream | None:
         """The stream of a message, or None if PX4 has none of that name."""
@@ -250,3 +271,13 @@ class Mavlink:
             link.silent_intervals_us[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")] = rates.interval_us(hz)
         if limit is not None:
             link.limit_rate(limit)
+
+
+def _links(instance: int, encoder: Encoder) -> tuple[Link, ...]:
+    streams: SigningStreams = {}
+    return (
+        Link("gcs", "normal", ports.gcs(instance), encoder, LinkSigning(0, streams)),
+        Link("onboard", "onboard", ports.onboard(instance), encoder, LinkSigning(1, streams)),
+        Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, LinkSigning(2, streams)),
+        Link("gimbal", "gimbal", ports.gimbal(instance), encoder, LinkSigning(3, streams)),
+    )

@@ -6,7 +6,7 @@ from typing import Any
 
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.events.texts import Texts
-from autopilot.mavlink.mavlink import Mavlink
+from autopilot.mavlink.mavlink import Mavlink, Modules
 from autopilot.parameters import Parameters
 from autopilot.storage.dataman import Dataman
 from autopilot.topics import (
@@ -40,15 +40,15 @@ GPS_EVERY_US = 124_000
 ROVER = 10
 LAT_DEG, LON_DEG, ALT_M = 47.397742, 8.545594, 489.4
 
+HandleCommand = Callable[[int, VehicleCommand], CommandResult | None]
+
 
 class Peer:
     """System `system`, component `component`, heard and spoken to on every link."""
 
     def __init__(
         self,
-        handle_command: Callable[[int, VehicleCommand], CommandResult | None] = lambda now_us, command: CommandResult(
-            0
-        ),
+        handle_command: HandleCommand = lambda now_us, command: CommandResult(0),
         kind: VehicleKind = VehicleKind.MULTICOPTER,
         system: int = 255,
         component: int = 190,
@@ -57,10 +57,16 @@ class Peer:
         overrides = {"MAV_SYS_ID": 1, "MAV_TYPE": 13 if kind is VehicleKind.MULTICOPTER else 10, "CA_ROTOR_COUNT": 6}
         self.topics, self.dataman, self.texts = Topics(), Dataman(), Texts()
         self.parameters = Parameters(kind, overrides)
-        self.mavlink = Mavlink(self.topics, self.parameters, self.dataman, self.texts, handle_command, 0, root)
+        self.mavlink = Mavlink(
+            self.topics, self.parameters, self.dataman, self.texts, self.modules(handle_command), 0, root
+        )
         self.now_us = 0
         self.encoder = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
         self._parsers = [mavlink.MAVLink(None) for _ in self.mavlink.links]
+
+    def modules(self, handle_command: HandleCommand) -> Modules:
+        """What MAVLink's services ask; nobody else is there."""
+        return Modules(handle_command)
 
     def send(self, message: Any, link: int = GCS) -> list[Any]:
         """What the autopilot says at once, on that link."""

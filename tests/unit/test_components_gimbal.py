@@ -9,7 +9,7 @@ import pytest
 import vehicles
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.mavlink.mavlink import Mavlink
+from autopilot.mavlink.mavlink import Mavlink, Modules
 from autopilot.payload.gimbal import Gimbal as GimbalManager
 from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
 from sitl_emu.components.gimbal import Gimbal
@@ -35,7 +35,7 @@ class Rig(Peer):
         outgoing = OutgoingCommands()
         self.manager = GimbalManager(self.topics, self.parameters, outgoing)
         self.mavlink = Mavlink(
-            self.topics, self.parameters, self.dataman, self.texts, self.decide, 0, outgoing=outgoing
+            self.topics, self.parameters, self.dataman, self.texts, Modules(self.decide), 0, outgoing=outgoing
         )
         self.mavlink.plug_in("gimbal device", "gimbal", Gimbal(DATA, system_id=1))
         self.fly()

@@ -11,22 +11,34 @@ from pyulog import ULog
 from autopilot.logger.log_stream import CHUNK_BYTES, NO_MESSAGE_BEGINS, LogStream
 from autopilot.logger.logger import Logger
 from autopilot.mavlink.context import BOOT_UNIX_US
+from autopilot.mavlink.mavlink import Modules
 from gcs.log_streaming import LogStreaming
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import GCS, ONBOARD, PAYLOAD, TICK_US, Peer, command_long, only
+from tests.unit.mavlink_peer import GCS, ONBOARD, PAYLOAD, TICK_US, HandleCommand, Peer, command_long, only
 
 START, STOP = 2510, 2511
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, IN_PROGRESS = 0, 1, 2, 3, 5
+
+
+class LoggingPeer(Peer):
+    """A ground station at an autopilot whose logger runs."""
+
+    def __init__(self, backend: int) -> None:
+        self._backend = backend
+        super().__init__()
+
+    def modules(self, handle_command: HandleCommand) -> Modules:
+        self.parameters.set("SDLOG_BACKEND", self._backend)
+        self.logger = Logger(self.topics, self.parameters, self.texts, None, lambda: BOOT_UNIX_US)
+        return Modules(handle_command, logger=self.logger)
 
 
 class Rig:
     """An autopilot's MAVLink with a logger and topics that change."""
 
     def __init__(self, backend: int = 3) -> None:
-        self.peer = peer = Peer()
-        peer.parameters.set("SDLOG_BACKEND", backend)
-        self.logger = Logger(peer.topics, peer.parameters, peer.texts, None, lambda: BOOT_UNIX_US)
-        peer.mavlink.log_streaming.logger = self.logger
+        self.peer = LoggingPeer(backend)
+        self.logger = self.peer.logger
 
     def command(self, number: int, param1: float = 0.0, link: int = GCS) -> list[Any]:
         return self.peer.send(command_long(number, param1), link)
@@ -138,10 +150,7 @@ def test_a_slow_link_is_denied_and_told() -> None:
 
 @pytest.mark.parametrize(("backend", "answer"), [(0, []), (1, [(START, REJECTED)]), (2, [(START, ACCEPTED)])])
 def test_sdlog_backend_says_whether_there_are_streams(backend: int, answer: list[tuple[int, int]]) -> None:
-    rig = Rig(backend)
-    rig.logger = Logger(rig.peer.topics, rig.peer.parameters, rig.peer.texts, None, lambda: BOOT_UNIX_US)
-    rig.peer.mavlink.log_streaming.logger = rig.logger
-    assert results(rig.command(START)) == answer
+    assert results(Rig(backend).command(START)) == answer
 
 
 def test_wrong_acknowledgements_change_nothing() -> None:

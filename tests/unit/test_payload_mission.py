@@ -11,7 +11,7 @@ from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED
 from autopilot.events.texts import Texts
 from autopilot.mavlink import rates
-from autopilot.mavlink.mavlink import Mavlink
+from autopilot.mavlink.mavlink import Mavlink, Modules
 from autopilot.navigator.navigator import Navigator
 from autopilot.payload.camera_trigger import CameraTrigger
 from autopilot.topics import VehicleCommand
@@ -39,7 +39,13 @@ class Rig(FakeVehicle):
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send, outgoing)
         self.trigger = CameraTrigger(self.topics, self.parameters, outgoing)
         self.mavlink = Mavlink(
-            self.topics, self.parameters, self.dataman, Texts(), lambda now_us, command: None, 0, outgoing=outgoing
+            self.topics,
+            self.parameters,
+            self.dataman,
+            Texts(),
+            Modules(lambda now_us, command: None),
+            0,
+            outgoing=outgoing,
         )
         self.mavlink.plug_in("camera", "wire", Camera(DATA, system_id=1))
         # The vehicle has no sensors worth telling of

@@ -7,12 +7,13 @@ import pytest
 import vehicles
 from autopilot.autopilot import Autopilot
 from autopilot.constants import Severity
+from autopilot.mavlink.mavlink import Modules
 from autopilot.shell.commands import COMMANDS
 from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
 from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, VehicleGlobalPosition, VehicleMagnetometer
 from gcs import shell as gcs_shell
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
+from tests.unit.mavlink_peer import GCS, ONBOARD, HandleCommand, Peer
 
 TICK_US = 4_000
 
@@ -204,9 +205,11 @@ class ShellPeer(Peer):
     """A ground station at the shells of an autopilot that stands."""
 
     def __init__(self) -> None:
-        super().__init__()
         self.autopilot = Autopilot(vehicles.load("iris").airframe, 0)
-        self.mavlink.shell.open_shell = lambda: Pxh(COMMANDS, self.autopilot)
+        super().__init__()
+
+    def modules(self, handle_command: HandleCommand) -> Modules:
+        return Modules(handle_command, open_shell=lambda: Pxh(COMMANDS, self.autopilot))
 
     def type(self, text: str, link: int = GCS, seconds: float = 0.4) -> str:
         for message in gcs_shell.typed(text):

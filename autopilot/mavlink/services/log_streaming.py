@@ -49,11 +49,10 @@ class LogStreaming:
     COMMANDS = commands_of(Owner.LOG_STREAMING)
     HAS_TIMER = True
 
-    def __init__(self, topics: Topics, say: Say, system_id: int) -> None:
-        """`system_id` is ours."""
+    def __init__(self, topics: Topics, say: Say, system_id: int, logger: Logger | None) -> None:
+        """`system_id` is ours. `logger` None: PX4's logger does not run, so nobody answers."""
         self._topics, self._say, self._system_id = topics, say, system_id
-        self.logger: Logger | None = None
-        """Set by whoever makes both; None: PX4's logger does not run, so nobody answers."""
+        self._logger = logger
         self._link: Link | None = None
         """Where the stream goes; None: nowhere, whatever the logger does."""
         self._target = (0, 0)
@@ -68,7 +67,7 @@ class LogStreaming:
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult | None:
         """Decide, or let it wait for the logger."""
-        logger = self.logger
+        logger = self._logger
         if command.command == mavlink.MAV_CMD_LOGGING_START:
             rate = rates.DATA_RATE_BYTES_PER_S.get(link.mode, math.inf)
             if rate < LEAST_BYTES_PER_S:
@@ -90,7 +89,7 @@ class LogStreaming:
     @property
     def _waits(self) -> bool:
         """Whether the logger waits for an acknowledgement."""
-        return self.logger is not None and self.logger.stream is not None and self.logger.stream.blocked
+        return self._logger is not None and self._logger.stream is not None and self._logger.stream.blocked
 
     def _decide(self, now_us: int, command: VehicleCommand, logger: Logger) -> list[CommandResult]:
         if command.command == mavlink.MAV_CMD_LOGGING_STOP:
@@ -109,18 +108,18 @@ class LogStreaming:
 
     def _read_commands(self, now_us: int) -> None:
         """The logger goes on: it reads what came meanwhile, until it has to wait again."""
-        while self._commands and not self._waits and self.logger is not None:
+        while self._commands and not self._waits and self._logger is not None:
             command = self._commands.popleft()
-            for result in self._decide(now_us, command, self.logger):
+            for result in self._decide(now_us, command, self._logger):
                 answer_later(self._topics, command, result)
 
     # --- the stream ----------------------------------------------------------------------------------------
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """LOGGING_ACK: on to the next chunk."""
-        if not is_for(message, self._system_id, broadcast=True) or self.logger is None or self._link is None:
+        if not is_for(message, self._system_id, broadcast=True) or self._logger is None or self._link is None:
             return
-        stream = self.logger.stream
+        stream = self._logger.stream
         if stream is None or not stream.reliable or stream.reliable[0].sequence != message.sequence:
             return
         stream.acknowledge()
@@ -131,7 +130,7 @@ class LogStreaming:
 
     def on_time(self, now_us: int) -> None:
         """Send what is ready; again what is not acknowledged; give up."""
-        logger = self.logger
+        logger = self._logger
         if logger is None or (stream := logger.stream) is None:
             return
         if not stream.blocked:
@@ -150,10 +149,10 @@ class LogStreaming:
 
     def _begin_chunk(self, now_us: int) -> None:
         """The logger publishes a chunk and waits for its acknowledgement."""
-        assert self.logger is not None and self.logger.stream is not None
+        assert self._logger is not None and self._logger.stream is not None
         self._tries, self._resend_us = 1, now_us + ACK_TIMEOUT_US
         self._give_up_us = now_us + ACK_TIMEOUT_US * ACK_MAX_TRIES
-        self._send(self.logger.stream.reliable[0])
+        self._send(self._logger.stream.reliable[0])
 
     def _send(self, chunk: Chunk) -> None:
         link = self._link

@@ -51,13 +51,19 @@ class State(Enum):
 class Uploads:
     """What the managers of all links share: the plans, and who is uploading."""
 
-    def __init__(self, dataman: Dataman, say: Say, traits: Traits) -> None:
+    def __init__(
+        self,
+        dataman: Dataman,
+        say: Say,
+        traits: Traits,
+        set_current: Callable[[int, int], bool] | None,
+        plan_changed: Callable[[int], None] | None,
+    ) -> None:
         self.dataman = dataman
         self.say = say
         self.traits = traits
         self.in_progress = False
-        self.set_current: Callable[[int, int], bool] | None = None
-        self.plan_changed: Callable[[int], None] | None = None
+        self.set_current, self.plan_changed = set_current, plan_changed
         self.last_reached = -1
         """The item that was reached last; -1 once a new upload has begun."""
         self.told_current = dataman.current_seq
@@ -374,22 +380,26 @@ class Mission:
     HAS_TIMER = True
 
     def __init__(
-        self, links: tuple[Link, ...], topics: Topics, dataman: Dataman, texts: Texts, system_id: int, traits: Traits
+        self,
+        links: tuple[Link, ...],
+        topics: Topics,
+        dataman: Dataman,
+        texts: Texts,
+        system_id: int,
+        traits: Traits,
+        set_current: Callable[[int, int], bool] | None,
+        plan_changed: Callable[[int], None] | None,
     ) -> None:
-        """Writes plans into `dataman`."""
+        """Writes plans into `dataman`, and tells the navigator: (now_us, seq) -> done and (now_us)."""
         self._links = links
         self._topics = topics
         self._dataman = dataman
         self._system_id = system_id
-        self._uploads = Uploads(dataman, texts.of("mavlink"), traits)
+        self._uploads = Uploads(dataman, texts.of("mavlink"), traits, set_current, plan_changed)
         self._managers = {link: Manager(link, self._uploads) for link in links}
         self._result = topics.mission_result
         self._reached_repeats = 0
         self._repeat_due_us = 0
-
-    def connect(self, set_current: Callable[[int, int], bool], plan_changed: Callable[[int], None]) -> None:
-        """The navigator's (now_us, seq) -> done and (now_us): a mission can be started in the moment of its ack."""
-        self._uploads.set_current, self._uploads.plan_changed = set_current, plan_changed
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Only what is for us; broadcasts are not."""

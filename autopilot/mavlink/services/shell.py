@@ -63,9 +63,9 @@ class Shell:
     MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL})
     HAS_TIMER = True
 
-    def __init__(self, texts: Texts, system_id: int) -> None:
-        """`open_shell` is to be set by who owns the commands; until then nothing is answered."""
-        self.open_shell: Callable[[], Console] | None = None
+    def __init__(self, texts: Texts, system_id: int, open_shell: Callable[[], Console] | None) -> None:
+        """`open_shell` makes one for a link; None: there are no commands, and nothing is answered."""
+        self._open_shell = open_shell
         self._system_id = system_id
         self._sessions: dict[Link, Session] = {}
         self._closed: dict[Link, Console] = {}
@@ -84,9 +84,9 @@ class Shell:
             return
         session = self._sessions.get(link)
         if session is None:
-            if self.open_shell is None:
+            if self._open_shell is None:
                 return
-            session = self._sessions[link] = Session(self.open_shell())
+            session = self._sessions[link] = Session(self._open_shell())
         if 0 < message.count <= DATA_BYTES:
             session.partner = (message.get_srcSystem(), message.get_srcComponent())
             session.console.write(bytes(message.data[: message.count]))
