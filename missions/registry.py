@@ -28,14 +28,18 @@ class MissionError(Exception):
 @cache
 def found() -> dict[str, EntryPoint]:
     """The entry points of all missions, by the mission's name."""
-    ours = list[EntryPoint]()
-    if CHECKOUT.is_file():
-        declared = tomllib.loads(CHECKOUT.read_text())["project"].get("entry-points", {}).get(GROUP, {})
-        ours = [EntryPoint(name, value, GROUP) for name, value in declared.items()]
     points = dict[str, EntryPoint]()
-    for point in (*ours, *entry_points(group=GROUP)):
+    for point in (*_declared_here(), *entry_points(group=GROUP)):
         points.setdefault(point.name, point)
     return points
+
+
+def _declared_here() -> list[EntryPoint]:
+    """Those of the checkout that this file lies in, if it does."""
+    project = tomllib.loads(CHECKOUT.read_text()).get("project", {}) if CHECKOUT.is_file() else {}
+    if project.get("name") != "sitl-emu":
+        return []
+    return [EntryPoint(name, value, GROUP) for name, value in project["entry-points"][GROUP].items()]
 
 
 @cache

@@ -26,10 +26,8 @@ that the GNSS receiver states of itself, as the gates do (`companion/confirmatio
 """
 
 import math
-from collections import defaultdict, deque
 from collections.abc import Sequence
 
-from gcs.command import Command
 from gcs.geodesy import distance_m, from_metres, to_metres
 from gcs.mission import MissionItem
 from gcs.set_mode import set_mode
@@ -37,7 +35,8 @@ from gcs.statustext import WARNING
 from gcs.telemetry import Telemetry
 from missions.agriculture.detector import DETECTORS
 from missions.agriculture.jobs import NAV_WAYPOINT, SAME_M, Asker, Job, JobQueue, Sight, wanted_of
-from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Report, Result, command_of
+from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Result
+from missions.agriculture.reports import Reports
 from missions.agriculture.roles import Role
 from missions.companion import calibration, steps
 from missions.companion.camera import Image
@@ -83,10 +82,7 @@ class Inspect:
         self._onboard = Onboard(role=Role.INSPECT)
         self._missions = MissionServer(self._asked)
         self._queue = JobQueue()
-        self._reports: defaultdict[int, deque[Report]] = defaultdict(deque)
-        """What each system is still to be told, in order."""
-        self._telling: dict[int, Command] = {}
-        """The report that each system is being told."""
+        self._reports = Reports(self._onboard)
         self._spotter: Spotter | None = None
         """There while it looks for a target; its metres are those from where the target should be."""
         self._told_taken = False
@@ -118,9 +114,8 @@ class Inspect:
     def status(self) -> Status:
         """Idle is done: there is nothing left to do until a peer sends the next target."""
         queue = self._queue
-        untold = any(self._reports.values()) or bool(self._telling)
         resting = self._onboard.phase in ("connecting", "waiting") and not queue.waiting
-        idle = resting and not self._missions.busy and not untold
+        idle = resting and not self._missions.busy and self._reports.idle
         outcome = self._outcome() if idle else ""
         return Status(self._onboard.shown_phase, float(idle), idle, outcome, self._onboard.text)
 
@@ -164,8 +159,8 @@ class Inspect:
         elif self._queue.current is not None and not self._told_taken:
             self._told_taken = True
             failsafe = self._onboard.yielding.to_failsafe
-            self._tell(self._queue.current, Result.FAILSAFE if failsafe else Result.PILOT_TOOK_OVER)
-        self._send_reports()
+            self._reports.tell(self._queue.current, Result.FAILSAFE if failsafe else Result.PILOT_TOOK_OVER)
+        self._reports.on_time()
         out: Outgoing = [(PEER_LINK, msg) for msg in self._missions.on_time(now_us)] if self.system_id else []
         return out + self._onboard.on_time(now_us)
 
@@ -183,28 +178,10 @@ class Inspect:
         self._onboard.note("target_accepted", text, job=job.number, system=system, label=wanted.label)
         asker = Asker(system, wanted.x, wanted.y)
         if job.result is not None:
-            self._reports[system].append(job.report_to(asker, job.result))
+            self._reports.tell_one(asker, job, job.result)
         elif job is self._queue.current:
-            self._reports[system].append(job.report_to(asker, Result.STARTED))
+            self._reports.tell_one(asker, job, Result.STARTED)
         return ACCEPTED
-
-    def _tell(self, job: Job, result: Result) -> None:
-        """All who asked for a job are to be told how it stands."""
-        for asker in job.askers:
-            self._reports[asker.system].append(job.report_to(asker, result))
-
-    def _send_reports(self) -> None:
-        """One report at a time to each system, as an acknowledgement does not say which it is for."""
-        for system, command in list(self._telling.items()):
-            if command.outcome is not None:
-                del self._telling[system]
-                if not command.outcome.accepted:
-                    text = f"report to system {system}: {command.outcome.text}"
-                    self._onboard.note("failed", text, system=system)
-        for system, reports in self._reports.items():
-            if reports and system not in self._telling:
-                self._telling[system] = command_of(system, reports.popleft())
-                self._onboard.start(PEER_LINK, self._telling[system])
 
     def _outcome(self) -> str:
         """Success if every job was: the target seen, with its label."""
@@ -221,7 +198,7 @@ class Inspect:
             self._onboard.enter("waiting", "for a target")
             while (job := self._queue.begin()) is None:
                 yield
-            self._tell(job, Result.STARTED)
+            self._reports.tell(job, Result.STARTED)
             try:
                 yield from self._visit(job)
                 result = job.found
@@ -231,7 +208,7 @@ class Inspect:
                 result = Result.NOT_REACHED
             self._spotter = None
             self._queue.finish(result)
-            self._tell(job, result)
+            self._reports.tell(job, result)
             self._onboard.enter("reporting", f"job {job.number}: {result.name.lower().replace('_', ' ')}")
             yield from self._park()
 

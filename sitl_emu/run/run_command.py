@@ -100,8 +100,7 @@ def _report(
 ) -> None:
     from sitl_emu.run import report
 
-    pages = [one.page(summary) for one in missions if one.page is not None]
-    report.write(folder, summary, truth, pages, world.photo())
+    report.write(folder, summary, truth, score.pages(missions, summary), world.photo())
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

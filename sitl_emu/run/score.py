@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from missions.mission import Mission
+from missions.mission import Figures, Mission
+from missions.reporting import Page, Section, Table
 from missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run.launcher import Ending
@@ -58,6 +59,32 @@ def record_of(folder: Path, ending: Ending) -> RunRecord:
     return RunRecord(read_events(folder), objects, tracks, MapProjection(lat0_deg, lon0_deg).project)
 
 
+def _scored(mission: Mission, record: RunRecord) -> MissionScore | None:
+    """A mission's score; one that can't be computed keeps the run from being a success, and from nothing else."""
+    if mission.score is None:
+        return None
+    try:
+        return mission.score(record)
+    except Exception as error:  # whatever a foreign package's arithmetic does
+        return MissionScore({}, [], [f"the score of {'/'.join(mission.programs)} failed: {_said(error)}"])
+
+
+def pages(missions: Sequence[Mission], figures: Figures) -> list[Page]:
+    """What the missions add to the report; one whose page can't be made says so there."""
+    made = list[Page]()
+    for mission in missions:
+        try:
+            made += [mission.page(figures)] if mission.page is not None else []
+        except Exception as error:
+            row = ("/".join(mission.programs), _said(error))
+            made.append(Page([Section("A page that could not be made", [Table(("mission", "why"), [row])])]))
+    return made
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
 def outcome_of(ended: str, score: MissionScore | None) -> str:
     """The outcome of a run: "success", or what failed.
 
@@ -73,7 +100,7 @@ def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Se
     """The contents of summary.json. `missions`: those whose programs the run's companions ran."""
     figures = ending.figures
     record = record_of(folder, ending)
-    score = together([one.score(record) for one in missions if one.score is not None])
+    score = together([scored for one in missions if (scored := _scored(one, record)) is not None])
     return {
         "scenario": scenario,
         "seed": seed,

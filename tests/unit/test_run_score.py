@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missions.agriculture.page import page as agriculture_page
+from missions.mission import Mission, Program
 from missions.registry import missions_of
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run import report, score
@@ -239,6 +240,20 @@ def test_outcome_exit_status_counts_and_table_never_disagree(
         got["targets_total"],
         got["targets_inspected"],
     ]
+
+
+def test_a_mission_whose_score_or_page_fails_is_named_and_the_run_keeps_its_summary(tmp_path: Path) -> None:
+    def broken(_: Any) -> Any:
+        raise ZeroDivisionError("float division by zero")
+
+    write_run(tmp_path, all_is_well())
+    mission = Mission({"garden": Program(broken)}, score=broken, page=broken)
+    got = score.summary(tmp_path, "garden", 1, Ending("success", {}, TRUTH, HOME), [*MISSIONS, mission])
+    assert got["outcome"] == "the score of garden failed: ZeroDivisionError: float division by zero"
+    assert got["targets_confirmed"] == 2
+    report.write(tmp_path, got, TRUTH, score.pages([*MISSIONS, mission], got))
+    page = (tmp_path / "report.html").read_text()
+    assert "<h2>Targets</h2>" in page and "<td>garden</td><td>ZeroDivisionError: float division by zero</td>" in page
 
 
 def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
