@@ -141,6 +141,8 @@ class FlightMode:
     drive_mode: DriveMode | None = None
     link_loss_exception: LinkLossException = LinkLossException.NONE
     """Bit by which the loss of a link is no failsafe here."""
+    ignores_gcs_loss: bool = False
+    """The loss of the ground station is none in any case: it comes down already (failsafe.cpp, checkStateAndMode)."""
     mission_is_active: bool = False
     """A mission counts as active, armed or not (mavlink_mission.cpp, update_mission_state)."""
     setpoint_tells_landed_state: bool = False
@@ -333,6 +335,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         prevents_arming=True,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
+        ignores_gcs_loss=True,
         mission_is_active=True,
         setpoint_tells_landed_state=True,
     ),
@@ -358,6 +361,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         prevents_arming=True,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
+        ignores_gcs_loss=True,
         setpoint_tells_landed_state=True,
     ),
     NavState.ORBIT: FlightMode(

@@ -94,7 +94,12 @@ class CommandHandlers:
         self._refused_us = -REFUSALS_APART_US
         self._awaits_leave: VehicleCommand | None = None
         """An arming command that is answered when somebody has said whether it may."""
-        self._handlers: dict[int, Handler] = {
+        self._handlers = self._by_number()
+        self.commands = frozenset(self._handlers) | frozenset(FIXED)
+        """Those of which the commander says something, and those that nobody else answers."""
+
+    def _by_number(self) -> dict[int, Handler]:
+        return {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._component_arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
             mavlink.MAV_CMD_DO_SET_STANDARD_MODE: self._do_set_standard_mode,
@@ -128,8 +133,6 @@ class CommandHandlers:
             mavlink.MAV_CMD_ACTUATOR_TEST: self._actuator_test,
             mavlink.MAV_CMD_DO_SET_ACTUATOR: self._do_set_actuator,
         }
-        self.commands = frozenset(self._handlers) | frozenset(FIXED)
-        """Those of which the commander says something, and those that nobody else answers."""
 
     def handle(self, now_us: int, command: VehicleCommand) -> int | None:
         """MAV_RESULT of one of `commands`; None for no ack."""

@@ -221,7 +221,7 @@ class Failsafe:
                 True,
             )
         )
-        link_ignored = user_mode in (NavState.AUTO_LAND, NavState.AUTO_PRECLAND) or _excepted(
+        link_ignored = FLIGHT_MODES[user_mode].ignores_gcs_loss or _excepted(
             int(parameters["COM_DLL_EXCEPT"]), user_mode
         )
         checks.append(
