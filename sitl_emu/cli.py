@@ -143,9 +143,9 @@ def launch(
         str | None,
         typer.Option(
             metavar="WORLD",
-            help="The world that the vehicles share: corn_field or flat. They stand side by side at its home, in one "
-            "process unless --per-process says otherwise; those of different processes see the same world, but not "
-            "each other. [default: a level plain of which nothing is loaded]",
+            help="The world that the vehicles share: a kind (corn_field, flat) or a file (.yaml). They stand side by "
+            "side at its home, in one process unless --per-process says otherwise: those of different processes are "
+            "in equal worlds, and never meet. [default: a level plain, for which nothing is loaded]",
             show_default=False,
         ),
     ] = None,
@@ -205,7 +205,7 @@ def launch(
 
 @app.command(short_help="Serve the simulator alone, for a real PX4, say.")
 def world(
-    name: Annotated[str, typer.Argument(metavar="WORLD", help="A world: corn_field or flat.")],
+    name: Annotated[str, typer.Argument(metavar="WORLD", help="A world: a kind (corn_field, flat) or a file (.yaml).")],
     vehicle: Annotated[
         list[str], typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
     ],

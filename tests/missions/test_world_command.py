@@ -1,17 +1,20 @@
 """`sitl-emu world` from outside: it serves the simulator API to an autopilot that connects, and ends with it."""
 
+import contextlib
 import re
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pymavlink import mavutil
 
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, HilSensor
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
@@ -109,6 +112,43 @@ def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
     assert (pilot.returncode, simulator.returncode) == (0, 1)
     assert f"no simulator answers on 127.0.0.1, TCP port {ports.simulator(instance)}" in waits
     assert "the world ends" in simulator_said and "Traceback" not in simulator_said + pilot_said
+
+
+def test_our_autopilot_reboots_and_shuts_down_and_the_world_ends_with_it() -> None:
+    instance = INSTANCE + 5
+    autopilot = [sys.executable, "-P", "-m", "autopilot", "--model", "iris", "--instance", str(instance)]
+    world = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "iris", "--speed", "4"]
+    with (
+        started([*world, "--instance", str(instance)]) as simulator,
+        started(autopilot) as pilot,
+        contextlib.closing(
+            mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(instance).local}", source_system=255)
+        ) as station,
+    ):
+
+        def wait(kind: str, accept: Callable[[Any], bool]) -> Any:
+            until = time.monotonic() + 60.0
+            while time.monotonic() < until:
+                station.mav.heartbeat_send(6, 8, 0, 0, 4)
+                message = station.recv_match(type=kind, blocking=True, timeout=0.5)
+                if message is not None and accept(message):
+                    return message
+            raise TimeoutError(kind)
+
+        def power(what: int) -> None:
+            station.mav.command_long_send(ports.system_id(instance), 1, 246, 0, what, 0, 0, 0, 0, 0, 0)
+            assert wait("COMMAND_ACK", lambda ack: ack.command == 246).result == 0
+
+        wait("HEARTBEAT", lambda heartbeat: heartbeat.get_srcComponent() == mavlink.MAV_COMP_ID_CAMERA)
+        wait("ATTITUDE", lambda attitude: attitude.time_boot_ms > 5000)
+        power(1)
+        wait("ATTITUDE", lambda attitude: attitude.time_boot_ms < 5000)
+        wait("HEARTBEAT", lambda heartbeat: heartbeat.system_status == 3 and heartbeat.get_srcComponent() == 1)
+        power(2)
+        simulator_said, pilot_said = simulator.communicate(timeout=30)[0], pilot.communicate(timeout=30)[0]
+    assert (pilot.returncode, simulator.returncode) == (0, 0)
+    assert "the autopilot was rebooted\nthe autopilot was shut down" in pilot_said
+    assert "iris: its autopilot was rebooted\niris: its autopilot was shut down" in simulator_said
 
 
 @pytest.mark.parametrize(
