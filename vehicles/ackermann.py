@@ -75,6 +75,7 @@ class Ackermann:
         self.az_m_s2 = -gravity_m_s2 * math.cos(self._pitch) * math.cos(self._roll)
         self.power_w = 0.0
         self.running = False
+        self.drive = 1.0
         self.wrecked = False
         self._jolt = (0.0, 0.0)
         """Specific force of impulses since the last step, forward and right."""
@@ -91,7 +92,7 @@ class Ackermann:
         delta = self.steer_angle_rad
         delta += self._steer_lag * (chassis.max_steer_angle_rad * steering - delta)
         self.steer_angle_rad = delta
-        motor = self._motor = self._motor + self._motor_lag * (command - self._motor)
+        motor = self._motor = self._motor + self._motor_lag * (self.drive * command - self._motor)
 
         sin_roll, cos_roll = math.sin(self._roll), math.cos(self._roll)
         sin_pitch, cos_pitch = math.sin(self._pitch), math.cos(self._pitch)

@@ -5,7 +5,8 @@ voltage per cell between empty and full along a lithium discharge curve (steep a
 voltage V = V_oc - R I, smoothed over 0.5 s of load (the slow part of the sag).
 `Px4Battery`: src/modules/simulation/battery_simulator of PX4 v1.18: while armed it loses its charge within
 SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the voltage is linear in the charge.
-Both may be read at any time: `voltage_v`, `current_a` (NaN: unknown), `remaining` 0..1.
+Both may be read at any time: `voltage_v`, `current_a` (NaN: unknown), `remaining` 0..1, `drive` 0..1, the share of
+their full speed that motors reach (a brushless motor's speed follows its voltage).
 Not modelled: temperature, ageing, recovery beyond the sag's own.
 """
 
@@ -30,13 +31,19 @@ class LoadBattery:
         """What something else takes: a fault."""
 
     def step(self, dt_s: float, power_w: float, armed: bool) -> None:
-        """Advance; an empty battery stays empty, it does not stop the motors."""
+        """Advance; an empty battery stays empty."""
         battery = self._battery
         current = (power_w + battery.avionics_power_w + self.extra_power_w) / max(self.voltage_v, 1.0)
         self.current_a += min(1.0, dt_s / SAG_TIME_S) * (current - self.current_a)
         self.remaining = max(0.0, self.remaining - current * dt_s / (3600.0 * battery.capacity_ah))
         cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * _curve(self.remaining)
         self.voltage_v = battery.cells * cell - battery.internal_resistance_ohm * self.current_a
+
+    @property
+    def drive(self) -> float:
+        """Voltage over that of a full battery without load: how fast motors turn at a command; empty, it is dead: 0."""
+        full_v = self._battery.cells * self._battery.cell_full_v
+        return max(self.voltage_v / full_v, 0.0) if self.remaining > 0.0 else 0.0
 
 
 class Px4Battery:
@@ -60,6 +67,11 @@ class Px4Battery:
         battery = self._battery
         cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * self.remaining
         self.voltage_v = battery.cells * cell
+
+    @property
+    def drive(self) -> float:
+        """PX4's SIH knows no voltage: motors turn as with a full battery, always."""
+        return 1.0
 
 
 def battery_model(battery: Battery) -> LoadBattery | Px4Battery:

@@ -40,6 +40,8 @@ class Dynamics(Protocol):
     """Electrical power of the actuators."""
     running: bool
     """Whether motors push: the airframe vibrates."""
+    drive: float
+    """What the battery's voltage leaves of the motors' speed, 0..1; whoever steps the battery sets it."""
     wrecked: bool
     """Whether a crash has ended its driving."""
 

@@ -2,8 +2,8 @@
 
 Equations (body FRD, world NED, q body to NED, R its matrix):
 
-- rotor i: u̇ᵢ = (cᵢ - uᵢ)/τ (cᵢ the control 0..1, uᵢ speed over greatest speed), thrust Tᵢ = T_max uᵢ²,
-  reaction torque κ Tᵢ (positive yaw for a ccw rotor)
+- rotor i: u̇ᵢ = (d cᵢ - uᵢ)/τ (cᵢ the control 0..1, d what the battery's voltage leaves, uᵢ speed over greatest speed),
+  thrust Tᵢ = T_max uᵢ², reaction torque κ Tᵢ (positive yaw for a ccw rotor)
 - moment: M = Σ (-yᵢ Tᵢ, xᵢ Tᵢ, ±κ Tᵢ) - ω × (I ω + h e_z) - k_ω ω + ground, with h = Σ ±J Ω uᵢ of the rotors
 - drag by body axis, of the velocity v_a against the air: F = -(k₁ + k₂ |v_a|) v_a
 - ω' = ω + dt I⁻¹ M;  q' = q ⊗ (1, ω' dt/2), normalised
@@ -86,6 +86,7 @@ class Multicopter:
         self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
         self.power_w = 0.0
         self.running = False
+        self.drive = 1.0
         self.wrecked = False
         self.struck_ground_m_s = 0.0
         """Closing speed of the hardest meeting with the ground so far."""
@@ -106,13 +107,13 @@ class Multicopter:
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms; too few controls count as zeros."""
         # rotors
-        speeds, lag, off = self.speeds, self._lag, self.motor_off
+        speeds, lag, off, drive = self.speeds, self._lag, self.motor_off, self.drive
         if len(controls) < len(speeds):
             controls = controls + self._still[len(controls) :]
         lift = mx = my = mz = spin = cubes = 0.0
         for i, roll_arm, pitch_arm, yaw_arm, momentum in self._rotors:
             u = speeds[i]
-            u += lag * ((0.0 if off[i] else controls[i]) - u)
+            u += lag * ((0.0 if off[i] else drive * controls[i]) - u)
             speeds[i] = u
             square = u * u
             lift += square

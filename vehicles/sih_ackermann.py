@@ -71,6 +71,7 @@ class SihAckermann:
         self.az_m_s2 = -gravity_m_s2
         self.power_w = 0.0
         self.running = False
+        self.drive = 1.0
         self.wrecked = False
 
     @property

@@ -285,6 +285,7 @@ class VehicleSimulator:
     def _battery_message(self) -> SimulatedBattery:
         battery = self.battery
         battery.step(BATTERY_EVERY_US * 1e-6, self.dynamics.power_w, self._armed)
+        self.dynamics.drive = battery.drive
         measured = not isinstance(battery, Px4Battery)
         return SimulatedBattery(
             round(battery.voltage_v * 1e3),

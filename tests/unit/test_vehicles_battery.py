@@ -44,6 +44,18 @@ def test_voltage_falls_with_charge() -> None:
     assert all(later <= earlier + 1e-9 for earlier, later in itertools.pairwise(seen))
 
 
+def test_motors_are_as_fast_as_the_voltage_lets_them_be_and_an_empty_battery_is_dead() -> None:
+    data = vehicles.load("iris").battery
+    battery = LoadBattery(dataclasses.replace(data, capacity_ah=0.02))
+    assert battery.drive == 1.0
+    while battery.remaining > 0.0:
+        assert battery.drive == pytest.approx(battery.voltage_v / (data.cells * data.cell_full_v))
+        last = battery.drive
+        battery.step(0.2, 20.0, True)
+    assert 0.8 < last < 0.9 and battery.drive == 0.0
+    assert battery_model(vehicles.load("sihsim_hex").battery).drive == 1.0
+
+
 def test_px4s_battery_drains_as_measured() -> None:
     """PX4 v1.18, SIM_BAT_DRAIN 60, SIM_BAT_MIN_PCT 0: 1.67 %/s; 15.99 V at 90 %, 15.27 V at 50 %, 14.73 V at 20 %."""
     battery = battery_model(vehicles.load("sihsim_hex").battery)
