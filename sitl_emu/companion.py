@@ -3,7 +3,8 @@
 A companion is a state machine that is told the time (`Companion` says what it looks like). `Onboard` gives it
 telemetry, heartbeats and a pilot's right of way; a `Script` says what comes after what, and hands services to
 `Onboard.do`: commands (`arm`, `set_mode`, ...), transfers (`MissionUpload`, `ParameterSet`, ...), setpoints
-(`Offboard`); `steps` has what many missions do. `Scripted` makes a whole companion of one script. `fly` runs it in real
+(`Offboard`); `steps` has what many missions do. `Scripted` makes a whole companion of one script; one with a camera
+hands a `Detector`'s finds to a `Spotter`, whose `Confirmation` makes targets of them. `fly` runs it in real
 time on a MAVLink link; in a scenario the same program is a `command:`, or a mission's (`sitl_emu.mission`).
 
 The rooms behind these names are free to change; these names stay.
@@ -24,6 +25,7 @@ from gcs.set_mode import set_mode
 from gcs.telemetry import Attitude, Place, Pose, Telemetry
 from gcs.timesync import Timesync
 from missions.companion import steps
+from missions.companion.camera_model import CameraModel, Mount
 from missions.companion.companion import (
     AUTOPILOT_LINK,
     GROUND_LINK,
@@ -33,11 +35,14 @@ from missions.companion.companion import (
     Outgoing,
     Status,
 )
+from missions.companion.confirmation import Confirmation, Confirming
 from missions.companion.detector import Detection, Detector
 from missions.companion.links import LinkError, open_port
 from missions.companion.main import Runner
 from missions.companion.onboard import Onboard, Script, advanced
+from missions.companion.perception import Perception, perception_of
 from missions.companion.scripted import Scripted
+from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
 
 __all__ = [
@@ -46,9 +51,12 @@ __all__ = [
     "PEER_LINK",
     "Attitude",
     "Camera",
+    "CameraModel",
     "Command",
     "CommandOutcome",
     "Companion",
+    "Confirmation",
+    "Confirming",
     "Detection",
     "Detector",
     "Event",
@@ -63,19 +71,23 @@ __all__ = [
     "MissionItem",
     "MissionSetCurrent",
     "MissionUpload",
+    "Mount",
     "Offboard",
     "Onboard",
+    "Origin",
     "Outgoing",
     "Parameter",
     "ParameterList",
     "ParameterRead",
     "ParameterSet",
+    "Perception",
     "Place",
     "PlanError",
     "Pose",
     "Runner",
     "Script",
     "Scripted",
+    "Spotter",
     "Status",
     "Sticks",
     "Target",
@@ -87,6 +99,7 @@ __all__ = [
     "fly",
     "mavlink",
     "open_port",
+    "perception_of",
     "position_ned",
     "read_interval",
     "read_plan",

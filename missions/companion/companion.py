@@ -1,7 +1,7 @@
 """What a companion computer's program is: a state machine on time that is handed to it.
 
-A runner owns sockets, clock, camera and detector: `main.py` on hardware, the lockstep runner in a simulated run. It
-calls the methods below and sends what they return. The same program runs on both.
+One harness (`harness.py`) calls the methods below and sends what they return, on hardware and in a simulated run; it is
+stepped by whoever has the clock, `main.py` or the run's companion process. The same program runs on both.
 
 Two times: `now_us` is the runner's clock (simulated, or monotonic), good for time limits; `frame_time_us` is the
 vehicle's boot time at which a frame was taken, good for finding the pose in the telemetry.
@@ -45,9 +45,9 @@ class Status(NamedTuple):
 class Event(NamedTuple):
     """Something worth a line in the run's events: what happened, for people, and its figures.
 
-    `kind` is one of: phase, text, target_confirmed, target_sent, target_accepted, target_started, stopped, inspected,
-    report_received, yielded, resumed, peer_lost, failed. A `target_confirmed` or `inspected` names the frame
-    (`frame_time_us`) and its box (`x`, `y`, `w`, `h` in pixels, centre and size), so that a runner can draw it.
+    `kind` is a word of the mission's own; every mission has phase, text, yielded and resumed (`onboard.py`). An event
+    may name a frame (`frame_time_us`) and a box in it (`x`, `y`, `w`, `h` in pixels, centre and size): it gets a
+    picture.
     """
 
     time_us: int
