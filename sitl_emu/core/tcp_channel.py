@@ -335,6 +335,17 @@ class TcpSimulatorChannel(_TcpChannel):
                 self._socket.settimeout(self._answer_limit_s)
         return self._waiting.popleft() if self._waiting else None
 
+    def newest(self, timeout_s: float) -> HilActuatorControls | None:
+        """The last answer of those that have come by now; waits up to `timeout_s` for a first. Raises ChannelClosed.
+
+        For an autopilot that listens for a while before it speaks, as a real PX4 does, so that it is not one tick
+        behind from then on.
+        """
+        answer = self.poll(timeout_s)
+        while answer is not None and (later := self.poll(0.0)) is not None:
+            answer = later
+        return answer
+
     def beside(self) -> Sequence[BesideMessage]:
         """What came beside the answers since this was asked last, in order."""
         if not self._beside:

@@ -14,13 +14,10 @@ from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
 from sitl_emu.run.autopilot_host import ONBOARD, AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.conductor import BARRIER_TICKS
-from sitl_emu.run.configs import AutopilotConfig
+from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.process import StartError, main, settle
-
-ROOTFS = "rootfs"
-"""In the run's folder: the file systems of its autopilots, a folder each, named as the vehicle."""
 
 
 def show_flight_logs(root: Path, names: list[str], shown: Path) -> None:

@@ -44,7 +44,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
 def _check_model(vehicle: VehiclePart, where: str) -> None:
     """Raise ScenarioError for a model that can't be loaded, and for a figure of its sensors that is no such."""
     try:
-        loaded = models.load(vehicle.model)
+        loaded = models.load(vehicle.model) if vehicle.autopilot is None else vehicles.load(vehicle.model)
     except vehicles.UnknownModel as error:
         known = ", ".join(error.models)
         raise ScenarioError(

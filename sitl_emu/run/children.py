@@ -7,12 +7,12 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from sitl_emu.run import configs
 from sitl_emu.run.process import EXIT_EXPLAINED
-from sitl_emu.run.scenario import VehiclePart
 from sitl_emu.run.trouble import Trouble
 
 STOP_S = 2.0
@@ -40,6 +40,8 @@ class Child:
     log: Path
     command: bool = False
     """A companion of the user's; it may end when it likes."""
+    outside: bool = False
+    """An autopilot from outside: it does not see by itself that the run is over."""
     killed: bool = False
     """By a fault of the scenario."""
 
@@ -63,22 +65,22 @@ def start_process(
     return Child(title, process, log)
 
 
-def start_command(vehicle: VehiclePart, words: dict[str, str], folder: Path) -> Child:
-    """A companion of the user's. Raises Trouble if there is no such program."""
-    assert vehicle.companion is not None and vehicle.companion.command is not None
-    arguments = list(vehicle.companion.command)
-    for name, value in words.items():
-        arguments = [argument.replace("{" + name + "}", value) for argument in arguments]
-    title = f"companion {vehicle.name}"
-    log = folder / "logs" / f"companion-{vehicle.name}.log"
+def start_command(title: str, arguments: Sequence[str], more_env: Mapping[str, str], folder: Path) -> Child:
+    """A program of the user's, with additions to the environment. Raises Trouble if there is no such program."""
+    log = folder / "logs" / f"{title.replace(' ', '-')}.log"
     try:
         with log.open("wb") as output:
             process = subprocess.Popen(
-                arguments, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+                arguments,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                env={**os.environ, **more_env},
             )
     except OSError as error:
         raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
-    return Child(title, process, log, command=True)
+    return Child(title, process, log)
 
 
 def kill(child: Child) -> None:
@@ -104,7 +106,7 @@ def obituary(child: Child) -> str:
 
 def end_all(children: list[Child], patience_s: float) -> None:
     """End all processes: by themselves when they see the world go, then by SIGTERM, then by SIGKILL."""
-    _signal([child for child in children if child.command or child.title == "world"], signal.SIGTERM)
+    _signal([child for child in children if child.command or child.outside or child.title == "world"], signal.SIGTERM)
     if _wait(children, patience_s):
         return
     _signal(children, signal.SIGTERM)

@@ -1,7 +1,8 @@
 """The process of one companion of ours in a run: a mission's state machine, in lockstep with the simulation.
 
-At each step it reads exactly the datagrams and frames that it is told of, then lets the harness step the mission's
-state machine, and says what it sent. The very same harness drives it on real hardware, in `missions.companion.main`.
+At each step it reads exactly the datagrams and frames that it is told of (of an autopilot from outside, what is there),
+then lets the harness step the mission's state machine, and says what it sent. The very same harness drives it on real
+hardware, in `missions.companion.main`.
 """
 
 from pathlib import Path
@@ -16,6 +17,7 @@ from missions.companion.inference import Inference
 from missions.companion.links import Link, LinkError, UdpPort
 from missions.companion.pictures import Album
 from missions.registry import MissionError, make_companion
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.run.configs import CompanionConfig
 from sitl_emu.run.control import ControlChannel, Message
@@ -63,7 +65,7 @@ def step(harness: Harness, camera: RingFrames, message: Message) -> Message:
     sent_before = {name: harness.links[name].sent for name in in_lockstep}
     received = list[Received]()
     for name in in_lockstep:
-        received += [(name, one) for one in harness.links[name].receive_exactly(now_us, message[name])]
+        received += [(name, one) for one in _received(harness.links[name], now_us, message[name])]
     frames = camera.take([index for index, _ in message["frames"]])
     events = harness.step(now_us, received, frames)
     answer: Message = dict.fromkeys(IN_LOCKSTEP, 0)
@@ -72,6 +74,16 @@ def step(harness: Harness, camera: RingFrames, message: Message) -> Message:
     answer["events"] = events
     answer["dropped"] = camera.lost + harness.inference.dropped
     return answer
+
+
+def _received(link: Link, now_us: int, count: int | None) -> list[mavlink.MAVLink_message]:
+    """The messages of so many datagrams; None: of those that are there. Raises LinkError."""
+    if count is not None:
+        return link.receive_exactly(now_us, count)
+    messages = list[mavlink.MAVLink_message]()
+    while (some := link.receive(now_us)) is not None:
+        messages += some
+    return messages
 
 
 def run(config: CompanionConfig, control: ControlChannel) -> None:
@@ -105,17 +117,18 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
 def _links(config: CompanionConfig, folder: Path) -> dict[str, Link]:
     """To the autopilot, to the peer radio if there is one, and straight to the ground station."""
     onboard = ports.onboard(config.instance)
-    links = {AUTOPILOT_LINK: Link(_lockstep_port(onboard.remote, onboard.local))}
+    links = {AUTOPILOT_LINK: Link(_counted_port(onboard.remote, onboard.local, config.lockstep))}
     if config.radio_port is not None:
         log = TlogWriter(folder / f"{config.name}-peer.tlog")
-        links[PEER_LINK] = Link(_lockstep_port(0, config.radio_port), log, config.start_us)
+        links[PEER_LINK] = Link(_counted_port(0, config.radio_port, True), log, config.start_us)
     links[GROUND_LINK] = Link(UdpPort(None, config.gcs or (LOOPBACK, ports.GCS_REMOTE)))
     return links
 
 
-def _lockstep_port(local: int, remote: int) -> UdpPort:
+def _counted_port(local: int, remote: int, counted: bool) -> UdpPort:
     """What comes from elsewhere than the remote port is left aside: it is in nobody's count."""
-    return UdpPort((LOOPBACK, local), (LOOPBACK, remote), remote_alone=True, wait_s=UNDER_WAY_LIMIT_S)
+    wait_s = UNDER_WAY_LIMIT_S if counted else 0.0
+    return UdpPort((LOOPBACK, local), (LOOPBACK, remote), remote_alone=True, wait_s=wait_s)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ autopilot, then every HIL_ACTUATOR_CONTROLS is collected. Every fifth tick is a 
 
 So companions, cameras and detectors work while the next five ticks are flown. What a companion sends in the step of one
 barrier reaches its autopilot at the next, 20 ms later. An outside companion (any command, MAVSDK) or an outside
-autopilot (a real PX4) takes no part in barriers; an autopilot that was shut down takes no part in anything. No clock is
-read and no socket opened in here.
+autopilot (a real PX4) takes no part in barriers: of its autopilot a companion of ours then reads what is there when it
+steps. An autopilot that was shut down takes no part in anything. No clock is read and no socket opened in here.
 """
 
 import math
@@ -142,6 +142,8 @@ class VehicleInRun:
     frames_dropped: int = 0
     lost: set[str] = field(default_factory=set)
     """Which of its processes, "autopilot" or "companion", a fault has killed."""
+    outside: bool = False
+    """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
 
 
 class Conductor:
@@ -269,9 +271,7 @@ class Conductor:
 
     def _barrier(self) -> None:
         now_us = self.now_us
-        sent_by_autopilot = [
-            vehicle.autopilot.receive()["sent"] if vehicle.autopilot is not None else 0 for vehicle in self.vehicles
-        ]
+        sent_by_autopilot = [self._sent_by_autopilot(vehicle) for vehicle in self.vehicles]
         replies = [self._collect(vehicle) for vehicle in self.vehicles]
         self._end_the_doomed()
         for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
@@ -286,6 +286,14 @@ class Conductor:
                     {"step": now_us, "autopilot": from_autopilot, "peer": from_peer, "frames": frames}
                 )
                 vehicle.stepping = True
+
+    @staticmethod
+    def _sent_by_autopilot(vehicle: VehicleInRun) -> int | None:
+        """Datagrams for its companion since the last barrier; None: as many as there are."""
+        if vehicle.autopilot is not None:
+            count: int = vehicle.autopilot.receive()["sent"]
+            return count
+        return None if vehicle.outside else 0
 
     def _end_the_doomed(self) -> None:
         """All processes wait for their next message now."""

@@ -13,6 +13,8 @@ from typing import Any, TypeVar
 from sitl_emu.core.radio import RadioSettings
 from vehicles import record
 
+ROOTFS = "rootfs"
+"""In the run's folder: the file systems of its autopilots, a folder each, named as the vehicle."""
 Config = TypeVar("Config", bound="ProcessConfig")
 
 
@@ -87,7 +89,8 @@ class VehicleData:
     """Whether its autopilot takes part in barriers."""
     start: str | StartPlace
     """The name of a place of the world, or numbers."""
-    autopilot_fd: int
+    autopilot_fd: int | None
+    """None for an autopilot from outside."""
     companion_fd: int | None = None
     radio_fd: int | None = None
     camera: CameraData | None = None
@@ -179,6 +182,8 @@ class CompanionConfig(ProcessConfig):
     """For the process of a companion of ours."""
 
     instance: int
+    lockstep: bool
+    """Whether it is told how many datagrams its autopilot has sent: not by one from outside."""
     mission: str
     options: Mapping[str, Any]
     radio_port: int | None

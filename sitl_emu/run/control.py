@@ -7,6 +7,7 @@ simulated time and counts of datagrams, so that every process steps when, and re
 autopilot → world     `{"sent": n}` after every fifth tick: datagrams sent on its onboard link since the last
 world → autopilot     `{"read": n}`: so many datagrams of its companion to read before its next tick
 world → companion     `{"step": now_us, "autopilot": n, "peer": n, "frames": [[index, time_us], …]}`
+                      (autopilot null: whatever is there, of one from outside)
 companion → world     `{"autopilot": n, "peer": n, "status": [...], "events": [...], "dropped": n}`
 world → camera        `{"render": index, "time": time_us, "pose": [north_m, east_m, down_m, w, x, y, z]}`
 camera → world        `{"done": index}`

@@ -24,10 +24,12 @@ def check(scenario: Scenario, first_instance: int) -> None:
             f"{LAST_INSTANCE}, as PX4's system ids do at {ports.system_id(LAST_INSTANCE)}: choose a smaller --instance"
         )
     for vehicle in scenario.vehicles:
-        if vehicle.companion is not None and vehicle.companion.command is not None:
-            program = vehicle.companion.command[0]
-            if shutil.which(program) is None:
-                raise Trouble(f"companion {vehicle.name}: can't start {program!r}: there is no such program")
+        for what, command in (
+            ("autopilot", vehicle.autopilot.command if vehicle.autopilot is not None else None),
+            ("companion", vehicle.companion.command if vehicle.companion is not None else None),
+        ):
+            if command is not None and shutil.which(command[0]) is None:
+                raise Trouble(f"{what} {vehicle.name}: can't start {command[0]!r}: there is no such program")
     _check_sharing(scenario, first_instance)
     _check_ports(scenario, first_instance)
 

@@ -125,6 +125,22 @@ class CompanionPart(Part):
         return self
 
 
+class AutopilotPart(Part):
+    """An autopilot from outside: any command that connects to TCP 4560+instance, such as a real PX4.
+
+    In its command and its environment the words {instance}, {port}, {name}, {model}, {rootfs}, {out} and {seed} are
+    filled in.
+    """
+
+    command: Annotated[list[str], Field(min_length=1)]
+    env: dict[str, str | int | float] = {}
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """`env` as texts."""
+        return {name: str(value) for name, value in self.env.items()}
+
+
 class VehiclePart(Part):
     """A vehicle: its model, where it starts, its sensors, its camera and its companion."""
 
@@ -135,6 +151,8 @@ class VehiclePart(Part):
     sensors: dict[str, Any] = {}
     """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
     camera: CameraPart | None = None
+    autopilot: AutopilotPart | None = None
+    """None: ours."""
     companion: CompanionPart | None = None
 
     @field_validator("model")
@@ -439,6 +457,7 @@ _PARTS: dict[str, type[BaseModel]] = {
     "peer_radio": PeerRadio,
     "camera": CameraPart,
     "companion": CompanionPart,
+    "autopilot": AutopilotPart,
     "start": Place,
     "mount": MountPart,
     "distortion": DistortionPart,

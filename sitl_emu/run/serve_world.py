@@ -1,7 +1,7 @@
 """`sitl-emu world`: the simulator alone, serving TCP 4560+i to whatever autopilot connects, a real PX4 for one.
 
-All vehicles stand in one world and go in step: a tick is done when every autopilot has answered (from its first answer
-on: a real PX4 listens for a while before it speaks). It starts when all have connected, and stays until Ctrl-C or
+All vehicles stand in one world and go in step: a tick is done when every autopilot has answered (or need not:
+`outside_channel.py`). It starts when all have connected, and stays until Ctrl-C or
 until an autopilot leaves. A vehicle whose autopilot was shut down stays in it, with its motors off, until all were.
 """
 
@@ -20,16 +20,14 @@ from sitl_emu.core.simulator_api import (
     HilActuatorControls,
     SimulatorParameter,
 )
-from sitl_emu.core.tcp_channel import SimulatorListener, TcpSimulatorChannel
+from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import site
+from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation
-
-FIRST_ANSWER_S = 0.02
-"""Wall time that a tick waits for an autopilot that has not answered yet: PX4's outputs start a while after it."""
 
 
 def serve_world(
@@ -53,7 +51,7 @@ def serve_world(
         simulators = [here.simulator(each, place, seed, f"vehicle{place}") for place, each in enumerate(described)]
         for place, model in enumerate(models):
             say(f"{model}: waiting for its autopilot on TCP {ports.simulator(instance + place)}")
-        channels = [listener.accept() for listener in listeners]
+        channels = [OutsideChannel(each.accept(), vehicle) for each, vehicle in zip(listeners, described, strict=True)]
         say("all autopilots are connected")
         settle()
         _serve(Simulation(simulators, here.solids), channels, math.inf if speed is None else speed, models, say)
@@ -68,7 +66,7 @@ def serve_world(
 
 def _serve(
     simulation: Simulation,
-    channels: Sequence[TcpSimulatorChannel],
+    channels: Sequence[OutsideChannel],
     speed: float,
     models: Sequence[str],
     say: Callable[[str], None],
@@ -84,7 +82,7 @@ def _serve(
         for place, channel in on.items():
             channel.send(sensed[place])
         for place, channel in list(on.items()):
-            controls[place] = channel.receive() if controls[place] else _first_answer(channel)
+            controls[place] = channel.receive()
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
@@ -96,11 +94,3 @@ def _serve(
         pacer.next_tick()
         if (left := pacer.remaining_s()) > 0.0:
             time.sleep(left)
-
-
-def _first_answer(channel: TcpSimulatorChannel) -> HilActuatorControls | None:
-    """The last answer of those that have come by now, so that none is one tick behind from then on."""
-    answer = channel.poll(FIRST_ANSWER_S)
-    while answer is not None and (later := channel.poll(0.0)) is not None:
-        answer = later
-    return answer

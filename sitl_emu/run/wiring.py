@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sitl_emu.core import ports
-from sitl_emu.run import worlds
+from sitl_emu.run import models, worlds
 from sitl_emu.run.children import Child, start_command, start_process
 from sitl_emu.run.configs import (
+    ROOTFS,
     AutopilotConfig,
     CameraConfig,
     CameraData,
@@ -26,6 +27,7 @@ from sitl_emu.run.configs import (
     WorldConfig,
 )
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.outside_autopilot import environment, filled
 from sitl_emu.run.scenario import CompanionPart, Scenario, VehiclePart
 
 LOOPBACK = "127.0.0.1"
@@ -54,11 +56,12 @@ class Process(NamedTuple):
 
 
 class Command(NamedTuple):
-    """A companion of the user's that is to be started."""
+    """A program of the user's that is to be started: a companion, or an autopilot from outside."""
 
-    vehicle: VehiclePart
-    words: dict[str, str]
-    """What is filled in for the words in braces."""
+    title: str
+    arguments: list[str]
+    env: dict[str, str]
+    """What is added to the environment."""
 
 
 class Member(NamedTuple):
@@ -66,7 +69,8 @@ class Member(NamedTuple):
 
     data: VehicleData
     processes: list[Process]
-    command: Command | None
+    autopilot: Command | None
+    companion: Command | None
 
 
 class Sockets:
@@ -119,14 +123,20 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
         for member in members:
             for title, module, process_config, end in member.processes:
                 children.append(start_process(title, module, process_config, end, [], wanted.folder))
+            if member.autopilot is not None:
+                child = start_command(*member.autopilot, wanted.folder)
+                child.outside = True
+                children.append(child)
         for member in members:
-            if member.command is not None:
-                children.append(start_command(*member.command, wanted.folder))
+            if member.companion is not None:
+                child = start_command(*member.companion, wanted.folder)
+                child.command = True
+                children.append(child)
     return control
 
 
 def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
-    commands = [member.command.vehicle for member in members if member.command is not None]
+    by_command = [each for each in wanted.scenario.vehicles if each.companion and each.companion.command]
     return WorldConfig(
         folder=str(wanted.folder),
         start_us=wanted.scenario.start_us,
@@ -137,7 +147,7 @@ def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
         speed=wanted.speed,
         time_limit_s=wanted.scenario.time_limit_s,
         faults=tuple(fault.data for fault in wanted.scenario.faults),
-        commands=tuple(each.name for each in commands if each.companion and not each.companion.background),
+        commands=tuple(each.name for each in by_command if each.companion and not each.companion.background),
     )
 
 
@@ -148,13 +158,16 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
     radio = sockets.radio() if has_radio and companion is not None else None
     radio_port = radio.getsockname()[1] if radio is not None else None
     processes, command = list[Process](), None
-    autopilot_fd = _autopilot(wanted, instance, vehicle, sockets, processes)
+    outside = _outside_autopilot(wanted, instance, vehicle) if vehicle.autopilot is not None else None
+    autopilot_fd = None if outside is not None else _autopilot(wanted, instance, vehicle, sockets, processes)
     camera = _camera(wanted, vehicle, sockets, processes)
     companion_fd = None
     if companion is not None and companion.mission is not None:
         companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, sockets, processes)
     elif companion is not None:
-        command = Command(vehicle, _words(wanted, instance, vehicle, radio_port))
+        words = _words(wanted, instance, vehicle, radio_port)
+        arguments = [filled(argument, words) for argument in companion.command or ()]
+        command = Command(f"companion {vehicle.name}", arguments, {})
     place = vehicle.start
     data = VehicleData(
         name=vehicle.name,
@@ -167,12 +180,12 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         radio_fd=radio.fileno() if radio is not None else None,
         camera=camera,
     )
-    return Member(data, processes, command)
+    return Member(data, processes, outside, command)
 
 
 def _in_lockstep(vehicle: VehiclePart) -> bool:
-    """Whether the autopilot takes part in barriers: with a companion of ours."""
-    return vehicle.companion is not None and vehicle.companion.mission is not None
+    """Whether the autopilot takes part in barriers: ours, with a companion of ours."""
+    return vehicle.autopilot is None and vehicle.companion is not None and vehicle.companion.mission is not None
 
 
 def _ring(vehicle: VehiclePart) -> str:
@@ -194,6 +207,26 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
     )
     processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))
     return world_end.fileno()
+
+
+def _outside_autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart) -> Command:
+    """An autopilot of the user's, with a folder of its own."""
+    assert vehicle.autopilot is not None
+    rootfs = wanted.folder.resolve() / ROOTFS / vehicle.name
+    rootfs.mkdir(parents=True)
+    data = models.as_set(vehicle.model_data)
+    words = {
+        "instance": str(instance),
+        "port": str(ports.simulator(instance)),
+        "name": vehicle.name,
+        "model": data.model,
+        "rootfs": str(rootfs),
+        "out": str(wanted.folder.resolve()),
+        "seed": str(wanted.seed),
+    }
+    arguments = [filled(argument, words) for argument in vehicle.autopilot.command]
+    env = environment(data, vehicle.autopilot.environment, words)
+    return Command(f"autopilot {vehicle.name}", arguments, env)
 
 
 def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> CameraData | None:
@@ -231,6 +264,7 @@ def _companion(
         seed=wanted.seed,
         name=vehicle.name,
         instance=instance,
+        lockstep=_in_lockstep(vehicle),
         mission=companion.mission,
         options=companion.options,
         radio_port=radio_port,

@@ -19,6 +19,7 @@ from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, Vehicl
 from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
+from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
@@ -125,14 +126,19 @@ def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
 
 def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener) -> VehicleInRun:
     name = data.name
-    autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
-    autopilot.receive()
-    autopilot.send({"start": True})
-    channel = listener.accept(START_LIMIT_S)
-    channel.limit_answers(BARRIER_LIMIT_S)
-    vehicle = VehicleInRun(name, simulator, channel)
-    autopilot.receive()
-    vehicle.autopilot = autopilot if data.lockstep else None
+    if data.autopilot_fd is None:
+        channel = listener.accept(START_LIMIT_S)
+        channel.limit_answers(BARRIER_LIMIT_S)
+        vehicle = VehicleInRun(name, simulator, OutsideChannel(channel, simulator.vehicle), outside=True)
+    else:
+        autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
+        autopilot.receive()
+        autopilot.send({"start": True})
+        channel = listener.accept(START_LIMIT_S)
+        channel.limit_answers(BARRIER_LIMIT_S)
+        vehicle = VehicleInRun(name, simulator, channel)
+        autopilot.receive()
+        vehicle.autopilot = autopilot if data.lockstep else None
     if data.companion_fd is not None:
         vehicle.companion = inherited(data.companion_fd, f"companion {name}")
     if (camera := data.camera) is not None:

@@ -1,0 +1,46 @@
+"""The channel to an autopilot from outside, which may be silent where ours answers every tick.
+
+A real PX4 v1.18 listens for some seconds of its start-up before it speaks. From then on a multicopter answers every
+HIL_SENSOR, since its rate controller runs with each; a rover speaks only when its outputs change: 100 times a second
+while it is armed, and not at all while it is disarmed (modules/simulation/simulator_mavlink sends on actuator_outputs).
+"""
+
+from collections.abc import Sequence
+
+from sitl_emu.core.simulator_api import BesideMessage, HilActuatorControls, SimulatorMessage
+from sitl_emu.core.tcp_channel import TcpSimulatorChannel
+from vehicles import Vehicle
+
+FIRST_ANSWER_S = 0.02
+"""Wall time that a tick waits for a multicopter's autopilot that has not spoken yet."""
+KEEPING_UP_S = 0.004
+"""Wall time that a tick waits for one that need not answer: as long as the tick, so that it keeps up in real time."""
+OFF = HilActuatorControls(0, 0, (0.0,) * 16, 0)
+
+
+class OutsideChannel:
+    """The simulator's end of a channel, for an autopilot that may be silent: then its last outputs hold."""
+
+    def __init__(self, channel: TcpSimulatorChannel, vehicle: Vehicle) -> None:
+        self._channel = channel
+        self._answers_every_tick = vehicle.propulsion is not None
+        self._patience_s = FIRST_ANSWER_S if self._answers_every_tick else KEEPING_UP_S
+        self._last = OFF
+        self._has_spoken = False
+
+    def send(self, messages: list[SimulatorMessage]) -> None:
+        """One tick's messages. Raises ChannelClosed."""
+        self._channel.send(messages)
+
+    def receive(self) -> HilActuatorControls:
+        """The answer, or the last one where none comes soon. Raises ChannelClosed."""
+        if self._has_spoken and self._answers_every_tick:
+            return self._channel.receive()
+        answer = self._channel.newest(self._patience_s)
+        if answer is not None:
+            self._last, self._has_spoken = answer, True
+        return self._last
+
+    def beside(self) -> Sequence[BesideMessage]:
+        """What came beside."""
+        return self._channel.beside()
