@@ -1,8 +1,8 @@
 """The channel to an autopilot from outside, which may be silent where ours answers every tick.
 
 A real PX4 v1.18 listens for some seconds of its start-up before it speaks. From then on a multicopter answers every
-HIL_SENSOR, since its rate controller runs with each; a rover speaks only when its outputs change: 100 times a second
-while it is armed, and not at all while it is disarmed (modules/simulation/simulator_mavlink sends on actuator_outputs).
+HIL_SENSOR, since its rate controller runs with each; a rover speaks only when its controllers give outputs, and not at
+all while it is disarmed (modules/simulation/simulator_mavlink sends when actuator_outputs is published).
 """
 
 from collections.abc import Sequence
