@@ -132,9 +132,10 @@ class Deliveries:
         return True
 
     def _inspectors(self) -> list[int]:
-        """The systems to send targets to, in order."""
+        """The systems to send targets to, in order: of those that are heard, or of all if none is any more."""
         peers = self._onboard.peer.with_role(Role.INSPECT)
-        return [peer.system for peer in peers if peer.place is not None]
+        known = [peer.system for peer in peers if peer.place is not None]
+        return [system for system in known if not self._is_silent(system)] or known
 
     def _next_for(self, system: int) -> Delivery | None:
         """The waiting target that is nearest to an inspector."""

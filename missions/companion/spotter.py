@@ -43,7 +43,7 @@ class Spotter:
     def wants(self, frame_time_us: int) -> float | None:
         """Metres a pixel of a frame, 0 if that is not known; None if it is not wanted, or the pose then not known."""
         pose = self._telemetry.pose_at(frame_time_us)
-        if pose is None or frame_time_us < self._due_us:
+        if pose is None or (self._period_us and frame_time_us < self._due_us):
             return None
         self._due_us = max(self._due_us + self._period_us, frame_time_us)
         return gsd_m(self._camera, self._camera_pose(pose), self.confirmation.ground_down_m) or 0.0
