@@ -168,7 +168,7 @@ class AutopilotHost:
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
         self._devices = components.plug_in(hosted, self.autopilot)
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
-        self._commands = self.autopilot.topics.vehicle_commands
+        self._commands_seen = 0
         self.boots += 1
 
     def _reboot(self) -> None:
@@ -192,14 +192,14 @@ class AutopilotHost:
         self.flight_logs += self.autopilot.logger.files
 
     def _power_wanted(self) -> int | None:
-        """REBOOT or SHUT_DOWN where the newest accepted command asks for it."""
+        """REBOOT or SHUT_DOWN where a command that was accepted since the last tick asks for it."""
         commands = self.autopilot.topics.vehicle_commands
-        if commands is self._commands:
+        if not commands or commands[-1].number == self._commands_seen:
             return None
-        self._commands = commands
-        if not commands or commands[-1].command.command != mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
-            return None
-        return int(commands[-1].command.param1)
+        new = [record.command for record in commands if record.number > self._commands_seen]
+        self._commands_seen = commands[-1].number
+        wanted = [int(each.param1) for each in new if each.command == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN]
+        return wanted[-1] if wanted else None
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

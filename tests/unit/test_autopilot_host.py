@@ -65,8 +65,11 @@ class Bench:
             self.beside += self.channel.simulator.beside()
 
     def power(self, what: int) -> None:
-        command = mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
-        message = mavlink.MAVLink_command_long_message(INSTANCE + 1, 1, command, 0, what, *[math.nan] * 6)
+        self.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, what)
+
+    def command(self, command: int, *params: float) -> None:
+        filled = [*params, *[math.nan] * (7 - len(params))]
+        message = mavlink.MAVLink_command_long_message(INSTANCE + 1, 1, command, 0, *filled)
         self.host.autopilot.on_datagram(GCS, message.pack(self._station))
 
 
@@ -115,6 +118,14 @@ def test_after_a_shutdown_motors_stand_still_and_ports_are_free(bench: Bench) ->
     assert bench.beside[-1] == AutopilotState(STATE_POWEROFF)
     assert bench.controls is not None and bench.controls.mode == 0 and set(bench.controls.controls) == {0.0}
     bench.host.close()
+
+
+def test_a_command_that_comes_in_the_same_tick_does_not_hide_a_reboot(bench: Bench) -> None:
+    bench.tick(10)
+    bench.power(REBOOT)
+    bench.command(mavlink.MAV_CMD_DO_SET_ROI_NONE)
+    bench.tick()
+    assert bench.host.boots == 2
 
 
 def test_what_passes_on_the_links_is_logged_over_a_reboot(bench: Bench, tmp_path: Path) -> None:
