@@ -92,7 +92,6 @@ class Commander:
             storage=storage,
         )
         self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
-        self.COMMANDS = self._handlers.commands
         self._was_armed = False
         self._was_landed = True
         self._has_taken_off = False
@@ -112,6 +111,11 @@ class Commander:
         self._checks_due_us = 0
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
+
+    @property
+    def COMMANDS(self) -> frozenset[int]:  # noqa: N802, as the constant that other owners of commands have
+        """Those it has a handler for, and those that nobody else answers."""
+        return self._handlers.commands
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Decide on one of COMMANDS; None gives no ack."""

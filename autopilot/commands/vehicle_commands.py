@@ -31,7 +31,10 @@ class CommandResult(NamedTuple):
 class CommandOwner(Protocol):
     """A module that decides on some commands."""
 
-    COMMANDS: frozenset[int]
+    @property
+    def COMMANDS(self) -> frozenset[int]:  # noqa: N802, as the constant that it is in most of them
+        """Their numbers."""
+        ...
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Decide, act, and say the result; None gives no ack."""

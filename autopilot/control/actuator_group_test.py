@@ -6,7 +6,7 @@ the vehicle was disarmed, took off or changed its mode meanwhile, or another tes
 """
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
@@ -38,7 +38,7 @@ class Test(NamedTuple):
 class ActuatorGroupTest:
     """Owner of the command."""
 
-    COMMANDS = commands_of(Owner.ACTUATOR_GROUP_TEST)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.ACTUATOR_GROUP_TEST)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters

@@ -1,7 +1,7 @@
 """From setpoint to actuators: what controls each kind of vehicle."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.control.multicopter import MulticopterControl
@@ -15,7 +15,7 @@ from autopilot.vehicle_kind import VehicleKind
 class StartedModule(Protocol):
     """A module that runs on some vehicles alone, and may own commands."""
 
-    COMMANDS: frozenset[int]
+    COMMANDS: ClassVar[frozenset[int]]
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""

@@ -9,6 +9,7 @@ PX4's MAVLink receiver does: what ground stations do once a second.
 
 import math
 from enum import IntEnum, auto
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult, obey_navigator
@@ -81,7 +82,7 @@ RESULTS = {State.COMPLETE: mavlink.MAV_RESULT_ACCEPTED, State.FAIL: mavlink.MAV_
 class McAutotune:
     """Owner of DO_AUTOTUNE_ENABLE; adds to the rate setpoint, and sets the gains in the end."""
 
-    COMMANDS = commands_of(Owner.AUTOTUNE)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.AUTOTUNE)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters

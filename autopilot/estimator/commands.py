@@ -7,6 +7,7 @@ does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arm
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult, answer_later
@@ -33,7 +34,7 @@ TEMPORARILY_REJECTED = CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
 class EstimatorCommands:
     """Owner of the five."""
 
-    COMMANDS = commands_of(Owner.ESTIMATOR)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.ESTIMATOR)
 
     def __init__(self, estimator: Estimator, topics: Topics, parameters: Parameters) -> None:
         self._ekf, self._fusion = estimator.ekf, estimator.fusion

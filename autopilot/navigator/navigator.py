@@ -6,6 +6,7 @@ vehicle_commands.
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import CommandResult
@@ -48,7 +49,7 @@ Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
 class Navigator:
     """The modes and the one that is active."""
 
-    COMMANDS: frozenset[int] = frozenset()
+    COMMANDS: ClassVar[frozenset[int]] = frozenset()
     """All commands go to the commander, who passes on what it has accepted."""
 
     def __init__(

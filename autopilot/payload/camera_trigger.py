@@ -9,6 +9,7 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.table import Owner, commands_of
@@ -30,7 +31,7 @@ DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
 class CameraTrigger:
     """Writes camera_trigger and camera_capture."""
 
-    COMMANDS = commands_of(Owner.CAMERA_TRIGGER)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.CAMERA_TRIGGER)
 
     def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
         """Only for a vehicle whose TRIG_MODE is above 0."""

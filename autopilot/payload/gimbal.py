@@ -10,6 +10,7 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.table import Owner, commands_of
@@ -63,7 +64,7 @@ OLD_ANGLE, OLD_RATE, OLD_ABSOLUTE = range(3)
 class Gimbal:
     """Writes gimbal_device_set_attitude and gimbal_manager_status."""
 
-    COMMANDS = commands_of(Owner.GIMBAL)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.GIMBAL)
 
     def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
         """Only for a vehicle whose MNT_MODE_IN is 0 or above."""

@@ -7,6 +7,7 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult, answer_later, obey_navigator, tell
@@ -25,7 +26,7 @@ GRAB_AT_START = VehicleCommand(mavlink.MAV_CMD_DO_GRIPPER, param2=float(GRAB), f
 class PayloadDeliverer:
     """Owner of DO_GRIPPER; writer of gripper."""
 
-    COMMANDS = commands_of(Owner.PAYLOAD_DELIVERER)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.PAYLOAD_DELIVERER)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics

@@ -6,6 +6,7 @@ type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0
 """
 
 import math
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import CommandResult
@@ -42,7 +43,7 @@ MOST_FAILURES = 16
 class FailureInjectionManager:
     """Owner of INJECT_FAILURE; writes failure_injection."""
 
-    COMMANDS = commands_of(Owner.FAILURE_INJECTION)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.FAILURE_INJECTION)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics

@@ -5,7 +5,7 @@ with our time, the heading turned by half a turn.
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import Topics, TransponderReport, queue_transponder_report
@@ -18,7 +18,7 @@ KNOWN_FLAGS = 0x3F
 class AdsbVehicle:
     """Writer of transponder_reports (`navigator fake_traffic` is another)."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics) -> None:

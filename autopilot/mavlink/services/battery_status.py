@@ -5,7 +5,7 @@ vehicle's own system; the voltage is that of its cells together, the warning fol
 BAT_CRIT_THR, BAT_EMERGEN_THR). Several of them are one to us.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.parameters import Parameters
@@ -21,7 +21,7 @@ NO_CELL = 65535
 class BatteryStatus:
     """Writer of battery_status_outside."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_BATTERY_STATUS})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_BATTERY_STATUS})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, parameters: Parameters, system_id: int) -> None:

@@ -7,7 +7,7 @@ intervals) are decided by their services here, all others by their owner in the 
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from autopilot.commands.table import COMMANDS, UNKNOWN
 from autopilot.commands.vehicle_commands import CommandResult, tell
@@ -33,7 +33,7 @@ DENIED: int = mavlink.MAV_RESULT_DENIED
 class LinkCommands(Protocol):
     """A service that decides on commands about the link they came on."""
 
-    COMMANDS: frozenset[int]
+    COMMANDS: ClassVar[frozenset[int]]
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult | None:
         """Decide, act on the link, and say the result; None gives no ack."""
@@ -43,7 +43,9 @@ class LinkCommands(Protocol):
 class Command:
     """Turns command messages into VehicleCommands and results into acks."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
+        {mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT}
+    )
     HAS_TIMER = True
 
     def __init__(

@@ -10,7 +10,7 @@ once more; which one begins is chance, often that to SIH's display. Here nobody 
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.commands.outgoing_commands import OutgoingCommands
 from autopilot.commands.vehicle_commands import tell
@@ -39,7 +39,7 @@ class Sent:
 class CommandSender:
     """Sends what waits in `outgoing`."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_ACK})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_ACK})
     HAS_TIMER = True
 
     def __init__(

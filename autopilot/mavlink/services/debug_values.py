@@ -4,7 +4,7 @@ https://mavlink.io/en/messages/common.html#NAMED_VALUE_FLOAT. As PX4: the last o
 told again by the stream of its name on every link; a named integer becomes a named float.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import DebugArray, DebugKeyValue, DebugValue, DebugVect, Topics
@@ -17,7 +17,7 @@ NAME_BYTES = 9
 class DebugValues:
     """Writer of debug_key_value, debug_value, debug_vect and debug_array."""
 
-    MESSAGES = frozenset(
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
         {
             mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT,
             mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT,

@@ -6,7 +6,7 @@ start, of which a link sends the newest alone: the others are there for who asks
 """
 
 from collections import deque
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from autopilot.events.events import Events
 from autopilot.mavlink.link import Link
@@ -38,7 +38,7 @@ class StoredEvent(NamedTuple):
 class Event:
     """Keeps and sends events."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_REQUEST_EVENT})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_REQUEST_EVENT})
     HAS_TIMER = True
 
     def __init__(self, links: tuple[Link, ...], events: Events, system_id: int) -> None:

@@ -4,7 +4,7 @@ https://mavlink.io/en/messages/common.html#FOLLOW_TARGET. As PX4 takes it: from 
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import FollowTarget as FollowTargetSample
@@ -15,7 +15,7 @@ from sitl_emu.core import dialect as mavlink
 class FollowTarget:
     """Writer of topics.follow_target."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics) -> None:

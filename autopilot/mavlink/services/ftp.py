@@ -12,7 +12,7 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from autopilot.mavlink.component_metadata import files
 from autopilot.mavlink.link import Link
@@ -127,7 +127,7 @@ class LinkState:
 class Ftp:
     """The server; a session per link."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL})
     HAS_TIMER = True
 
     def __init__(self, system_id: int, root: Path | None, etc: Callable[[], Tree] = files.tree) -> None:

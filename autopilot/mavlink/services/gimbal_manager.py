@@ -5,7 +5,7 @@ https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, th
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
@@ -29,7 +29,9 @@ ATTITUDE_STATUS = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
 class GimbalManager:
     """Writer of gimbal_manager_set_attitude, gimbal_device_information and gimbal_device_attitude_status."""
 
-    MESSAGES = frozenset({SET_ATTITUDE, SET_PITCHYAW, SET_MANUAL, INFORMATION, ATTITUDE_STATUS})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
+        {SET_ATTITUDE, SET_PITCHYAW, SET_MANUAL, INFORMATION, ATTITUDE_STATUS}
+    )
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, system_id: int) -> None:

@@ -5,7 +5,7 @@ answered by GPS_GLOBAL_ORIGIN on its link.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.mavlink.link import Link
@@ -17,7 +17,7 @@ from sitl_emu.core import dialect as mavlink
 class GpsGlobalOrigin:
     """Gives the command, and tells the origin."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN})
     HAS_TIMER = False
 
     def __init__(

@@ -4,7 +4,7 @@ Ground stations may have any system id; everybody else counts only with the vehi
 (MavlinkReceiver::handle_message_heartbeat).
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import Topics
@@ -16,7 +16,7 @@ HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)
 class Heartbeat:
     """Writer of topics.gcs_heartbeats and of `Link.heard_gcs`."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, system_id: int) -> None:

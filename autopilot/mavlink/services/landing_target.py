@@ -6,7 +6,7 @@ by the attitude and the height above ground. They are not filtered over time, as
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.constants import Severity
 from autopilot.events.texts import Say
@@ -23,7 +23,7 @@ FARTHEST_M = 1e6
 class LandingTarget:
     """Writer of landing_target_pose."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, say: Say) -> None:

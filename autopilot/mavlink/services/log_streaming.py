@@ -9,7 +9,7 @@ acknowledges nothing holds the logger up for 2.5 s. File logging does not suffer
 import math
 import struct
 from collections import deque
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import (
@@ -45,8 +45,8 @@ DATA = struct.Struct("<HBBBB249s")
 class LogStreaming:
     """The stream, and who gets it."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_LOGGING_ACK})
-    COMMANDS = commands_of(Owner.LOG_STREAMING)
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LOGGING_ACK})
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.LOG_STREAMING)
     HAS_TIMER = True
 
     def __init__(self, topics: Topics, say: Say, system_id: int, logger: Logger | None) -> None:

@@ -11,7 +11,7 @@ import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import is_for
@@ -63,7 +63,7 @@ class Sending:
 class LogTransfer:
     """Serves the logs in the instance's folder, on each link by itself."""
 
-    MESSAGES = frozenset(
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
         {
             mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST,
             mavlink.MAVLINK_MSG_ID_LOG_REQUEST_DATA,

@@ -6,7 +6,7 @@ are flown, autopilot/manual_control/manual_control.py decides.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import SOURCE_MAVLINK_0, Aux, ManualControlInput, Topics
@@ -20,7 +20,7 @@ FIRST_AUX_BIT = 2
 class ManualControl:
     """Writer of topics.manual_control_mavlink."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, links: Sequence[Link], system_id: int) -> None:

@@ -8,6 +8,7 @@ REQUEST_DATA_STREAM has no effect.
 
 import math
 from collections.abc import Callable
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
@@ -30,7 +31,7 @@ NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
 class MessageInterval:
     """Decides on the two commands."""
 
-    COMMANDS = commands_of(Owner.MESSAGE_INTERVAL)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.MESSAGE_INTERVAL)
 
     def __init__(self, stream: Callable[[str], Stream | None]) -> None:
         """`stream` finds a stream by message name."""

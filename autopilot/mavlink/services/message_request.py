@@ -5,6 +5,7 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 """
 
 from collections.abc import Callable
+from typing import ClassVar
 
 from autopilot.commands.table import Owner, commands_of
 from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
@@ -24,7 +25,7 @@ OF_SERVICES = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
 class MessageRequest:
     """Decides on REQUEST_MESSAGE."""
 
-    COMMANDS = commands_of(Owner.MESSAGE_REQUEST)
+    COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.MESSAGE_REQUEST)
 
     def __init__(self, stream: Callable[[str], Stream | None]) -> None:
         """`stream` finds a stream by message name."""

@@ -9,7 +9,7 @@ Every answer goes out in the datagram's own moment, so that a transfer runs as f
 
 from collections.abc import Callable
 from enum import Enum
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.constants import Severity
 from autopilot.events.texts import Say, Texts
@@ -376,7 +376,7 @@ HANDLERS: dict[int, Callable[[Manager, int, Any], None]] = {
 class Mission:
     """The plans' service: the managers of all links, and what the navigator has to tell."""
 
-    MESSAGES = frozenset(HANDLERS)
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(HANDLERS)
     HAS_TIMER = True
 
     def __init__(

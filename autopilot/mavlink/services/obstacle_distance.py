@@ -5,7 +5,7 @@ https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE. As PX4: a sensor t
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import NAN, DistanceSensorSample, Topics
@@ -19,7 +19,9 @@ INVALID_SIGNAL_QUALITY = 1
 class ObstacleDistance:
     """Writer of obstacle_distance, distance_sensor_outside and distance_sensor_sideways."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
+        {mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR}
+    )
     HAS_TIMER = False
 
     def __init__(self, topics: Topics) -> None:

@@ -6,7 +6,7 @@ to NED and FRD. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 d
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import (
@@ -38,7 +38,9 @@ FLU_TO_FRD: Quaternion = (0.0, 1.0, 0.0, 0.0)
 class Odometry:
     """Writer of vehicle_visual_odometry."""
 
-    MESSAGES = frozenset({ODOMETRY, VISION_POSITION, VISION_SPEED, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
+        {ODOMETRY, VISION_POSITION, VISION_SPEED, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP}
+    )
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, system_id: int) -> None:

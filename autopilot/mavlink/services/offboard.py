@@ -6,7 +6,7 @@ force setpoints are refused (ignored).
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.mavlink.services.service import finite_or_nan, is_for
@@ -36,7 +36,7 @@ THROTTLE_IGNORE = 0x40
 class Offboard:
     """Writer of topics.offboard_setpoint."""
 
-    MESSAGES = frozenset(
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
         {
             mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
             mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT,

@@ -5,7 +5,7 @@ sensor itself made. Height comes from the range sensor, and not from this messag
 """
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.parameters import Parameters
@@ -20,7 +20,7 @@ PARAMETERS = tuple(f"SENS_FLOW_{what}" for what in ("MAXHGT", "MAXR", "MINHGT", 
 class OpticalFlow:
     """Writer of vehicle_optical_flow."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_OPTICAL_FLOW_RAD})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_OPTICAL_FLOW_RAD})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:

@@ -9,7 +9,7 @@ by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either
 import math
 import struct
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.constants import Severity
 from autopilot.mavlink.link import Link
@@ -43,7 +43,7 @@ UNMAP = -2
 class Parameter:
     """One for all links; lists run per link."""
 
-    MESSAGES = frozenset(
+    MESSAGES: ClassVar[frozenset[int]] = frozenset(
         {
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST,
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ,

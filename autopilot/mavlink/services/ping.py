@@ -1,6 +1,6 @@
 """PING: answers a broadcast ping with its sender as target (https://mavlink.io/en/services/ping.html)."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
@@ -9,7 +9,7 @@ from sitl_emu.core import dialect as mavlink
 class Ping:
     """Only a ping to 0/0 is a question; one with a target is an answer."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_PING})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_PING})
     HAS_TIMER = False
 
     def __init__(self, system_id: int) -> None:

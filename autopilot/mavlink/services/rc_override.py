@@ -4,7 +4,7 @@ As PX4 (handle_message_rc_channels_override): up to 18 channels; UINT16_MAX igno
 above; the last that is not ignored gives their number. Whether they are flown, rc_update and COM_RC_IN_MODE decide.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from autopilot.topics import InputRc, Topics
@@ -19,7 +19,7 @@ IGNORED = 65535
 class RcOverride:
     """Writer of topics.input_rc."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, system_id: int) -> None:

@@ -1,7 +1,7 @@
 """What every service looks like to the dispatcher."""
 
 import math
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from autopilot.mavlink.link import Link
 
@@ -9,7 +9,7 @@ from autopilot.mavlink.link import Link
 class Service(Protocol):
     """A state machine that is handed the messages it lists, and the time if it wants it."""
 
-    MESSAGES: frozenset[int]
+    MESSAGES: ClassVar[frozenset[int]]
     """MAVLink ids that it wants."""
     HAS_TIMER: bool
     """Whether `on_time` does anything."""

@@ -1,7 +1,7 @@
 """SET_MODE: the old way to change the mode, which QGroundControl still uses; acked as MAV_CMD_DO_SET_MODE."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.commands.vehicle_commands import CommandResult
 from autopilot.mavlink.link import Link
@@ -13,7 +13,7 @@ from sitl_emu.core import dialect as mavlink
 class SetMode:
     """Turns SET_MODE into the command."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SET_MODE})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_SET_MODE})
     HAS_TIMER = False
 
     def __init__(

@@ -7,7 +7,7 @@ starve, addressed to who typed last.
 """
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from autopilot.events.texts import Text, Texts
 from autopilot.mavlink.link import Link
@@ -60,7 +60,7 @@ class Session:
 class Shell:
     """The shells of all links."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL})
     HAS_TIMER = True
 
     def __init__(self, texts: Texts, system_id: int, open_shell: Callable[[], Console] | None) -> None:

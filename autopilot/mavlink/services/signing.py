@@ -8,7 +8,7 @@ and the timestamp in 8, little-endian. MAVLink wants the timestamp saved at leas
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.constants import Severity
 from autopilot.mavlink.link import Link
@@ -56,7 +56,7 @@ class SigningKeyFile:
 class Signing:
     """Owner of the key; every link has its LinkSigning with it."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
     HAS_TIMER = True
 
     def __init__(

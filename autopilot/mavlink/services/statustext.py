@@ -9,7 +9,7 @@ its last heartbeat; here it does once the connection counts as lost (COM_DL_LOSS
 stations that send a heartbeat once a second beside a simulation that is faster than that.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.events.texts import Text, Texts
 from autopilot.mavlink.link import Link
@@ -47,7 +47,7 @@ class LinkTexts:
 class StatusText:
     """Sends what is new in `texts` on every link that streams texts and has a ground station."""
 
-    MESSAGES: frozenset[int] = frozenset()
+    MESSAGES: ClassVar[frozenset[int]] = frozenset()
     HAS_TIMER = True
 
     def __init__(self, links: tuple[Link, ...], topics: Topics, texts: Texts) -> None:

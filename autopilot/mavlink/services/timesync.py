@@ -1,6 +1,6 @@
 """TIMESYNC: answers other clocks with ours (https://mavlink.io/en/services/timesync.html)."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
@@ -9,7 +9,7 @@ from sitl_emu.core import dialect as mavlink
 class Timesync:
     """Echoes ts1 and adds our time, in ns. Offsets of others are not estimated: nothing here needs them."""
 
-    MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_TIMESYNC})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_TIMESYNC})
     HAS_TIMER = False
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
