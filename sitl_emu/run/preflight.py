@@ -3,6 +3,7 @@
 import errno
 import shutil
 import socket
+import sys
 
 from sitl_emu.core import ports
 from sitl_emu.run.scenario import Scenario
@@ -28,8 +29,9 @@ def check(scenario: Scenario, first_instance: int) -> None:
             ("autopilot", vehicle.autopilot.command if vehicle.autopilot is not None else None),
             ("companion", vehicle.companion.command if vehicle.companion is not None else None),
         ):
-            if command is not None and shutil.which(command[0]) is None:
-                raise Trouble(f"{what} {vehicle.name}: can't start {command[0]!r}: there is no such program")
+            program = command[0].replace("{python}", sys.executable) if command is not None else None
+            if program is not None and shutil.which(program) is None:
+                raise Trouble(f"{what} {vehicle.name}: can't start {program!r}: there is no such program")
     _check_sharing(scenario, first_instance)
     _check_ports(scenario, first_instance)
 

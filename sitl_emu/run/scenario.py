@@ -105,7 +105,8 @@ class CameraPart(Part):
 class CompanionPart(Part):
     """A companion computer: one of our missions, or any command.
 
-    In a command the words {connect}, {peer}, {camera}, {calibration}, {out} and {seed} are filled in.
+    In a command the words {connect}, {peer}, {camera}, {calibration}, {out}, {seed} and {python} (the one that runs
+    sitl-emu) are filled in; a word that is a file beside the scenario means that file.
     """
 
     mission: str | None = None
@@ -406,14 +407,21 @@ def load(path: Path) -> Scenario:
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None:
             _find_files(vehicle.companion.options, path.parent)
+            words = vehicle.companion.command or []
+            words[:] = [_beside(word, path.parent) for word in words]
     return scenario
 
 
 def _find_files(options: dict[str, Any], folder: Path) -> None:
     """Make options that name a file beside the scenario into whole paths."""
     for name, value in options.items():
-        if isinstance(value, str) and value and (folder / value).is_file():
-            options[name] = str((folder / value).resolve())
+        if isinstance(value, str):
+            options[name] = _beside(value, folder)
+
+
+def _beside(word: str, folder: Path) -> str:
+    """The whole path of a file in a folder; any other word as it is."""
+    return str((folder / word).resolve()) if word and (folder / word).is_file() else word
 
 
 def _explained(error: ValidationError) -> str:

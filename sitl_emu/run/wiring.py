@@ -7,6 +7,7 @@ its own, and closed here when all have them.
 
 import os
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -285,4 +286,5 @@ def _words(wanted: Wanted, instance: int, vehicle: VehiclePart, radio_port: int 
         "calibration": str(vehicle.calibration(wanted.folder) or ""),
         "out": str(wanted.folder),
         "seed": str(wanted.seed),
+        "python": sys.executable,
     }

@@ -222,7 +222,8 @@ def _beat_time(
                 name, status = message["command_ended"]
                 ended[name] = status
         if not over_us:
-            waited_for = {name for name in commands if f"companion {name}" not in launcher.killed}
+            crashed = {vehicle.name for vehicle in conductor.vehicles if vehicle.crashed}
+            waited_for = {name for name in commands - crashed if f"companion {name}" not in launcher.killed}
             if (ours or commands) and conductor.done and ended.keys() >= waited_for:
                 over_us = conductor.now_us + GRACE_US
                 failed = [f"companion {name}: {_how(status)}" for name, status in ended.items() if status]

@@ -5,6 +5,7 @@ nothing in it has a mass or falls. Its axes are the world's, NED in metres. Load
 """
 
 import contextlib
+import ctypes
 import math
 import os
 import sys
@@ -241,7 +242,7 @@ def _bullet() -> Any:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """PyBullet prints the time that it was built at when it is imported."""
+    """PyBullet prints the time that it was built at when it is imported, by C's printf, which keeps it in a buffer."""
     sys.stdout.flush()
     kept = os.dup(1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -249,6 +250,7 @@ def _quiet() -> Iterator[None]:
     try:
         yield
     finally:
+        ctypes.CDLL(None).fflush(None)
         os.dup2(kept, 1)
         os.close(kept)
         os.close(nowhere)
