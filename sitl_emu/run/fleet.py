@@ -28,7 +28,7 @@ from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
 NO_CONTROLS = HilActuatorControls(0, 1, (0.0,) * 16, 0)
-"""Of a vehicle without an autopilot: its motors stand still."""
+"""What drives a vehicle whose autopilot has failed: its motors stand still."""
 
 
 class Host(Protocol):

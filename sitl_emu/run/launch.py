@@ -51,9 +51,9 @@ class Options(NamedTuple):
     per_process: int | None = None
     """How many vehicles share a process; None: one, and in a world all."""
     world: str | None = None
-    """The world that they share, by its kind; None: a level plain."""
+    """The world that they share, by its kind or its file; None: a level plain."""
     seed: int = 1
-    """Of that world."""
+    """The world's."""
     tlog: Path | None = None
     """The folder of the telemetry logs; None: none are kept."""
 

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import os
+import resource
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -68,6 +69,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     well.
     """
     signal.signal(signal.SIGTERM, _interrupt)
+    _allow_files()
     poll: HostPoll = Poll()
     status = 0
     with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as stack:
@@ -78,7 +80,12 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
             except PortInUseError as error:
                 print(f"sitl-emu: {each.title}: {error}", file=sys.stderr)
                 return 1
-        trim_heap()
+            except OSError as error:
+                where = f"{error.filename}: " if error.filename else ""
+                print(f"sitl-emu: {each.title}: {where}{error.strerror}", file=sys.stderr)
+                return 1
+        if launcher is None:  # else the launcher has done so
+            trim_heap()
         on_begun()
         renewals = [functools.partial(_simulator, crew, each) for each in crew.vehicles]
         members = [
@@ -113,6 +120,12 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:
     data = models.load(vehicle.model)
     return crew.site.simulator(data, vehicle.place, vehicle.instance, data.model)
+
+
+def _allow_files() -> None:
+    """Let the process open as many files as the system allows it: a vehicle takes four sockets and its logs."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
