@@ -76,8 +76,6 @@ class AutopilotHost:
         self.off = False
         """It was shut down: nothing may be called any more but `close`."""
         self.boots = 0
-        self.flight_logs: list[str] = []
-        """Names of the flight logs of earlier boots; the autopilot knows those of this one."""
         self._began_us: int | None = 0
         """The simulator's time at this boot; None until the first tick after a reboot tells it."""
         self._power_on(0)
@@ -173,7 +171,7 @@ class AutopilotHost:
 
     def _reboot(self) -> None:
         now_us = (self._began_us or 0) + self.autopilot.now_us
-        self._stop()
+        self.autopilot.close()
         self._power_on(now_us)
         self._began_us = None
         self._sockets.restart(self.autopilot.mavlink.links)
@@ -181,15 +179,11 @@ class AutopilotHost:
     def _power_off(self) -> None:
         self.off = True
         try:
-            self._stop()
+            self.autopilot.close()
         finally:
             for fileno in self._sockets.filenos():
                 self._poll.forget(fileno)
             self._sockets.close()
-
-    def _stop(self) -> None:
-        self.autopilot.close()
-        self.flight_logs += self.autopilot.logger.files
 
     def _power_wanted(self) -> int | None:
         """REBOOT or SHUT_DOWN where a command that was accepted since the last tick asks for it."""

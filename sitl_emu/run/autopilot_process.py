@@ -20,13 +20,6 @@ from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.process import StartError, main, settle
 
 
-def show_flight_logs(root: Path, names: list[str], shown: Path) -> None:
-    """Let the ULogs of a run be found in its folder: `<vehicle>.ulg` and, for more, `<vehicle>-2.ulg` and so on."""
-    for number, name in enumerate(names, 1):
-        link = shown.with_name(f"{shown.name}.ulg" if number == 1 else f"{shown.name}-{number}.ulg")
-        link.symlink_to((root / storage.LOG / name).relative_to(link.parent))
-
-
 def run(config: AutopilotConfig, control: ControlChannel) -> None:
     """Fly until the simulator closes the channel."""
     folder = Path(config.folder)
@@ -59,7 +52,6 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
         _fly(host, poll, channel, control if config.lockstep else None)
     finally:
         host.close()
-        show_flight_logs(root, host.flight_logs, folder / config.name)
 
 
 def _fly(host: AutopilotHost, poll: HostPoll, channel: TcpAutopilotChannel, control: ControlChannel | None) -> None:

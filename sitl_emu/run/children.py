@@ -65,8 +65,13 @@ def start_process(
     return Child(title, process, log)
 
 
-def start_command(title: str, arguments: Sequence[str], more_env: Mapping[str, str], folder: Path) -> Child:
-    """A program of the user's, with additions to the environment. Raises Trouble if there is no such program."""
+def start_command(
+    title: str, arguments: Sequence[str], more_env: Mapping[str, str], folder: Path, *, autopilot: bool = False
+) -> Child:
+    """A program of the user's, a companion or an autopilot, with additions to the environment.
+
+    Raises Trouble if there is no such program.
+    """
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
     try:
         with log.open("wb") as output:
@@ -80,7 +85,7 @@ def start_command(title: str, arguments: Sequence[str], more_env: Mapping[str, s
             )
     except OSError as error:
         raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
-    return Child(title, process, log)
+    return Child(title, process, log, command=not autopilot, outside=autopilot)
 
 
 def kill(child: Child) -> None:

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from missions import registry
 from missions.mission import Mission
-from sitl_emu.run import checks, launcher, preflight, score, wiring, worlds
+from sitl_emu.run import checks, flight_logs, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load
 from sitl_emu.run.trouble import Trouble
@@ -55,6 +55,7 @@ def run_scenario(
     missions = registry.missions_of([name for name in programs if name is not None])
     summary = score.summary(folder, scenario.name, seed, ending, missions)
     try:
+        flight_logs.show(folder, [vehicle.name for vehicle in scenario.vehicles])
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         _report(folder, summary, ending.truth, missions, world)
     except OSError as error:

@@ -125,14 +125,10 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
             for title, module, process_config, end in member.processes:
                 children.append(start_process(title, module, process_config, end, [], wanted.folder))
             if member.autopilot is not None:
-                child = start_command(*member.autopilot, wanted.folder)
-                child.outside = True
-                children.append(child)
+                children.append(start_command(*member.autopilot, wanted.folder, autopilot=True))
         for member in members:
             if member.companion is not None:
-                child = start_command(*member.companion, wanted.folder)
-                child.command = True
-                children.append(child)
+                children.append(start_command(*member.companion, wanted.folder))
     return control
 
 

@@ -56,3 +56,4 @@ def test_faults_come_at_their_time_at_any_speed_and_are_told_as_injected(tmp_pat
     assert told["outcome"].endswith(KILLED)
     assert told["faults"][0] == "uas: mag off at 1.0 s" and told["faults_left"] == ["uas: battery at 10%"]
     assert_logs_are_readable(fast)
+    assert (fast / "ugv.ulg").stat().st_size > 1000, "of the autopilot that was killed"
