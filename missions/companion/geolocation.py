@@ -3,11 +3,11 @@
 A detection is a ray: from the camera's position along the direction of its pixel, turned by the mount and the whole
 attitude (heading, pitch and roll) at the time the frame was taken.
 
-Where the ray ends takes a height of the ground. Below 12 m the lidar gives it. Above, where a survey flies, the lidar
-is blind, and here the height comes from the pictures themselves: a target is seen in many frames from places metres
-apart, and the point nearest to all its rays, in the sense of least squares, has a height too. Until the rays cross at
-an angle, a weak prior holds the height to that of home (or to what the lidar last saw). So relief needs no map, and
-level ground is only assumed for the first look.
+Where the ray ends takes a height of the ground. Where a survey flies, above 12 m, the lidar is blind, and the height
+comes from the pictures themselves: a target is seen in many frames from places metres apart, and the point nearest to
+all its rays, in the sense of least squares, has a height too. Until the rays cross at an angle, a weak prior holds the
+height to that of home. So relief needs no map, and level ground is only assumed for the first look. A lidar's ranges,
+which lower flights have (`gcs.telemetry.Telemetry.range_at`), are not used here.
 
 Least squares: the point x minimises the sum of w |(I - d d') (x - p)|^2 over rays (p, d), plus the prior on its down
 component; w = 1 / (range * sigma)^2 makes a ray's miss an angle, so near looks weigh more. Noise is taken as
