@@ -12,10 +12,11 @@ from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from autopilot.commander.auto_disarm import AutoDisarm
 from autopilot.commander.calibration.worker import CalibrationWorker
 from autopilot.commander.command_handlers import CommandHandlers
-from autopilot.commander.component_links import ComponentLinks, present_and_healthy
+from autopilot.commander.component_links import present_and_healthy
 from autopilot.commander.failsafe import Action, Failsafe, Notice
 from autopilot.commander.failsafe_events import failsafe_event
 from autopilot.commander.failure_detector import FailureDetector
+from autopilot.commander.link_watch import LinkWatch
 from autopilot.commander.pilot import Pilot
 from autopilot.commander.user_mode_intention import UserModeIntention
 from autopilot.commands.outgoing_commands import OutgoingCommands
@@ -101,13 +102,8 @@ class Commander:
         self._battery_warning = 0
         self._reference_us = 0
         """When the local frame was last placed anew."""
-        self._gcs_ever_lost = False
-        self._gcs_lost = False
-        self._gcs_losses = 0
-        self._component_links = ComponentLinks(say)
+        self._links = LinkWatch(topics, say, send_event)
         self._failure_detector = FailureDetector(topics, parameters)
-        self._sticks_lost = True
-        self._sticks_seen_us = 0
         self._checks_due_us = 0
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
@@ -132,7 +128,8 @@ class Commander:
         if now_us >= self._checks_due_us:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)
-            self._tell_changes(now_us)
+            self._links.update(now_us)
+            self._tell_of_battery()
             self._follow_home(now_us)
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
@@ -142,26 +139,8 @@ class Commander:
         self._publish_vehicle_status(now_us)
         self._take_navigator_commands(now_us)
 
-    def _tell_changes(self, now_us: int) -> None:
+    def _tell_of_battery(self) -> None:
         flags = self._topics.failsafe_flags
-        if flags.manual_control_signal_lost is not self._sticks_lost:
-            self._sticks_lost = flags.manual_control_signal_lost
-            if self._sticks_lost:
-                self._send_event("commander_rc_lost", Severity.CRITICAL)
-            elif self._sticks_seen_us:
-                self._send_event("commander_rc_regained", Severity.INFO, (now_us - self._sticks_seen_us) * 1e-6)
-        if not self._sticks_lost:
-            self._sticks_seen_us = now_us
-        if flags.gcs_connection_lost is not self._gcs_lost:
-            self._gcs_lost = flags.gcs_connection_lost
-            heard_before = self._topics.gcs_heartbeats.gcs_us > 0
-            if not self._gcs_lost and self._gcs_ever_lost:
-                self._say(Severity.INFO, "GCS connection regained\t", "commander_dl_regained")
-            if self._gcs_lost and heard_before:
-                self._gcs_losses += 1
-                self._say(Severity.INFO, "Connection to ground station lost\t", "commander_gcs_lost")
-            self._gcs_ever_lost = heard_before
-        self._component_links.update(now_us, self._topics.gcs_heartbeats)
         if flags.battery_warning != self._battery_warning:
             self._battery_warning = flags.battery_warning
             if self._battery_warning >= BATTERY_EMERGENCY:
@@ -303,7 +282,7 @@ class Commander:
             self._mav_type,
             arming.arming_reason,
             arming.disarming_reason,
-            self._gcs_losses,
+            self._links.gcs_losses,
             self._failsafe.taken_over,
             int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER,
             *present_and_healthy(now_us, topics.gcs_heartbeats),

@@ -75,7 +75,7 @@ def test_base_mode_of_a_disarmed_hexacopter(states: tuple[str, ...], base_mode: 
 
 
 def test_descend_is_flown_by_itself_without_a_height() -> None:
-    """ModeUtil/control_mode.cpp: climb rate, attitude, rates, and auto."""
+    """ModeUtil/control_mode.cpp; a PX4 v1.18 whose GPS fails in HOLD logs just this, and has base mode 157."""
     control = FLIGHT_MODES[NavState.DESCEND].control
     assert (control.auto, control.climb_rate, control.altitude, control.position) == (True, True, False, False)
     assert base_mode_of(control, armed=True) == 157
