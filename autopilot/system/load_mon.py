@@ -1,8 +1,9 @@
 """How busy the computer is (PX4: src/modules/load_mon), for SYS_STATUS.load, the log and `listener cpuload`.
 
-As PX4 on Linux does: the load is the processor time of this process against the clock, twice a second; the memory is
-the whole computer's. Whoever has a clock measures (sitl_emu/run/process.py). In a run whose logs have to
-repeat nobody does: then there is no cpuload, and SYS_STATUS tells 0.
+As PX4 on Linux does: the load is the processor time of this process against the clock, twice a second (an equal part of
+it where autopilots share a process); the memory is the whole computer's. Whoever has a clock measures
+(sitl_emu/run/pacing.py). In a run whose logs have to repeat nobody does: then there is no cpuload, and SYS_STATUS
+tells 0.
 """
 
 from autopilot.topics import CpuLoad, Topics

@@ -5,7 +5,8 @@ when due HIL_GPS, DISTANCE_SENSOR, speed controllers at 12.5 Hz, battery at 5 Hz
 (HIL_STATE_QUATERNION) at 10 Hz (https://mavlink.io/en/messages/common.html; PX4:
 src/modules/simulation/simulator_mavlink). A state machine on
 simulated time: `tick` is all that happens. The autopilot's parameters do not exist in here; what PX4's own simulator
-reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …), for who has both.
+reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …),
+which an autopilot sets beside the simulator API (`simulator_parameters.py`).
 """
 
 import math

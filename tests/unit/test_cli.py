@@ -65,6 +65,8 @@ def test_every_command_explains_itself(command: str) -> None:
         (("launch", "iris", "--home", "47,8"), "--home 47,8: give LAT,LON,ALT,HEADING"),
         (("launch", "iris", "--home", "147,8,0,0"), "latitude is -90..90"),
         (("launch", "iris", "--home", "47,8,0,inf"), "heading -360..360"),
+        (("launch", "iris", "--home", "47,8,0,0", "--world", "flat"), "a world has its own home; give one of them"),
+        (("launch", "iris", "--world", "nowhere"), "there is no world 'nowhere'"),
         (("launch", "iris:0"), "iris:0: give MODEL or MODEL:COUNT"),
         (("launch", "iris:3", "rover:2", "--instance", "246"), "the last instance is 249"),
         (("run", "agriculture", "--speed", "0"), "--speed 0: give a number above 0"),
