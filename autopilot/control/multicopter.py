@@ -102,14 +102,17 @@ class MulticopterControl:
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)
         self._hover = HoverThrustEstimator(self._hover_parameters)
 
+    def _get(self, name: str) -> float:
+        return float(self._parameters[name])
+
     def _refresh(self) -> None:
-        def get(name: str) -> float:
-            return float(self._parameters[name])
-
-        def three(name: str) -> Vector3:
-            return get(name.format("ROLL")), get(name.format("PITCH")), get(name.format("YAW"))
-
         constrain(self._parameters, self._say)
+        self._refresh_position_control()
+        self._refresh_attitude_control()
+        self._refresh_outputs()
+
+    def _refresh_position_control(self) -> None:
+        get = self._get
         self._gains = PositionControlGains(
             get("MPC_XY_P"),
             get("MPC_Z_P"),
@@ -142,6 +145,13 @@ class MulticopterControl:
             get("HTE_VZ_THR"),
             get("HTE_VXY_THR"),
         )
+
+    def _refresh_attitude_control(self) -> None:
+        get = self._get
+
+        def three(name: str) -> Vector3:
+            return get(name.format("ROLL")), get(name.format("PITCH")), get(name.format("YAW"))
+
         self._yaw_weight = max(0.0, min(1.0, get("MC_YAW_WEIGHT")))
         yaw_gain = get("MC_YAW_P") / self._yaw_weight if self._yaw_weight > 1e-4 else get("MC_YAW_P")
         self._attitude_gains = (get("MC_ROLL_P"), get("MC_PITCH_P"), yaw_gain)
@@ -158,6 +168,9 @@ class MulticopterControl:
         )
         self._manual_thrust_min = get("MPC_MANTHR_MIN")
         self._acro_rates = tuple_radians((get("MC_ACRO_R_MAX"), get("MC_ACRO_P_MAX"), get("MC_ACRO_Y_MAX")))
+
+    def _refresh_outputs(self) -> None:
+        get = self._get
         count = max(0, min(MOST_ROTORS, int(get("CA_ROTOR_COUNT"))))
         fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
         rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
