@@ -24,11 +24,11 @@ from tests.missions.runs import FIRST_INSTANCE
 INSTANCE = FIRST_INSTANCE + 40
 
 
-def connected(limit_s: float = 30.0) -> TcpAutopilotChannel:
+def connected(instance: int = INSTANCE, limit_s: float = 30.0) -> TcpAutopilotChannel:
     until = time.monotonic() + limit_s
     while True:
         try:
-            return connect(ports.simulator(INSTANCE))
+            return connect(ports.simulator(instance))
         except ChannelClosed:
             assert time.monotonic() < until
             time.sleep(0.1)
