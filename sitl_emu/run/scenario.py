@@ -129,8 +129,8 @@ class CompanionPart(Part):
 class AutopilotPart(Part):
     """An autopilot from outside: any command that connects to TCP 4560+instance, such as a real PX4.
 
-    In its command and its environment the words {instance}, {port}, {name}, {model}, {rootfs}, {out} and {seed} are
-    filled in.
+    In its command and its environment the words {instance}, {port}, {name}, {model}, {rootfs}, {out}, {seed} and
+    {python} are filled in; a word that is a file beside the scenario means that file.
     """
 
     command: Annotated[list[str], Field(min_length=1)]
@@ -407,7 +407,8 @@ def load(path: Path) -> Scenario:
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None:
             _find_files(vehicle.companion.options, path.parent)
-            words = vehicle.companion.command or []
+        for part in (vehicle.companion, vehicle.autopilot):
+            words = part.command or [] if part is not None else []
             words[:] = [_beside(word, path.parent) for word in words]
     return scenario
 

@@ -216,10 +216,11 @@ def _outside_autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart) -> C
         "instance": str(instance),
         "port": str(ports.simulator(instance)),
         "name": vehicle.name,
-        "model": data.model,
+        "model": vehicle.model,
         "rootfs": str(rootfs),
         "out": str(wanted.folder.resolve()),
         "seed": str(wanted.seed),
+        "python": sys.executable,
     }
     arguments = [filled(argument, words) for argument in vehicle.autopilot.command]
     env = environment(data, vehicle.autopilot.environment, words)

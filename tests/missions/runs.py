@@ -35,9 +35,7 @@ REPORT_LIMIT_S = 60.0
 class Run:
     """A run under way."""
 
-    def __init__(
-        self, scenario: Path, out: Path, *arguments: str, cwd: Path | None = None, env: dict[str, str] | None = None
-    ) -> None:
+    def __init__(self, scenario: Path, out: Path, *arguments: str, cwd: Path | None = None) -> None:
         self.out, self.log = out, out.with_suffix(".txt")
         command = [sys.executable, "-P", "-m", "sitl_emu", "run", str(scenario), "--out", str(out)]
         with self.log.open("wb") as output:
@@ -46,7 +44,6 @@ class Run:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 cwd=cwd,
-                env=env,
             )
 
     def __enter__(self) -> "Run":

@@ -11,7 +11,7 @@ from tests.missions.runs import Run, short_scenario
 from tests.missions.test_run_processes import assert_nothing_is_left
 
 COMMAND = [
-    sys.executable,
+    "{python}",
     "-P",
     "-m",
     "autopilot",

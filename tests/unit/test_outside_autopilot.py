@@ -56,3 +56,9 @@ def test_a_wrong_one_is_told(tmp_path: Path, autopilot: Any, said: str) -> None:
 def test_a_program_that_is_not_there_is_told_before_anything_starts(tmp_path: Path) -> None:
     with pytest.raises(Trouble, match=r"autopilot uas: can't start './no-px4': there is no such program"):
         preflight.check(scenario(tmp_path, {"command": ["./no-px4"]}), 100)
+
+
+def test_a_program_beside_the_scenario_is_found_from_anywhere(tmp_path: Path) -> None:
+    (tmp_path / "px4").touch()
+    part = scenario(tmp_path, {"command": ["./px4", "-i", "{instance}"]}).vehicles[0].autopilot
+    assert part is not None and part.command == [str(tmp_path / "px4"), "-i", "{instance}"]
