@@ -150,7 +150,7 @@ def _commands() -> Iterator[str]:
     yield "## Commands"
     yield (
         f"{len(acting)} commands (COMMAND_LONG, COMMAND_INT) have an effect: {_named(acting)}. "
-        "Reboot and shutdown work in `launch` and for an autopilot of its own, not in a `run`."
+        "Reboot and shutdown work wherever an autopilot runs."
     )
     some = {number for owner in ON_SOME_VEHICLES for number in commands_of(owner)}
     yield f"Of these only where their module runs (multicopter control, camera trigger, gimbal): {_named(some)}."

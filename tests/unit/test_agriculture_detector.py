@@ -13,6 +13,7 @@ from missions.companion.camera_model import NADIR, CameraModel, camera_pose, pro
 from missions.companion.detector import Detection, Detector
 from sitl_emu.world import camera
 from sitl_emu.world.kinds.corn_field.field import CornField, build
+from sitl_emu.world.kinds.corn_field.scene import FieldScene
 
 HEIGHT_M = 15.0
 GSD_M = HEIGHT_M / CameraModel().focal_px
@@ -25,7 +26,7 @@ def field() -> CornField:
 
 @pytest.fixture(scope="module")
 def eye(field: CornField) -> camera.Camera:
-    return camera.Camera(field)
+    return camera.Camera(FieldScene(field))
 
 
 def look(field: CornField, eye: camera.Camera, north: float, east: float) -> tuple[np.ndarray, camera.Pose]:

@@ -12,6 +12,7 @@ from sitl_emu.world.camera import Camera, Pose, body_to_ned, camera_to_body
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
+from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.lens import MAST, MOUNTS, NADIR, Intrinsics, Mount
 
 
@@ -22,12 +23,12 @@ def field() -> CornField:
 
 @pytest.fixture(scope="module")
 def nadir(field: CornField) -> Camera:
-    return Camera(field, NADIR, name="uas")
+    return Camera(FieldScene(field), NADIR, name="uas")
 
 
 @pytest.fixture(scope="module")
 def mast(field: CornField) -> Camera:
-    return Camera(field, MAST, name="ugv")
+    return Camera(FieldScene(field), MAST, name="ugv")
 
 
 def over(field: CornField, north: float, east: float, height: float, *angles: float) -> Pose:
@@ -94,7 +95,7 @@ def test_a_weed_patch_of_the_field_appears_where_it_is(field: CornField, nadir: 
     """The real picture too: the patch's pixels differ from the same field's without its objects."""
     from dataclasses import replace
 
-    bare = Camera(replace(field, objects=()), NADIR, name="uas")
+    bare = Camera(FieldScene(replace(field, objects=())), NADIR, name="uas")
     for target in field.targets:
         pose = over(field, target.north_m - 3.0, target.east_m + 2.0, 14.0, 0.05, -0.04, 0.7)
         difference = cv2.absdiff(nadir.render(pose, 1), bare.render(pose, 1)).max(axis=2)
@@ -118,10 +119,10 @@ def test_a_frame_depends_on_seed_time_and_pose_alone(field: CornField, nadir: Ca
         mast.render(over(field, north, 44, 0.2, 0, 0, 2.0), 5)
     assert np.array_equal(nadir.render(high, 66_666), first[0])
     assert np.array_equal(mast.render(low, 66_666), first[1])
-    fresh = Camera(build(7), MAST, name="ugv")
+    fresh = Camera(FieldScene(build(7)), MAST, name="ugv")
     assert np.array_equal(fresh.render(low, 66_666), first[1])
     assert not np.array_equal(nadir.render(high, 133_332), first[0]), "noise must change with time"
-    assert not np.array_equal(Camera(build(8), MAST, name="ugv").render(low, 66_666), first[1])
+    assert not np.array_equal(Camera(FieldScene(build(8)), MAST, name="ugv").render(low, 66_666), first[1])
 
 
 def test_frames_look_like_a_field(field: CornField, nadir: Camera, mast: Camera) -> None:
@@ -159,7 +160,7 @@ def test_orthophoto_covers_the_outline_north_up(field: CornField) -> None:
 
 def test_sizes_must_fit_the_grid(field: CornField) -> None:
     with pytest.raises(ValueError, match="multiples of 8"):
-        Camera(field, Mount(0, 0, 0, 90), Intrinsics(width=636))
+        Camera(FieldScene(field), Mount(0, 0, 0, 90), Intrinsics(width=636))
 
 
 def test_both_sides_of_the_link_agree_on_mounts() -> None:

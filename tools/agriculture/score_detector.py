@@ -40,6 +40,7 @@ from missions.companion.camera_model import CameraModel, camera_pose
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
+from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.lens import MAST, NADIR
 from sitl_emu.world.noise import GaussMarkov
 
@@ -100,7 +101,7 @@ def score(
 ) -> Score:
     """One field, flown once."""
     field = corn_field.build(seed, size_m)
-    camera, detector = Camera(field, NADIR), ClassicalDetector()
+    camera, detector = Camera(FieldScene(field), NADIR), ClassicalDetector()
     rng = np.random.Generator(np.random.PCG64([seed, 77]))
 
     def draw() -> float:
@@ -164,7 +165,7 @@ def inspect(seed: int, change: Change, verbose: bool) -> tuple[int, int, int, in
     It stands about 1 m short of each, facing it within 15 degrees, and its camera takes 6 frames.
     """
     field = corn_field.build(seed)
-    camera, detector, model = Camera(field, MAST), ClassicalDetector(), CameraModel()
+    camera, detector, model = Camera(FieldScene(field), MAST), ClassicalDetector(), CameraModel()
     rng = np.random.Generator(np.random.PCG64([seed, 78]))
     counts = {True: [0, 0], False: [0, 0]}
     for thing in field.objects:

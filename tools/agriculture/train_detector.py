@@ -32,6 +32,7 @@ from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.objects import outline
+from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.lens import MAST, NADIR
 
 Floats = npt.NDArray[np.float32]
@@ -79,7 +80,7 @@ def sample(
     # More of everything on each field than a mission meets: looks at many patches cost no more than looks at few.
     stage = STAGES[seed % len(STAGES)]
     field = corn_field.build(seed, targets=16, distractors=56, growth_stage=stage)
-    nadir, mast = Camera(field, NADIR), Camera(field, MAST)
+    nadir, mast = Camera(FieldScene(field), NADIR), Camera(FieldScene(field), MAST)
     residue = [thing for thing in field.objects if thing.kind == "residue"]
     xs, ys = [], []
     for i in range(frames):

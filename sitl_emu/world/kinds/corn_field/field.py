@@ -13,15 +13,12 @@ clearance of a field robot drives over them.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from sitl_emu.world.kinds.corn_field.objects import DISTRACTOR_KINDS, GROWS_IN_ROWS, TARGET_KINDS, FieldObject
 from sitl_emu.world.terrain import HeightMap, hills
-
-if TYPE_CHECKING:
-    from sitl_emu.world.kinds.corn_field.renderer import Renderer
 
 ORIGIN_LAT_DEG, ORIGIN_LON_DEG, ORIGIN_ALT_AMSL_M = 40.47, -86.99, 215.0
 """Farm land by Purdue's agronomy centre, near West Lafayette, Indiana."""
@@ -106,17 +103,6 @@ class CornField:
         rows = int((self.size_m[1] - 2.0 * HEADLAND_M) / ROW_SPACING_M) + 1
         first = (self.size_m[1] - (rows - 1) * ROW_SPACING_M) / 2.0
         return [first + i * ROW_SPACING_M for i in range(rows)]
-
-    @property
-    def moves(self) -> bool:
-        """See camera.Scene: plants stand still."""
-        return False
-
-    def renderer(self, width: int, height: int, focal_px: float) -> "Renderer":
-        """See camera.Scene; its painters are loaded where a camera looks, and not where only physics is asked for."""
-        from sitl_emu.world.kinds.corn_field.renderer import Renderer
-
-        return Renderer(self, width, height, focal_px)
 
 
 def build(

@@ -12,6 +12,7 @@ from sitl_emu.world.kinds import Generated
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.objects import FieldObject
+from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.terrain import HeightMap
 from sitl_emu.world.world import World
 
@@ -116,9 +117,9 @@ def field_of(world: World) -> CornField:
     )
 
 
-def scene(world: World) -> CornField:
+def scene(world: World) -> FieldScene:
     """For cameras. Raises WorldError."""
-    return field_of(world)
+    return FieldScene(field_of(world))
 
 
 def photo(world: World) -> npt.NDArray[np.uint8]:

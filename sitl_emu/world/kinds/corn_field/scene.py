@@ -1,0 +1,22 @@
+"""A corn field as something that cameras look at (camera.Scene)."""
+
+from sitl_emu.world.kinds.corn_field.field import CornField
+from sitl_emu.world.kinds.corn_field.renderer import Renderer
+
+
+class FieldScene:
+    """One field; its plants stand still."""
+
+    moves = False
+
+    def __init__(self, field: CornField) -> None:
+        self.field = field
+
+    @property
+    def seed(self) -> int:
+        """See camera.Scene."""
+        return self.field.seed
+
+    def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
+        """See camera.Scene."""
+        return Renderer(self.field, width, height, focal_px)
