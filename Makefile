@@ -15,9 +15,12 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 	@test -n "$(PYTHON)" || { echo "no Python 3.11 or newer with venv found: apt install python3 python3-venv, or make PYTHON=..." >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 
+# The rooms at the top are packages of sitl_emu (setup.py); mypy and import-linter, which know no setup.py, find them by
+# links, which git ignores.
 # compileall: the dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
 .venv/.run-ready: pyproject.toml setup.py | .venv/bin/python
 	$(PIP) install -e .
+	@for room in vehicles autopilot gcs missions; do ln -sfn ../$$room sitl_emu/$$room; done
 	$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
 	@touch $@
 

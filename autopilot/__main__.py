@@ -1,4 +1,4 @@
-"""`python -P -m autopilot`: one autopilot alone. A door; what is behind it: `sitl_emu/run/autopilot_command.py`."""
+"""`python -P -m sitl_emu.autopilot`: one autopilot alone. A door to `sitl_emu/run/autopilot_command.py`."""
 
 import sys
 

@@ -8,38 +8,38 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 from collections.abc import Mapping
 from pathlib import Path
 
-from autopilot.commander.commander import Commander
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import CommandOwner, CommandResult, VehicleCommands, tell
-from autopilot.control.control import CONTROLS, StartedModule
-from autopilot.estimator.commands import EstimatorCommands
-from autopilot.estimator.estimator import Estimator
-from autopilot.events.texts import Texts
-from autopilot.land_detector.land_detector import LandDetector
-from autopilot.logger.logger import Logger
-from autopilot.manual_control.manual_control import ManualControl
-from autopilot.manual_control.rc_update import RcUpdate
-from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.mavlink import Mavlink, Modules
-from autopilot.modes.flight_modes import FlightModes
-from autopilot.navigator.navigator import Navigator
-from autopilot.parameters import Parameters, Value
-from autopilot.parameters.corrections import ParameterCorrections
-from autopilot.parameters.storage import ParameterStorage
-from autopilot.payload.camera_trigger import CameraTrigger
-from autopilot.payload.gimbal import Gimbal
-from autopilot.payload.payload_deliverer import PayloadDeliverer
-from autopilot.sensors.in_flight_calibration import InFlightCalibration
-from autopilot.sensors.magnetometer_failover import MagnetometerFailover
-from autopilot.sensors.sensors import Sensors
-from autopilot.sensors.vehicle_imu import VehicleImu
-from autopilot.shell.commands import COMMANDS
-from autopilot.shell.pxh import Pxh
-from autopilot.storage.dataman import Dataman
-from autopilot.system.failure_injection import FailureInjectionManager
-from autopilot.system.load_mon import LoadMon
-from autopilot.topics import Topics, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commander.commander import Commander
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import CommandOwner, CommandResult, VehicleCommands, tell
+from sitl_emu.autopilot.control.control import CONTROLS, StartedModule
+from sitl_emu.autopilot.estimator.commands import EstimatorCommands
+from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.land_detector.land_detector import LandDetector
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.manual_control.manual_control import ManualControl
+from sitl_emu.autopilot.manual_control.rc_update import RcUpdate
+from sitl_emu.autopilot.mavlink.component_metadata import files
+from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
+from sitl_emu.autopilot.modes.flight_modes import FlightModes
+from sitl_emu.autopilot.navigator.navigator import Navigator
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.parameters.corrections import ParameterCorrections
+from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
+from sitl_emu.autopilot.payload.gimbal import Gimbal
+from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
+from sitl_emu.autopilot.sensors.in_flight_calibration import InFlightCalibration
+from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
+from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.sensors.vehicle_imu import VehicleImu
+from sitl_emu.autopilot.shell.commands import COMMANDS
+from sitl_emu.autopilot.shell.pxh import Pxh
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.system.failure_injection import FailureInjectionManager
+from sitl_emu.autopilot.system.load_mon import LoadMon
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
 MODE_FLAG_SAFETY_ARMED = 128

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, IntFlag, auto
 from typing import NamedTuple
 
-from autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 
 

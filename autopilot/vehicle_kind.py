@@ -8,7 +8,7 @@ the kind itself. A new kind is a row here, a control in `autopilot.py` and, in `
 from dataclasses import dataclass
 from enum import Enum
 
-from autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 
 ROTARY_WING, ROVER = 1, 3

@@ -6,7 +6,7 @@ the safety switch is on or the vehicle is armed.
 
 import math
 
-from gcs.command import Command
+from sitl_emu.gcs.command import Command
 
 ACTUATOR_TEST = 310
 FIRST_MOTOR_FUNCTION = 1

@@ -7,9 +7,9 @@ detected and done, and the end: done, failed, cancelled.
 
 import re
 
-from gcs.command import PREFLIGHT_CALIBRATION, Command
-from gcs.statustext import TextAssembler
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import PREFLIGHT_CALIBRATION, Command
+from sitl_emu.gcs.statustext import TextAssembler
 
 PARAMETERS: dict[str, tuple[int, ...]] = {
     "gyro": (1,),

@@ -8,9 +8,9 @@ a gap in their indices and are asked for. Commands are handed out (`take_image()
 from collections.abc import Iterator
 from typing import Any
 
-from gcs.command import Command
-from gcs.message_request import MessageRequest
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.message_request import MessageRequest
 
 CAMERA = 100
 """MAV_COMP_ID_CAMERA, the first of six."""

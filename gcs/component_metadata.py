@@ -11,9 +11,9 @@ import lzma
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from gcs.ftp import FtpGet, crc_of
-from gcs.message_request import MessageRequest
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.ftp import FtpGet, crc_of
+from sitl_emu.gcs.message_request import MessageRequest
 
 COMPONENT_METADATA = 397
 GENERAL, PARAMETER, COMMANDS, PERIPHERALS, EVENTS, ACTUATORS = range(6)

@@ -11,8 +11,8 @@ the health and arming checks, which PX4 reports again, all of them, when a fails
 geofence and a silent ground station, 12 ms before the failsafe's event).
 """
 
-from gcs.event import Event, EventReceiver
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.event import Event, EventReceiver
 
 CAUSES = {
     1: "manual control lost",

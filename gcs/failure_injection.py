@@ -4,7 +4,7 @@ Sources: https://mavlink.io/en/messages/common.html#MAV_CMD_INJECT_FAILURE and
 https://docs.px4.io/v1.18/en/debug/failure_injection.html. PX4 takes it only where SYS_FAILURE_EN is 1.
 """
 
-from gcs.command import Command
+from sitl_emu.gcs.command import Command
 
 INJECT_FAILURE = 420
 OK, OFF, STUCK, GARBAGE, WRONG = range(5)

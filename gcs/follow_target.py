@@ -8,9 +8,9 @@ the distance and side that it keeps from FLW_TGT_DST, FLW_TGT_FA and FLW_TGT_HT.
 import math
 from typing import NamedTuple
 
-from gcs.command import Command
-from gcs.set_mode import set_mode
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.set_mode import set_mode
 
 PERIOD_US = 200_000
 POSITION_AND_VELOCITY = 3

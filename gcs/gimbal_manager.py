@@ -8,9 +8,9 @@ to the device. Who is not in control is refused. A region of interest needs no c
 import math
 from typing import Any
 
-from gcs.command import Command
-from gcs.message_request import MessageRequest
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.message_request import MessageRequest
 
 AUTOPILOT = 1
 INFORMATION, STATUS, DEVICE_ATTITUDE_STATUS = 280, 281, 285

@@ -4,8 +4,8 @@ Source: https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN: answer
 as it then is. PX4 keeps the one it has while its filter is in the air or fuses GPS.
 """
 
-from gcs.question import Question
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.question import Question
 
 AS_SET_DEG_E7, AS_SET_MM = 10, 100
 """As near as a place comes back that has been through an autopilot's own numbers."""

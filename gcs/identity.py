@@ -8,8 +8,8 @@ asked for; AVAILABLE_MODES_MONITOR counts up when there are others, and then the
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from gcs.message_request import MessageRequest
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.message_request import MessageRequest
 
 AUTOPILOT_VERSION = 148
 AVAILABLE_MODES, AVAILABLE_MODES_MONITOR = 435, 437

@@ -8,8 +8,8 @@ one, and a dropout message says how long the gap was.
 
 import struct
 
-from gcs.command import Command
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
 
 LOGGING_START, LOGGING_STOP = 2510, 2511
 NO_MESSAGE_BEGINS = 255

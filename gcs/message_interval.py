@@ -4,8 +4,8 @@ Sources: https://mavlink.io/en/messages/common.html#MAV_CMD_SET_MESSAGE_INTERVAL
 MAV_CMD_REQUEST_MESSAGE as that page wants it (GET_MESSAGE_INTERVAL is the older way).
 """
 
-from gcs.command import Command
-from gcs.message_request import MessageRequest
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.message_request import MessageRequest
 
 SET_MESSAGE_INTERVAL = 511
 MESSAGE_INTERVAL = 244

@@ -8,8 +8,8 @@ message it is asked for again.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from gcs.command import TIMEOUT_US, TRIES, Command
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import TIMEOUT_US, TRIES, Command
 
 REQUEST_MESSAGE = 512
 

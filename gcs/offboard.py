@@ -7,9 +7,9 @@ https://mavlink.io/en/messages/common.html#SET_POSITION_TARGET_LOCAL_NED. Attitu
 
 import math
 
-from gcs.command import Command
-from gcs.set_mode import set_mode
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.set_mode import set_mode
 
 PERIOD_US = 50_000
 BEFORE_MODE_US = 1_000_000

@@ -8,8 +8,8 @@ Source: https://mavlink.io/en/services/parameter.html and PX4 v1.18: integers tr
 import struct
 from typing import NamedTuple
 
-from gcs.question import TIMEOUT_US, Question
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.question import TIMEOUT_US, Question
 
 HOLES_AT_ONCE = 10
 NO_INDEX = 65535

@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gcs.geodesy import distance_m, from_metres, to_metres
-from gcs.mission import MissionItem
+from sitl_emu.gcs.geodesy import distance_m, from_metres, to_metres
+from sitl_emu.gcs.mission import MissionItem
 
 FRAME_GLOBAL, FRAME_MISSION, FRAME_GLOBAL_RELATIVE_ALT = 0, 2, 3
 GLOBAL_FRAMES = (0, 3, 5, 6)

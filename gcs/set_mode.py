@@ -4,9 +4,9 @@ Sources: https://mavlink.io/en/messages/common.html#MAV_CMD_DO_SET_MODE, and #SE
 and QGroundControl still sends; PX4 acknowledges both as DO_SET_MODE.
 """
 
-from gcs.command import Command
-from gcs.modes import MODES
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.modes import MODES
 
 DO_SET_MODE = 176
 MODE_FLAG_CUSTOM_MODE_ENABLED = 1

@@ -10,9 +10,9 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from gcs.heartbeat import Watch
-from gcs.modes import name_of
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.heartbeat import Watch
+from sitl_emu.gcs.modes import name_of
 
 HISTORY = 256
 """Poses kept: 5 s at PX4's 50 Hz."""

@@ -7,8 +7,9 @@ name is the mission's, its value a `Mission`:
     up_and_down = "up_and_down.mission:MISSION"
 
 A `Mission` lists what the package brings. Of this only `programs` is needed: state machines for companion computers,
-each with a name of its own that scenario files and `missions.companion.main --mission` use. The module that holds the
-`Mission` is imported whenever missions are listed, so it should import what is heavy (OpenCV, numpy) in its functions.
+each with a name of its own that scenario files and `sitl_emu.missions.companion.main --mission` use. The module that
+holds the `Mission` is imported whenever missions are listed, so it should import what is heavy (OpenCV, numpy) in its
+functions.
 
 What scenarios say of it: `reporting.py` has the parts of a report's page, `scoring.py` what a score is made from.
 """
@@ -17,10 +18,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from missions.companion.companion import Companion
-from missions.companion.options import Options
-from missions.reporting import Page
-from missions.scoring import MissionScore, RunRecord
+from sitl_emu.missions.companion.companion import Companion
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.reporting import Page
+from sitl_emu.missions.scoring import MissionScore, RunRecord
 
 Figures = Mapping[str, Any]
 """What summary.json holds."""

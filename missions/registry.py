@@ -12,12 +12,12 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from missions.companion.companion import Companion
-from missions.companion.options import Options
-from missions.mission import Mission, Program, Setting
+from sitl_emu.missions.companion.companion import Companion
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.mission import Mission, Program, Setting
 
 GROUP = "sitl_emu.missions"
-CHECKOUT = Path(__file__).parents[1] / "pyproject.toml"
+CHECKOUT = Path(__file__).resolve().parents[1] / "pyproject.toml"
 SCENARIO_SUFFIX = ".yaml"
 
 

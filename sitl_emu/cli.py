@@ -178,7 +178,7 @@ def launch(
     place = _home(home) if home is not None else None
     station = _gcs(gcs)
 
-    import vehicles
+    from sitl_emu import vehicles
     from sitl_emu.run import launch as launching
     from sitl_emu.run.state import default_folder
     from sitl_emu.run.trouble import Trouble
@@ -218,7 +218,7 @@ def world(
     """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
 
     It starts when every vehicle's autopilot has connected, and ends when one leaves. Our own autopilot connects too:
-    `python -P -m autopilot --help`.
+    `python -P -m sitl_emu.autopilot --help`.
     """
     wanted, factor = _wanted(vehicle, instance), _speed(speed)
 

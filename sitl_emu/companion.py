@@ -10,23 +10,24 @@ time on a MAVLink link; in a scenario the same program is a `command:`, or a mis
 The rooms behind these names are free to change; these names stay.
 """
 
-from gcs.camera import Camera
-from gcs.command import Command, CommandOutcome, arm, disarm, reposition
-from gcs.follow_target import FollowTarget, Target
-from gcs.gimbal_manager import GimbalManager
-from gcs.manual_control import ManualControl, Sticks
-from gcs.message_interval import read_interval, set_interval
-from gcs.message_request import MessageRequest
-from gcs.mission import MissionClear, MissionDownload, MissionItem, MissionSetCurrent, MissionUpload
-from gcs.offboard import Offboard, position_ned, velocity_ned
-from gcs.parameter import Parameter, ParameterList, ParameterRead, ParameterSet
-from gcs.plan_file import FlightPlan, PlanError, read_plan
-from gcs.set_mode import set_mode
-from gcs.telemetry import Attitude, Place, Pose, Telemetry
-from gcs.timesync import Timesync
-from missions.companion import steps
-from missions.companion.camera_model import CameraModel, Mount
-from missions.companion.companion import (
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.camera import Camera
+from sitl_emu.gcs.command import Command, CommandOutcome, arm, disarm, reposition
+from sitl_emu.gcs.follow_target import FollowTarget, Target
+from sitl_emu.gcs.gimbal_manager import GimbalManager
+from sitl_emu.gcs.manual_control import ManualControl, Sticks
+from sitl_emu.gcs.message_interval import read_interval, set_interval
+from sitl_emu.gcs.message_request import MessageRequest
+from sitl_emu.gcs.mission import MissionClear, MissionDownload, MissionItem, MissionSetCurrent, MissionUpload
+from sitl_emu.gcs.offboard import Offboard, position_ned, velocity_ned
+from sitl_emu.gcs.parameter import Parameter, ParameterList, ParameterRead, ParameterSet
+from sitl_emu.gcs.plan_file import FlightPlan, PlanError, read_plan
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.telemetry import Attitude, Place, Pose, Telemetry
+from sitl_emu.gcs.timesync import Timesync
+from sitl_emu.missions.companion import steps
+from sitl_emu.missions.companion.camera_model import CameraModel, Mount
+from sitl_emu.missions.companion.companion import (
     AUTOPILOT_LINK,
     GROUND_LINK,
     PEER_LINK,
@@ -35,15 +36,14 @@ from missions.companion.companion import (
     Outgoing,
     Status,
 )
-from missions.companion.confirmation import Confirmation, Confirming
-from missions.companion.detector import Detection, Detector
-from missions.companion.links import LinkError, open_port
-from missions.companion.main import Runner
-from missions.companion.onboard import Onboard, Script, advanced
-from missions.companion.perception import Perception, perception_of
-from missions.companion.scripted import Scripted
-from missions.companion.spotter import Origin, Spotter
-from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.confirmation import Confirmation, Confirming
+from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.links import LinkError, open_port
+from sitl_emu.missions.companion.main import Runner
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.perception import Perception, perception_of
+from sitl_emu.missions.companion.scripted import Scripted
+from sitl_emu.missions.companion.spotter import Origin, Spotter
 
 __all__ = [
     "AUTOPILOT_LINK",

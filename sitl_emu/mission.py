@@ -5,14 +5,15 @@ A package is a mission by an entry point of the group `sitl_emu.missions`, whose
     [project.entry-points."sitl_emu.missions"]
     lookout = "lookout.mission:MISSION"
 
-Once it is installed, `sitl-emu run` finds its scenarios by name, and scenario files and `missions.companion.main` its
-programs. `examples/own_mission` is a whole one. The rooms behind these names are free to change; these names stay.
+Once it is installed, `sitl-emu run` finds its scenarios by name, and scenario files and
+`sitl_emu.missions.companion.main` its programs. `examples/own_mission` is a whole one. The rooms behind these names are
+free to change; these names stay.
 """
 
-from missions.companion.options import Options
-from missions.mission import Figures, Mission, Program, Row, Setting
-from missions.reporting import Mark, Page, Plot, Section, Table
-from missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueObject
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.mission import Figures, Mission, Program, Row, Setting
+from sitl_emu.missions.reporting import Mark, Page, Plot, Section, Table
+from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueObject
 
 __all__ = [
     "EventLine",

@@ -13,11 +13,11 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters, Value
-from gcs.command import Command, arm
-from gcs.mission import MissionItem, MissionUpload
-from gcs.set_mode import set_mode
+from sitl_emu.autopilot.parameters import Parameters, Value
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command, arm
+from sitl_emu.gcs.mission import MissionItem, MissionUpload
+from sitl_emu.gcs.set_mode import set_mode
 from tests.hostile import TICK_US, Victim
 
 HEX, ROVER = "sihsim_hex", "sihsim_rover_ackermann"

@@ -14,16 +14,16 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.mavlink.signature import NO_KEY
-from gcs.command import Command, arm
-from gcs.mission import MissionDownload, MissionItem, MissionUpload
-from gcs.parameter import ParameterList, ParameterRead, ParameterSet
-from gcs.set_mode import set_mode
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.mavlink.signature import NO_KEY
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.gcs.command import Command, arm
+from sitl_emu.gcs.mission import MissionDownload, MissionItem, MissionUpload
+from sitl_emu.gcs.parameter import ParameterList, ParameterRead, ParameterSet
+from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 

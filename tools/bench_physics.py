@@ -6,7 +6,7 @@ python tools/bench_physics.py [MODEL ...]
 import sys
 import time
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.simulator_api import HilActuatorControls, MemoryChannel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator

@@ -15,9 +15,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.storage import storage
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround

@@ -21,8 +21,8 @@ from typing import Any
 import yaml
 from pymavlink import mavutil
 
-from missions import registry
-from missions.mission import Row
+from sitl_emu.missions import registry
+from sitl_emu.missions.mission import Row
 from sitl_emu.run.scenario import find, load
 from sitl_emu.run.score import WALL_CLOCK_KEYS
 

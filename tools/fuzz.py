@@ -17,7 +17,7 @@ import time
 import traceback
 from pathlib import Path
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 from tests import hostile
 
 PER_VEHICLE = 100_000

@@ -17,15 +17,25 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 
-from autopilot import parameters
-from autopilot.commands.table import COMMANDS, FENCE, FIXED, MISSION, RALLY, Owner, Role, commands_of, items_where
-from autopilot.control import multicopter, rover_ackermann
-from autopilot.flight_mode import FLIGHT_MODES, STICKS_TO_THRUST
-from autopilot.mavlink import rates, services, streams
-from autopilot.modes.flight_modes import FlightModes
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot import parameters
+from sitl_emu.autopilot.commands.table import (
+    COMMANDS,
+    FENCE,
+    FIXED,
+    MISSION,
+    RALLY,
+    Owner,
+    Role,
+    commands_of,
+    items_where,
+)
+from sitl_emu.autopilot.control import multicopter, rover_ackermann
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, STICKS_TO_THRUST
+from sitl_emu.autopilot.mavlink import rates, services, streams
+from sitl_emu.autopilot.modes.flight_modes import FlightModes
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # for tools
@@ -209,7 +219,7 @@ def _modes() -> Iterator[str]:
 
 def _file(thing: type | ModuleType) -> str:
     name = thing.__name__ if isinstance(thing, ModuleType) else thing.__module__
-    return f"`{name.replace('.', '/')}.py`"
+    return f"`{parameter_readers.file_name(name)}.py`"
 
 
 # --- parameters --------------------------------------------------------------------------------------------
@@ -232,7 +242,10 @@ def _parameters() -> Iterator[str]:
             modules.setdefault(module, set()).add(_numbered(name))
     yield _table(
         ("read by", "parameters"),
-        [(f"`{module.replace('.', '/')}.py`", ", ".join(sorted(modules[module]))) for module in sorted(modules)],
+        [
+            (f"`{parameter_readers.file_name(module)}.py`", ", ".join(sorted(modules[module])))
+            for module in sorted(modules)
+        ],
     )
     yield "Gaps that no reading shows, kept by hand:"
     yield _table(("parameter", "what is missing"), sorted(GAPS.items()))

@@ -18,12 +18,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.constants import NavState
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.parameters import Parameters, Value
-from autopilot.storage import storage
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.run.simulated_parameters import SimulatedParameters
@@ -44,9 +44,15 @@ VELOCITY_ONLY = 0b110111000111
 RELATIVE_INT, MISSION_FRAME = 6, 2
 CALIBRATIONS = ((1, 0, 0, 0, 0, 0, 0), (0, 1, 0, 0, 0, 0, 0), (0, 0, 0, 0, 1, 0, 0), (0, 0, 0, 0, 2, 0, 0))
 """MAV_CMD_PREFLIGHT_CALIBRATION: gyroscope, magnetometer, accelerometer, level."""
-TAKE_ALL = ("autopilot.estimator", "autopilot.logger")
+TAKE_ALL = ("sitl_emu.autopilot.estimator", "sitl_emu.autopilot.logger")
 """Who copies all values, or all of a prefix: here those count as read that a module of the package names."""
 Readers = dict[str, set[str]]
+
+
+def file_name(module: str) -> str:
+    """Where a module or package lies in the checkout, without `.py`: rooms lie at its top."""
+    inner = module.removeprefix("sitl_emu.").replace(".", "/")
+    return inner if (ROOT / inner.split("/")[0]).is_dir() else f"sitl_emu/{inner}"
 
 
 class Flight:
@@ -86,10 +92,10 @@ class Flight:
 def _named_in(package: str) -> dict[str, set[str]]:
     """Words that the modules of a package name, and which of them do."""
     found: dict[str, set[str]] = defaultdict(set)
-    for path in sorted((ROOT / package.replace(".", "/")).rglob("*.py")):
+    for path in sorted((ROOT / file_name(package)).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                found[node.value].add(".".join(path.relative_to(ROOT).with_suffix("").parts))
+                found[node.value].add(".".join(("sitl_emu", *path.relative_to(ROOT).with_suffix("").parts)))
     return found
 
 

@@ -1,6 +1,6 @@
 """Vehicles: what each *is*, as data (`vehicles/<model>/`), and the dynamics that such data needs.
 
-    import vehicles
+    from sitl_emu import vehicles
     iris = vehicles.load("iris")
     mine = vehicles.load("./my_quad")
 
@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from vehicles import inertia, record
-from vehicles.description import (
+from sitl_emu.vehicles import inertia, record
+from sitl_emu.vehicles.description import (
     Aerodynamics,
     Battery,
     Body,
@@ -35,7 +35,7 @@ from vehicles.description import (
     Vector3,
     Vehicle,
 )
-from vehicles.errors import UnknownModel, VehicleError
+from sitl_emu.vehicles.errors import UnknownModel, VehicleError
 
 __all__ = ["UnknownModel", "Vehicle", "VehicleError", "is_folder", "load", "models", "with_sensors"]
 

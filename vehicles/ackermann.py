@@ -24,8 +24,8 @@ Sources: R. Rajamani, Vehicle Dynamics and Control, ch. 2 (single-track model); 
 import math
 
 from sitl_emu.core.attitude import quaternion
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, Vector3, slope_angles
+from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Vector3, slope_angles
 
 SLIP_SPEED_M_S = 0.5
 BRAKE_M_S = 1.0

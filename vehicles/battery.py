@@ -12,7 +12,7 @@ Not modelled: temperature, ageing, recovery beyond the sag's own.
 
 import itertools
 
-from vehicles.description import Battery
+from sitl_emu.vehicles.description import Battery
 
 SAG_TIME_S = 0.5
 CURVE = ((0.0, 0.0), (0.05, 0.22), (0.15, 0.38), (0.40, 0.50), (0.60, 0.62), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0))

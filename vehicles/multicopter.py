@@ -20,9 +20,9 @@ PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` i
 import math
 
 from sitl_emu.core.attitude import quaternion, rotation
-from vehicles import rigid_body
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, Surface, Vector3, slope, slope_angles
+from sitl_emu.vehicles import rigid_body
+from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Surface, Vector3, slope, slope_angles
 
 GEAR_RAD_S = 30.0
 GEAR_DAMPING = 1.0

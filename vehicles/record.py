@@ -13,7 +13,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
-from vehicles.errors import VehicleError
+from sitl_emu.vehicles.errors import VehicleError
 
 Record = TypeVar("Record")
 

@@ -20,8 +20,8 @@ changes.
 
 import math
 
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Height, Quaternion, Vector3
+from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Vector3
 
 ROLLING_M_S = 0.05
 STATIC_M_S = 0.01

@@ -8,11 +8,11 @@ to be repeated.
 
 from enum import Enum, auto
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 ARM_AUTHORIZATION_REQUEST: int = mavlink.MAV_CMD_ARM_AUTHORIZATION_REQUEST

@@ -4,17 +4,17 @@ PX4's Commander::arm and disarm (v1.18), with their texts. Sticks that are not a
 are flown by them. A terminated flight stays terminated until the next start.
 """
 
-from autopilot.commander import home_position
-from autopilot.commander.arm_authorization import ArmAuthorization, Leave
-from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
-from autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
-from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.constants import NavState, Severity
-from autopilot.events.texts import Say
-from autopilot.flight_mode import FLOWN_BY_STICKS, STICKS_TO_THRUST
-from autopilot.parameters import Parameters
-from autopilot.topics import ActuatorArmed, Topics
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commander import home_position
+from sitl_emu.autopilot.commander.arm_authorization import ArmAuthorization, Leave
+from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from sitl_emu.autopilot.commander.command_results import ACCEPTED, TEMPORARILY_REJECTED
+from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS, STICKS_TO_THRUST
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ActuatorArmed, Topics
+from sitl_emu.autopilot.vehicle_kind import Traits
 
 THROTTLE_LOW = -0.8
 THROTTLE_CENTRE = 0.2

@@ -8,35 +8,35 @@ command, it finds in topics.vehicle_commands.
 import math
 from collections.abc import Callable
 
-from autopilot.commander import home_position
-from autopilot.commander.arming import EXTERNAL_COMMAND, INTERNAL_COMMAND, MISSION_START, Arming
-from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
-from autopilot.commander.calibration.worker import CalibrationWorker
-from autopilot.commander.command_results import (
+from sitl_emu.autopilot.commander import home_position
+from sitl_emu.autopilot.commander.arming import EXTERNAL_COMMAND, INTERNAL_COMMAND, MISSION_START, Arming
+from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
+from sitl_emu.autopilot.commander.command_results import (
     ACCEPTED,
     CANCELLED,
     DENIED,
     FAILED,
     TEMPORARILY_REJECTED,
 )
-from autopilot.commander.custom_mode import (
+from sitl_emu.autopilot.commander.custom_mode import (
     FLAG_CUSTOM_MODE_ENABLED,
     custom_mode_of,
     nav_state_of,
     nav_state_of_base_mode,
 )
-from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands.table import FIXED
-from autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
-from autopilot.constants import NavState, Severity
-from autopilot.events.texts import Say
-from autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
-from autopilot.parameters import Parameters, matches
-from autopilot.parameters.storage import ParameterStorage
-from autopilot.sensors.sensor_calibration import DEVICE_IDS, INSTANCES
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.commands.table import FIXED
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
+from sitl_emu.autopilot.parameters import Parameters, matches
+from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, INSTANCES
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]

@@ -5,29 +5,29 @@ PX4's Commander (src/modules/commander/Commander.cpp, v1.18).
 Left out: VTOL, rebooting (answered; restarting is the process's business), the safety switch that simulation lacks.
 """
 
-from autopilot.commander import home_position
-from autopilot.commander.arm_authorization import ArmAuthorization
-from autopilot.commander.arming import Arming
-from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
-from autopilot.commander.auto_disarm import AutoDisarm
-from autopilot.commander.calibration.worker import CalibrationWorker
-from autopilot.commander.command_handlers import CommandHandlers
-from autopilot.commander.component_links import present_and_healthy
-from autopilot.commander.failsafe import Action, Failsafe, Notice
-from autopilot.commander.failsafe_events import failsafe_event
-from autopilot.commander.failure_detector import FailureDetector
-from autopilot.commander.link_watch import LinkWatch
-from autopilot.commander.pilot import Pilot
-from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import CommandResult, tell
-from autopilot.constants import NavState, Severity
-from autopilot.events.texts import Say, SendEvent
-from autopilot.parameters import Parameters
-from autopilot.parameters.storage import ParameterStorage
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import Topics, VehicleCommand, VehicleStatus
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commander import home_position
+from sitl_emu.autopilot.commander.arm_authorization import ArmAuthorization
+from sitl_emu.autopilot.commander.arming import Arming
+from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from sitl_emu.autopilot.commander.auto_disarm import AutoDisarm
+from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
+from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
+from sitl_emu.autopilot.commander.component_links import present_and_healthy
+from sitl_emu.autopilot.commander.failsafe import Action, Failsafe, Notice
+from sitl_emu.autopilot.commander.failsafe_events import failsafe_event
+from sitl_emu.autopilot.commander.failure_detector import FailureDetector
+from sitl_emu.autopilot.commander.link_watch import LinkWatch
+from sitl_emu.autopilot.commander.pilot import Pilot
+from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import Topics, VehicleCommand, VehicleStatus
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US = 100_000

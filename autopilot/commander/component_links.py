@@ -6,9 +6,9 @@ computer, 3 s for others) its component is lost. One that never was there is not
 
 from typing import NamedTuple
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.topics import GcsHeartbeats
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.topics import GcsHeartbeats
 
 HEARTBEAT_TIMEOUT_US = 2_500_000
 LOST_AFTER_US = 3_000_000

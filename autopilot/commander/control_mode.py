@@ -1,9 +1,17 @@
 """Which controllers a mode asks for: PX4's vehicle_control_mode (commander/ModeUtil/control_mode.cpp, v1.18)."""
 
-from autopilot.constants import NavState
-from autopilot.flight_mode import ATTITUDE, FLIGHT_MODES, NOTHING, RATES, THRUST_AND_TORQUE, TRAJECTORY, ControlMode
-from autopilot.topics import OffboardSetpoint
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import (
+    ATTITUDE,
+    FLIGHT_MODES,
+    NOTHING,
+    RATES,
+    THRUST_AND_TORQUE,
+    TRAJECTORY,
+    ControlMode,
+)
+from sitl_emu.autopilot.topics import OffboardSetpoint
+from sitl_emu.autopilot.vehicle_kind import Traits
 
 
 def control_mode(nav_state: NavState, traits: Traits, offboard: OffboardSetpoint) -> ControlMode:

@@ -4,8 +4,8 @@ From PX4's px4_custom_mode.h (v1.18): main mode in bits 16 to 23, sub mode in bi
 LAND, and AUTO without a sub mode means MISSION. Base mode flags are those of MAV_MODE_FLAG.
 """
 
-from autopilot.constants import NavState
-from autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO, ControlMode
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO, ControlMode
 
 _CUSTOM_MODE = {state: (mode.sub_mode << 24) | (mode.main_mode << 16) for state, mode in FLIGHT_MODES.items()}
 _BY_MAIN_AND_SUB = {

@@ -13,10 +13,10 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
-from autopilot.constants import NavState
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.parameters import Parameters
-from autopilot.topics import FailsafeFlags
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import FailsafeFlags
 
 
 class Action(IntEnum):

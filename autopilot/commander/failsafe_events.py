@@ -1,7 +1,7 @@
 """Which event tells a failsafe, as PX4's FailsafeBase::notifyUser (failsafe/framework.cpp, v1.18)."""
 
-from autopilot.commander.custom_mode import custom_mode_of
-from autopilot.commander.failsafe import CAUSE_GENERIC, CAUSES, Action, Notice
+from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
+from sitl_emu.autopilot.commander.failsafe import CAUSE_GENERIC, CAUSES, Action, Notice
 
 BATTERY_WARNINGS = {
     CAUSES["battery_low"]: "commander_failsafe_enter_low_bat",

@@ -9,9 +9,9 @@ Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (F
 
 import math
 
-from autopilot.flight_mode import modes_where
-from autopilot.parameters import Parameters
-from autopilot.topics import FailureDetectorStatus, Topics
+from sitl_emu.autopilot.flight_mode import modes_where
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import FailureDetectorStatus, Topics
 
 STATUS_EVERY_US = 500_000
 IMBALANCE_TIME_CONSTANT_S = 5.0

@@ -7,7 +7,7 @@ been moved further than its position may be wrong.
 
 import math
 
-from autopilot.topics import HomePosition, Topics
+from sitl_emu.autopilot.topics import HomePosition, Topics
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
 MOVED_AT_LEAST_M = 1.0

@@ -1,9 +1,9 @@
 """Links that are lost and regained, as people are told: sticks, ground station, components (PX4's Commander, v1.18)."""
 
-from autopilot.commander.component_links import ComponentLinks
-from autopilot.constants import Severity
-from autopilot.events.texts import Say, SendEvent
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.component_links import ComponentLinks
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.topics import Topics
 
 
 class LinkWatch:

@@ -3,8 +3,8 @@
 PX4's src/modules/commander/ModeUtil/mode_requirements.cpp (v1.18); the table is `flight_mode.FLIGHT_MODES`.
 """
 
-from autopilot.flight_mode import FLIGHT_MODES, Need, modes_where
-from autopilot.topics import FailsafeFlags
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Need, modes_where
+from sitl_emu.autopilot.topics import FailsafeFlags
 
 NEEDS = {state: mode.needs for state, mode in FLIGHT_MODES.items()}
 PREVENT_ARMING = modes_where(lambda mode: mode.prevents_arming)

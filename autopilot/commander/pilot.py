@@ -6,12 +6,12 @@ OFFBOARD of a multicopter in the air; the first sticks that are ever seen choose
 
 from collections.abc import Callable
 
-from autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
-from autopilot.commander.user_mode_intention import UserModeIntention
-from autopilot.constants import NavState, RequestedAction, Severity
-from autopilot.events.texts import Say
-from autopilot.flight_mode import FLOWN_BY_STICKS
-from autopilot.topics import ActionRequest, Topics
+from sitl_emu.autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
+from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.constants import NavState, RequestedAction, Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS
+from sitl_emu.autopilot.topics import ActionRequest, Topics
 
 KILL_DISARMS_AFTER_US = 5_000_000
 """A vehicle that stays killed is disarmed (PX4's COM_KILL_DISARM)."""

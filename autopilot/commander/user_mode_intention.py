@@ -4,9 +4,9 @@ PX4's UserModeIntention (src/modules/commander/UserModeIntention.cpp, v1.18): on
 flight only one that can run. Modes that prevent arming (LAND, RTL, ...) are forgotten at disarming.
 """
 
-from autopilot.commander.arming_checks.checks import HealthAndArmingChecks
-from autopilot.commander.mode_requirements import PREVENT_ARMING
-from autopilot.constants import NavState
+from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
+from sitl_emu.autopilot.commander.mode_requirements import PREVENT_ARMING
+from sitl_emu.autopilot.constants import NavState
 
 
 class UserModeIntention:

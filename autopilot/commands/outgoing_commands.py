@@ -7,7 +7,7 @@ PX4: vehicle_command with from_external false, which the MAVLink module sends as
 from collections.abc import Callable
 from typing import Any
 
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.topics import VehicleCommand
 
 KEPT = 32
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
-from autopilot.topics import CommandTold, Topics, VehicleCommand, VehicleCommandAck
+from sitl_emu.autopilot.topics import CommandTold, Topics, VehicleCommand, VehicleCommandAck
 
 TOLD_KEPT = 32
 MAV_RESULT_ACCEPTED = 0

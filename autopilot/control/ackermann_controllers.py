@@ -8,10 +8,17 @@ moved stays as it was. A step is PX4's time since the last one within 1 and 10 m
 import math
 from typing import NamedTuple
 
-from autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
-from autopilot.control.rover_control import HeadingControl, Pid, Slew, SpeedControl, clamp, speed_limited_by_course
-from autopilot.control.rover_parameters import EPSILON, RoverParameters
-from autopilot.modes.trajectory_constraints import max_speed_from_distance
+from sitl_emu.autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
+from sitl_emu.autopilot.control.rover_control import (
+    HeadingControl,
+    Pid,
+    Slew,
+    SpeedControl,
+    clamp,
+    speed_limited_by_course,
+)
+from sitl_emu.autopilot.control.rover_parameters import EPSILON, RoverParameters
+from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
 
 NAN = math.nan
 

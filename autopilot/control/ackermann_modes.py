@@ -7,13 +7,13 @@ north; sticks that have fallen silent stay as they were. Modes of aircraft give 
 import math
 from typing import NamedTuple
 
-from autopilot.commander.control_mode import asks_for_position
-from autopilot.constants import NavState, SetpointType
-from autopilot.control.ackermann_controllers import NAN, RoverState, Setpoints, Target
-from autopilot.control.pure_pursuit import Place
-from autopilot.control.rover_control import arrival_speed, clamp, corner_angle
-from autopilot.control.rover_parameters import EPSILON, RoverParameters
-from autopilot.topics import (
+from sitl_emu.autopilot.commander.control_mode import asks_for_position
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.control.ackermann_controllers import NAN, RoverState, Setpoints, Target
+from sitl_emu.autopilot.control.pure_pursuit import Place
+from sitl_emu.autopilot.control.rover_control import arrival_speed, clamp, corner_angle
+from sitl_emu.autopilot.control.rover_parameters import EPSILON, RoverParameters
+from sitl_emu.autopilot.topics import (
     PositionControllerStatus,
     PositionSetpoint,
     Topics,

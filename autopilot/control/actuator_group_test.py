@@ -8,11 +8,11 @@ the vehicle was disarmed, took off or changed its mode meanwhile, or another tes
 import math
 from typing import ClassVar, NamedTuple
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
-from autopilot.constants import NavState
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 ROLL, PITCH, YAW = 0, 1, 2

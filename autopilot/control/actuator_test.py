@@ -7,7 +7,7 @@ at once; a new test puts the end of all off, which comes by its time-out. What n
 import math
 from collections.abc import Callable, Sequence
 
-from autopilot.topics import ActuatorTest, Topics
+from sitl_emu.autopilot.topics import ActuatorTest, Topics
 
 FIRST_MOTOR, LAST_MOTOR = 101, 112
 FIRST_SERVO, LAST_SERVO = 201, 208

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, Protocol
 
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.control.multicopter import MulticopterControl
-from autopilot.control.rover_ackermann import RoverAckermannControl
-from autopilot.events.texts import Texts
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.control.multicopter import MulticopterControl
+from sitl_emu.autopilot.control.rover_ackermann import RoverAckermannControl
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 
 class StartedModule(Protocol):

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.topics import Vector3
 
 SMALL_FACTOR = 1e-3
 FARTHEST_M = 1000.0

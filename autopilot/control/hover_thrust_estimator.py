@@ -8,7 +8,7 @@ learnt too. HTE_HT_NOISE, HTE_HT_ERR_INIT, HTE_ACC_GATE, HTE_THR_RANGE, HTE_VZ_T
 import math
 from typing import NamedTuple
 
-from autopilot.topics import HoverThrustEstimate
+from sitl_emu.autopilot.topics import HoverThrustEstimate
 
 GRAVITY_M_S2 = 9.80665
 ACCEL_VARIANCE = 5.0

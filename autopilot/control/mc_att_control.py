@@ -7,7 +7,7 @@ remaining yaw with less weight (MC_YAW_WEIGHT). MC_ROLL_P, MC_PITCH_P, MC_YAW_P;
 
 import math
 
-from autopilot.topics import Quaternion, Vector3
+from sitl_emu.autopilot.topics import Quaternion, Vector3
 
 NO_TWIST = 1e-5
 

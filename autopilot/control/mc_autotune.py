@@ -11,12 +11,12 @@ import math
 from enum import IntEnum, auto
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import CommandResult, obey_navigator
-from autopilot.constants import NavState
-from autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, Vector3, VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, obey_navigator
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import quotient
 

@@ -4,9 +4,9 @@ PX4's MulticopterPositionControl::parameters_update (src/modules/mc_pos_control,
 others at once, where they are not negative; then every value that exceeds its limit is brought back to it.
 """
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
 
 MAX_SAFE_TILT_DEG = 89.0
 """MulticopterPositionControl::MAX_SAFE_TILT_DEG."""

@@ -11,15 +11,15 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 
 import math
 
-from autopilot.constants import MOST_ROTORS, NavState, TakeoffState
-from autopilot.control.actuator_group_test import ActuatorGroupTest
-from autopilot.control.actuator_test import ActuatorTests
-from autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
-from autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
-from autopilot.control.mc_att_control import rates_setpoint
-from autopilot.control.mc_autotune import McAutotune
-from autopilot.control.mc_parameters import constrain
-from autopilot.control.mc_pos_control import (
+from sitl_emu.autopilot.constants import MOST_ROTORS, NavState, TakeoffState
+from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
+from sitl_emu.autopilot.control.actuator_test import ActuatorTests
+from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
+from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
+from sitl_emu.autopilot.control.mc_att_control import rates_setpoint
+from sitl_emu.autopilot.control.mc_autotune import McAutotune
+from sitl_emu.autopilot.control.mc_parameters import constrain
+from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
     PositionControlGains,
@@ -28,16 +28,16 @@ from autopilot.control.mc_pos_control import (
     complete,
     failsafe_setpoint,
 )
-from autopilot.control.mc_rate_control import RateControl
-from autopilot.control.peripherals import carried, last_used, with_peripherals
-from autopilot.control.takeoff import TakeoffHandling
-from autopilot.estimator.imu_filter import alpha
-from autopilot.events.texts import Say
-from autopilot.flight_mode import STICKS_TO_THRUST
-from autopilot.parameters import Parameters
-from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from autopilot.system.failure_injection import MOTOR, OFF
-from autopilot.topics import (
+from sitl_emu.autopilot.control.mc_rate_control import RateControl
+from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
+from sitl_emu.autopilot.control.takeoff import TakeoffHandling
+from sitl_emu.autopilot.estimator.imu_filter import alpha
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.flight_mode import STICKS_TO_THRUST
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
+from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
     ActuatorOutputs,

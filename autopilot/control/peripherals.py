@@ -6,7 +6,7 @@ nobody has set an actuator, its output stays at the disarmed value; so do all wh
 
 from collections.abc import Sequence
 
-from autopilot.topics import ActuatorOutputs, Topics
+from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
 
 FIRST_ACTUATOR, LAST_ACTUATOR = 301, 306
 """Peripheral via actuator set 1 to 6: MAV_CMD_DO_SET_ACTUATOR."""

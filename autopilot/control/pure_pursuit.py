@@ -7,8 +7,8 @@ than the look-ahead follows it further on.
 
 import math
 
-from autopilot.control.rover_control import clamp
-from autopilot.control.rover_parameters import EPSILON
+from sitl_emu.autopilot.control.rover_control import clamp
+from sitl_emu.autopilot.control.rover_parameters import EPSILON
 
 Place = tuple[float, float]
 """North and east in metres."""

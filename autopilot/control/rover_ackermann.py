@@ -7,9 +7,9 @@ for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only
 
 import math
 
-from autopilot.commander.control_mode import control_mode
-from autopilot.constants import NavState
-from autopilot.control.ackermann_controllers import (
+from sitl_emu.autopilot.commander.control_mode import control_mode
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.ackermann_controllers import (
     Actuators,
     HeadingToYawRate,
     PositionControl,
@@ -18,12 +18,12 @@ from autopilot.control.ackermann_controllers import (
     SpeedToThrottle,
     YawRateToSteering,
 )
-from autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
-from autopilot.control.peripherals import last_used, with_peripherals
-from autopilot.control.rover_parameters import rover_parameters
-from autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
-from autopilot.parameters import Parameters
-from autopilot.topics import ActuatorOutputs, Topics
+from sitl_emu.autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
+from sitl_emu.autopilot.control.peripherals import last_used, with_peripherals
+from sitl_emu.autopilot.control.rover_parameters import rover_parameters
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
 
 INTERVAL_US = 10_000
 """RoverAckermann::init: ScheduleOnInterval(10_ms)."""

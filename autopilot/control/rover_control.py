@@ -5,7 +5,7 @@ Each keeps what it has come to. They know nothing of topics or parameters. A rat
 
 import math
 
-from autopilot.control.rover_parameters import EPSILON
+from sitl_emu.autopilot.control.rover_parameters import EPSILON
 from sitl_emu.core.geodesy import wrap_pi
 
 

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters import Parameters
 
 EPSILON = 1.1920929e-07
 """FLT_EPSILON: what is not above it, is none in PX4."""

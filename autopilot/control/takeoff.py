@@ -3,7 +3,7 @@
 PX4's TakeoffHandling (src/modules/mc_pos_control/Takeoff, v1.18): COM_SPOOLUP_TIME, MPC_TKO_RAMP_T.
 """
 
-from autopilot.constants import TakeoffState
+from sitl_emu.autopilot.constants import TakeoffState
 
 GRAVITY_M_S2 = 9.80665
 LEAST_GAIN = 0.01

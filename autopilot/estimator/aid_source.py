@@ -7,7 +7,7 @@ ratio keeps the innovation's sign, follows with half a second, and is what pre-f
 import math
 from collections.abc import Sequence
 
-from autopilot.topics import NAN, EstimatorAidSource1d, EstimatorAidSource2d, EstimatorAidSource3d
+from sitl_emu.autopilot.topics import NAN, EstimatorAidSource1d, EstimatorAidSource2d, EstimatorAidSource3d
 
 FILTER_S = 0.5
 LARGEST_INNOVATION = 2.0

@@ -9,13 +9,13 @@ does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arm
 import math
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import CommandResult, answer_later
-from autopilot.estimator import external_estimates
-from autopilot.estimator.estimator import ENABLE_BITS, Estimator
-from autopilot.estimator.resets import move_origin
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
+from sitl_emu.autopilot.estimator import external_estimates
+from sitl_emu.autopilot.estimator.estimator import ENABLE_BITS, Estimator
+from sitl_emu.autopilot.estimator.resets import move_origin
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 EXTERNAL_ATTITUDE_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE

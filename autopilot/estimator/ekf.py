@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.bias_estimator import BiasEstimator
-from autopilot.estimator.flags import ControlStatus, FaultStatus
-from autopilot.estimator.imu_down_sampler import ImuDownSampler
-from autopilot.estimator.output_predictor import OutputPredictor
-from autopilot.estimator.samples import ImuSample
-from autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
-from autopilot.topics import NAN, Quaternion, Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
+from sitl_emu.autopilot.estimator.flags import ControlStatus, FaultStatus
+from sitl_emu.autopilot.estimator.imu_down_sampler import ImuDownSampler
+from sitl_emu.autopilot.estimator.output_predictor import OutputPredictor
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
+from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.geodesy import MapProjection
 
 RESET_TIMEOUT_US = 7_000_000

@@ -9,12 +9,12 @@ Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary positi
 
 import math
 
-from autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.fusion import Fusion
-from autopilot.estimator.publication import IMU_HZ, Publication
-from autopilot.estimator.records import Records
-from autopilot.estimator.samples import (
+from sitl_emu.autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.fusion import Fusion
+from sitl_emu.autopilot.estimator.publication import IMU_HZ, Publication
+from sitl_emu.autopilot.estimator.records import Records
+from sitl_emu.autopilot.estimator.samples import (
     BaroSample,
     FlowSample,
     GnssSample,
@@ -23,8 +23,8 @@ from autopilot.estimator.samples import (
     SystemFlags,
     VisionSample,
 )
-from autopilot.parameters import Parameters
-from autopilot.topics import DistanceSensorSample, Topics, Vector3, VehicleOdometry
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import DistanceSensorSample, Topics, Vector3, VehicleOdometry
 
 STATUS_TIMEOUT_US = 3_000_000
 RANGE_TIMEOUT_US = 1_000_000

@@ -6,9 +6,9 @@ EKF/wind.cpp, v1.18).
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
-from autopilot.estimator.resets import (
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
+from sitl_emu.autopilot.estimator.resets import (
     initialise_altitude,
     jumped_horizontally,
     reset_horizontal_position,

@@ -6,20 +6,20 @@ PX4's EKF2 (EKF/control.cpp, controlFusionModes, and Ekf::update in EKF/ekf.cpp,
 import math
 from collections import deque
 
-from autopilot.estimator.aid_sources.baro_height import BaroHeight
-from autopilot.estimator.aid_sources.drag import Drag
-from autopilot.estimator.aid_sources.external_vision import ExternalVision
-from autopilot.estimator.aid_sources.fake_height import FakeHeight
-from autopilot.estimator.aid_sources.fake_position import FakePosition
-from autopilot.estimator.aid_sources.gnss import Gnss
-from autopilot.estimator.aid_sources.gnss_height import GnssHeight
-from autopilot.estimator.aid_sources.gravity import Gravity
-from autopilot.estimator.aid_sources.magnetometer import Magnetometer
-from autopilot.estimator.aid_sources.optical_flow import OpticalFlow
-from autopilot.estimator.aid_sources.range_height import RangeHeight
-from autopilot.estimator.aid_sources.zero_velocity import ZeroGyro, ZeroVelocity
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.height_control import (
+from sitl_emu.autopilot.estimator.aid_sources.baro_height import BaroHeight
+from sitl_emu.autopilot.estimator.aid_sources.drag import Drag
+from sitl_emu.autopilot.estimator.aid_sources.external_vision import ExternalVision
+from sitl_emu.autopilot.estimator.aid_sources.fake_height import FakeHeight
+from sitl_emu.autopilot.estimator.aid_sources.fake_position import FakePosition
+from sitl_emu.autopilot.estimator.aid_sources.gnss import Gnss
+from sitl_emu.autopilot.estimator.aid_sources.gnss_height import GnssHeight
+from sitl_emu.autopilot.estimator.aid_sources.gravity import Gravity
+from sitl_emu.autopilot.estimator.aid_sources.magnetometer import Magnetometer
+from sitl_emu.autopilot.estimator.aid_sources.optical_flow import OpticalFlow
+from sitl_emu.autopilot.estimator.aid_sources.range_height import RangeHeight
+from sitl_emu.autopilot.estimator.aid_sources.zero_velocity import ZeroGyro, ZeroVelocity
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.height_control import (
     GROUND,
     PRESSURE,
     SATELLITES,
@@ -28,8 +28,8 @@ from autopilot.estimator.height_control import (
     check_vertical_acceleration,
     find_height_reference,
 )
-from autopilot.estimator.samples import ImuSample, SampleBuffer, SystemFlags
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.estimator.samples import ImuSample, SampleBuffer, SystemFlags
+from sitl_emu.autopilot.topics import Vector3
 
 LOOK_AFTER_STEPS = 4
 """What needs no sample is looked after every so many steps (ours; PX4 looks after all of it at each)."""

@@ -7,8 +7,8 @@ don't clip: what PX4 does when one rails is left out.
 import math
 from typing import NamedTuple
 
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import BARO, EV, GNSS, NO_AID_TIMEOUT_US, RANGE, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import BARO, EV, GNSS, NO_AID_TIMEOUT_US, RANGE, UNKNOWN, Ekf
 
 BAD_ACCEL_PROBATION_US = 3_000_000
 FAILS_BEYOND, CONFIRMS_BEYOND = 3.0, 1.0

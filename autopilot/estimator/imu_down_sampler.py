@@ -7,7 +7,7 @@ of 4 ms for the 10 ms of EKF2_PREDICT_US, as the mean comes down to 4 ms from ab
 
 import math
 
-from autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.estimator.samples import ImuSample
 
 INTERVAL_AT_START_S = 0.005
 MEAN_WEIGHT = 0.1

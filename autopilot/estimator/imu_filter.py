@@ -6,7 +6,7 @@ Notch filters (IMU_GYRO_NF*, IMU_GYRO_DNF*) are left out: nothing simulated vibr
 
 import math
 
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.topics import Vector3
 
 
 class LowPass2p:

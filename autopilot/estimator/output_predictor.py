@@ -14,8 +14,8 @@ Shifts of the whole past are kept as one sum: a stored velocity or position is w
 import math
 from collections import deque
 
-from autopilot.estimator.samples import ImuSample
-from autopilot.topics import Quaternion, Vector3
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.topics import Quaternion, Vector3
 from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotation
 
 Entry = tuple[Quaternion, float, float, float, float, float, float, float, float]

@@ -7,10 +7,10 @@ bias.
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.fusion import Fusion
-from autopilot.estimator.imu_filter import LowPass2p, alpha
-from autopilot.topics import (
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.fusion import Fusion
+from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, alpha
+from sitl_emu.autopilot.topics import (
     NAN,
     Topics,
     Vector3,

@@ -6,16 +6,16 @@ most of them with every step; here those that change at every step are written t
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource, record_1d, record_2d, record_3d
-from autopilot.estimator.bias_estimator import BiasStatus
-from autopilot.estimator.ekf import ACCEL_BIAS, GYRO_BIAS, Ekf
-from autopilot.estimator.flags import FAULT_NAMES, control_flags, fault_flags, mask
-from autopilot.estimator.fusion import Fusion
-from autopilot.estimator.publication import Publication
-from autopilot.estimator.stable_bias import StableBias
-from autopilot.sensors.sensor_calibration import DEVICE_IDS
-from autopilot.topics import (
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource, record_1d, record_2d, record_3d
+from sitl_emu.autopilot.estimator.bias_estimator import BiasStatus
+from sitl_emu.autopilot.estimator.ekf import ACCEL_BIAS, GYRO_BIAS, Ekf
+from sitl_emu.autopilot.estimator.flags import FAULT_NAMES, control_flags, fault_flags, mask
+from sitl_emu.autopilot.estimator.fusion import Fusion
+from sitl_emu.autopilot.estimator.publication import Publication
+from sitl_emu.autopilot.estimator.stable_bias import StableBias
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
+from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
     EstimatorBias,

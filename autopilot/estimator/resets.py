@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.state import LARGEST_VELOCITY_M_S
-from autopilot.topics import NAN, Quaternion, Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S
+from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 

@@ -6,7 +6,7 @@ it must not have moved by more than a tenth of its limit for ten seconds of lear
 
 import math
 
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.topics import Vector3
 
 LARGEST_VARIANCE = 1e-3
 LARGEST_RATIO = 1e2

@@ -9,8 +9,8 @@ world.
 
 import math
 
-from autopilot.estimator.samples import ImuSample
-from autopilot.topics import Quaternion, Vector3
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.topics import Quaternion, Vector3
 from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotated, rotation
 
 GRAVITY_M_S2 = 9.80665

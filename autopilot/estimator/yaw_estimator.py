@@ -8,8 +8,8 @@ about the vertical alone, here there is one, and five yaws relative to it. Attit
 
 import math
 
-from autopilot.estimator.samples import ImuSample
-from autopilot.topics import Quaternion, Vector3, YawEstimatorStatus
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.topics import Quaternion, Vector3, YawEstimatorStatus
 from sitl_emu.core.attitude import product, rotation
 from sitl_emu.core.geodesy import wrap_pi
 

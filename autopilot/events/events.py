@@ -11,7 +11,7 @@ import pathlib
 from collections import deque
 from typing import Any, NamedTuple
 
-from autopilot.constants import Severity
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.core.c_types import STRUCT_CODES, Layout
 
 TABLE = pathlib.Path(__file__).with_name("events.json")

@@ -4,8 +4,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from autopilot.constants import Severity
-from autopilot.events.events import Events
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.events import Events
 
 KEPT = 50
 

@@ -3,7 +3,7 @@
 PX4's LandDetector::Run (v1.18): counted from the first takeoff after arming until disarming.
 """
 
-from autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters import Parameters
 
 LOW_BITS = 32
 

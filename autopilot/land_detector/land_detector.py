@@ -8,12 +8,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from autopilot.land_detector.flight_time import FlightTime
-from autopilot.land_detector.multicopter import MulticopterLandDetector
-from autopilot.land_detector.rover import RoverLandDetector
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleLandDetected
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.land_detector.flight_time import FlightTime
+from sitl_emu.autopilot.land_detector.multicopter import MulticopterLandDetector
+from sitl_emu.autopilot.land_detector.rover import RoverLandDetector
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleLandDetected
+from sitl_emu.autopilot.vehicle_kind import Traits
 
 PUBLISHED_AFTER_US = 1_000_000
 AT_REST_US = 1_000_000

@@ -8,11 +8,11 @@ LNDMC_ROT_MAX, LNDMC_ALT_GND.
 
 import math
 
-from autopilot.constants import NavState, TakeoffState
-from autopilot.flight_mode import modes_where
-from autopilot.land_detector.held import Held
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics
+from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.flight_mode import modes_where
+from sitl_emu.autopilot.land_detector.held import Held
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics
 
 EACH_S, EACH_OUT_OF_RANGE_S = 1.0 / 3.0, 1.0
 """MulticopterLandDetector::_update_topics: land_detection_time / 3."""

@@ -11,7 +11,7 @@ import shutil
 from io import FileIO
 from pathlib import Path
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 
 DATE_FOLDER = re.compile(r"\d{4}-\d\d-\d\d")
 LEAST_FREE_BYTES = 50 << 20

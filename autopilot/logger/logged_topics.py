@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from autopilot.logger.packing import Row
-from autopilot.logger.rows import commander, control, estimator, navigator, outside, sensors
+from sitl_emu.autopilot.logger.packing import Row
+from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, sensors
 
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""

@@ -17,16 +17,16 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Texts
-from autopilot.logger import log_files, logged_topics, packing, ulog
-from autopilot.logger.log_files import LogFile
-from autopilot.logger.log_stream import LogStream
-from autopilot.logger.packing import Row
-from autopilot.logger.rows import commander as commander_rows
-from autopilot.logger.rows import outside as outside_rows
-from autopilot.parameters import Parameters
-from autopilot.topics import LoggerStatus, Topics
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.logger import log_files, logged_topics, packing, ulog
+from sitl_emu.autopilot.logger.log_files import LogFile
+from sitl_emu.autopilot.logger.log_stream import LogStream
+from sitl_emu.autopilot.logger.packing import Row
+from sitl_emu.autopilot.logger.rows import commander as commander_rows
+from sitl_emu.autopilot.logger.rows import outside as outside_rows
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import LoggerStatus, Topics
 from sitl_emu.core import c_types
 
 FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4

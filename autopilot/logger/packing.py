@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
 
-from autopilot.logger import ulog
+from sitl_emu.autopilot.logger import ulog
 from sitl_emu.core import c_types
 
 FORMATS: Mapping[str, tuple[ulog.Field, ...]] = {

@@ -10,10 +10,10 @@ Left out: landing gear, VTOL, camera and payload switches, RC_MAP_FLTM_BTN.
 
 import math
 
-from autopilot.constants import NavState, RequestedAction
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState, RequestedAction
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     SOURCE_RC,
     SOURCE_UNKNOWN,
     ActionRequest,

@@ -13,8 +13,8 @@ Left out: receivers other than MAVLink.
 import struct
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters
-from autopilot.topics import SOURCE_RC, InputRc, ManualControlInput, ManualControlSwitches, Topics
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import SOURCE_RC, InputRc, ManualControlInput, ManualControlSwitches, Topics
 
 CHANNELS = 18
 FEWEST_CHANNELS = 4

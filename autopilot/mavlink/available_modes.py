@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
-from autopilot.commander.custom_mode import custom_mode_of
-from autopilot.constants import NavState
-from autopilot.flight_mode import FLIGHT_MODES, Need
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Need
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 NON_STANDARD: int = mavlink.MAV_STANDARD_MODE_NON_STANDARD

@@ -6,8 +6,8 @@ A parameter that is not used must be 0 or not given (NaN); what sets it is refus
 import math
 from collections.abc import Sequence
 
-from autopilot.commands.table import COMMANDS, P4, PLACE, UNKNOWN
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commands.table import COMMANDS, P4, PLACE, UNKNOWN
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 TAKEOFF_WITHOUT_PITCH = P4 | PLACE

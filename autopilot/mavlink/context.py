@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from autopilot.constants import MOST_ROTORS
-from autopilot.parameters import Parameters
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import ActuatorOutputs, Topics
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import MOST_ROTORS
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 BOOT_UNIX_US = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""

@@ -9,8 +9,8 @@ SETUP_SIGNING, which MAVLink forbids to pass on. STATUSTEXT passes from ground s
 from collections.abc import Iterable
 from typing import Any
 
-from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
+from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
 STATUSTEXT: int = mavlink.MAVLINK_MSG_ID_STATUSTEXT

@@ -8,10 +8,10 @@ MAVLink 2 is answered, the sequence number counts per link. The frames of one mo
 from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
-from autopilot.mavlink import rates
-from autopilot.mavlink.decoder import Message, decode
-from autopilot.mavlink.encoder import Codec, Encoder
-from autopilot.mavlink.signature import LinkSigning
+from sitl_emu.autopilot.mavlink import rates
+from sitl_emu.autopilot.mavlink.decoder import Message, decode
+from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
+from sitl_emu.autopilot.mavlink.signature import LinkSigning
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 

@@ -9,15 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.events.texts import Texts
-from autopilot.logger.logger import Logger
-from autopilot.mavlink import forwarding, rates, silent_streams
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.encoder import Encoder
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services import (
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.mavlink import forwarding, rates, silent_streams
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services import (
     adsb_vehicle,
     battery_status,
     command,
@@ -50,13 +50,13 @@ from autopilot.mavlink.services import (
     system_time,
     timesync,
 )
-from autopilot.mavlink.services.service import Service
-from autopilot.mavlink.signature import LinkSigning, SigningStreams
-from autopilot.mavlink.streams import Stream
-from autopilot.mavlink.wire import Device, Wire
-from autopilot.parameters import Parameters
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.mavlink.services.service import Service
+from sitl_emu.autopilot.mavlink.signature import LinkSigning, SigningStreams
+from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.mavlink.wire import Device, Wire
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 

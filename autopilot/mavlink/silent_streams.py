@@ -5,7 +5,7 @@ From mavlink_messages.cpp and Mavlink::configure_streams_to_default.
 
 from collections.abc import Mapping
 
-from autopilot.mavlink.rates import UNLIMITED, Rates, by_mode
+from sitl_emu.autopilot.mavlink.rates import UNLIMITED, Rates, by_mode
 
 SILENT: Mapping[str, Rates] = {
     "BATTERY_INFO": Rates(),

@@ -7,8 +7,8 @@ only by what it says. Messages for it are forwarded to it, and its own to all ot
 
 from typing import Protocol
 
-from autopilot.mavlink.encoder import Encoder
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core.ports import LinkPorts
 
 NO_PORTS = LinkPorts(0, 0)

@@ -10,8 +10,8 @@ and knows no weather vane.
 import math
 from enum import IntEnum
 
-from autopilot.constants import NavState, SetpointType
-from autopilot.modes.flight_task import (
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.modes.flight_task import (
     GEAR_DOWN,
     GEAR_KEEP,
     GEAR_UP,
@@ -20,11 +20,11 @@ from autopilot.modes.flight_task import (
     distance_to_ground_m,
     start_state,
 )
-from autopilot.modes.heading_smoothing import HeadingSmoothing
-from autopilot.modes.land import descent_speed, land_speeds
-from autopilot.modes.position_smoothing import PositionSmoothing
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.modes.heading_smoothing import HeadingSmoothing
+from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
+from sitl_emu.autopilot.modes.position_smoothing import PositionSmoothing
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     NAN3,
     PositionSetpoint,
     PositionSetpointTriplet,

@@ -11,9 +11,9 @@ Left out: the change to HOLD after 5 s without data.
 
 import math
 
-from autopilot.modes.trajectory_constraints import max_speed_from_distance
-from autopilot.parameters import Parameters
-from autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
+from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
 from sitl_emu.core.c_types import truncated
 
 BINS = 72

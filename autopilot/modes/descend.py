@@ -2,9 +2,9 @@
 
 import math
 
-from autopilot.modes.flight_task import Setpoint
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
+from sitl_emu.autopilot.modes.flight_task import Setpoint
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
 
 NAN = math.nan
 

@@ -7,18 +7,18 @@ and termination publish no setpoint.
 
 import math
 
-from autopilot.constants import NavState, TakeoffState
-from autopilot.flight_mode import FLIGHT_MODES, Task
-from autopilot.modes.auto import Auto
-from autopilot.modes.descend import Descend
-from autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
-from autopilot.modes.follow_target import FollowTargetTask
-from autopilot.modes.manual_altitude import ManualAltitude
-from autopilot.modes.manual_position import ManualPosition
-from autopilot.modes.offboard import Offboard
-from autopilot.modes.orbit import Orbit
-from autopilot.parameters import Parameters
-from autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
+from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Task
+from sitl_emu.autopilot.modes.auto import Auto
+from sitl_emu.autopilot.modes.descend import Descend
+from sitl_emu.autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
+from sitl_emu.autopilot.modes.follow_target import FollowTargetTask
+from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
+from sitl_emu.autopilot.modes.manual_position import ManualPosition
+from sitl_emu.autopilot.modes.offboard import Offboard
+from sitl_emu.autopilot.modes.orbit import Orbit
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
 LONGEST_STEP_S = 0.1
 POSITION_MODES = (0, 4)

@@ -7,7 +7,13 @@ its constraints at every update. It reads topics and keeps copies of its paramet
 import math
 from typing import Protocol
 
-from autopilot.topics import HomePosition, TrajectorySetpoint, Vector3, VehicleConstraints, VehicleLocalPosition
+from sitl_emu.autopilot.topics import (
+    HomePosition,
+    TrajectorySetpoint,
+    Vector3,
+    VehicleConstraints,
+    VehicleLocalPosition,
+)
 
 GEAR_DOWN, GEAR_KEEP, GEAR_UP = -1, 0, 1
 """landing_gear."""

@@ -10,11 +10,11 @@ Left out: sticks that change distance, height and angle, and pointing the gimbal
 
 import math
 
-from autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
-from autopilot.modes.target_estimator import TargetEstimator
-from autopilot.modes.vectors import shortened
-from autopilot.parameters import Parameters
-from autopilot.topics import NAN, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
+from sitl_emu.autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
+from sitl_emu.autopilot.modes.target_estimator import TargetEstimator
+from sitl_emu.autopilot.modes.vectors import shortened
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import NAN, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 from sitl_emu.core.geodesy import wrap_pi
 
 ABOVE_HOME, ABOVE_GROUND, ABOVE_TARGET = range(3)

@@ -6,7 +6,7 @@ acceleration's.
 
 import math
 
-from autopilot.modes.velocity_smoothing import VelocitySmoothing
+from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing
 from sitl_emu.core.geodesy import wrap_pi
 
 

@@ -6,7 +6,7 @@ if a range sensor sees the ground. The pilot can't nudge the landing place (MPC_
 
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters import Parameters
 
 
 class LandSpeeds(NamedTuple):

@@ -7,11 +7,11 @@ terrain (MPC_ALT_MODE).
 
 import math
 
-from autopilot.modes.flight_task import Setpoint, start_state
-from autopilot.modes.sticks import StickYaw, centred, expo_deadzone, heading_frame
-from autopilot.modes.velocity_smoothing import VelocitySmoothing
-from autopilot.parameters import Parameters
-from autopilot.topics import ManualControlSetpoint, Topics, TrajectorySetpoint, VehicleConstraints
+from sitl_emu.autopilot.modes.flight_task import Setpoint, start_state
+from sitl_emu.autopilot.modes.sticks import StickYaw, centred, expo_deadzone, heading_frame
+from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ManualControlSetpoint, Topics, TrajectorySetpoint, VehicleConstraints
 
 NAN = math.nan
 GRAVITY = 9.80665

@@ -6,13 +6,13 @@ MPC_ACC_HOR, MPC_JERK_MAX, with collision prevention (CP_DIST). The other two va
 
 import math
 
-from autopilot.modes.collision_prevention import CollisionPrevention
-from autopilot.modes.flight_task import Setpoint, start_state
-from autopilot.modes.manual_altitude import GRAVITY, ManualAltitude
-from autopilot.modes.sticks import centred, expo_deadzone, heading_frame
-from autopilot.modes.vectors import shortened
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, TrajectorySetpoint
+from sitl_emu.autopilot.modes.collision_prevention import CollisionPrevention
+from sitl_emu.autopilot.modes.flight_task import Setpoint, start_state
+from sitl_emu.autopilot.modes.manual_altitude import GRAVITY, ManualAltitude
+from sitl_emu.autopilot.modes.sticks import centred, expo_deadzone, heading_frame
+from sitl_emu.autopilot.modes.vectors import shortened
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint
 
 NAN = math.nan
 BRAKE_BOOST_MIN = 2.0

@@ -4,9 +4,9 @@ As in PX4 v1.18, where MAVLink writes trajectory_setpoint itself and mc_pos_cont
 setpoint above the vehicle. Attitude and rate setpoints don't pass here: the controllers take them from the topic.
 """
 
-from autopilot.modes.flight_task import Setpoint
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
+from sitl_emu.autopilot.modes.flight_task import Setpoint
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
 
 
 class Offboard:

@@ -6,10 +6,10 @@ circle it flies like AUTO. Sticks don't change radius or speed.
 
 import math
 
-from autopilot.modes.flight_task import Setpoint, start_state
-from autopilot.modes.position_smoothing import PositionSmoothing
-from autopilot.parameters import Parameters
-from autopilot.topics import NAN3, OrbitStatus, Topics, TrajectorySetpoint, VehicleCommand, VehicleConstraints
+from sitl_emu.autopilot.modes.flight_task import Setpoint, start_state
+from sitl_emu.autopilot.modes.position_smoothing import PositionSmoothing
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import NAN3, OrbitStatus, Topics, TrajectorySetpoint, VehicleCommand, VehicleConstraints
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 NAN = math.nan

@@ -7,7 +7,7 @@ the height by itself. It avoids no obstacles.
 
 import math
 
-from autopilot.modes.trajectory_constraints import (
+from sitl_emu.autopilot.modes.trajectory_constraints import (
     MOST_RAD,
     Limits,
     Point,
@@ -15,7 +15,7 @@ from autopilot.modes.trajectory_constraints import (
     max_speed_in_waypoint,
     speed_through,
 )
-from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
+from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
 
 L1_MIN_M = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""

@@ -2,7 +2,7 @@
 
 import math
 
-from autopilot.topics import ManualControlSetpoint
+from sitl_emu.autopilot.topics import ManualControlSetpoint
 from sitl_emu.core.geodesy import wrap_pi
 
 EXPONENTIAL = 0.6

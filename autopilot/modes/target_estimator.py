@@ -7,7 +7,7 @@ and a state that is not finite is forgotten. A target that falls silent is taken
 
 import math
 
-from autopilot.topics import NAN3, FollowTarget, Vector3, VehicleLocalPosition
+from sitl_emu.autopilot.topics import NAN3, FollowTarget, Vector3, VehicleLocalPosition
 from sitl_emu.core.geodesy import MapProjection
 
 STALE_US = 3_000_000

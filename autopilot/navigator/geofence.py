@@ -8,10 +8,10 @@ back while the vehicle holds there.
 
 from typing import NamedTuple
 
-from autopilot.constants import NavState, Severity
-from autopilot.navigator.state import NavigatorState
-from autopilot.storage.dataman import Plan
-from autopilot.topics import GeofenceResult
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import Plan
+from sitl_emu.autopilot.topics import GeofenceResult
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

@@ -3,8 +3,8 @@
 A rover counts as landed at once, and its control does not look at the setpoint: it drives on to the target that it had.
 """
 
-from autopilot.constants import SetpointType
-from autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.constants import SetpointType
+from sitl_emu.autopilot.navigator.state import NavigatorState
 
 
 class Land:

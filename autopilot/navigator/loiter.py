@@ -6,10 +6,10 @@ a second: one that is not flown by then, because HOLD was refused, is not flown 
 
 import math
 
-from autopilot.constants import SetpointType, Severity
-from autopilot.navigator.geofence import Geofence
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import PositionSetpoint, VehicleCommand
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.navigator.geofence import Geofence
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import PositionSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

@@ -13,10 +13,10 @@ commands of camera and gimbal that PX4 repeats when a mission goes on.
 import math
 from enum import Enum
 
-from autopilot.constants import SetpointType, Severity
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.navigator.geofence import Geofence
-from autopilot.navigator.mission_block import (
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.navigator.geofence import Geofence
+from sitl_emu.autopilot.navigator.mission_block import (
     DELAY,
     LAND,
     LANDS,
@@ -33,13 +33,13 @@ from autopilot.navigator.mission_block import (
     target_of,
     tell_item,
 )
-from autopilot.navigator.mission_feasibility import is_feasible
-from autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
-from autopilot.navigator.precland import Precision, PrecLand
-from autopilot.navigator.roi import ROI_COMMANDS, Roi
-from autopilot.navigator.state import NavigatorState
-from autopilot.storage.dataman import MissionItem, Plan
-from autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
+from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
+from sitl_emu.autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
+from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
+from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

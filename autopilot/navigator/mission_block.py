@@ -13,11 +13,11 @@ on it, and then the mission fails after that time.
 import math
 from typing import NamedTuple
 
-from autopilot.commands.table import Role, items_where
-from autopilot.constants import Severity
-from autopilot.navigator.state import NavigatorState
-from autopilot.storage.dataman import MissionItem
-from autopilot.topics import NavigatorMissionItem
+from sitl_emu.autopilot.commands.table import Role, items_where
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.topics import NavigatorMissionItem
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import EARTH_RADIUS_M, wrap_pi
 

@@ -5,12 +5,12 @@ first unfit item ends the checks of items. A first waypoint beyond MIS_DIST_1WP 
 wings and VTOL alone is left out.
 """
 
-from autopilot.commands.table import items_where
-from autopilot.constants import Severity
-from autopilot.navigator.geofence import Geofence
-from autopilot.navigator.mission_block import LAND, RELATIVE_FRAMES, TAKEOFFS, WITH_POSITION
-from autopilot.navigator.state import NavigatorState
-from autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.commands.table import items_where
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.navigator.geofence import Geofence
+from sitl_emu.autopilot.navigator.mission_block import LAND, RELATIVE_FRAMES, TAKEOFFS, WITH_POSITION
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

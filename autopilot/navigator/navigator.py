@@ -8,24 +8,24 @@ vehicle_commands.
 import math
 from typing import ClassVar
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.constants import NavState, SetpointType
-from autopilot.events.texts import Say, SendEvent
-from autopilot.navigator.geofence import ACTION_HOLD, Geofence
-from autopilot.navigator.land import Land
-from autopilot.navigator.loiter import Loiter
-from autopilot.navigator.mission import Mission, change_speed
-from autopilot.navigator.payload import Payload
-from autopilot.navigator.precland import PrecLand
-from autopilot.navigator.roi import ROI_COMMANDS, Roi
-from autopilot.navigator.rtl import Rtl
-from autopilot.navigator.state import NavigatorState, settings_of
-from autopilot.navigator.takeoff import Takeoff
-from autopilot.navigator.traffic import Traffic
-from autopilot.parameters import Parameters
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import (
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.navigator.geofence import ACTION_HOLD, Geofence
+from sitl_emu.autopilot.navigator.land import Land
+from sitl_emu.autopilot.navigator.loiter import Loiter
+from sitl_emu.autopilot.navigator.mission import Mission, change_speed
+from sitl_emu.autopilot.navigator.payload import Payload
+from sitl_emu.autopilot.navigator.precland import PrecLand
+from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
+from sitl_emu.autopilot.navigator.rtl import Rtl
+from sitl_emu.autopilot.navigator.state import NavigatorState, settings_of
+from sitl_emu.autopilot.navigator.takeoff import Takeoff
+from sitl_emu.autopilot.navigator.traffic import Traffic
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import (
     DistanceSensorModeChangeRequest,
     MissionResult,
     NavigatorStatus,

@@ -8,9 +8,9 @@ back, so that it is not damaged on the ground.
 
 import math
 
-from autopilot.commands.table import Role, items_where
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.table import Role, items_where
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 IMAGE_START = mavlink.MAV_CMD_IMAGE_START_CAPTURE

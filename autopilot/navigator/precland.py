@@ -11,9 +11,9 @@ Left out: the target's yaw (PLD_YAW_EN), targets that move.
 import math
 from enum import Enum, IntEnum
 
-from autopilot.constants import SetpointType
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import LandingTargetPose
+from sitl_emu.autopilot.constants import SetpointType
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import LandingTargetPose
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
 START_US = 2_000_000

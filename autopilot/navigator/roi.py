@@ -2,9 +2,9 @@
 
 import math
 
-from autopilot.commands.table import Role, items_where
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import VehicleCommand, VehicleRoi
+from sitl_emu.autopilot.commands.table import Role, items_where
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import VehicleCommand, VehicleRoi
 from sitl_emu.core import dialect as mavlink
 
 ROI_COMMANDS = items_where(lambda item: item.role is Role.ROI)

@@ -12,8 +12,8 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from autopilot.constants import SetpointType, Severity
-from autopilot.navigator.mission_block import (
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.navigator.mission_block import (
     LAND,
     LOITER_TIME,
     LOITER_UNLIM,
@@ -23,9 +23,9 @@ from autopilot.navigator.mission_block import (
     Target,
     tell_item,
 )
-from autopilot.navigator.precland import Precision, PrecLand
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleCommand, VehicleGlobalPosition
+from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleCommand, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 

@@ -6,12 +6,12 @@ PX4's Navigator object as its NavigatorModes see it (src/modules/navigator/navig
 import math
 from typing import NamedTuple
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.constants import SetpointType, TakeoffState
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import (
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.constants import SetpointType, TakeoffState
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import (
     CommandRecord,
     PositionSetpoint,
     PositionSetpointTriplet,

@@ -5,10 +5,10 @@ PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). What does not fly is t
 
 import math
 
-from autopilot.constants import SetpointType, Severity
-from autopilot.navigator.mission_block import TAKEOFF, Reached, Target
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.navigator.mission_block import TAKEOFF, Reached, Target
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import VehicleCommand
 
 
 class Takeoff:

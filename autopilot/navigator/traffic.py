@@ -10,10 +10,10 @@ PX4's Return because of traffic does not climb; here it is flown as any Return.
 
 import math
 
-from autopilot.constants import Severity
-from autopilot.events.texts import SendEvent
-from autopilot.navigator.state import NavigatorState
-from autopilot.topics import TransponderReport, VehicleCommand, queue_transponder_report
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import SendEvent
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import TransponderReport, VehicleCommand, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection, bearing_rad, distance_m, wrap_pi
 

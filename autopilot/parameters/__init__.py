@@ -1,5 +1,5 @@
 """The autopilot's parameters: their set, the files that keep them, and what corrects them (PX4: lib/parameters)."""
 
-from autopilot.parameters.parameters import Parameters, Value, matches, table
+from sitl_emu.autopilot.parameters.parameters import Parameters, Value, matches, table
 
 __all__ = ["Parameters", "Value", "matches", "table"]

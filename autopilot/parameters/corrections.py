@@ -7,11 +7,11 @@ without a notification (param_set_no_notification) is told with the next change 
 from collections.abc import Callable
 from typing import NamedTuple
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters, Value
-from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from sitl_emu.autopilot.vehicle_kind import Traits
 
 MAV_TYPES = 50
 """PX4's MAV_TYPE_ENUM_END (Mavlink::mavlink_update_parameters); our dialect's is older by one."""

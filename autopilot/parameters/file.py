@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Mapping
 
-from autopilot.parameters import Value
+from sitl_emu.autopilot.parameters import Value
 
 DOUBLE, BOOL, INT32, INT64 = 1, 8, 16, 18
 """Element types that PX4 reads."""

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.c_types import float32, integer
 
 TABLE = pathlib.Path(__file__).with_name("parameters.json")

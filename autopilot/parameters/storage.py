@@ -7,10 +7,10 @@ that can't be read gives way to its backup, and where there is none, to the defa
 from collections.abc import Callable
 from pathlib import Path
 
-from autopilot.constants import Severity
-from autopilot.parameters import Parameters, Value, matches
-from autopilot.parameters import file as parameter_file
-from autopilot.storage import storage
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.parameters import Parameters, Value, matches
+from sitl_emu.autopilot.parameters import file as parameter_file
+from sitl_emu.autopilot.storage import storage
 
 SAVE_DELAY_US = 300_000
 """So that what is set together is saved together."""

@@ -11,11 +11,11 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 import math
 from typing import ClassVar
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
-from autopilot.parameters import Parameters
-from autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 

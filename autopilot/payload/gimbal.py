@@ -12,17 +12,17 @@ Left out: sticks and RC (MNT_MODE_IN 1), servos and gimbal protocol v1 (MNT_MODE
 import math
 from typing import ClassVar
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import (
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
     CommandResult,
     nearest,
     obey_navigator,
 )
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
     GimbalDeviceSetAttitude,

@@ -9,10 +9,10 @@ topics.navigator_commands, and are answered to the navigator (topics.gripper).
 import math
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import CommandResult, answer_later, obey_navigator, tell
-from autopilot.parameters import Parameters
-from autopilot.topics import Gripper, Topics, VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later, obey_navigator, tell
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Gripper, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 RELEASE: int = mavlink.GRIPPER_ACTION_RELEASE

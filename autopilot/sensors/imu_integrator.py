@@ -4,7 +4,7 @@ PX4 v1.18's VehicleIMU (src/modules/sensors/vehicle_imu, Integrator.hpp): with o
 between it and the one before, so that white noise becomes its mean of two neighbours.
 """
 
-from autopilot.topics import SensorCombined, Topics, Vector3
+from sitl_emu.autopilot.topics import SensorCombined, Topics, Vector3
 
 
 class ImuIntegrator:

@@ -8,8 +8,8 @@ any time.
 
 import math
 
-from autopilot.parameters import Parameters, Value
-from autopilot.sensors.sensor_calibration import (
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.sensors.sensor_calibration import (
     DEVICE_IDS,
     INTERNAL_PRIORITY,
     corrections_of,
@@ -18,7 +18,7 @@ from autopilot.sensors.sensor_calibration import (
     raw_gyro,
     raw_mag,
 )
-from autopilot.topics import Topics, Vector3
+from sitl_emu.autopilot.topics import Topics, Vector3
 
 LOOK_EVERY_US, FRESH_US = 1_000_000, 1_000_000
 QUIET_US = 30_000_000

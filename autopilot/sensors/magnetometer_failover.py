@@ -4,9 +4,9 @@ A compass fails when it says nothing for 0.3 s (TIMEOUT), or the same for too lo
 was well. There is one, so that nothing can take over, and whether it may be armed without, the arming checks decide.
 """
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.topics import Topics, Vector3
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.topics import Topics, Vector3
 
 TIMEOUT_US = 300_000
 """VehicleMagnetometer's SENSOR_TIMEOUT."""

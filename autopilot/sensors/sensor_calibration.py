@@ -9,8 +9,8 @@ calibrated when one of its CAL_*_ID is its own.
 import math
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Vector3
 
 INTERNAL_PRIORITY = 50
 INSTANCES = 4

@@ -12,10 +12,10 @@ SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to S
 import math
 from typing import NamedTuple
 
-from autopilot.parameters import Parameters
-from autopilot.sensors.battery_estimator import BatteryEstimator
-from autopilot.sensors.imu_integrator import ImuIntegrator
-from autopilot.sensors.sensor_calibration import (
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
+from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
+from sitl_emu.autopilot.sensors.sensor_calibration import (
     MOST_RAD_S,
     NONE,
     Corrections,
@@ -24,8 +24,19 @@ from autopilot.sensors.sensor_calibration import (
     corrected_mag,
     corrections_of,
 )
-from autopilot.system.failure_injection import ACCEL, BARO, BATTERY, DISTANCE_SENSOR, GPS, GYRO, MAG, OFF, STUCK, WRONG
-from autopilot.topics import (
+from sitl_emu.autopilot.system.failure_injection import (
+    ACCEL,
+    BARO,
+    BATTERY,
+    DISTANCE_SENSOR,
+    GPS,
+    GYRO,
+    MAG,
+    OFF,
+    STUCK,
+    WRONG,
+)
+from sitl_emu.autopilot.topics import (
     NAN,
     BatteryStatus,
     DistanceSensorSample,

@@ -8,7 +8,7 @@ import itertools
 import math
 from operator import attrgetter, itemgetter, mul
 
-from autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
+from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
 
 EVERY, SAMPLES = 50, 25
 """Of so many ticks the last ones are looked at: PX4 does so with all, and tells of it twice as often."""

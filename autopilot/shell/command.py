@@ -9,16 +9,16 @@ import re
 from collections.abc import Callable, Generator, Sequence
 from typing import Protocol
 
-from autopilot.commands.vehicle_commands import VehicleCommands
-from autopilot.control.control import StartedModule
-from autopilot.estimator.estimator import Estimator
-from autopilot.logger.logger import Logger
-from autopilot.mavlink.mavlink import Mavlink
-from autopilot.navigator.navigator import Navigator
-from autopilot.parameters import Parameters
-from autopilot.parameters.storage import ParameterStorage
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commands.vehicle_commands import VehicleCommands
+from sitl_emu.autopilot.control.control import StartedModule
+from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.mavlink.mavlink import Mavlink
+from sitl_emu.autopilot.navigator.navigator import Navigator
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import Topics
 
 WAIT = ""
 """Yielded by a command that waits for the next tick."""

@@ -10,7 +10,7 @@ while OUTPUT_BYTES wait to be read.
 
 from collections.abc import Iterator, Mapping
 
-from autopilot.shell.command import WAIT, Command, Output, Vehicle
+from sitl_emu.autopilot.shell.command import WAIT, Command, Output, Vehicle
 
 PROMPT = "pxh> "
 LINE_FEED = 10

@@ -2,8 +2,8 @@
 
 import math
 
-from autopilot.shell.command import Vehicle
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.shell.command import Vehicle
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 

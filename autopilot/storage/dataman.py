@@ -11,8 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from autopilot.constants import Severity
-from autopilot.storage import storage
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.storage import storage
 
 MISSION, FENCE, RALLY = 0, 1, 2
 """MAV_MISSION_TYPE."""

@@ -8,10 +8,10 @@ type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0
 import math
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.parameters import Parameters
-from autopilot.topics import FailureInjection, Topics, VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import FailureInjection, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 OK: int = mavlink.FAILURE_TYPE_OK

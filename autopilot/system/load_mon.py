@@ -6,7 +6,7 @@ it where autopilots share a process); the memory is the whole computer's. Whoeve
 tells 0.
 """
 
-from autopilot.topics import CpuLoad, Topics
+from sitl_emu.autopilot.topics import CpuLoad, Topics
 
 INTERVAL_US = 500_000
 MEMINFO = ("MemTotal", "MemFree", "Cached", "SReclaimable", "Buffers")

@@ -8,7 +8,7 @@ A missing number is NaN, as in PX4.
 A module here has the records of one part of the autopilot; all of them are imported from this package.
 """
 
-from autopilot.topics.commander import (
+from sitl_emu.autopilot.topics.commander import (
     ActuatorArmed,
     ConfigOverrides,
     FailsafeFlags,
@@ -18,8 +18,8 @@ from autopilot.topics.commander import (
     HomePosition,
     VehicleStatus,
 )
-from autopilot.topics.commands import CommandRecord, CommandTold, VehicleCommand, VehicleCommandAck
-from autopilot.topics.control import (
+from sitl_emu.autopilot.topics.commands import CommandRecord, CommandTold, VehicleCommand, VehicleCommandAck
+from sitl_emu.autopilot.topics.control import (
     ActuatorOutputs,
     ActuatorSet,
     ActuatorTest,
@@ -37,7 +37,7 @@ from autopilot.topics.control import (
     VehicleRatesSetpoint,
     VehicleTorqueSetpoint,
 )
-from autopilot.topics.estimator import (
+from sitl_emu.autopilot.topics.estimator import (
     VehicleAngularVelocity,
     VehicleAttitude,
     VehicleGlobalPosition,
@@ -45,7 +45,7 @@ from autopilot.topics.estimator import (
     VehicleLocalPosition,
     WindEstimate,
 )
-from autopilot.topics.estimator_records import (
+from sitl_emu.autopilot.topics.estimator_records import (
     EstimatorAidSource1d,
     EstimatorAidSource2d,
     EstimatorAidSource3d,
@@ -60,7 +60,7 @@ from autopilot.topics.estimator_records import (
     EstimatorStatusFlags,
     YawEstimatorStatus,
 )
-from autopilot.topics.manual_control import (
+from sitl_emu.autopilot.topics.manual_control import (
     NO_AUX,
     SOURCE_MAVLINK_0,
     SOURCE_RC,
@@ -73,7 +73,7 @@ from autopilot.topics.manual_control import (
     ManualControlSwitches,
     RcParameter,
 )
-from autopilot.topics.navigator import (
+from sitl_emu.autopilot.topics.navigator import (
     DistanceSensorModeChangeRequest,
     GeofenceResult,
     MissionResult,
@@ -86,7 +86,7 @@ from autopilot.topics.navigator import (
     RtlTimeEstimate,
     VehicleRoi,
 )
-from autopilot.topics.outside import (
+from sitl_emu.autopilot.topics.outside import (
     FRAME_BODY_FRD,
     FRAME_FRD,
     FRAME_NED,
@@ -103,7 +103,7 @@ from autopilot.topics.outside import (
     VehicleOdometry,
     VehicleOpticalFlow,
 )
-from autopilot.topics.payload import (
+from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
     CameraTriggered,
     GimbalDeviceAttitudeStatus,
@@ -113,7 +113,7 @@ from autopilot.topics.payload import (
     GimbalManagerStatus,
     Gripper,
 )
-from autopilot.topics.sensors import (
+from sitl_emu.autopilot.topics.sensors import (
     BatteryStatus,
     DistanceSensorSample,
     EscStatus,
@@ -130,8 +130,8 @@ from autopilot.topics.sensors import (
     VehicleImuStatus,
     VehicleMagnetometer,
 )
-from autopilot.topics.system import CpuLoad, LoggerStatus
-from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+from sitl_emu.autopilot.topics.system import CpuLoad, LoggerStatus
+from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 __all__ = [
     "FRAME_BODY_FRD",

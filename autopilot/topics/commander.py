@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from autopilot.constants import NavState
-from autopilot.topics.values import NAN
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics.values import NAN
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 
 class VehicleStatus(NamedTuple):

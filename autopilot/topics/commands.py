@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from autopilot.topics.values import NAN
+from sitl_emu.autopilot.topics.values import NAN
 
 
 class VehicleCommand(NamedTuple):

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 
 class TrajectorySetpoint(NamedTuple):

@@ -5,7 +5,7 @@ Fields are those of PX4's messages of the same names (msg/, v1.18), in their ord
 
 from typing import NamedTuple
 
-from autopilot.topics.values import NAN, NAN3, Vector3
+from sitl_emu.autopilot.topics.values import NAN, NAN3, Vector3
 
 
 class EstimatorAidSource1d(NamedTuple):

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from autopilot.constants import NavState, RequestedAction
+from sitl_emu.autopilot.constants import NavState, RequestedAction
 
 SOURCE_UNKNOWN, SOURCE_RC, SOURCE_MAVLINK_0 = 0, 1, 2
 """manual_control_setpoint.data_source; the other MAVLink links follow."""

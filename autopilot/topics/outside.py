@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
+from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD = range(4)
 """vehicle_odometry POSE_FRAME and VELOCITY_FRAME."""

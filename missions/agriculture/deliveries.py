@@ -12,14 +12,14 @@ sent, or a report awaited) and nothing was heard of it for the peer link's time 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from gcs.geodesy import distance_m
-from gcs.mission import MissionUpload
-from missions.agriculture.jobs import Wanted, items_of
-from missions.agriculture.report import Report, Result
-from missions.agriculture.roles import Role
-from missions.companion.companion import COMPONENT_ID, PEER_LINK
-from missions.companion.confirmation import Target
-from missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.gcs.geodesy import distance_m
+from sitl_emu.gcs.mission import MissionUpload
+from sitl_emu.missions.agriculture.jobs import Wanted, items_of
+from sitl_emu.missions.agriculture.report import Report, Result
+from sitl_emu.missions.agriculture.roles import Role
+from sitl_emu.missions.companion.companion import COMPONENT_ID, PEER_LINK
+from sitl_emu.missions.companion.confirmation import Target
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 
 OPEN = ("queued", "sending", "waiting", "driving")
 

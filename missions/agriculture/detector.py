@@ -24,8 +24,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from missions.companion.camera import Image
-from missions.companion.detector import Detection
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.detector import Detection
 
 Maps = npt.NDArray[np.float32]
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from missions.mission import Figures, Row
+from sitl_emu.missions.mission import Figures, Row
 
 
 def rows(summaries: Sequence[Figures]) -> list[Row]:

@@ -28,28 +28,28 @@ that the GNSS receiver states of itself, as the gates do (`companion/confirmatio
 import math
 from collections.abc import Sequence
 
-from gcs.geodesy import distance_m, from_metres, to_metres
-from gcs.mission import MissionItem
-from gcs.set_mode import set_mode
-from gcs.statustext import WARNING
-from gcs.telemetry import Telemetry
-from missions.agriculture.detector import DETECTORS
-from missions.agriculture.jobs import NAV_WAYPOINT, SAME_M, Asker, Job, JobQueue, Sight, wanted_of
-from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Result
-from missions.agriculture.reports import Reports
-from missions.agriculture.roles import Role
-from missions.companion import calibration, steps
-from missions.companion.camera import Image
-from missions.companion.camera_model import MAST, CameraModel, Mount
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
-from missions.companion.confirmation import STANDING, Confirmation, Target, widened_m
-from missions.companion.detector import Detection
-from missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
-from missions.companion.onboard import Onboard, Script, advanced
-from missions.companion.options import Options
-from missions.companion.perception import Perception, perception_of
-from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.geodesy import distance_m, from_metres, to_metres
+from sitl_emu.gcs.mission import MissionItem
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.statustext import WARNING
+from sitl_emu.gcs.telemetry import Telemetry
+from sitl_emu.missions.agriculture.detector import DETECTORS
+from sitl_emu.missions.agriculture.jobs import NAV_WAYPOINT, SAME_M, Asker, Job, JobQueue, Sight, wanted_of
+from sitl_emu.missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Result
+from sitl_emu.missions.agriculture.reports import Reports
+from sitl_emu.missions.agriculture.roles import Role
+from sitl_emu.missions.companion import calibration, steps
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.camera_model import MAST, CameraModel, Mount
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.confirmation import STANDING, Confirmation, Target, widened_m
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import Perception, perception_of
+from sitl_emu.missions.companion.spotter import Origin, Spotter
 
 GROUND_DOWN_M = 2.0 + MAST.down_m
 """The ground below the vehicle's centre: the mast's 2 m less what the mount has."""

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from gcs.geodesy import distance_m
-from gcs.mission import MissionItem
-from missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, LABELS, SPATIAL_USER_1, Report, Result
+from sitl_emu.gcs.geodesy import distance_m
+from sitl_emu.gcs.mission import MissionItem
+from sitl_emu.missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, LABELS, SPATIAL_USER_1, Report, Result
 
 NAV_WAYPOINT = 16
 SAME_M = 2.5

@@ -4,27 +4,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from missions.companion.companion import Companion
-from missions.companion.options import Options
-from missions.mission import Figures, Mission, Program, Row, Setting
-from missions.reporting import Page
-from missions.scoring import MissionScore, RunRecord
+from sitl_emu.missions.companion.companion import Companion
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.mission import Figures, Mission, Program, Row, Setting
+from sitl_emu.missions.reporting import Page
+from sitl_emu.missions.scoring import MissionScore, RunRecord
 
 
 def _scout(options: Options) -> Companion:
-    from missions.agriculture.scout import Scout
+    from sitl_emu.missions.agriculture.scout import Scout
 
     return Scout.from_options(options)
 
 
 def _inspect(options: Options) -> Companion:
-    from missions.agriculture.inspect import Inspect
+    from sitl_emu.missions.agriculture.inspect import Inspect
 
     return Inspect.from_options(options)
 
 
 def _prepare_scout(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
-    from missions.agriculture.plans import written
+    from sitl_emu.missions.agriculture.plans import written
 
     return written(_with_camera(options, setting), setting)
 
@@ -36,19 +36,19 @@ def _with_camera(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
 
 
 def _score(record: RunRecord) -> MissionScore:
-    from missions.agriculture.score import score
+    from sitl_emu.missions.agriculture.score import score
 
     return score(record)
 
 
 def _page(figures: Figures) -> Page:
-    from missions.agriculture.page import page
+    from sitl_emu.missions.agriculture.page import page
 
     return page(figures)
 
 
 def _evaluation(summaries: Sequence[Figures]) -> list[Row]:
-    from missions.agriculture.evaluation import rows
+    from sitl_emu.missions.agriculture.evaluation import rows
 
     return rows(summaries)
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from missions.mission import Figures
-from missions.reporting import Mark, Page, Plot, Section, Table
+from sitl_emu.missions.mission import Figures
+from sitl_emu.missions.reporting import Mark, Page, Plot, Section, Table
 
 COLOURS = {
     "weed": "#2e7d32",

@@ -7,10 +7,10 @@ QGroundControl file, and the mission reads it as it would read a user's own.
 import re
 from typing import Any
 
-from gcs.geodesy import from_metres
-from gcs.plan_file import write_plan
-from missions.agriculture.survey import field_plan
-from missions.mission import Setting
+from sitl_emu.gcs.geodesy import from_metres
+from sitl_emu.gcs.plan_file import write_plan
+from sitl_emu.missions.agriculture.survey import field_plan
+from sitl_emu.missions.mission import Setting
 
 FIELD = re.compile(r"field(?: (\d+)/(\d+))?")
 

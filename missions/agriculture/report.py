@@ -12,9 +12,9 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from gcs.command import Command
-from missions.companion.companion import COMPONENT_ID
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.missions.companion.companion import COMPONENT_ID
 
 SPATIAL_USER_1 = 31005
 FRAME_GLOBAL_RELATIVE_ALT = 3

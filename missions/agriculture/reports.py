@@ -5,11 +5,11 @@ One report at a time goes to each system, as an acknowledgement does not say whi
 
 from collections import defaultdict, deque
 
-from gcs.command import Command
-from missions.agriculture.jobs import Asker, Job
-from missions.agriculture.report import Report, Result, command_of
-from missions.companion.companion import PEER_LINK
-from missions.companion.onboard import Onboard
+from sitl_emu.gcs.command import Command
+from sitl_emu.missions.agriculture.jobs import Asker, Job
+from sitl_emu.missions.agriculture.report import Report, Result, command_of
+from sitl_emu.missions.companion.companion import PEER_LINK
+from sitl_emu.missions.companion.onboard import Onboard
 
 
 class Reports:

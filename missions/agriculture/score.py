@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from missions.agriculture.report import Result
-from missions.scoring import EventLine, MissionScore, RunRecord, TrueObject
+from sitl_emu.missions.agriculture.report import Result
+from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, TrueObject
 
 MATCH_M = 3.0
 INSPECTED = Result.CONFIRMED.name.lower()

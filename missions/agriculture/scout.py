@@ -24,28 +24,28 @@ selection, rate, confirmations, gates.
 from collections.abc import Sequence
 from pathlib import Path
 
-from gcs.geodesy import to_metres
-from gcs.mission import FENCE, MISSION, RALLY
-from gcs.parameter import ParameterSet
-from gcs.plan_file import FlightPlan, PlanError, read_plan
-from gcs.set_mode import set_mode
-from gcs.statustext import CRITICAL, INFO, WARNING
-from missions.agriculture.deliveries import Deliveries, Delivery, PeerLost
-from missions.agriculture.detector import DETECTORS
-from missions.agriculture.report import ack_of, report_of
-from missions.agriculture.roles import Role
-from missions.companion import calibration, steps
-from missions.companion.area import contains
-from missions.companion.camera import Image
-from missions.companion.camera_model import NADIR, CameraModel, Mount
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
-from missions.companion.confirmation import SURVEYING, Confirmation, Target
-from missions.companion.detector import Detection
-from missions.companion.onboard import Onboard, Script, advanced
-from missions.companion.options import Options
-from missions.companion.perception import Perception, perception_of
-from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.geodesy import to_metres
+from sitl_emu.gcs.mission import FENCE, MISSION, RALLY
+from sitl_emu.gcs.parameter import ParameterSet
+from sitl_emu.gcs.plan_file import FlightPlan, PlanError, read_plan
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
+from sitl_emu.missions.agriculture.deliveries import Deliveries, Delivery, PeerLost
+from sitl_emu.missions.agriculture.detector import DETECTORS
+from sitl_emu.missions.agriculture.report import ack_of, report_of
+from sitl_emu.missions.agriculture.roles import Role
+from sitl_emu.missions.companion import calibration, steps
+from sitl_emu.missions.companion.area import contains
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.confirmation import SURVEYING, Confirmation, Target
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import Perception, perception_of
+from sitl_emu.missions.companion.spotter import Origin, Spotter
 
 NAV_WAYPOINT, NAV_LAND, NAV_RETURN_TO_LAUNCH = 16, 21, 20
 SCAN_TIMEOUT_US = 1_800_000_000

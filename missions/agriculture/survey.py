@@ -6,8 +6,8 @@ crop rows. At 15 m a camera of 90° sees 30 m across: with lines 13 m apart ever
 
 from typing import Any
 
-from gcs.geodesy import from_metres
-from gcs.plan_file import survey_plan
+from sitl_emu.gcs.geodesy import from_metres
+from sitl_emu.gcs.plan_file import survey_plan
 
 ALTITUDE_M = 15.0
 SPACING_M = 13.0

@@ -9,8 +9,8 @@ simulated run writes one for each camera into its folder; on hardware it is what
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from missions.companion.camera_model import CameraModel, Distortion, Mount
-from missions.companion.options import Options
+from sitl_emu.missions.companion.camera_model import CameraModel, Distortion, Mount
+from sitl_emu.missions.companion.options import Options
 
 MATRIX = """{name}: !!opencv-matrix
    rows: {rows}

@@ -15,8 +15,8 @@ from sitl_emu.core import dialect as mavlink
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from missions.companion.camera import Image
-    from missions.companion.detector import Detection
+    from sitl_emu.missions.companion.camera import Image
+    from sitl_emu.missions.companion.detector import Detection
 
 AUTOPILOT_LINK = "autopilot"
 PEER_LINK = "peer"

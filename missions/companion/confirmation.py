@@ -21,9 +21,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from missions.companion.camera_model import CameraModel, CameraPose, Point, in_view
-from missions.companion.detector import Detection
-from missions.companion.geolocation import Covariance, Intersection, Ray, on_level_ground, pixel_ray
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point, in_view
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.geolocation import Covariance, Intersection, Ray, on_level_ground, pixel_ray
 
 EDGE_PX = 24.0
 """A target nearer to the picture's edge than this need not be seen."""

@@ -5,7 +5,7 @@ A mission brings its own detector, or takes one by name from its options.
 
 from typing import NamedTuple, Protocol
 
-from missions.companion.camera import Image
+from sitl_emu.missions.companion.camera import Image
 
 
 class Detection(NamedTuple):

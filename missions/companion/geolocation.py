@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from missions.companion.camera_model import CameraModel, CameraPose, FloatArray, Point
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, FloatArray, Point
 
 RAY_SIGMA_RAD = math.radians(1.0)
 """Attitude error, time match and a box's wobble together."""

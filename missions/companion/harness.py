@@ -7,12 +7,12 @@ simulated run its companion process, which reads exactly what it is told of. No 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from missions.companion.camera import Frame
-from missions.companion.companion import Companion, Event, Outgoing
-from missions.companion.inference import Inference
-from missions.companion.links import Link
-from missions.companion.pictures import Album
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.camera import Frame
+from sitl_emu.missions.companion.companion import Companion, Event, Outgoing
+from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.links import Link
+from sitl_emu.missions.companion.pictures import Album
 
 Received = tuple[str, mavlink.MAVLink_message]
 """The name of a link, and a message that came in on it."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import cv2
 
-from missions.companion.camera import Frame, Image
-from missions.companion.detector import Detection
+from sitl_emu.missions.companion.camera import Frame, Image
+from sitl_emu.missions.companion.detector import Detection
 
 Detect = Callable[[Image, float], Sequence[Detection]]
 

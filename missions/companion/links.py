@@ -15,10 +15,10 @@ import socket
 from collections.abc import Mapping
 from typing import Protocol
 
-from gcs.tlog import TlogWriter
-from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.framing import Splitter, split
+from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.wire import Wire
 
 DEFAULT_BAUD = 921600
 LARGEST_DATAGRAM_BYTES = 65535

@@ -8,8 +8,8 @@ import threading
 import time
 from collections import deque
 
-from missions.companion.camera import CameraError, CameraSource, Frame, RecordedFrames
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.camera import CameraError, CameraSource, Frame, RecordedFrames
 
 OFFSET_WINDOW_US = 10_000_000
 IDLE_S = 0.002

@@ -1,6 +1,6 @@
 """The runner of a companion on hardware, or beside any PX4: real clock, links and camera (`live_frames.py`).
 
-    python -P -m missions.companion.main --mission NAME --plan field.plan
+    python -P -m sitl_emu.missions.companion.main --mission NAME --plan field.plan
         --connect udpin:0.0.0.0:14540 --camera rtsp://camera/stream --peer udpout:192.168.1.7:14600
 
 The same harness (`harness.py`) drives the same state machines as in a simulated run, without its promise of equal
@@ -21,17 +21,17 @@ from typing import Any
 
 import cv2
 
-from gcs.heartbeat import Heartbeat
-from gcs.tlog import TlogWriter
-from missions.companion.camera import CameraError, CameraSource, open_camera
-from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion
-from missions.companion.harness import EventLine, Harness, Received
-from missions.companion.inference import Inference
-from missions.companion.links import Link, LinkError, Port, open_port, wait
-from missions.companion.live_frames import BootClock, LiveFrames
-from missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
-from missions.companion.pictures import Album
-from missions.registry import MissionError, make_companion, programs
+from sitl_emu.gcs.heartbeat import Heartbeat
+from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.camera import CameraError, CameraSource, open_camera
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion
+from sitl_emu.missions.companion.harness import EventLine, Harness, Received
+from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.links import Link, LinkError, Port, open_port, wait
+from sitl_emu.missions.companion.live_frames import BootClock, LiveFrames
+from sitl_emu.missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
+from sitl_emu.missions.companion.pictures import Album
+from sitl_emu.missions.registry import MissionError, make_companion, programs
 
 STEP_S = 0.02
 STATUS_EVERY_US = 5_000_000
@@ -123,7 +123,7 @@ def tell(line: str) -> None:
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(
-        prog="python -P -m missions.companion.main", description=(__doc__ or "").splitlines()[0]
+        prog="python -P -m sitl_emu.missions.companion.main", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("--mission", required=True, metavar="NAME", help=f"one of {', '.join(sorted(programs()))}")
     parser.add_argument(
@@ -194,7 +194,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (MissionError, LinkError, CameraError, OSError) as error:
         for port in ports.values():
             port.close()
-        sys.stderr.write(f"missions.companion.main: {error}\n")
+        sys.stderr.write(f"sitl_emu.missions.companion.main: {error}\n")
         return 2
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -11,8 +11,8 @@ are not served.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from gcs.mission import ACCEPTED, MISSION, MissionItem
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.mission import ACCEPTED, MISSION, MissionItem
 
 REQUEST_AGAIN_US = 250_000
 GIVE_UP_US = 5_000_000

@@ -6,16 +6,16 @@ What every mission needs, put together; a mission holds one `Onboard` and decide
 from collections.abc import Generator
 from typing import TypeVar
 
-from gcs.failsafe import FailsafeWatch
-from gcs.heartbeat import Heartbeat
-from gcs.service import Service
-from gcs.statustext import INFO, WARNING, messages_of
-from gcs.telemetry import Telemetry
-from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
-from missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
-from missions.companion.router import is_for_companion
-from missions.companion.yielding import Yielding
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.failsafe import FailsafeWatch
+from sitl_emu.gcs.heartbeat import Heartbeat
+from sitl_emu.gcs.service import Service
+from sitl_emu.gcs.statustext import INFO, WARNING, messages_of
+from sitl_emu.gcs.telemetry import Telemetry
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
+from sitl_emu.missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
+from sitl_emu.missions.companion.router import is_for_companion
+from sitl_emu.missions.companion.yielding import Yielding
 
 AnyService = TypeVar("AnyService", bound=Service)
 Script = Generator[None, None, None]

@@ -9,8 +9,8 @@ once in 10^20. Whatever else peers say is addressed to the other's companion, co
 
 from typing import NamedTuple
 
-from missions.companion.companion import COMPONENT_ID, PEER_LINK, Outgoing
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.companion import COMPONENT_ID, PEER_LINK, Outgoing
 
 LOST_AFTER_US = 20_000_000
 SHARE_PERIOD_US = 1_000_000

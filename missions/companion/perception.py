@@ -14,10 +14,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from missions.companion.camera import Image
-from missions.companion.confirmation import Confirming
-from missions.companion.detector import Detection, Detector
-from missions.companion.options import Options
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.confirmation import Confirming
+from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.options import Options
 
 
 class Perception(NamedTuple):

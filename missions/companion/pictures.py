@@ -6,10 +6,10 @@ from pathlib import Path
 
 import cv2
 
-from missions.companion.camera import Image
-from missions.companion.companion import Event
-from missions.companion.detector import Detection
-from missions.companion.inference import Looked
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.companion import Event
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.inference import Looked
 
 KEPT_FRAMES = 96
 """Of those with detections: a target is confirmed seconds after the frame that showed it best."""

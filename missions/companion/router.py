@@ -6,8 +6,8 @@ mission is its own companion or its pilot; a peer asks the companion (`mission_s
 anything of our autopilot go on to a peer: `peer_link.py` sends what a peer should know of us.
 """
 
-from missions.companion.companion import COMPONENT_ID
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.companion import COMPONENT_ID
 
 
 def is_for_companion(msg: mavlink.MAVLink_message, system: int) -> bool:

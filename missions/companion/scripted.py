@@ -5,13 +5,13 @@ Scripted(lambda onboard: up_and_down(onboard, 5.0))
 
 from collections.abc import Callable, Sequence
 
-from gcs.statustext import CRITICAL, INFO, WARNING
-from missions.companion.camera import Image
-from missions.companion.companion import Event, Outgoing, Status
-from missions.companion.detector import Detection
-from missions.companion.onboard import Onboard, Script, advanced
-from missions.companion.steps import StepFailed
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.companion import Event, Outgoing, Status
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.steps import StepFailed
 
 
 class Scripted:

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from gcs.geodesy import from_metres, to_metres
-from gcs.telemetry import Pose, Telemetry
-from missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, camera_pose, gsd_m
-from missions.companion.confirmation import Confirmation, Target
-from missions.companion.detector import Detection
+from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.gcs.telemetry import Pose, Telemetry
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, camera_pose, gsd_m
+from sitl_emu.missions.companion.confirmation import Confirmation, Target
+from sitl_emu.missions.companion.detector import Detection
 
 
 class Origin(NamedTuple):

@@ -9,9 +9,9 @@ two datagrams.
 
 from collections.abc import Collection
 
-from missions.companion.companion import COMPONENT_ID
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.framing import message_id, split
+from sitl_emu.missions.companion.companion import COMPONENT_ID
 
 STREAMS_NOT_READ = frozenset(
     {

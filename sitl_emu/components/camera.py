@@ -24,7 +24,7 @@ from sitl_emu.components.camera_messages import (
 from sitl_emu.components.component import COMMANDS, Command, Component
 from sitl_emu.components.geotag import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, CameraPose
 from sitl_emu.core import dialect as mavlink
-from vehicles.description import Camera as CameraData
+from sitl_emu.vehicles.description import Camera as CameraData
 
 ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
 TEMPORARILY_REJECTED: int = mavlink.MAV_RESULT_TEMPORARILY_REJECTED

@@ -7,7 +7,7 @@ from typing import Any
 from sitl_emu.components.component import text
 from sitl_emu.components.geotag import Geotag
 from sitl_emu.core import dialect as mavlink
-from vehicles.description import Camera as CameraData
+from sitl_emu.vehicles.description import Camera as CameraData
 
 CAPABILITIES = (
     mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO

@@ -12,7 +12,7 @@ from typing import Any
 from sitl_emu.components.component import COMMANDS, Component, text
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import Euler, Quaternion, euler, quaternion, wrapped
-from vehicles.description import Gimbal as GimbalData
+from sitl_emu.vehicles.description import Gimbal as GimbalData
 
 INFORMATION = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION
 ATTITUDE_STATUS = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS

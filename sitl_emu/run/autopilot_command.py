@@ -1,6 +1,6 @@
-"""`python -P -m autopilot`: one autopilot alone, on PX4's ports, for whatever simulator listens on TCP 4560+i.
+"""`python -P -m sitl_emu.autopilot`: one autopilot alone, on PX4's ports, for whatever simulator listens on TCP 4560+i.
 
-    python -P -m autopilot --model iris --simulator 127.0.0.1
+    python -P -m sitl_emu.autopilot --model iris --simulator 127.0.0.1
 
 `sitl-emu world` is such a simulator, and so is any that speaks PX4's simulator API. --model takes a vehicle's airframe
 and what it carries, camera and gimbal; --airframe takes an airframe of one's own, a JSON object of the PX4 parameters
@@ -17,15 +17,15 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from autopilot.parameters import Value, table
-from autopilot.storage import storage
+from sitl_emu.autopilot.parameters import Value, table
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.link_sockets import Poll, PortInUseError
-from vehicles import VehicleError
+from sitl_emu.vehicles import VehicleError
 
 LAST_INSTANCE = 249
 WAIT_S = 0.5
@@ -129,7 +129,9 @@ def _fly(host: AutopilotHost, poll: HostPoll, channel: TcpAutopilotChannel) -> N
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -P -m autopilot", description=(__doc__ or "").split("\n\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -P -m sitl_emu.autopilot", description=(__doc__ or "").split("\n\n")[0]
+    )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--model", metavar="MODEL", help="a vehicle, or its folder: its airframe, camera and gimbal")
     what.add_argument("--airframe", type=Path, metavar="FILE", help="PX4 parameters as a JSON object")

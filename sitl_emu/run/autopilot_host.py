@@ -1,4 +1,4 @@
-"""The autopilot host: the computer that an emulated PX4 runs on, the same for `launch`, `run`, `python -m autopilot`.
+"""The autopilot host: the computer that an emulated PX4 runs on, for `launch`, `run`, `python -m sitl_emu.autopilot`.
 
 It opens the sockets of its links, plugs in what the vehicle carries, tells the simulator the parameters that are about
 it, keeps telemetry logs, and does what MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN asks for: at a reboot the autopilot begins
@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from autopilot.autopilot import Autopilot
-from autopilot.parameters import Value
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.parameters import Value
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
@@ -28,7 +28,7 @@ from sitl_emu.run.link_sockets import LinkSockets, Poll
 from sitl_emu.run.loss_timeouts import loss_timeouts
 from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
 from sitl_emu.run.simulated_parameters import SimulatedParameters
-from vehicles.description import Camera, Gimbal
+from sitl_emu.vehicles.description import Camera, Gimbal
 
 ONBOARD = 1
 """Index of the onboard link."""

@@ -8,7 +8,7 @@ the scenario's start date plus simulated time. Shut down, it waits in silence fo
 
 from pathlib import Path
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import ports
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models

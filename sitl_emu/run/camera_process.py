@@ -5,7 +5,7 @@ A frame is a pure function of world, seed, time and pose, so it does not matter 
 
 import os
 
-from missions.companion.camera import CameraError, FrameRingWriter
+from sitl_emu.missions.companion.camera import CameraError, FrameRingWriter
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel

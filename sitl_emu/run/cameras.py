@@ -6,13 +6,13 @@ Renderer, companion (as a calibration file in the run's folder) and MAVLink came
 import math
 from pathlib import Path
 
-from missions.companion import calibration
-from missions.companion.camera_model import CameraModel
-from missions.companion.camera_model import Distortion as ModelDistortion
-from missions.companion.camera_model import Mount as ModelMount
+from sitl_emu.missions.companion import calibration
+from sitl_emu.missions.companion.camera_model import CameraModel
+from sitl_emu.missions.companion.camera_model import Distortion as ModelDistortion
+from sitl_emu.missions.companion.camera_model import Mount as ModelMount
 from sitl_emu.run.configs import CameraDescription
+from sitl_emu.vehicles.description import Camera
 from sitl_emu.world.lens import Distortion, Intrinsics, Mount
-from vehicles.description import Camera
 
 PLAIN = Intrinsics()
 """Of a vehicle whose data list no camera."""

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import vehicles
-from missions import registry
-from missions.mission import Setting
+from sitl_emu import vehicles
+from sitl_emu.missions import registry
+from sitl_emu.missions.mission import Setting
 from sitl_emu.run import cameras, models, worlds
 from sitl_emu.run.scenario import FaultPart, Scenario, ScenarioError, VehiclePart
 from sitl_emu.world.lens import MOUNTS, LensError, source_of

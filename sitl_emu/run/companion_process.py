@@ -2,23 +2,23 @@
 
 At each step it reads exactly the datagrams and frames that it is told of (of an autopilot from outside, what is there),
 then lets the harness step the mission's state machine, and says what it sent. The very same harness drives it on real
-hardware, in `missions.companion.main`.
+hardware, in `sitl_emu.missions.companion.main`.
 """
 
 from pathlib import Path
 
 import cv2
 
-from gcs.tlog import TlogWriter
-from missions.companion.camera import CameraError, Frame, FrameRingReader
-from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
-from missions.companion.harness import Harness, Received
-from missions.companion.inference import Inference
-from missions.companion.links import Link, LinkError, UdpPort
-from missions.companion.pictures import Album
-from missions.registry import MissionError, make_companion
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
+from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.camera import CameraError, Frame, FrameRingReader
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
+from sitl_emu.missions.companion.harness import Harness, Received
+from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.links import Link, LinkError, UdpPort
+from sitl_emu.missions.companion.pictures import Album
+from sitl_emu.missions.registry import MissionError, make_companion
 from sitl_emu.run.configs import CompanionConfig
 from sitl_emu.run.control import ControlChannel, Message
 from sitl_emu.run.process import StartError, main, settle

@@ -2,11 +2,11 @@
 
 from typing import Protocol
 
-from autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.components.camera import Camera
 from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
-from vehicles import description
+from sitl_emu.vehicles import description
 
 
 class Carrier(Protocol):

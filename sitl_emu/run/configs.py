@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from sitl_emu.core.radio import RadioSettings
-from vehicles import record
+from sitl_emu.vehicles import record
 
 ROOTFS = "rootfs"
 """In the run's folder: the file systems of its autopilots, a folder each, named as the vehicle."""

@@ -100,7 +100,7 @@ def page(run: Conformance) -> Iterator[Part]:
 
 def to_test() -> dict[str, frozenset[str]]:
     """By service: the messages that it receives, or commands that it answers; `streams` is what is streamed."""
-    from autopilot.mavlink import services, streams
+    from sitl_emu.autopilot.mavlink import services, streams
     from sitl_emu.core import dialect
 
     found = {"streams": frozenset(streams.modules())}
@@ -118,9 +118,9 @@ def to_test() -> dict[str, frozenset[str]]:
 
 
 def _commands() -> set[int]:
-    import vehicles
-    from autopilot.autopilot import Autopilot
-    from autopilot.mavlink.services import message_interval, message_request
+    from sitl_emu import vehicles
+    from sitl_emu.autopilot.autopilot import Autopilot
+    from sitl_emu.autopilot.mavlink.services import message_interval, message_request
 
     autopilot = Autopilot(vehicles.load(REFERENCE).airframe, 0)
     of_links = message_interval.MessageInterval.COMMANDS | message_request.MessageRequest.COMMANDS

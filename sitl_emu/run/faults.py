@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from sitl_emu.run.configs import Fault, FaultData
+from sitl_emu.vehicles.battery import LoadBattery
 from sitl_emu.world.simulator import VehicleSimulator
-from vehicles.battery import LoadBattery
 
 NEVER_US = 1 << 62
 

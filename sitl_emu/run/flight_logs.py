@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from autopilot.storage.storage import LOG
+from sitl_emu.autopilot.storage.storage import LOG
 from sitl_emu.run.configs import ROOTFS
 
 

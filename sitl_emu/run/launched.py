@@ -11,8 +11,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple, NoReturn
 
-from autopilot.autopilot import Autopilot
-from autopilot.events import events
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.events import events
 from sitl_emu.run import components, models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.fleet import Fleet, Member

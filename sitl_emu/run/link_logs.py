@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from gcs.tlog import TlogWriter
 from sitl_emu.core.framing import split
+from sitl_emu.gcs.tlog import TlogWriter
 
 
 class LinkLogs:

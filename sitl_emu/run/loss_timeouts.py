@@ -4,7 +4,7 @@ PX4's SITL start-up script (ROMFS/px4fmu_common/init.d-posix/rcS, v1.18) sets th
 on every start, whatever was saved. Without a factor, which is real time here, they stay as they are.
 """
 
-from autopilot.parameters import Value
+from sitl_emu.autopilot.parameters import Value
 
 TIMEOUTS_S = {"COM_DL_LOSS_T": 10.0, "COM_RC_LOSS_T": 1.0, "COM_OF_LOSS_T": 1.0}
 """At a factor of 1, as rcS has them."""

@@ -3,11 +3,11 @@
 import dataclasses
 import math
 
-import vehicles
-from autopilot import parameters
+from sitl_emu import vehicles
+from sitl_emu.autopilot import parameters
 from sitl_emu.run.configs import CameraDescription, ModelData
-from vehicles import Vehicle, VehicleError
-from vehicles.description import Camera
+from sitl_emu.vehicles import Vehicle, VehicleError
+from sitl_emu.vehicles.description import Camera
 
 
 def load(model: str) -> Vehicle:

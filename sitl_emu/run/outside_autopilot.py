@@ -7,7 +7,7 @@ who is no PX4 does without.
 
 from collections.abc import Mapping
 
-from vehicles import Vehicle
+from sitl_emu.vehicles import Vehicle
 
 OWN_AFFAIRS = ("CAL_", "COM_CPU_", "COM_RAM_", "SDLOG_", "SENS_", "SIM_", "SYS_", "TRIG_")
 """Parameters of our airframe files that are about the board an autopilot runs on, its sensors and its logs, and not

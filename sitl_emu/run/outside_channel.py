@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from sitl_emu.core.simulator_api import BesideMessage, HilActuatorControls, SimulatorMessage
 from sitl_emu.core.tcp_channel import TcpSimulatorChannel
-from vehicles import Vehicle
+from sitl_emu.vehicles import Vehicle
 
 FIRST_ANSWER_S = 0.02
 """Wall time that a tick waits for a multicopter's autopilot that has not spoken yet."""

@@ -7,8 +7,8 @@ import math
 import time
 from pathlib import Path
 
-from autopilot.autopilot import Autopilot
-from autopilot.system.load_mon import ram_usage
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.system.load_mon import ram_usage
 
 TICK_S = 0.004
 MEMINFO = Path("/proc/meminfo")

@@ -15,8 +15,8 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from missions.reporting import OTHER_COLOUR, Page, Plot, Section, Table
-from missions.scoring import Track
+from sitl_emu.missions.reporting import OTHER_COLOUR, Page, Plot, Section, Table
+from sitl_emu.missions.scoring import Track
 from sitl_emu.run import score
 
 matplotlib.use("Agg")

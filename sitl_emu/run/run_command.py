@@ -9,8 +9,8 @@ from typing import Any
 import yaml
 from rich.console import Console
 
-from missions import registry
-from missions.mission import Mission
+from sitl_emu.missions import registry
+from sitl_emu.missions.mission import Mission
 from sitl_emu.run import checks, flight_logs, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load

@@ -21,9 +21,9 @@ from pydantic import (
     model_validator,
 )
 
-import vehicles
-from missions import registry
+from sitl_emu import vehicles
 from sitl_emu.core.radio import Outage, RadioSettings
+from sitl_emu.missions import registry
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraDescription, Fault, FaultData, ModelData
 from sitl_emu.run.trouble import Trouble

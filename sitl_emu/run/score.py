@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from missions.mission import Figures, Mission
-from missions.reporting import Page, Section, Table
-from missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.missions.mission import Figures, Mission
+from sitl_emu.missions.reporting import Page, Section, Table
+from sitl_emu.missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
 from sitl_emu.run.launcher import Ending
 
 SUCCESS = "success"

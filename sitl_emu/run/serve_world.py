@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from types import FrameType
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,

@@ -6,7 +6,7 @@ parameters: they travel beside the simulator API, over memory and TCP alike, so 
 
 from collections.abc import Sequence
 
-from autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.core.simulator_api import SIMULATOR_PARAMETERS, SimulatorParameter
 
 

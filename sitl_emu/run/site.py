@@ -2,12 +2,12 @@
 
 from typing import NamedTuple
 
+from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.home import Home
 from sitl_emu.world.obstacles import Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
 from sitl_emu.world.wind import Wind
-from vehicles.description import Vehicle
 
 SPACING_M = 3.0
 

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.run.trouble import Trouble
 
 REMEDY = "name another folder with --state"

@@ -10,12 +10,12 @@ from collections.abc import Container, Sequence
 from typing import NamedTuple
 
 from sitl_emu.core.attitude import rotated, rotation
+from sitl_emu.vehicles.description import Body
+from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Vector3
+from sitl_emu.vehicles.multicopter import Multicopter
+from sitl_emu.vehicles.rigid_body import dot
 from sitl_emu.world.obstacles import Contact, Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
-from vehicles.description import Body
-from vehicles.dynamics import STEP_S, Dynamics, Vector3
-from vehicles.multicopter import Multicopter
-from vehicles.rigid_body import dot
 
 LOOK_AROUND_M = 1.0
 """How near solids are listed; from there on they are asked for at every tick."""

@@ -13,9 +13,9 @@ from typing import Annotated, Any
 
 import yaml
 
-from vehicles import record
-from vehicles.errors import VehicleError
-from vehicles.record import Limits, Words
+from sitl_emu.vehicles import record
+from sitl_emu.vehicles.errors import VehicleError
+from sitl_emu.vehicles.record import Limits, Words
 
 FORMAT = 1
 FARTHEST = Limits(-100_000.0, 100_000.0)

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple, Protocol
 
-from vehicles.description import Body
-from vehicles.dynamics import Quaternion, Vector3
+from sitl_emu.vehicles.description import Body
+from sitl_emu.vehicles.dynamics import Quaternion, Vector3
 
 
 class Contact(NamedTuple):

@@ -27,6 +27,12 @@ from sitl_emu.core.simulator_api import (
     SimulatedBattery,
     SimulatorMessage,
 )
+from sitl_emu.vehicles.ackermann import Ackermann
+from sitl_emu.vehicles.battery import Px4Battery, battery_model
+from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Quaternion, Surface, slope
+from sitl_emu.vehicles.multicopter import SLOPE_REACH_M, Multicopter
+from sitl_emu.vehicles.sih_ackermann import SihAckermann
 from sitl_emu.world.atmosphere import gravity_m_s2
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.home import Home as Home
@@ -38,12 +44,6 @@ from sitl_emu.world.sensors.lidar import Lidar
 from sitl_emu.world.sensors.magnetometer import Magnetometer
 from sitl_emu.world.sensors.ranging_beacons import RANGING_EVERY_US, RangingBeacons
 from sitl_emu.world.wind import Wind
-from vehicles.ackermann import Ackermann
-from vehicles.battery import Px4Battery, battery_model
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S, Dynamics, Quaternion, Surface, slope
-from vehicles.multicopter import SLOPE_REACH_M, Multicopter
-from vehicles.sih_ackermann import SihAckermann
 
 TICK_US = 4000
 BATTERY_EVERY_US = 200_000

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.core.attitude import Quaternion, quaternion
+from sitl_emu.vehicles.description import Body
+from sitl_emu.vehicles.dynamics import Height, Vector3
 from sitl_emu.world.description import Solid, Thing, WorldError
 from sitl_emu.world.moving import place_at, velocity_at
 from sitl_emu.world.obstacles import Contact
-from vehicles.description import Body
-from vehicles.dynamics import Height, Vector3
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

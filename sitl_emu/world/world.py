@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.vehicles.dynamics import Vector3
 from sitl_emu.world import ground, kinds, rays
 from sitl_emu.world.camera import Scene
 from sitl_emu.world.description import Place, WorldDescription
@@ -20,7 +21,6 @@ from sitl_emu.world.plain_scene import PlainScene
 from sitl_emu.world.rays import GROUND, Hits
 from sitl_emu.world.solids import NOTHING, Solids
 from sitl_emu.world.wind import Wind
-from vehicles.dynamics import Vector3
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,14 +7,14 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from autopilot.constants import NavState, SetpointType
-from autopilot.control.multicopter import MulticopterControl
-from autopilot.estimator.estimator import Estimator
-from autopilot.land_detector.land_detector import LandDetector
-from autopilot.modes.flight_modes import FlightModes
-from autopilot.parameters import Parameters, Value
-from autopilot.sensors.sensors import Sensors
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.control.multicopter import MulticopterControl
+from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.land_detector.land_detector import LandDetector
+from sitl_emu.autopilot.modes.flight_modes import FlightModes
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     HomePosition,
     PositionSetpoint,
@@ -22,12 +22,12 @@ from autopilot.topics import (
     Topics,
     TrajectorySetpoint,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import HilActuatorControls
+from sitl_emu.vehicles import load
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
-from vehicles import load
 
 HOME = Home(47.397742, 8.545594, 488.0, 0.0)
 

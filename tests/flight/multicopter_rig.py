@@ -3,18 +3,18 @@
 import math
 from typing import NamedTuple
 
-from autopilot.constants import NavState
-from autopilot.control.multicopter import MulticopterControl
-from autopilot.estimator.estimator import Estimator
-from autopilot.land_detector.land_detector import LandDetector
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensors import Sensors
-from autopilot.topics import NAN, NAN3, ActuatorArmed, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.multicopter import MulticopterControl
+from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.land_detector.land_detector import LandDetector
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.topics import NAN, NAN3, ActuatorArmed, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, actuators_as_on_the_wire, as_on_the_wire
+from sitl_emu.vehicles import load
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
-from vehicles import load
 
 HOME = Home(47.39774, 8.545594, 488.0, 30.0)
 TICK_S = 0.004

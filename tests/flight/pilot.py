@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.constants import NavState
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.run import components as payload

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState, SetpointType
-from autopilot.topics import CommandRecord, ManualControlSetpoint, VehicleCommand
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.topics import CommandRecord, ManualControlSetpoint, VehicleCommand
 from tests.flight.modes_flight import Flight, Row
 
 DO_ORBIT = 34

@@ -5,8 +5,8 @@ import statistics
 
 import pytest
 
-from autopilot.constants import NavState, TakeoffState
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.topics import (
     NAN,
     ManualControlSetpoint,
     OffboardSetpoint,

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from missions.companion.links import Link, UdpPort
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.ports import LinkPorts
+from sitl_emu.missions.companion.links import Link, UdpPort
 from sitl_emu.run.link_sockets import AT_ONCE, LARGEST_DATAGRAM_BYTES, LinkSockets, Poll, PortInUseError
 
 LIMIT_S = 2.0

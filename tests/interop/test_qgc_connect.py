@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from tests.hostile import TICK_US, Victim

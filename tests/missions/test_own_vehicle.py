@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import HilSensor
 from sitl_emu.run.scenario import load

@@ -89,7 +89,7 @@ def test_an_autopilot_that_speaks_late_gets_sensors_all_the_same() -> None:
 
 def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
     instance = INSTANCE + 4
-    autopilot = [sys.executable, "-P", "-m", "autopilot", "--airframe", "vehicles/iris/airframe.json"]
+    autopilot = [sys.executable, "-P", "-m", "sitl_emu.autopilot", "--airframe", "vehicles/iris/airframe.json"]
     world = [sys.executable, "-P", "-m", "sitl_emu", "world", "corn_field", "--vehicle", "iris", "--speed", "4"]
     both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     with subprocess.Popen([*autopilot, "--instance", str(instance)], **both) as pilot:  # type: ignore[call-overload]
@@ -116,7 +116,7 @@ def test_our_autopilot_alone_flies_in_it_and_a_ground_station_arms_it() -> None:
 
 def test_our_autopilot_reboots_and_shuts_down_and_the_world_ends_with_it() -> None:
     instance = INSTANCE + 5
-    autopilot = [sys.executable, "-P", "-m", "autopilot", "--model", "iris", "--instance", str(instance)]
+    autopilot = [sys.executable, "-P", "-m", "sitl_emu.autopilot", "--model", "iris", "--instance", str(instance)]
     world = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "iris", "--speed", "4"]
     with (
         started([*world, "--instance", str(instance)]) as simulator,

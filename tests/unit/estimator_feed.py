@@ -4,11 +4,11 @@ import math
 import random
 from collections.abc import Callable
 
-from autopilot.estimator.estimator import Estimator
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensors import Sensors
-from autopilot.topics import Topics, Vector3, VehicleLandDetected
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.topics import Topics, Vector3, VehicleLandDetected
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import magnetic_field
 from sitl_emu.core.simulator_api import HilGps, HilSensor, SimulatorMessage

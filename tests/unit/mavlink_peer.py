@@ -4,12 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.events.texts import Texts
-from autopilot.mavlink.mavlink import Mavlink, Modules
-from autopilot.parameters import Parameters
-from autopilot.storage.dataman import Dataman
-from autopilot.topics import (
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage.dataman import Dataman
+from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     BatteryStatus,
     DistanceSensorSample,
@@ -31,7 +31,7 @@ from autopilot.topics import (
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 GCS, ONBOARD, PAYLOAD, GIMBAL = range(4)

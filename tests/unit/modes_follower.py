@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from autopilot.constants import NavState, SetpointType, TakeoffState
-from autopilot.modes.flight_modes import FlightModes
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
+from sitl_emu.autopilot.modes.flight_modes import FlightModes
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     PositionSetpoint,
     PositionSetpointTriplet,
     TakeoffStatus,
@@ -17,7 +17,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)

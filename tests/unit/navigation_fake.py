@@ -3,15 +3,15 @@
 import math
 from typing import Any
 
-from autopilot.commander.commander import Commander
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.constants import NavState, SetpointType, Severity
-from autopilot.events.events import Events
-from autopilot.navigator.navigator import Navigator
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensor_calibration import DEVICE_IDS
-from autopilot.storage.dataman import MISSION, Dataman, MissionItem, Plan
-from autopilot.topics import (
+from sitl_emu.autopilot.commander.commander import Commander
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.constants import NavState, SetpointType, Severity
+from sitl_emu.autopilot.events.events import Events
+from sitl_emu.autopilot.navigator.navigator import Navigator
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
+from sitl_emu.autopilot.storage.dataman import MISSION, Dataman, MissionItem, Plan
+from sitl_emu.autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,
     SensorBaro,
@@ -25,7 +25,7 @@ from autopilot.topics import (
     VehicleLandDetected,
     VehicleLocalPosition,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 

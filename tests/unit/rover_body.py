@@ -4,11 +4,11 @@ import json
 import math
 import pathlib
 
-import autopilot
-from autopilot.constants import NavState, SetpointType
-from autopilot.control.rover_ackermann import RoverAckermannControl
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu import autopilot
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.control.rover_ackermann import RoverAckermannControl
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     NAN3,
     ActuatorArmed,
     OffboardSetpoint,
@@ -21,7 +21,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.control.actuator_group_test import ActuatorGroupTest
-from autopilot.parameters import Parameters
-from autopilot.topics import ActuatorArmed, Topics, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ActuatorArmed, Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 from .test_actuator_test import Bench
 

@@ -2,8 +2,8 @@
 
 import math
 
-import vehicles
-from autopilot.autopilot import Autopilot
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from missions.agriculture.detector import LABELS, ClassicalDetector, load_weights
-from missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
-from missions.companion.detector import Detection, Detector
+from sitl_emu.missions.agriculture.detector import LABELS, ClassicalDetector, load_weights
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
+from sitl_emu.missions.companion.detector import Detection, Detector
 from sitl_emu.world import camera
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.scene import FieldScene

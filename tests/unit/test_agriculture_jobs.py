@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gcs.geodesy import from_metres
-from gcs.mission import MissionItem
-from missions.agriculture.jobs import Asker, JobQueue, Sight, Wanted, items_of, wanted_of
-from missions.agriculture.report import Result
+from sitl_emu.gcs.geodesy import from_metres
+from sitl_emu.gcs.mission import MissionItem
+from sitl_emu.missions.agriculture.jobs import Asker, JobQueue, Sight, Wanted, items_of, wanted_of
+from sitl_emu.missions.agriculture.report import Result
 
 HOME = (40.47, -86.99)
 

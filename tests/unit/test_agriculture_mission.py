@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gcs.geodesy import from_metres, to_metres
-from gcs.mission import MissionItem
-from gcs.plan_file import FlightPlan
-from missions.agriculture.inspect import Inspect
-from missions.agriculture.scout import Scout
-from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
-from missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
-from missions.companion.confirmation import STANDING, SURVEYING
-from missions.companion.detector import Detection
-from missions.companion.perception import Perception
-from missions.companion.wire import Wire
+from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.gcs.mission import MissionItem
+from sitl_emu.gcs.plan_file import FlightPlan
+from sitl_emu.missions.agriculture.inspect import Inspect
+from sitl_emu.missions.agriculture.scout import Scout
+from sitl_emu.missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
+from sitl_emu.missions.companion.confirmation import STANDING, SURVEYING
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.perception import Perception
+from sitl_emu.missions.companion.wire import Wire
 from tests.unit.companion_px4 import HOLD, MISSION, POSITION, RETURN, STEP_US, FakePx4
 
 US = 1_000_000
@@ -497,7 +497,7 @@ def test_the_same_run_twice_is_the_same() -> None:
 
 
 def test_a_picture_goes_through_the_real_detector() -> None:
-    from missions.registry import make_companion
+    from sitl_emu.missions.registry import make_companion
 
     inspect = make_companion("agriculture-inspect", {})
     assert inspect.detect(np.zeros((480, 640, 3), np.uint8), 0.01) == []

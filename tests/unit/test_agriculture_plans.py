@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from gcs.geodesy import to_metres
-from gcs.plan_file import read_plan
-from missions.agriculture.plans import written
-from missions.mission import Setting
+from sitl_emu.gcs.geodesy import to_metres
+from sitl_emu.gcs.plan_file import read_plan
+from sitl_emu.missions.agriculture.plans import written
+from sitl_emu.missions.mission import Setting
 
 HOME = (40.47, -86.99, 215.0)
 FIELD_M = ((0.0, 0.0), (0.0, 90.0), (60.0, 90.0), (60.0, 0.0))

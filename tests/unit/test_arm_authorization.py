@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from autopilot.commander.commander import Commander
-from autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commander.commander import Commander
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-import vehicles
-from autopilot.storage import storage
+from sitl_emu import vehicles
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import (

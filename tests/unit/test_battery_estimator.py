@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from autopilot.sensors.battery_estimator import BatteryEstimator
+from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
 
 STEP_S = 0.2
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 
 import pytest
 
-from autopilot.commander.calibration.magnetometer import ellipsoid
-from autopilot.commander.calibration.worker import CalibrationWorker
-from autopilot.constants import Severity
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensor_calibration import (
+from sitl_emu.autopilot.commander.calibration.magnetometer import ellipsoid
+from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import (
     NONE,
     corrected_accel,
     corrected_gyro,
@@ -20,7 +20,7 @@ from autopilot.sensors.sensor_calibration import (
     raw_gyro,
     raw_mag,
 )
-from autopilot.topics import (
+from sitl_emu.autopilot.topics import (
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -30,7 +30,7 @@ from autopilot.topics import (
     VehicleAttitude,
     VehicleCommand,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geomagnetism import magnetic_field
 from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from missions.companion import calibration, camera_model
-from missions.companion.camera_model import CameraModel, camera_pose, project
-from missions.companion.geolocation import on_level_ground, pixel_ray
-from missions.companion.options import Options
+from sitl_emu.missions.companion import calibration, camera_model
+from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose, project
+from sitl_emu.missions.companion.geolocation import on_level_ground, pixel_ray
+from sitl_emu.missions.companion.options import Options
 from sitl_emu.run import cameras, models
 from sitl_emu.run.configs import CameraDescription
 from sitl_emu.world.camera import Camera, Pose

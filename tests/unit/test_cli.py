@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.cli import app
 from sitl_emu.core import ports
 

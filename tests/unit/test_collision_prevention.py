@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.topics import DistanceSensorSample, ManualControlSetpoint, ObstacleDistance
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import DistanceSensorSample, ManualControlSetpoint, ObstacleDistance
 
 from .modes_follower import Follower
 

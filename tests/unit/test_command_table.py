@@ -2,9 +2,9 @@
 
 import pytest
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.commands.table import (
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.commands.table import (
     ACCEPTED,
     COMMANDS,
     FENCE,
@@ -16,9 +16,9 @@ from autopilot.commands.table import (
     commands_of,
     items_where,
 )
-from autopilot.mavlink.command_params import used_params
-from autopilot.topics import VehicleCommand
-from autopilot.vehicle_kind import Traits, VehicleKind
+from sitl_emu.autopilot.mavlink.command_params import used_params
+from sitl_emu.autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import Traits, VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 OF_LINKS = (Owner.MESSAGE_REQUEST, Owner.MESSAGE_INTERVAL, Owner.LOG_STREAMING)

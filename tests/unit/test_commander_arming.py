@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from autopilot.commander.commander import Commander
-from autopilot.commander.home_position import in_local_frame
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.constants import NavState
-from autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commander.commander import Commander
+from sitl_emu.autopilot.commander.home_position import in_local_frame
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 

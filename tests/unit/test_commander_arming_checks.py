@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import pytest
 
-from autopilot.commander import arming_checks
-from autopilot.commander.arming_checks.checks import AFTER_ESTIMATOR, BEFORE_ESTIMATOR
-from autopilot.commander.arming_checks.estimator import EstimatorCheck
-from autopilot.commander.arming_checks.findings import GPS, LOGGING, PREARM_CHECK, XY_POSITION_CONTROL
-from autopilot.constants import NavState
-from autopilot.topics import (
+from sitl_emu.autopilot.commander import arming_checks
+from sitl_emu.autopilot.commander.arming_checks.checks import AFTER_ESTIMATOR, BEFORE_ESTIMATOR
+from sitl_emu.autopilot.commander.arming_checks.estimator import EstimatorCheck
+from sitl_emu.autopilot.commander.arming_checks.findings import GPS, LOGGING, PREARM_CHECK, XY_POSITION_CONTROL
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,
     FailureDetectorStatus,

@@ -4,13 +4,19 @@ import math
 
 import pytest
 
-from autopilot.commander.failsafe import Action, Failsafe
-from autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
-from autopilot.constants import NavState
-from autopilot.flight_mode import Need
-from autopilot.parameters import Parameters
-from autopilot.topics import FailsafeFlags, GcsHeartbeats, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commander.failsafe import Action, Failsafe
+from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import Need
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
+    FailsafeFlags,
+    GcsHeartbeats,
+    ManualControlSetpoint,
+    OffboardSetpoint,
+    TrajectorySetpoint,
+)
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 

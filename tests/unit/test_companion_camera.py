@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from missions.companion.camera import CameraError, FrameRingReader, FrameRingWriter, Image, open_camera
+from sitl_emu.missions.companion.camera import CameraError, FrameRingReader, FrameRingWriter, Image, open_camera
 
 ROOT = Path(__file__).parents[2]
 
@@ -136,7 +136,7 @@ def test_a_file_that_is_no_video_is_told(tmp_path: Path) -> None:
 WRITE = """
 import sys
 import numpy as np
-from missions.companion.camera import FrameRingWriter
+from sitl_emu.missions.companion.camera import FrameRingWriter
 ring = FrameRingWriter(sys.argv[1], 8, 8, slots=4)
 print("there", flush=True)
 sys.stdin.readline()

@@ -9,16 +9,16 @@ import cv2
 import numpy as np
 import pytest
 
-from gcs.tlog import TlogWriter
-from missions.companion.camera import Frame
-from missions.companion.companion import AUTOPILOT_LINK, Event, Outgoing, Status
-from missions.companion.detector import Detection
-from missions.companion.harness import Harness
-from missions.companion.inference import Inference
-from missions.companion.links import Link, LinkError, UdpPort
-from missions.companion.pictures import Album
-from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.camera import Frame
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.harness import Harness
+from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.links import Link, LinkError, UdpPort
+from sitl_emu.missions.companion.pictures import Album
+from sitl_emu.missions.companion.wire import Wire
 
 US = 1_000_000
 LIMIT_S = 5.0

@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
-from missions.companion.companion import AUTOPILOT_LINK, PEER_LINK
-from missions.companion.onboard import Onboard
-from missions.companion.peer_link import PeerLink
-from missions.companion.router import is_for_companion
-from missions.companion.wire import Wire
-from missions.companion.yielding import SETTLE_US, Yielding
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK
+from sitl_emu.missions.companion.onboard import Onboard
+from sitl_emu.missions.companion.peer_link import PeerLink
+from sitl_emu.missions.companion.router import is_for_companion
+from sitl_emu.missions.companion.wire import Wire
+from sitl_emu.missions.companion.yielding import SETTLE_US, Yielding
 from tests.unit.companion_px4 import on_the_wire
 
 US = 1_000_000

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from gcs.mission import MissionItem, MissionUpload
-from missions.companion.mission_server import MissionServer
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.mission import MissionItem, MissionUpload
+from sitl_emu.missions.companion.mission_server import MissionServer
 from tests.unit.companion_px4 import on_the_wire
 
 ME, SCOUT, OTHER = 2, 1, 3

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gcs.telemetry import Telemetry
-from missions.companion.camera import Image
-from missions.companion.camera_model import NADIR, CameraModel
-from missions.companion.confirmation import SURVEYING, Confirmation
-from missions.companion.detector import Detection
-from missions.companion.options import Options
-from missions.companion.perception import Perception, perception_of
-from missions.companion.spotter import Origin, Spotter
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.telemetry import Telemetry
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel
+from sitl_emu.missions.companion.confirmation import SURVEYING, Confirmation
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import Perception, perception_of
+from sitl_emu.missions.companion.spotter import Origin, Spotter
 from tests.unit.companion_px4 import on_the_wire
 
 PICTURE = np.zeros((4, 4, 3), np.uint8)

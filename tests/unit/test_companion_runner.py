@@ -14,15 +14,15 @@ import cv2
 import numpy as np
 import pytest
 
-from missions.companion.camera import open_camera
-from missions.companion.companion import AUTOPILOT_LINK, Status
-from missions.companion.detector import Detection
-from missions.companion.links import LinkError, open_port
-from missions.companion.live_frames import BootClock
-from missions.companion.main import Runner, main
-from missions.companion.onboard import Onboard
-from missions.companion.wire import Wire
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions.companion.camera import open_camera
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Status
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.links import LinkError, open_port
+from sitl_emu.missions.companion.live_frames import BootClock
+from sitl_emu.missions.companion.main import Runner, main
+from sitl_emu.missions.companion.onboard import Onboard
+from sitl_emu.missions.companion.wire import Wire
 from tests.unit.companion_px4 import FakePx4
 
 HEARD_LIMIT_S = 5.0

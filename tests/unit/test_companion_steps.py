@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from gcs.geodesy import distance_m, from_metres
-from gcs.mission import MissionItem
-from missions.companion import steps
-from missions.companion.companion import AUTOPILOT_LINK
-from missions.companion.onboard import Onboard, Script, advanced
-from missions.companion.wire import Wire
+from sitl_emu.gcs.geodesy import distance_m, from_metres
+from sitl_emu.gcs.mission import MissionItem
+from sitl_emu.missions.companion import steps
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.wire import Wire
 from tests.unit.companion_px4 import HOLD, MISSION, STEP_US, FakePx4
 
 HOME = (40.47, -86.99, 215.0)

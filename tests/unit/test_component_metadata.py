@@ -11,11 +11,10 @@ from typing import Any
 import jsonschema
 import pytest
 
-import autopilot
-import vehicles
-from autopilot import parameters
-from autopilot.events.events import table
-from autopilot.mavlink.component_metadata import (
+from sitl_emu import autopilot, vehicles
+from sitl_emu.autopilot import parameters
+from sitl_emu.autopilot.events.events import table
+from sitl_emu.autopilot.mavlink.component_metadata import (
     actuators,
     event_messages,
     events,
@@ -24,7 +23,7 @@ from autopilot.mavlink.component_metadata import (
     parameter_codes,
     parameter_texts,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from tests.unit import metadata_schemas
 from tests.unit.mavlink_peer import Peer, command_long, only
 

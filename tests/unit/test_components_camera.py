@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.vehicles.description import Camera as CameraData
 from tests.typed import present
-from vehicles.description import Camera as CameraData
 
 from .mavlink_peer import Peer, names, only
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-import vehicles
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.mavlink.mavlink import Mavlink, Modules
-from autopilot.payload.gimbal import Gimbal as GimbalManager
-from autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
+from sitl_emu import vehicles
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
+from sitl_emu.autopilot.payload.gimbal import Gimbal as GimbalManager
+from sitl_emu.autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
 from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion

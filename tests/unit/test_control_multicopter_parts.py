@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autopilot.constants import Severity, TakeoffState
-from autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
-from autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
-from autopilot.control.mc_att_control import rates_setpoint
-from autopilot.control.mc_parameters import constrain, of_responsiveness
-from autopilot.control.mc_pos_control import (
+from sitl_emu.autopilot.constants import Severity, TakeoffState
+from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
+from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
+from sitl_emu.autopilot.control.mc_att_control import rates_setpoint
+from sitl_emu.autopilot.control.mc_parameters import constrain, of_responsiveness
+from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
     PositionControlGains,
@@ -21,12 +21,12 @@ from autopilot.control.mc_pos_control import (
     constrain_xy,
     failsafe_setpoint,
 )
-from autopilot.control.mc_rate_control import RateControl
-from autopilot.control.multicopter import output_channels
-from autopilot.control.takeoff import TakeoffHandling
-from autopilot.parameters import Parameters
-from autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.control.mc_rate_control import RateControl
+from sitl_emu.autopilot.control.multicopter import output_channels
+from sitl_emu.autopilot.control.takeoff import TakeoffHandling
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import quaternion
 from tests.typed import now
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from autopilot.constants import Severity
-from autopilot.storage import storage
-from autopilot.storage.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan
 
 ITEMS = tuple(MissionItem(seq, 6, 16, 1, 0.0, 2.5, 0.0, float("inf"), 473977418, -85455939, 10.5) for seq in range(3))
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autopilot.topics import DistanceSensorSample, Vector3
+from sitl_emu.autopilot.topics import DistanceSensorSample, Vector3
 from tests.typed import now
 from tests.unit.estimator_feed import ALT_M, DECLINATION, LAT, LON, Feed
 

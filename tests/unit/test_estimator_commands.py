@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autopilot.estimator.commands import EstimatorCommands
+from sitl_emu.autopilot.estimator.commands import EstimatorCommands
 from tests.unit.vehicle_command import vehicle_command
 
 from .estimator_feed import LAT, LON, Feed

@@ -8,24 +8,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autopilot.commander.arming_checks.estimator import Validity
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.gnss_checks import GnssChecks
-from autopilot.estimator.aid_sources.range_finder import Consistency
-from autopilot.estimator.bias_estimator import BiasEstimator
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.estimator import Settings
-from autopilot.estimator.imu_down_sampler import ImuDownSampler
-from autopilot.estimator.imu_filter import LowPass2p, alpha
-from autopilot.estimator.output_predictor import OutputPredictor
-from autopilot.estimator.resets import reset_velocity
-from autopilot.estimator.samples import BaroSample, GnssSample, ImuSample, SampleBuffer
-from autopilot.estimator.state import State
-from autopilot.estimator.yaw_estimator import YawEstimator
-from autopilot.parameters import Parameters
-from autopilot.topics import Vector3
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.commander.arming_checks.estimator import Validity
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.gnss_checks import GnssChecks
+from sitl_emu.autopilot.estimator.aid_sources.range_finder import Consistency
+from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.estimator import Settings
+from sitl_emu.autopilot.estimator.imu_down_sampler import ImuDownSampler
+from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, alpha
+from sitl_emu.autopilot.estimator.output_predictor import OutputPredictor
+from sitl_emu.autopilot.estimator.resets import reset_velocity
+from sitl_emu.autopilot.estimator.samples import BaroSample, GnssSample, ImuSample, SampleBuffer
+from sitl_emu.autopilot.estimator.state import State
+from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Vector3
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import euler, quaternion
 from tests.typed import now
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState, Severity
-from autopilot.events.events import Events, layout, pack
-from autopilot.topics import BatteryStatus, OffboardSetpoint, SensorBaro, TrajectorySetpoint
-from gcs.event import EventReceiver
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.events import Events, layout, pack
+from sitl_emu.autopilot.topics import BatteryStatus, OffboardSetpoint, SensorBaro, TrajectorySetpoint
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.event import EventReceiver
 from tests.unit.mavlink_peer import GCS, GIMBAL, Peer
 from tests.unit.navigation_fake import FakeVehicle
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from autopilot.estimator.resets import move_origin
-from autopilot.mavlink.services import odometry
-from autopilot.topics import (
+from sitl_emu.autopilot.estimator.resets import move_origin
+from sitl_emu.autopilot.mavlink.services import odometry
+from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     FRAME_FRD,
     FRAME_NED,

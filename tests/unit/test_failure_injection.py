@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from autopilot.parameters import Parameters
-from autopilot.system.failure_injection import FailureInjectionManager
-from autopilot.topics import Topics, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.system.failure_injection import FailureInjectionManager
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 GYRO, ACCEL, MAG, BARO, GPS, VIO, DISTANCE, AIRSPEED, BATTERY, MOTOR = 0, 1, 2, 3, 4, 6, 7, 8, 100, 101

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.radio import RadioLink, RadioSettings
 from sitl_emu.core.simulator_api import (
     HilActuatorControls,

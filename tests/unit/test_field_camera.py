@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from missions.companion import camera_model
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.companion import camera_model
 from sitl_emu.world.camera import Camera, Pose, body_to_ned, camera_to_body
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto

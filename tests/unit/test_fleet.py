@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,

@@ -2,10 +2,10 @@
 
 import pytest
 
-from autopilot.commander.control_mode import control_mode
-from autopilot.commander.custom_mode import base_mode_of, custom_mode_of, nav_state_of
-from autopilot.constants import NavState
-from autopilot.flight_mode import (
+from sitl_emu.autopilot.commander.control_mode import control_mode
+from sitl_emu.autopilot.commander.custom_mode import base_mode_of, custom_mode_of, nav_state_of
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import (
     ATTITUDE,
     FLIGHT_MODES,
     FLOWN_BY_STICKS,
@@ -20,16 +20,16 @@ from autopilot.flight_mode import (
     Task,
     modes_where,
 )
-from autopilot.modes.flight_modes import FlightModes
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.modes.flight_modes import FlightModes
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     OffboardSetpoint,
     Topics,
     TrajectorySetpoint,
     VehicleAttitudeSetpoint,
     VehicleRatesSetpoint,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 NAN = float("nan")
 MULTICOPTER, ROVER = (kind.traits for kind in (VehicleKind.MULTICOPTER, VehicleKind.ROVER_ACKERMANN))

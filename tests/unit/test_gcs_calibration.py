@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
-from gcs.actuator_test import stop_motor, turn_motor
-from gcs.calibration import Calibration
-from gcs.command import gripper
-from gcs.failure_injection import inject_failure
-from gcs.statustext import messages_of
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.actuator_test import stop_motor, turn_motor
+from sitl_emu.gcs.calibration import Calibration
+from sitl_emu.gcs.command import gripper
+from sitl_emu.gcs.failure_injection import inject_failure
+from sitl_emu.gcs.statustext import messages_of
 from tests.unit.companion_px4 import on_the_wire
 from tests.unit.test_calibration import FORCES, Table
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from gcs.camera import IMAGE_MODE, VIDEO_MODE, Camera
-from gcs.command import Command
+from sitl_emu.gcs.camera import IMAGE_MODE, VIDEO_MODE, Camera
+from sitl_emu.gcs.command import Command
 
 from .gcs_link import converse
 from .test_components_camera import DATA, Rig

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from gcs.failsafe import FailsafeWatch
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.failsafe import FailsafeWatch
 from tests.unit.companion_px4 import on_the_wire
 
 SYSTEM = 1

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from autopilot.mavlink.encoder import Encoder
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.ftp import Ftp
-from gcs import ftp
+from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.ftp import Ftp
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
+from sitl_emu.gcs import ftp
 from tests.unit.companion_px4 import on_the_wire
 
 US = 1_000_000

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from gcs.geodesy import from_metres, to_metres
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.gcs.geodesy import from_metres, to_metres
 
 LAT_DEG, LON_DEG = 47.397742, 8.545594
 

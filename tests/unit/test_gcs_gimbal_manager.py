@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from gcs.command import Command
-from gcs.gimbal_manager import GimbalManager
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.gimbal_manager import GimbalManager
 
 from .gcs_link import converse
 from .mavlink_peer import Peer

@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from gcs.component_metadata import ACTUATORS, EVENTS, GENERAL, PARAMETER, ComponentMetadata, path_of
-from gcs.identity import Identity
-from gcs.message_interval import DEFAULT_US, STOPPED_US, read_interval, set_interval
-from gcs.message_request import MessageRequest
-from gcs.set_mode import SetModeMessage
+from sitl_emu.gcs.component_metadata import ACTUATORS, EVENTS, GENERAL, PARAMETER, ComponentMetadata, path_of
+from sitl_emu.gcs.identity import Identity
+from sitl_emu.gcs.message_interval import DEFAULT_US, STOPPED_US, read_interval, set_interval
+from sitl_emu.gcs.message_request import MessageRequest
+from sitl_emu.gcs.set_mode import SetModeMessage
 
 from .gcs_link import converse
 from .mavlink_peer import Peer, only

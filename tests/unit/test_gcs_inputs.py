@@ -5,18 +5,18 @@ from typing import Any
 
 import pytest
 
-from autopilot.commands.vehicle_commands import CommandResult
-from gcs import debug_values, landing_target, obstacle_distance, odometry, optical_flow
-from gcs.adsb_vehicle import adsb_vehicle
-from gcs.battery_status import battery_status
-from gcs.follow_target import FollowTarget, Target
-from gcs.gps_global_origin import SetGpsGlobalOrigin
-from gcs.manual_control import ManualControl, Sticks
-from gcs.ping import Ping
-from gcs.rc_override import RcOverride
-from gcs.system_time import system_time
-from gcs.timesync import Timesync
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs import debug_values, landing_target, obstacle_distance, odometry, optical_flow
+from sitl_emu.gcs.adsb_vehicle import adsb_vehicle
+from sitl_emu.gcs.battery_status import battery_status
+from sitl_emu.gcs.follow_target import FollowTarget, Target
+from sitl_emu.gcs.gps_global_origin import SetGpsGlobalOrigin
+from sitl_emu.gcs.manual_control import ManualControl, Sticks
+from sitl_emu.gcs.ping import Ping
+from sitl_emu.gcs.rc_override import RcOverride
+from sitl_emu.gcs.system_time import system_time
+from sitl_emu.gcs.timesync import Timesync
 from tests.unit.companion_px4 import on_the_wire
 
 from .gcs_link import converse

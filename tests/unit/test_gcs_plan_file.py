@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from gcs.geodesy import distance_m, from_metres
-from gcs.plan_file import PlanError, read_plan, survey_plan, transects, write_plan
+from sitl_emu.gcs.geodesy import distance_m, from_metres
+from sitl_emu.gcs.plan_file import PlanError, read_plan, survey_plan, transects, write_plan
 
 HOME = (40.47, -86.99, 215.0)
 CORNERS = [from_metres(n, e, *HOME[:2]) for n, e in ((0, 0), (80, 0), (80, 80), (0, 80))]

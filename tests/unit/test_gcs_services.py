@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from gcs import heartbeat, modes, offboard, parameter, statustext
-from gcs.command import Command, arm
-from gcs.mission import (
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs import heartbeat, modes, offboard, parameter, statustext
+from sitl_emu.gcs.command import Command, arm
+from sitl_emu.gcs.mission import (
     FENCE,
     MissionClear,
     MissionDownload,
@@ -18,10 +19,9 @@ from gcs.mission import (
     MissionSetCurrent,
     MissionUpload,
 )
-from gcs.set_mode import set_mode
-from gcs.telemetry import Range, Telemetry
-from gcs.tlog import TlogWriter
-from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.telemetry import Range, Telemetry
+from sitl_emu.gcs.tlog import TlogWriter
 from tests.unit.companion_px4 import MissionServer, on_the_wire
 
 US = 1_000_000

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from autopilot.mavlink.signature import SigningKey
-from autopilot.storage import storage
+from sitl_emu.autopilot.mavlink.signature import SigningKey
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from tests import hostile

@@ -2,12 +2,12 @@
 
 import pytest
 
-from autopilot.estimator.stable_bias import LEARNING_US, StableBias
-from autopilot.parameters import Parameters
-from autopilot.sensors.in_flight_calibration import QUIET_US, InFlightCalibration
-from autopilot.sensors.sensor_calibration import DEVICE_IDS
-from autopilot.topics import EstimatorSensorBias, Topics, Vector3
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.estimator.stable_bias import LEARNING_US, StableBias
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.in_flight_calibration import QUIET_US, InFlightCalibration
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
+from sitl_emu.autopilot.topics import EstimatorSensorBias, Topics, Vector3
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 SECOND_US = 1_000_000
 ZERO: Vector3 = (0.0, 0.0, 0.0)

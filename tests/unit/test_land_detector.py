@@ -2,10 +2,10 @@
 
 import pytest
 
-from autopilot.constants import NavState, TakeoffState
-from autopilot.land_detector.land_detector import LandDetector
-from autopilot.parameters import Parameters
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.land_detector.land_detector import LandDetector
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     HoverThrustEstimate,
     PositionSetpoint,
@@ -18,7 +18,7 @@ from autopilot.topics import (
     VehicleRatesSetpoint,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 STEP_US = 20_000
 NAN = float("nan")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from autopilot.system.load_mon import LoadMon, ram_usage
-from autopilot.topics import CpuLoad, Topics
+from sitl_emu.autopilot.system.load_mon import LoadMon, ram_usage
+from sitl_emu.autopilot.topics import CpuLoad, Topics
 
 MEMINFO = """MemTotal:        1000 kB
 MemFree:          400 kB

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import pytest
 
-from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES
-from autopilot.logger import logged_topics, packing, ulog
-from autopilot.logger.rows import commander, control, sensors
-from autopilot.mavlink.context import BOOT_UNIX_US
-from autopilot.topics import (
+from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES
+from sitl_emu.autopilot.logger import logged_topics, packing, ulog
+from sitl_emu.autopilot.logger.rows import commander, control, sensors
+from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
+from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     ControlAllocatorStatus,
     EscStatus,
@@ -20,7 +20,7 @@ from autopilot.topics import (
     SensorsStatusImu,
     Topics,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.c_types import STRUCT_CODES
 
 make_log_formats = importlib.import_module("tools.make_log_formats")

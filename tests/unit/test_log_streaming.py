@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from pyulog import ULog
 
-from autopilot.logger.log_stream import CHUNK_BYTES, NO_MESSAGE_BEGINS, LogStream
-from autopilot.logger.logger import Logger
-from autopilot.mavlink.context import BOOT_UNIX_US
-from autopilot.mavlink.mavlink import Modules
-from gcs.log_streaming import LogStreaming
+from sitl_emu.autopilot.logger.log_stream import CHUNK_BYTES, NO_MESSAGE_BEGINS, LogStream
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
+from sitl_emu.autopilot.mavlink.mavlink import Modules
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.log_streaming import LogStreaming
 from tests.unit.mavlink_peer import GCS, ONBOARD, PAYLOAD, TICK_US, HandleCommand, Peer, command_long, only
 
 START, STOP = 2510, 2511

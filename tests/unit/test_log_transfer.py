@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from gcs.log_transfer import LogDownload, LogEntry, LogList, erase
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.log_transfer import LogDownload, LogEntry, LogList, erase
 from tests.unit.mavlink_peer import PAYLOAD, TICK_US, Peer, only
 
 ALL = 0xFFFF

@@ -15,19 +15,19 @@ from pyulog import ULog
 from pyulog.px4 import PX4ULog
 from pyulog.ulog2csv import convert_ulog2csv
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.commands.vehicle_commands import CommandResult, tell
-from autopilot.constants import NavState, Severity
-from autopilot.events.texts import Texts
-from autopilot.logger import log_files, logged_topics, packing
-from autopilot.logger.logger import Logger
-from autopilot.logger.rows import commander, estimator
-from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.context import BOOT_UNIX_US
-from autopilot.parameters import Parameters
-from autopilot.storage import storage
-from autopilot.topics import (
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.logger import log_files, logged_topics, packing
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.logger.rows import commander, estimator
+from sitl_emu.autopilot.mavlink.component_metadata import files
+from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
     InputRc,
@@ -38,7 +38,7 @@ from autopilot.topics import (
     VehicleLocalPosition,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator

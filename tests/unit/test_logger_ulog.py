@@ -7,7 +7,7 @@ import struct
 import pytest
 from pyulog import ULog
 
-from autopilot.logger import ulog
+from sitl_emu.autopilot.logger import ulog
 
 FORMATS = {
     "place": ulog.parse_fields("uint64_t timestamp; double lat; float alt; bool valid"),

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from gcs.mission import FENCE, MISSION, RALLY, MissionClear, MissionDownload, MissionItem, MissionUpload
-from gcs.parameter import ParameterList, ParameterRead, ParameterSet
+from sitl_emu.gcs.mission import FENCE, MISSION, RALLY, MissionClear, MissionDownload, MissionItem, MissionUpload
+from sitl_emu.gcs.parameter import ParameterList, ParameterRead, ParameterSet
 from tests.unit.mavlink_peer import TICK_US, Peer
 
 LOSSES = (0.05, 0.1, 0.3)

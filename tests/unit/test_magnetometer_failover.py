@@ -2,9 +2,9 @@
 
 import pytest
 
-from autopilot.constants import Severity
-from autopilot.sensors.magnetometer_failover import MagnetometerFailover
-from autopilot.topics import SensorMag, Topics
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
+from sitl_emu.autopilot.topics import SensorMag, Topics
 
 STEP_US = 20_000
 

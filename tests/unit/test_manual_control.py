@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.events.events import layout
-from autopilot.manual_control.manual_control import ManualControl
-from autopilot.manual_control.rc_update import Channel, RcUpdate
-from autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.manual_control.manual_control import ManualControl
+from sitl_emu.autopilot.manual_control.rc_update import Channel, RcUpdate
+from sitl_emu.autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
 from tests.typed import now
 
 from .navigation_fake import FakeVehicle

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from autopilot.mavlink.decoder import decode
+from sitl_emu.autopilot.mavlink.decoder import decode
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT, EXTENSIONS, Encoder
-from autopilot.mavlink.streams import modules
+from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT, EXTENSIONS, Encoder
+from sitl_emu.autopilot.mavlink.streams import modules
 from sitl_emu.core import dialect as mavlink
 
 SERVICE_MESSAGES = (22, 39, 40, 44, 46, 47, 51, 73, 77, 110, 111, 126, 244, 253, 410, 411, 413)

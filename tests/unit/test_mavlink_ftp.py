@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from autopilot.mavlink.encoder import Encoder
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.ftp import Ftp
+from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.ftp import Ftp
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from autopilot.autopilot import Autopilot
-from autopilot.commands.vehicle_commands import CommandResult, answer_later
-from autopilot.constants import Severity
-from autopilot.mavlink.services.parameter import parameter_hash
-from autopilot.topics import (
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.mavlink.services.parameter import parameter_hash
+from sitl_emu.autopilot.topics import (
     GcsHeartbeats,
     ManualControlSetpoint,
     ManualControlSwitches,
@@ -19,7 +19,7 @@ from autopilot.topics import (
     VehicleCommand,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilSensor
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, names, only

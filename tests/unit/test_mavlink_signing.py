@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from autopilot.mavlink.services.signing import SigningKeyFile
-from autopilot.mavlink.signature import NO_KEY, SigningKey
-from autopilot.topics import ActuatorArmed
-from gcs import signing
+from sitl_emu.autopilot.mavlink.services.signing import SigningKeyFile
+from sitl_emu.autopilot.mavlink.signature import NO_KEY, SigningKey
+from sitl_emu.autopilot.topics import ActuatorArmed
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs import signing
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, command_long, names, only
 
 KEY, OTHER_KEY = signing.key_of("correct horse"), signing.key_of("battery staple")

@@ -5,9 +5,9 @@ from collections import Counter
 
 import pytest
 
-from autopilot.mavlink import rates
-from autopilot.mavlink.streams import modules
-from autopilot.topics import (
+from sitl_emu.autopilot.mavlink import rates
+from sitl_emu.autopilot.mavlink.streams import modules
+from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     EscStatus,
     EstimatorFusionControl,
@@ -23,7 +23,7 @@ from autopilot.topics import (
     VehicleMagnetometer,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, GCS, GIMBAL, LAT_DEG, ONBOARD, PAYLOAD, Peer, command_long, only
 

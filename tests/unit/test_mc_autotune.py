@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.control.mc_autotune import McAutotune, State
-from autopilot.control.system_identification import SystemIdentification, pid_gains
-from autopilot.parameters import Parameters
-from autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.mc_autotune import McAutotune, State
+from sitl_emu.autopilot.control.system_identification import SystemIdentification, pid_gains
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from tests.unit.vehicle_command import vehicle_command
 
 from .test_actuator_test import Bench

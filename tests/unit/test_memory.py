@@ -5,9 +5,9 @@ import math
 import tracemalloc
 from pathlib import Path
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.storage import storage
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround

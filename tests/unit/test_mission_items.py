@@ -5,9 +5,9 @@ They are the cases of MavlinkMissionManager::parse_mavlink_mission_item (mavlink
 
 import pytest
 
-from autopilot.mavlink.services.mission_items import parse
-from autopilot.storage.dataman import MissionItem
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.mavlink.services.mission_items import parse
+from sitl_emu.autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.test_mavlink_services import MISSION_FRAME, RELATIVE_INT, item
 

@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.events.events import layout
-from autopilot.land_detector.flight_time import FlightTime
-from autopilot.mavlink.services.mission_items import parse
-from autopilot.parameters import Parameters
-from autopilot.topics import MissionResult, VehicleStatus
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.land_detector.flight_time import FlightTime
+from sitl_emu.autopilot.mavlink.services.mission_items import parse
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import MissionResult, VehicleStatus
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, names, only
 from tests.unit.test_mavlink_services import HOME_X, HOME_Y, MISSION_FRAME, RELATIVE_INT, count, item, upload

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from missions import registry
-from missions.mission import Setting
-from missions.registry import MissionError
+from sitl_emu.missions import registry
+from sitl_emu.missions.mission import Setting
+from sitl_emu.missions.registry import MissionError
 
 ROOT = Path(__file__).parents[2]
 GOOD = """
     from pathlib import Path
-    from missions.agriculture.inspect import Inspect
-    from missions.mission import Mission, Program
+    from sitl_emu.missions.agriculture.inspect import Inspect
+    from sitl_emu.missions.mission import Mission, Program
 
     MISSION = Mission({"garden": Program(Inspect.from_options)}, scenarios=Path(__file__).parent)
 """

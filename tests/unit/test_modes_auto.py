@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState, SetpointType, TakeoffState
-from autopilot.modes.auto import Leg, leg_state
-from autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
+from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
+from sitl_emu.autopilot.modes.auto import Leg, leg_state
+from sitl_emu.autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
 from tests.unit.modes_follower import Follower, Row
 
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.modes.target_estimator import TargetEstimator
-from autopilot.topics import FollowTarget
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.modes.target_estimator import TargetEstimator
+from sitl_emu.autopilot.topics import FollowTarget
 
 from .modes_follower import ALTITUDE_M, HOME, Follower
 

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.modes.sticks import expo_deadzone
-from autopilot.topics import (
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.modes.sticks import expo_deadzone
+from sitl_emu.autopilot.topics import (
     CommandRecord,
     ManualControlSetpoint,
     OffboardSetpoint,

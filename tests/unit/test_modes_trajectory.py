@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from autopilot.modes.heading_smoothing import HeadingSmoothing
-from autopilot.modes.position_smoothing import PositionSmoothing
-from autopilot.modes.trajectory_constraints import (
+from sitl_emu.autopilot.modes.heading_smoothing import HeadingSmoothing
+from sitl_emu.autopilot.modes.position_smoothing import PositionSmoothing
+from sitl_emu.autopilot.modes.trajectory_constraints import (
     Limits,
     max_speed_from_distance,
     max_speed_in_waypoint,
     speed_through,
 )
-from autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
+from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
 
 JERK, ACCELERATION = 4.0, 3.0
 DT = 0.008

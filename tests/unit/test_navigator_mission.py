@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState, SetpointType
-from autopilot.events.events import layout
-from autopilot.storage.dataman import FENCE, MISSION, MissionItem, Plan
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, MissionItem, Plan
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import PLACE, FakeVehicle, item

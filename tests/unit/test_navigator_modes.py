@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState, SetpointType
-from autopilot.storage.dataman import FENCE, RALLY, MissionItem, Plan
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.storage.dataman import FENCE, RALLY, MissionItem, Plan
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
@@ -375,7 +375,7 @@ def test_at_its_distance_limit_a_place_is_outside(
     """PX4's Geofence::isCloserThanMaxDistToHome: inside is closer."""
     vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=30.0)
     home = vehicle.topics.home_position
-    monkeypatch.setattr("autopilot.navigator.geofence.distance_m", lambda *_: away_m)
+    monkeypatch.setattr("sitl_emu.autopilot.navigator.geofence.distance_m", lambda *_: away_m)
     assert vehicle.navigator._geofence.allows(home.lat, home.lon, home.alt) is allowed
 
 

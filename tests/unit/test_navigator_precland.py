@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 

@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from autopilot.navigator.roi import Roi
-from autopilot.topics import Topics, VehicleRoi
+from sitl_emu.autopilot.navigator.roi import Roi
+from sitl_emu.autopilot.topics import Topics, VehicleRoi
 from tests.unit.vehicle_command import vehicle_command
 
 NAV_ROI, LOCATION, WPNEXT_OFFSET, NONE, SET_ROI = 80, 195, 196, 197, 201

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.events.events import layout
-from autopilot.topics import TransponderReport
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.topics import TransponderReport
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
 

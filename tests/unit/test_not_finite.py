@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.constants import NavState
-from autopilot.topics import Topics
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import HilSensor, SimulatorMessage
 from sitl_emu.world.ground import FlatGround

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.run import preflight
 from sitl_emu.run.outside_autopilot import environment
 from sitl_emu.run.scenario import Scenario, ScenarioError, load

@@ -2,10 +2,10 @@
 
 import pytest
 
-from autopilot.parameters import Parameters
-from autopilot.parameters.corrections import ParameterCorrections
-from autopilot.parameters.subscription_interval import SubscriptionInterval
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters.corrections import ParameterCorrections
+from sitl_emu.autopilot.parameters.subscription_interval import SubscriptionInterval
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 SECOND_US = 1_000_000
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from autopilot.autopilot import Autopilot
-from autopilot.constants import Severity
-from autopilot.parameters import Parameters
-from autopilot.parameters import file as parameter_file
-from autopilot.parameters.storage import ParameterStorage
-from autopilot.storage import storage
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters import file as parameter_file
+from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 DOCUMENT = (
     b"\x2c\0\0\0\x01MPC_XY_CRUISE\0" + struct.pack("<d", 6.5) + b"\x10COM_RC_IN_MODE\0" + struct.pack("<i", 2) + b"\0"

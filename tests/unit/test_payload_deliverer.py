@@ -2,10 +2,10 @@
 
 import pytest
 
-from autopilot.parameters import Parameters
-from autopilot.payload.payload_deliverer import PayloadDeliverer
-from autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
+from sitl_emu.autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 from .navigation_fake import STEP_US, FakeVehicle, item
 

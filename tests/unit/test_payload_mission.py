@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-import vehicles
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED
-from autopilot.events.texts import Texts
-from autopilot.mavlink import rates
-from autopilot.mavlink.mavlink import Mavlink, Modules
-from autopilot.navigator.navigator import Navigator
-from autopilot.payload.camera_trigger import CameraTrigger
-from autopilot.topics import VehicleCommand
+from sitl_emu import vehicles
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.mavlink import rates
+from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
+from sitl_emu.autopilot.navigator.navigator import Navigator
+from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
 from tests.typed import present

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
-from missions.companion.confirmation import STANDING, SURVEYING, Confirmation, Target, widened_m
-from missions.companion.detector import Detection
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
+from sitl_emu.missions.companion.confirmation import STANDING, SURVEYING, Confirmation, Target, widened_m
+from sitl_emu.missions.companion.detector import Detection
 
 CAMERA = CameraModel()
 NORTH = (1.0, 0.0, 0.0, 0.0)

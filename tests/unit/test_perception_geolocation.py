@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, gsd_m, in_view, project
-from missions.companion.geolocation import Intersection, Ray, on_level_ground, pixel_ray
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, gsd_m, in_view, project
+from sitl_emu.missions.companion.geolocation import Intersection, Ray, on_level_ground, pixel_ray
 
 CAMERA = CameraModel()
 

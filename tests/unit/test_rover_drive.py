@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from autopilot.constants import NavState
-from autopilot.topics import ActuatorArmed, ManualControlSetpoint, OffboardSetpoint
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import ActuatorArmed, ManualControlSetpoint, OffboardSetpoint
 from tests.unit.rover_body import RoverBody
 
 AROUND = [(20.0, 0.0), (0.0, 20.0), (-12.0, 4.0), (-8.0, 0.0), (0.0, -5.0), (3.0, 3.0), (-1.0, -3.0), (40.0, 40.0)]

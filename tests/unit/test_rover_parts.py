@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from autopilot.control.ackermann_modes import acceptance_radius_m
-from autopilot.control.pure_pursuit import lookahead_m, target_bearing
-from autopilot.control.rover_control import (
+from sitl_emu.autopilot.control.ackermann_modes import acceptance_radius_m
+from sitl_emu.autopilot.control.pure_pursuit import lookahead_m, target_bearing
+from sitl_emu.autopilot.control.rover_control import (
     HeadingControl,
     Pid,
     Slew,
@@ -15,9 +15,9 @@ from autopilot.control.rover_control import (
     corner_angle,
     speed_limited_by_course,
 )
-from autopilot.control.rover_parameters import rover_parameters
-from autopilot.parameters import Parameters
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.control.rover_parameters import rover_parameters
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 START, TARGET = (0.0, 0.0), (20.0, 0.0)
 NAN = math.nan

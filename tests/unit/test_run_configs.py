@@ -6,7 +6,7 @@ import pytest
 
 from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.run import configs
-from vehicles import VehicleError
+from sitl_emu.vehicles import VehicleError
 
 PLACE = configs.StartPlace(north_m=1.0, east_m=2.0, heading_deg=90.0)
 IRIS = configs.ModelData(model="iris")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from missions import registry
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.missions import registry
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
 from sitl_emu.run.scenario import find, load

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.agriculture.page import page as agriculture_page
-from missions.mission import Mission, Program
-from missions.registry import missions_of
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.missions.agriculture.page import page as agriculture_page
+from sitl_emu.missions.mission import Mission, Program
+from sitl_emu.missions.registry import missions_of
 from sitl_emu.run import report, score
 from sitl_emu.run.launcher import Ending
 

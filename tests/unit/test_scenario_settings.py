@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.simulator_api import HilGps
 from sitl_emu.run import checks, models, worlds
 from sitl_emu.run.scenario import Scenario, ScenarioError, load

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensors import Sensors, altitude_m
-from autopilot.system.failure_injection import inject
-from autopilot.topics import ActuatorArmed, FailureInjection, Topics
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
+from sitl_emu.autopilot.system.failure_injection import inject
+from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
 IMU = HilSensor(8000, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0b1101111111111, 0)

@@ -4,15 +4,20 @@ import random
 
 import pytest
 
-import vehicles
-from autopilot.autopilot import Autopilot
-from autopilot.constants import Severity
-from autopilot.mavlink.mavlink import Modules
-from autopilot.shell.commands import COMMANDS
-from autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
-from autopilot.topics import EstimatorStatus, PositionSetpointTriplet, VehicleGlobalPosition, VehicleMagnetometer
-from gcs import shell as gcs_shell
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.mavlink.mavlink import Modules
+from sitl_emu.autopilot.shell.commands import COMMANDS
+from sitl_emu.autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
+from sitl_emu.autopilot.topics import (
+    EstimatorStatus,
+    PositionSetpointTriplet,
+    VehicleGlobalPosition,
+    VehicleMagnetometer,
+)
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs import shell as gcs_shell
 from tests.unit.mavlink_peer import GCS, ONBOARD, HandleCommand, Peer
 
 TICK_US = 4_000

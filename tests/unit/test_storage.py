@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from autopilot.storage import storage
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.run import state
 from sitl_emu.run.trouble import Trouble
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import vehicles
-from autopilot.autopilot import Autopilot
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     SIMULATOR_PARAMETERS,

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from autopilot.sensors.vehicle_imu import VehicleImu
-from autopilot.topics import SensorCombined, SensorImu, Topics
+from sitl_emu.autopilot.sensors.vehicle_imu import VehicleImu
+from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics
 
 TICK_US = 4_000
 NOISE = 0.1

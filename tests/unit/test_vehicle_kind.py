@@ -2,13 +2,13 @@
 
 import pytest
 
-import vehicles
-from autopilot import parameters
-from autopilot.autopilot import Autopilot
-from autopilot.control.control import CONTROLS
-from autopilot.land_detector.land_detector import DETECTORS
-from autopilot.shell.commands import COMMANDS
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu import vehicles
+from sitl_emu.autopilot import parameters
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.control.control import CONTROLS
+from sitl_emu.autopilot.land_detector.land_detector import DETECTORS
+from sitl_emu.autopilot.shell.commands import COMMANDS
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 
 @pytest.mark.parametrize(

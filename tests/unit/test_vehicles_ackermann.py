@@ -3,11 +3,11 @@ from typing import TypeVar
 
 import pytest
 
-import vehicles
+from sitl_emu import vehicles
+from sitl_emu.vehicles.ackermann import Ackermann
+from sitl_emu.vehicles.multicopter import from_body_down
+from sitl_emu.vehicles.sih_ackermann import SihAckermann
 from tests.typed import present
-from vehicles.ackermann import Ackermann
-from vehicles.multicopter import from_body_down
-from vehicles.sih_ackermann import SihAckermann
 
 G = 9.80665
 ROVER = vehicles.load("rover")

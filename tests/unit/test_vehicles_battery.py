@@ -3,8 +3,8 @@ import itertools
 
 import pytest
 
-import vehicles
-from vehicles.battery import LoadBattery, Px4Battery, battery_model
+from sitl_emu import vehicles
+from sitl_emu.vehicles.battery import LoadBattery, Px4Battery, battery_model
 
 
 def test_sags_under_load_and_recovers() -> None:

@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-import vehicles
-from autopilot.parameters import Parameters
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu import vehicles
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.run.simulated_parameters import SimulatedParameters
+from sitl_emu.vehicles import VehicleError, inertia
+from sitl_emu.vehicles.inertia import Cuboid
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 from tests.typed import present
-from vehicles import VehicleError, inertia
-from vehicles.inertia import Cuboid
 
 MODELS = ["iris", "m600", "rover", "sihsim_hex", "sihsim_rover_ackermann"]
 

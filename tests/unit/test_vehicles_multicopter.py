@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.dynamics import STEP_S
+from sitl_emu.vehicles.multicopter import Multicopter, from_body_down
 from tests.typed import present
-from vehicles.description import Vehicle
-from vehicles.dynamics import STEP_S
-from vehicles.multicopter import Multicopter, from_body_down
 
 G = 9.80665
 MODELS = ["iris", "m600", "sihsim_hex"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import read
 from sitl_emu.world.ground import FlatGround

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import vehicles
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import MagneticField

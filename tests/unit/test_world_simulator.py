@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-import vehicles
-from autopilot.parameters import Parameters
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu import vehicles
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import (
     FIELDS_UPDATED_BARO,
     FIELDS_UPDATED_MAG,
@@ -21,13 +21,13 @@ from sitl_emu.core.simulator_api import (
     as_on_the_wire,
 )
 from sitl_emu.run.simulated_parameters import SimulatedParameters
+from sitl_emu.vehicles.battery import LoadBattery
+from sitl_emu.vehicles.multicopter import Multicopter
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 from sitl_emu.world.wind import Wind
-from vehicles.battery import LoadBattery
-from vehicles.multicopter import Multicopter
 
 HOME = Home(40.47, -86.99, 215.0, 60.0)
 HILL = type("Hill", (), {"height_m": lambda self, north, east: 1.5 + 0.1 * north})()

@@ -2,7 +2,7 @@
 
 import math
 
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.topics import VehicleCommand
 
 
 def vehicle_command(number: int, *params: float, rest: float = math.nan) -> VehicleCommand:

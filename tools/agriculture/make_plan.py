@@ -5,8 +5,8 @@ python tools/agriculture/make_plan.py
 
 from pathlib import Path
 
-from gcs.plan_file import write_plan
-from missions.agriculture.survey import field_plan
+from sitl_emu.gcs.plan_file import write_plan
+from sitl_emu.missions.agriculture.survey import field_plan
 from sitl_emu.world.kinds.corn_field import field as corn_field
 
 PLAN = Path(__file__).parents[2] / "missions" / "agriculture" / "scenarios" / "agriculture.plan"

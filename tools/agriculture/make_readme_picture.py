@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from missions.agriculture.page import page
+from sitl_emu.missions.agriculture.page import page
 from sitl_emu.run import score, worlds
 from sitl_emu.run.report import draw_map
 

@@ -34,10 +34,10 @@ import numpy.typing as npt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from missions.agriculture.detector import ClassicalDetector
-from missions.companion import camera_model, confirmation
-from missions.companion.camera_model import CameraModel, camera_pose
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.agriculture.detector import ClassicalDetector
+from sitl_emu.missions.companion import camera_model, confirmation
+from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.scene import FieldScene

@@ -23,11 +23,11 @@ import numpy.typing as npt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from missions.agriculture import detector as det
-from missions.companion.camera_model import MAST as MODEL_MAST
-from missions.companion.camera_model import NADIR as MODEL_NADIR
-from missions.companion.camera_model import CameraModel, Mount, camera_pose, project
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.agriculture import detector as det
+from sitl_emu.missions.companion.camera_model import MAST as MODEL_MAST
+from sitl_emu.missions.companion.camera_model import NADIR as MODEL_NADIR
+from sitl_emu.missions.companion.camera_model import CameraModel, Mount, camera_pose, project
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.field import CornField

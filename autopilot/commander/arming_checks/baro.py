@@ -1,8 +1,14 @@
 """Barometer: samples keep coming (PX4's baroCheck)."""
 
-from autopilot.commander.arming_checks.findings import ABSOLUTE_PRESSURE, ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import (
+    ABSOLUTE_PRESSURE,
+    ALL_MODES,
+    Component,
+    Findings,
+    Settings,
+)
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
 

@@ -4,9 +4,16 @@ COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (neg
 the warning only gets worse.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, BATTERY, NO_MODE, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics, batteries
+from sitl_emu.autopilot.commander.arming_checks.findings import (
+    ALL_MODES,
+    BATTERY,
+    NO_MODE,
+    Component,
+    Findings,
+    Settings,
+)
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics, batteries
 
 WARNING_LOW = 1
 WARNING_CRITICAL = 2

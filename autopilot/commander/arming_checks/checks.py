@@ -8,7 +8,7 @@ as rarely, not before the first time that all was well, and each once until it h
 
 from collections.abc import Callable
 
-from autopilot.commander.arming_checks import (
+from sitl_emu.autopilot.commander.arming_checks import (
     baro,
     battery,
     estimator,
@@ -30,7 +30,7 @@ from autopilot.commander.arming_checks import (
     system,
     traffic_avoidance,
 )
-from autopilot.commander.arming_checks.findings import (
+from sitl_emu.autopilot.commander.arming_checks.findings import (
     ABSOLUTE_PRESSURE,
     ACCEL,
     AHRS,
@@ -50,14 +50,14 @@ from autopilot.commander.arming_checks.findings import (
     Findings,
     Settings,
 )
-from autopilot.commander.mode_requirements import ALL_MODES as ALL_NAV_STATES
-from autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
-from autopilot.constants import NavState
-from autopilot.events.events import PROTOCOL
-from autopilot.events.texts import Say, SendEvent
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensor_calibration import is_calibrated
-from autopilot.topics import HealthReport, Topics
+from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES as ALL_NAV_STATES
+from sitl_emu.autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import PROTOCOL
+from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated
+from sitl_emu.autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
 BEFORE_ESTIMATOR: tuple[Check, ...] = (imu.check, baro.check, gps.check)

@@ -5,9 +5,9 @@ COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what di
 Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios.
 """
 
-from autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
 
 TIMEOUT_US = 1_000_000
 PROBATION_US = 1_000_000

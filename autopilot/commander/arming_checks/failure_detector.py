@@ -2,9 +2,9 @@
 propeller out of balance.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -6,8 +6,8 @@ PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp, v1.18).
 from enum import IntFlag
 from typing import NamedTuple
 
-from autopilot.constants import Severity
-from autopilot.topics import FailsafeFlags
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import FailsafeFlags
 
 # MAV_SYS_STATUS_SENSOR bits (MAVLink common)
 GYRO = 0x01

@@ -4,9 +4,9 @@ PX4's links go on telling that there is a station until its last heartbeat is 2.
 HEARTBEAT_TIMEOUT_US; they look every 1.25 s), and COM_DL_LOSS_T counts from the last time that they told so.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 LINK_TIMEOUT_US = 2_500_000
 EVENT = "check_rc_dl_no_dllink"

@@ -1,8 +1,8 @@
 """Inside the fence or not (PX4's geofenceCheck). Outside, arming is forbidden unless GF_ACTION is none."""
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 TOLD = (
     ("max_dist_triggered", "check_gf_violation_max_hor_dist", "Geofence: exceeding maximum distance to Home\t"),

@@ -4,9 +4,9 @@ A GPS that has fallen silent is no poor GPS: PX4 says nothing of it. What the es
 arming. Whether a vehicle may arm with a poor fix is COM_ARM_WO_GPS: 0 forbids it, 1 tells, 2 says nothing.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 FIX_3D = 3
 GNSS_POS = 1 << 2

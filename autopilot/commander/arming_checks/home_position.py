@@ -1,7 +1,7 @@
 """Home is set (PX4's homePositionCheck)."""
 
-from autopilot.commander.arming_checks.findings import Findings, Settings
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import Findings, Settings
+from sitl_emu.autopilot.topics import Topics
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

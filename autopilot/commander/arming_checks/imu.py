@@ -1,9 +1,9 @@
 """Accelerometer and gyro: samples keep coming (PX4's accelerometerCheck and gyroCheck)."""
 
-from autopilot.commander.arming_checks.findings import ACCEL, ALL_MODES, GYRO, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.system import failure_injection
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ACCEL, ALL_MODES, GYRO, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.system import failure_injection
+from sitl_emu.autopilot.topics import Topics
 
 TIMEOUT_US = 1_000_000
 

@@ -1,7 +1,7 @@
 """A log is being written (PX4's loggerCheck): shown as present, and nothing depends on it."""
 
-from autopilot.commander.arming_checks.findings import Component, Findings, Settings
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import Component, Findings, Settings
+from sitl_emu.autopilot.topics import Topics
 
 TIMEOUT_US = 3_000_000
 

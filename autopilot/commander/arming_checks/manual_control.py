@@ -1,8 +1,8 @@
 """Sticks have been seen within COM_RC_LOSS_T, and nobody has killed the motors (PX4's manualControlCheck)."""
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, RC_RECEIVER, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, RC_RECEIVER, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -1,8 +1,8 @@
 """The mission did not fail (PX4's missionCheck). Whether there is one at all: mode.py."""
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

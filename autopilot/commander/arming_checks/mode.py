@@ -6,11 +6,11 @@ COM_RC_IN_MODE 4 makes missing sticks an error.
 
 from typing import NamedTuple
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES
-from autopilot.constants import NavState, Severity
-from autopilot.flight_mode import Need
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from sitl_emu.autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.flight_mode import Need
+from sitl_emu.autopilot.topics import Topics
 
 STICKS_DISABLED = 4
 

@@ -1,8 +1,8 @@
 """Offboard setpoints keep coming within COM_OF_LOSS_T, and what they ask for can be held (PX4's offboardCheck)."""
 
-from autopilot.commander.arming_checks.findings import Component, Findings, Settings
-from autopilot.constants import NavState, Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import Component, Findings, Settings
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.topics import Topics
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

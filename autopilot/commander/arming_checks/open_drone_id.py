@@ -4,10 +4,10 @@ COM_ARM_ODID: 0 none is needed, 1 warning, 2 and up: error. Above 2 its loss in 
 failsafe.py.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.commander.component_links import present
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from sitl_emu.autopilot.commander.component_links import present
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 ERROR = 2
 

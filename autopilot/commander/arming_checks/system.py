@@ -1,8 +1,8 @@
 """A flight that was terminated forbids arming until the next start (part of PX4's systemCheck)."""
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
-from autopilot.constants import Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import Topics
 
 EVENT = "check_system_flight_term_active"
 

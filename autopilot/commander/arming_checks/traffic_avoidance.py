@@ -3,10 +3,10 @@
 COM_ARM_TRAFF: 0 none is needed, 1 warning, 2 needed for all modes, 3 needed for missions.
 """
 
-from autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from autopilot.commander.component_links import present
-from autopilot.constants import NavState, Severity
-from autopilot.topics import Topics
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
+from sitl_emu.autopilot.commander.component_links import present
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.topics import Topics
 
 MODES = {1: NO_MODE, 2: ALL_MODES, 3: 1 << NavState.AUTO_MISSION}
 EVENT = "check_traffic_avoidance_missing"

@@ -6,8 +6,8 @@ Six sides give offset and scale of each axis. SENS_BOARD_ROT is not revised: the
 import math
 from collections.abc import Generator
 
-from autopilot.commander.calibration.bench import Bench, Steps
-from autopilot.commander.calibration.orientation import (
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.commander.calibration.orientation import (
     ALL_SIDES,
     CANCELLED,
     ERROR,
@@ -17,7 +17,7 @@ from autopilot.commander.calibration.orientation import (
     Outcome,
     each_side,
 )
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.topics import Vector3
 
 MEASURE_US = 5_000_000
 SAMPLES = 1000

@@ -1,6 +1,6 @@
 """Airspeed calibration of a vehicle without such a sensor (PX4's airspeed_calibration.cpp): it waits, and fails."""
 
-from autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
 
 WAIT_US = 30_000_000
 FAILURE_PAUSE_US = 5_000_000

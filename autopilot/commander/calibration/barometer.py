@@ -1,7 +1,7 @@
 """Barometer calibration: its altitude is made the GPS's (PX4's baro_calibration.cpp)."""
 
-from autopilot.commander.calibration.bench import Bench, Steps
-from autopilot.sensors.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY
 
 DURATION_US = 3_000_000
 STEP_US = 100_000

@@ -7,11 +7,11 @@ calibration_messages.h, version 2).
 
 from collections.abc import Generator
 
-from autopilot.commands.vehicle_commands import CommandResult, answer_later
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensor_calibration import (
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import (
     DEVICE_IDS,
     INTERNAL_PRIORITY,
     corrections_of,
@@ -19,7 +19,7 @@ from autopilot.sensors.sensor_calibration import (
     raw_gyro,
     raw_mag,
 )
-from autopilot.topics import Topics, Vector3, VehicleCommand
+from sitl_emu.autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 Steps = Generator[None, None, bool]

@@ -4,8 +4,8 @@ import math
 from collections.abc import Generator
 from statistics import median
 
-from autopilot.commander.calibration.bench import Bench, Steps
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.topics import Vector3
 
 SAMPLES = 250
 REPORT_EVERY_PERCENT = 10

@@ -2,7 +2,7 @@
 
 import math
 
-from autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
 
 DURATION_US = 500_000
 MOST_TRIES = 50

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autopilot.commander.calibration.bench import TEXT_US, Bench, Steps
-from autopilot.commander.calibration.orientation import CANCELLED, ERROR, OK, SIDES, Outcome, each_side
-from autopilot.sensors.sensor_calibration import corrected_mag
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.commander.calibration.bench import TEXT_US, Bench, Steps
+from sitl_emu.autopilot.commander.calibration.orientation import CANCELLED, ERROR, OK, SIDES, Outcome, each_side
+from sitl_emu.autopilot.sensors.sensor_calibration import corrected_mag
+from sitl_emu.autopilot.topics import Vector3
 from sitl_emu.core.geomagnetism import magnetic_field
 
 POINTS = 240

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable, Generator
 
-from autopilot.commander.calibration.bench import TEXT_US, Bench
-from autopilot.estimator.imu_filter import LowPass2p
+from sitl_emu.autopilot.commander.calibration.bench import TEXT_US, Bench
+from sitl_emu.autopilot.estimator.imu_filter import LowPass2p
 
 SIDES = ("back", "front", "left", "right", "up", "down")
 """By the axis along which gravity's counterforce points: +x, -x, +y, -y, +z, -z."""

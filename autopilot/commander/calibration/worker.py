@@ -8,13 +8,13 @@ that runs. Nothing starts while the vehicle is armed, nor is it armed while one 
 import math
 from collections.abc import Callable
 
-from autopilot.commander.calibration import accelerometer, airspeed, barometer, gyro, level, magnetometer
-from autopilot.commander.calibration.bench import Bench, Steps
-from autopilot.commander.command_results import ACCEPTED, DENIED, TEMPORARILY_REJECTED, UNSUPPORTED
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.commander.calibration import accelerometer, airspeed, barometer, gyro, level, magnetometer
+from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.commander.command_results import ACCEPTED, DENIED, TEMPORARILY_REJECTED, UNSUPPORTED
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 
 NOT_A_NUMBER = -1
 TEMPERATURE = 3

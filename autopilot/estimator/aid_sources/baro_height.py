@@ -6,11 +6,11 @@ while wind is estimated, as there.
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import BARO, HEIGHT_FUSION_TIMEOUT_US, SENSOR_WEIGHT, UNKNOWN, Ekf
-from autopilot.estimator.resets import initialise_altitude, reset_altitude, reset_vertical_velocity_to_zero
-from autopilot.estimator.samples import BaroSample, SampleBuffer
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import BARO, HEIGHT_FUSION_TIMEOUT_US, SENSOR_WEIGHT, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_altitude, reset_vertical_velocity_to_zero
+from sitl_emu.autopilot.estimator.samples import BaroSample, SampleBuffer
 
 FUSION_SOURCE = 4
 MAX_INTERVAL_US = 200_000

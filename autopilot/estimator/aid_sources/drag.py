@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
-from autopilot.estimator.samples import DragSample, ImuSample, SampleBuffer
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
+from sitl_emu.autopilot.estimator.samples import DragSample, ImuSample, SampleBuffer
 
 GATE = 5.0
 LEAST_VARIANCE = 0.5

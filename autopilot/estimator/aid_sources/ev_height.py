@@ -5,13 +5,13 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_height_control.cpp, v1.18).
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.uncertain_turn import turned
-from autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
-from autopilot.estimator.resets import reset_altitude
-from autopilot.estimator.samples import VisionSample, VisionUpdate
-from autopilot.topics import FRAME_FRD, Quaternion
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.uncertain_turn import turned
+from sitl_emu.autopilot.estimator.ekf import EV, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_altitude
+from sitl_emu.autopilot.estimator.samples import VisionSample, VisionUpdate
+from sitl_emu.autopilot.topics import FRAME_FRD, Quaternion
 from sitl_emu.core.attitude import rotation
 
 VERTICAL = 2

@@ -5,13 +5,13 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_pos_control.cpp, EKF/bias_estimat
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.uncertain_turn import turned
-from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
-from autopilot.estimator.resets import reset_horizontal_position
-from autopilot.estimator.samples import VisionSample, VisionUpdate
-from autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.uncertain_turn import turned
+from sitl_emu.autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_horizontal_position
+from sitl_emu.autopilot.estimator.samples import VisionSample, VisionUpdate
+from sitl_emu.autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion
 from sitl_emu.core.attitude import rotation
 
 HORIZONTAL = 1

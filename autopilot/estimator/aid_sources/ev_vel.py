@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.uncertain_turn import turned, turned_variances
-from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
-from autopilot.estimator.resets import reset_velocity, reset_vertical_velocity
-from autopilot.estimator.samples import ImuSample, VisionSample, VisionUpdate
-from autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.uncertain_turn import turned, turned_variances
+from sitl_emu.autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_velocity, reset_vertical_velocity
+from sitl_emu.autopilot.estimator.samples import ImuSample, VisionSample, VisionUpdate
+from sitl_emu.autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
 
 VELOCITY = 4

@@ -6,12 +6,12 @@ begins with a heading of its own, and whoever follows it gives up north.
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
-from autopilot.estimator.resets import reset_yaw
-from autopilot.estimator.samples import VisionSample, VisionUpdate
-from autopilot.topics import FRAME_FRD, FRAME_NED
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import NO_AID_TIMEOUT_US, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_yaw
+from sitl_emu.autopilot.estimator.samples import VisionSample, VisionUpdate
+from sitl_emu.autopilot.topics import FRAME_FRD, FRAME_NED
 from sitl_emu.core.attitude import heading
 from sitl_emu.core.geodesy import wrap_pi
 

@@ -5,13 +5,13 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_control.cpp, v1.18).
 
 import math
 
-from autopilot.estimator.aid_sources.ev_height import VisionHeight
-from autopilot.estimator.aid_sources.ev_pos import VisionPosition
-from autopilot.estimator.aid_sources.ev_vel import VisionVelocity
-from autopilot.estimator.aid_sources.ev_yaw import VisionYaw
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.samples import ImuSample, SampleBuffer, VisionSample, VisionUpdate
-from autopilot.topics import FRAME_NED, Quaternion
+from sitl_emu.autopilot.estimator.aid_sources.ev_height import VisionHeight
+from sitl_emu.autopilot.estimator.aid_sources.ev_pos import VisionPosition
+from sitl_emu.autopilot.estimator.aid_sources.ev_vel import VisionVelocity
+from sitl_emu.autopilot.estimator.aid_sources.ev_yaw import VisionYaw
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.samples import ImuSample, SampleBuffer, VisionSample, VisionUpdate
+from sitl_emu.autopilot.topics import FRAME_NED, Quaternion
 from sitl_emu.core.attitude import product
 
 FUSION_SOURCE = 2

@@ -3,10 +3,10 @@
 PX4's EKF2 (EKF/aid_sources/fake_height_control.cpp, v1.18).
 """
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.resets import reset_altitude, reset_vertical_velocity_to_zero
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.resets import reset_altitude, reset_vertical_velocity_to_zero
 
 EVERY_US = 200_000
 FAILING_US = 400_000

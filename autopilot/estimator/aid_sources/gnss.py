@@ -5,14 +5,14 @@ PX4's EKF2 (EKF/aid_sources/gnss/gps_control.cpp, v1.18). The first good fix is 
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.gnss_checks import GnssChecks
-from autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
-from autopilot.estimator.resets import reset_to_place, reset_velocity, reset_yaw
-from autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
-from autopilot.estimator.yaw_estimator import YawEstimator
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.gnss_checks import GnssChecks
+from sitl_emu.autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_to_place, reset_velocity, reset_yaw
+from sitl_emu.autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
+from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
+from sitl_emu.autopilot.topics import Vector3
 from sitl_emu.core.geodesy import wrap_pi
 
 FUSION_SOURCE = 0

@@ -8,11 +8,11 @@ import math
 from dataclasses import dataclass, fields
 from operator import attrgetter
 
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.flags import mask
-from autopilot.estimator.samples import GnssSample
-from autopilot.estimator.state import ZERO
-from autopilot.topics import NAN, Vector3
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.flags import mask
+from sitl_emu.autopilot.estimator.samples import GnssSample
+from sitl_emu.autopilot.estimator.state import ZERO
+from sitl_emu.autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import MapProjection
 
 DRIFT_FILTER_S = 10.0

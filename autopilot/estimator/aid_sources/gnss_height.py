@@ -5,12 +5,12 @@ PX4's EKF2 (EKF/aid_sources/gnss/gnss_height_control.cpp, v1.18).
 
 import math
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.gnss import DEAD_RECKONING, VPOS, Gnss
-from autopilot.estimator.ekf import GNSS, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
-from autopilot.estimator.resets import initialise_altitude, reset_altitude
-from autopilot.estimator.samples import GnssSample
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.gnss import DEAD_RECKONING, VPOS, Gnss
+from sitl_emu.autopilot.estimator.ekf import GNSS, HEIGHT_FUSION_TIMEOUT_US, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_altitude
+from sitl_emu.autopilot.estimator.samples import GnssSample
 
 MAX_INTERVAL_US = 500_000
 BIAS_NOISE_M_SQRT_S = 0.13

@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import GRAVITY_VECTOR, Ekf
-from autopilot.estimator.samples import ImuSample
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import GRAVITY_VECTOR, Ekf
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.topics import Vector3
 
 GRAVITY_M_S2 = 9.80665
 GATE = 0.25

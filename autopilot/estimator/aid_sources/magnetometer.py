@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
-from autopilot.estimator.resets import reset_yaw
-from autopilot.estimator.samples import MagSample, SampleBuffer
-from autopilot.topics import NAN, Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
+from sitl_emu.autopilot.estimator.resets import reset_yaw
+from sitl_emu.autopilot.estimator.samples import MagSample, SampleBuffer
+from sitl_emu.autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import wrap_pi
 from sitl_emu.core.geomagnetism import magnetic_field
 

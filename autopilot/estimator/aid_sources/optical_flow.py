@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.ekf import NO_AID_TIMEOUT_US, RANGE, RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
-from autopilot.estimator.resets import count_terrain_reset, reset_horizontal_velocity
-from autopilot.estimator.samples import FlowSample, ImuSample, SampleBuffer
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.ekf import NO_AID_TIMEOUT_US, RANGE, RESET_TIMEOUT_US, SENSOR_WEIGHT, Ekf
+from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_horizontal_velocity
+from sitl_emu.autopilot.estimator.samples import FlowSample, ImuSample, SampleBuffer
+from sitl_emu.autopilot.topics import Vector3
 
 FUSION_SOURCE = 1
 INTERNAL_GYRO = 1

@@ -7,8 +7,8 @@ tilt, range, a value that is stuck, fog or dirt on the lens, and whether the dis
 import math
 from collections import deque
 
-from autopilot.estimator.ekf import Ekf
-from autopilot.estimator.samples import RangeSample
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.samples import RangeSample
 
 MAX_INTERVAL_US = 200_000
 LARGEST_TILT_COS = 0.7071

@@ -9,13 +9,13 @@ import math
 
 import numpy as np
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.aid_source import AidSource
-from autopilot.estimator.aid_sources.range_finder import MAX_INTERVAL_US, RangeFinder
-from autopilot.estimator.ekf import HEIGHT_FUSION_TIMEOUT_US, RANGE, UNKNOWN, Ekf
-from autopilot.estimator.resets import count_terrain_reset, reset_altitude, reset_vertical_velocity_to_zero
-from autopilot.estimator.samples import RangeSample, SampleBuffer
-from autopilot.topics import NAN
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.aid_source import AidSource
+from sitl_emu.autopilot.estimator.aid_sources.range_finder import MAX_INTERVAL_US, RangeFinder
+from sitl_emu.autopilot.estimator.ekf import HEIGHT_FUSION_TIMEOUT_US, RANGE, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_altitude, reset_vertical_velocity_to_zero
+from sitl_emu.autopilot.estimator.samples import RangeSample, SampleBuffer
+from sitl_emu.autopilot.topics import NAN
 
 FUSION_SOURCE = 5
 CONDITIONAL, ENABLED = 1, 2

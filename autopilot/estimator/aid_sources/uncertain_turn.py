@@ -3,7 +3,7 @@
 PX4's EKF2 (EKF/aid_sources/external_vision/ev_pos_control.cpp and ev_vel_control.cpp, v1.18).
 """
 
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.topics import Vector3
 from sitl_emu.core.attitude import Rotation, rotated
 
 

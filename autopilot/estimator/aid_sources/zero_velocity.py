@@ -4,10 +4,10 @@ PX4's EKF2 (EKF/aid_sources/ZeroVelocityUpdate.cpp and ZeroGyroUpdate.cpp, v1.18
 only while nothing else measures the vertical one, or the tilt is not known well yet.
 """
 
-from autopilot.estimator import covariance as cov
-from autopilot.estimator.ekf import GYRO_BIAS, Ekf
-from autopilot.estimator.samples import ImuSample
-from autopilot.topics import Vector3
+from sitl_emu.autopilot.estimator import covariance as cov
+from sitl_emu.autopilot.estimator.ekf import GYRO_BIAS, Ekf
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.topics import Vector3
 
 EVERY_US = 200_000
 GYRO_INTERVAL_S = 0.2

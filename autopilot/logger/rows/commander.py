@@ -1,12 +1,12 @@
 """State, health, arming, commands, events, the computer's load (topics/commander.py, commands.py, system.py)."""
 
-from autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, requirement_masks
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.constants import NavState
-from autopilot.events.events import Event
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
-from autopilot.topics import (
+from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, requirement_masks
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import Event
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
+from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     ConfigOverrides,
     CpuLoad,
@@ -16,7 +16,7 @@ from autopilot.topics import (
     VehicleCommand,
     VehicleStatus,
 )
-from autopilot.vehicle_kind import ROTARY_WING
+from sitl_emu.autopilot.vehicle_kind import ROTARY_WING
 
 DISARMED, ARMED = 1, 2
 """vehicle_status.arming_state."""

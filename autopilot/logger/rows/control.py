@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from autopilot.logger.packing import FORMATS, Pack, Row, by_name, row
-from autopilot.logger.ulog import array_length
-from autopilot.topics import (
+from sitl_emu.autopilot.logger.packing import FORMATS, Pack, Row, by_name, row
+from sitl_emu.autopilot.logger.ulog import array_length
+from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     ControlAllocatorStatus,
     HoverThrustEstimate,

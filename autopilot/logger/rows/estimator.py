@@ -2,8 +2,8 @@
 
 import math
 
-from autopilot.logger.packing import Pack, by_name, row
-from autopilot.topics import (
+from sitl_emu.autopilot.logger.packing import Pack, by_name, row
+from sitl_emu.autopilot.topics import (
     EstimatorAidSource1d,
     EstimatorAidSource2d,
     EstimatorAidSource3d,

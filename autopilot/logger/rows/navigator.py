@@ -3,8 +3,8 @@
 import math
 import struct
 
-from autopilot.logger.packing import by_name, zeros
-from autopilot.topics import (
+from sitl_emu.autopilot.logger.packing import by_name, zeros
+from sitl_emu.autopilot.topics import (
     DistanceSensorModeChangeRequest,
     MissionResult,
     NavigatorMissionItem,

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.logger.packing import Pack, by_name, row, zeros
-from autopilot.topics import (
+from sitl_emu.autopilot.logger.packing import Pack, by_name, row, zeros
+from sitl_emu.autopilot.topics import (
     Gripper,
     InputRc,
     ManualControlSetpoint,

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable, Sequence
 
-from autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
-from autopilot.topics import (
+from sitl_emu.autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
+from sitl_emu.autopilot.topics import (
     BatteryStatus,
     DistanceSensorSample,
     EscStatus,

@@ -6,8 +6,8 @@ can't arm: the summaries' enums name components and modes, `navigation_mode_grou
 
 from typing import Any
 
-from autopilot.events.events import table
-from autopilot.mavlink.component_metadata import event_messages
+from sitl_emu.autopilot.events.events import table
+from sitl_emu.autopilot.mavlink.component_metadata import event_messages
 
 VERSION = 2
 COMPONENTS = {"common": 0, "px4": 1}

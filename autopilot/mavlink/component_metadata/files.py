@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from autopilot.mavlink.component_metadata import actuators, events, parameter
+from sitl_emu.autopilot.mavlink.component_metadata import actuators, events, parameter
 
 FOLDER = "etc/extras"
 GENERAL = "component_general.json.xz"

@@ -5,8 +5,8 @@ What a parameter is: parameter_texts.py and its folder `texts/`. What its codes 
 
 from typing import Any
 
-from autopilot import parameters
-from autopilot.mavlink.component_metadata import parameter_codes, parameter_texts
+from sitl_emu.autopilot import parameters
+from sitl_emu.autopilot.mavlink.component_metadata import parameter_codes, parameter_texts
 
 VERSION = 1
 """QGroundControl takes no other (CompInfoParam.cc), though the newest schema wants 3; nothing else differs."""

@@ -2,8 +2,8 @@
 
 import functools
 
-from autopilot.mavlink.component_metadata.actuators import FUNCTIONS
-from autopilot.mavlink.component_metadata.parameter_texts import found
+from sitl_emu.autopilot.mavlink.component_metadata.actuators import FUNCTIONS
+from sitl_emu.autopilot.mavlink.component_metadata.parameter_texts import found
 from sitl_emu.core import dialect as mavlink
 
 OFF_ON = {0: "Disabled", 1: "Enabled"}

@@ -7,8 +7,8 @@ with our time, the heading turned by half a turn.
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import Topics, TransponderReport, queue_transponder_report
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import Topics, TransponderReport, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 
 KNOWN_FLAGS = 0x3F

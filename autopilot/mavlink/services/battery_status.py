@@ -7,11 +7,11 @@ BAT_CRIT_THR, BAT_EMERGEN_THR). Several of them are one to us.
 
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.parameters import Parameters
-from autopilot.sensors.sensors import battery_warning
-from autopilot.topics import BatteryStatus as BatteryStatusSample
-from autopilot.topics import Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensors import battery_warning
+from sitl_emu.autopilot.topics import BatteryStatus as BatteryStatusSample
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 AUTOPILOT = 1

@@ -9,14 +9,14 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar, Protocol
 
-from autopilot.commands.table import COMMANDS, UNKNOWN
-from autopilot.commands.vehicle_commands import CommandResult, tell
-from autopilot.mavlink.command_params import sets_unused, used_params
-from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import finite_or_nan, is_for
-from autopilot.topics import Topics, VehicleCommand
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commands.table import COMMANDS, UNKNOWN
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.mavlink.command_params import sets_unused, used_params
+from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import finite_or_nan, is_for
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 4, 7, 8, 9, 12, 20, 21})

@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from autopilot.commands.outgoing_commands import OutgoingCommands
-from autopilot.commands.vehicle_commands import tell
-from autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
-from autopilot.mavlink.link import Link
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import tell
+from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 RETRY_US = 500_000

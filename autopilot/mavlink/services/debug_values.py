@@ -6,8 +6,8 @@ told again by the stream of its name on every link; a named integer becomes a na
 
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import DebugArray, DebugKeyValue, DebugValue, DebugVect, Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import DebugArray, DebugKeyValue, DebugValue, DebugVect, Topics
 from sitl_emu.core import dialect as mavlink
 
 NAME_BYTES = 9

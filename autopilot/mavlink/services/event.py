@@ -8,9 +8,9 @@ start, of which a link sends the newest alone: the others are there for who asks
 from collections import deque
 from typing import Any, ClassVar, NamedTuple
 
-from autopilot.events.events import Events
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.events.events import Events
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
 
 ANNOUNCE_US = 3_000_000

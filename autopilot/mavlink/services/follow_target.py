@@ -6,9 +6,9 @@ https://mavlink.io/en/messages/common.html#FOLLOW_TARGET. As PX4 takes it: from 
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import FollowTarget as FollowTargetSample
-from autopilot.topics import Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import FollowTarget as FollowTargetSample
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 

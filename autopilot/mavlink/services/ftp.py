@@ -14,10 +14,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
-from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.storage.file_system import Entry, FileSystem, OpenFile, ProtectedError, Tree
+from sitl_emu.autopilot.mavlink.component_metadata import files
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.storage.file_system import Entry, FileSystem, OpenFile, ProtectedError, Tree
 from sitl_emu.core import dialect as mavlink
 
 HEADER = struct.Struct("<HBBBBBBI")

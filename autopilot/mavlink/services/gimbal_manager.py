@@ -7,9 +7,9 @@ https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, th
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.topics import (
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.topics import (
     NAN,
     GimbalDeviceAttitudeStatus,
     GimbalDeviceInformation,

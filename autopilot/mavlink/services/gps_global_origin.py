@@ -7,10 +7,10 @@ answered by GPS_GLOBAL_ORIGIN on its link.
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.streams import Stream
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 

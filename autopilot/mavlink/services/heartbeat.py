@@ -6,8 +6,8 @@ Ground stations may have any system id; everybody else counts only with the vehi
 
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)

@@ -8,10 +8,10 @@ by the attitude and the height above ground. They are not filtered over time, as
 import math
 from typing import Any, ClassVar
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.mavlink.link import Link
-from autopilot.topics import LandingTargetPose, Topics
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import LandingTargetPose, Topics
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import product
 

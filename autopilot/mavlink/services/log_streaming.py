@@ -11,8 +11,8 @@ import struct
 from collections import deque
 from typing import Any, ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import (
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_DENIED,
     MAV_RESULT_IN_PROGRESS,
@@ -21,14 +21,14 @@ from autopilot.commands.vehicle_commands import (
     CommandResult,
     answer_later,
 )
-from autopilot.constants import Severity
-from autopilot.events.texts import Say
-from autopilot.logger.log_stream import Chunk
-from autopilot.logger.logger import Logger
-from autopilot.mavlink import rates
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.logger.log_stream import Chunk
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.mavlink import rates
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 LEAST_BYTES_PER_S = 5000.0

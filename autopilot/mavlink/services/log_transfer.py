@@ -13,10 +13,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.storage import storage
-from autopilot.storage.file_system import DiskFile
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.storage.file_system import DiskFile
 from sitl_emu.core import dialect as mavlink
 
 ALL = 0xFFFF

@@ -8,8 +8,8 @@ are flown, autopilot/manual_control/manual_control.py decides.
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import SOURCE_MAVLINK_0, Aux, ManualControlInput, Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import SOURCE_MAVLINK_0, Aux, ManualControlInput, Topics
 from sitl_emu.core import dialect as mavlink
 
 FULL = 1000

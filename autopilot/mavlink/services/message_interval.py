@@ -10,12 +10,12 @@ import math
 from collections.abc import Callable
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
-from autopilot.mavlink import rates, silent_streams
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.streams import Stream
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
+from sitl_emu.autopilot.mavlink import rates, silent_streams
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 GET_MESSAGE_INTERVAL: int = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL

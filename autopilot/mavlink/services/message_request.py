@@ -7,13 +7,13 @@ that PX4 has no stream for, or has nothing to say in, is DENIED.
 from collections.abc import Callable
 from typing import ClassVar
 
-from autopilot.commands.table import Owner, commands_of
-from autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
-from autopilot.mavlink import silent_streams
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services import message_interval
-from autopilot.mavlink.streams import Stream
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.table import Owner, commands_of
+from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from sitl_emu.autopilot.mavlink import silent_streams
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services import message_interval
+from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 ACCEPTED_IN_SILENCE = frozenset({292})

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any, ClassVar
 
-from autopilot.constants import Severity
-from autopilot.events.texts import Say, Texts
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services import mission_items
-from autopilot.storage.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
-from autopilot.topics import Topics
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say, Texts
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services import mission_items
+from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, RALLY, Dataman, MissionItem, Plan, crc32_part
+from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 ALL_TYPES = 255

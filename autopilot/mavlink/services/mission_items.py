@@ -12,10 +12,10 @@ import math
 import struct
 from typing import Any
 
-from autopilot.commands.table import COMMANDS, P1, P5, P6, P1234, UNKNOWN, items_where
-from autopilot.mavlink.command_params import used_params
-from autopilot.storage.dataman import FENCE, MISSION, MissionItem
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.commands.table import COMMANDS, P1, P5, P6, P1234, UNKNOWN, items_where
+from sitl_emu.autopilot.mavlink.command_params import used_params
+from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, MissionItem
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32, integer, rounded
 

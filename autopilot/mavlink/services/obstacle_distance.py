@@ -7,9 +7,9 @@ https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE. As PX4: a sensor t
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import NAN, DistanceSensorSample, Topics
-from autopilot.topics import ObstacleDistance as ObstacleDistanceSample
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics
+from sitl_emu.autopilot.topics import ObstacleDistance as ObstacleDistanceSample
 from sitl_emu.core import dialect as mavlink
 
 DOWNWARD = 25

@@ -8,8 +8,8 @@ to NED and FRD. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 d
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import (
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     FRAME_FRD,
     FRAME_NED,

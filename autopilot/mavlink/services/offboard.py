@@ -8,9 +8,9 @@ force setpoints are refused (ignored).
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import finite_or_nan, is_for
-from autopilot.topics import (
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import finite_or_nan, is_for
+from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
     OffboardSetpoint,

@@ -7,9 +7,9 @@ sensor itself made. Height comes from the range sensor, and not from this messag
 import math
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.parameters import Parameters
-from autopilot.topics import Topics, VehicleOpticalFlow
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import Topics, VehicleOpticalFlow
 from sitl_emu.core import dialect as mavlink
 
 LONGEST_S = 1.0

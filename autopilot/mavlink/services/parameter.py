@@ -11,13 +11,13 @@ import struct
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from autopilot.constants import Severity
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.parameters import Parameters, Value
-from autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from autopilot.storage.dataman import crc32_part
-from autopilot.topics import RcParameter, Topics
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
+from sitl_emu.autopilot.storage.dataman import crc32_part
+from sitl_emu.autopilot.topics import RcParameter, Topics
 from sitl_emu.core import dialect as mavlink
 
 HASH_NAME = "_HASH_CHECK"

@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
 

@@ -6,8 +6,8 @@ above; the last that is not ignored gives their number. Whether they are flown, 
 
 from typing import Any, ClassVar
 
-from autopilot.mavlink.link import Link
-from autopilot.topics import InputRc, Topics
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import InputRc, Topics
 from sitl_emu.core import dialect as mavlink
 
 CHANNELS = 18

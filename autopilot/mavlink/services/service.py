@@ -3,7 +3,7 @@
 import math
 from typing import Any, ClassVar, Protocol
 
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.link import Link
 
 
 class Service(Protocol):

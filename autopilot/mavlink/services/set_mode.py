@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from autopilot.commands.vehicle_commands import CommandResult
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.command import send_ack
-from autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.command import send_ack
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 

@@ -9,8 +9,8 @@ starve, addressed to who typed last.
 from collections.abc import Callable
 from typing import Any, ClassVar, Protocol
 
-from autopilot.events.texts import Text, Texts
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.events.texts import Text, Texts
+from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
 DATA_BYTES = 70

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
-from autopilot.constants import Severity
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.services.service import is_for
-from autopilot.mavlink.signature import KEY_BYTES, NO_KEY, SigningKey
-from autopilot.storage import storage
-from autopilot.topics import Topics
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
+from sitl_emu.autopilot.mavlink.signature import KEY_BYTES, NO_KEY, SigningKey
+from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 STAMP_BYTES = 8

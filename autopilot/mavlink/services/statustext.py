@@ -11,9 +11,9 @@ stations that send a heartbeat once a second beside a simulation that is faster 
 
 from typing import Any, ClassVar
 
-from autopilot.events.texts import Text, Texts
-from autopilot.mavlink.link import Link
-from autopilot.topics import Topics
+from sitl_emu.autopilot.events.texts import Text, Texts
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 CHUNK = 50

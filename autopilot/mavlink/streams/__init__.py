@@ -15,9 +15,9 @@ import pkgutil
 from types import ModuleType
 from typing import Any
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.encoder import Encoder
-from autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link
 
 Fields = tuple[Any, ...]
 

@@ -1,7 +1,7 @@
 """ACTUATOR_OUTPUT_STATUS: the outputs as SERVO_OUTPUT_RAW shows them (PX4: streams/ACTUATOR_OUTPUT_STATUS.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS

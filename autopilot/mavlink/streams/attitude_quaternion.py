@@ -1,7 +1,7 @@
 """ATTITUDE_QUATERNION: attitude (w, x, y, z) and body rates (PX4: streams/ATTITUDE_QUATERNION.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION

@@ -1,7 +1,7 @@
 """AUTOPILOT_STATE_FOR_GIMBAL_DEVICE: attitude and motion for a gimbal (PX4's stream of that name)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields, estimator_status
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields, estimator_status
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_AUTOPILOT_STATE_FOR_GIMBAL_DEVICE

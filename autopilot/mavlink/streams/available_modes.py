@@ -2,10 +2,10 @@
 
 import math
 
-from autopilot.mavlink.available_modes import LISTED, listed
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
-from autopilot.vehicle_kind import Traits
+from sitl_emu.autopilot.mavlink.available_modes import LISTED, listed
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES

@@ -2,9 +2,9 @@
 
 import math
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
-from autopilot.topics import BatteryStatus, batteries
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 

@@ -1,7 +1,7 @@
 """CAMERA_TRIGGER: an image was asked of the camera (PX4: streams/CAMERA_TRIGGER.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_CAMERA_TRIGGER

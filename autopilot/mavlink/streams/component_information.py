@@ -1,8 +1,8 @@
 """COMPONENT_INFORMATION: the older form of COMPONENT_METADATA (PX4: streams/COMPONENT_INFORMATION.hpp)."""
 
-from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.component_metadata import files
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_COMPONENT_INFORMATION

@@ -1,8 +1,8 @@
 """COMPONENT_METADATA: where a ground station finds what our parameters and events mean (PX4's stream of that name)."""
 
-from autopilot.mavlink.component_metadata import files
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.component_metadata import files
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA

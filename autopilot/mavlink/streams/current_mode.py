@@ -1,9 +1,9 @@
 """CURRENT_MODE: mode flown and mode asked for (PX4: streams/CURRENT_MODE.hpp)."""
 
-from autopilot.commander.custom_mode import custom_mode_of
-from autopilot.mavlink.available_modes import standard_mode_of
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
+from sitl_emu.autopilot.mavlink.available_modes import standard_mode_of
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_CURRENT_MODE

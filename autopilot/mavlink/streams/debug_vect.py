@@ -1,7 +1,7 @@
 """DEBUG_VECT: three numbers that somebody sent with their name (PX4: streams/DEBUG_VECT.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_DEBUG_VECT

@@ -1,8 +1,8 @@
 """DISTANCE_SENSOR: the downward lidar, and what others measure for us (PX4: streams/DISTANCE_SENSOR.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
-from autopilot.topics import DistanceSensorSample
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.topics import DistanceSensorSample
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 

@@ -1,8 +1,8 @@
 """ESC_INFO: the speed controllers, four in a message (PX4: streams/ESC_INFO.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
-from autopilot.mavlink.streams.esc_status import PER_MESSAGE, TIMEOUT_US
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.streams.esc_status import PER_MESSAGE, TIMEOUT_US
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_INFO

@@ -1,7 +1,7 @@
 """ESC_STATUS: speed, voltage and current of the motors, four in a message (PX4: streams/ESC_STATUS.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_STATUS

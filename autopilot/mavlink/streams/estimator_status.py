@@ -1,7 +1,7 @@
 """ESTIMATOR_STATUS: test ratios and accuracies of the filter (PX4: streams/ESTIMATOR_STATUS.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS

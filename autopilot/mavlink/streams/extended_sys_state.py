@@ -1,9 +1,9 @@
 """EXTENDED_SYS_STATE: on the ground, taking off, in the air, landing (PX4: streams/EXTENDED_SYS_STATE.hpp)."""
 
-from autopilot.constants import SetpointType
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.constants import SetpointType
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE

@@ -1,7 +1,7 @@
 """FLIGHT_INFORMATION: when it was armed, and the number of the flight (PX4: streams/FLIGHT_INFORMATION.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_FLIGHT_INFORMATION

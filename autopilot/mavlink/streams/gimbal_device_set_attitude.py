@@ -1,7 +1,7 @@
 """GIMBAL_DEVICE_SET_ATTITUDE: where the gimbal is to look (PX4: streams/GIMBAL_DEVICE_SET_ATTITUDE.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE

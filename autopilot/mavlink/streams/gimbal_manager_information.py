@@ -1,7 +1,7 @@
 """GIMBAL_MANAGER_INFORMATION: what the gimbal can, as its device says (PX4: streams/GIMBAL_MANAGER_INFORMATION.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_INFORMATION

@@ -1,9 +1,9 @@
 """HEARTBEAT: type, mode and state of the vehicle (PX4: streams/HEARTBEAT.hpp)."""
 
-from autopilot.commander.control_mode import control_mode
-from autopilot.commander.custom_mode import base_mode_of, custom_mode_of
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.commander.control_mode import control_mode
+from sitl_emu.autopilot.commander.custom_mode import base_mode_of, custom_mode_of
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HEARTBEAT

@@ -5,9 +5,9 @@ On request: PX4's SITL has no link of the mode that streams it (MAVLINK_MODE_IRI
 
 import math
 
-from autopilot.commander.custom_mode import custom_mode_of
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields, vfr_hud
+from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields, vfr_hud
 from sitl_emu.core import attitude
 from sitl_emu.core import dialect as mavlink
 

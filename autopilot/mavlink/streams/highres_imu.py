@@ -1,7 +1,7 @@
 """HIGHRES_IMU: IMU, magnetometer and barometer in SI units (PX4: streams/HIGHRES_IMU.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIGHRES_IMU

@@ -1,9 +1,9 @@
 """HIL_ACTUATOR_CONTROLS: what the simulator is sent (PX4: streams/HIL_ACTUATOR_CONTROLS.hpp)."""
 
-from autopilot.commander.custom_mode import FLAG_GUIDED_ENABLED
-from autopilot.constants import NavState
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields, heartbeat
+from sitl_emu.autopilot.commander.custom_mode import FLAG_GUIDED_ENABLED
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields, heartbeat
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS

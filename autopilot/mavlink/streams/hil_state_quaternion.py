@@ -1,7 +1,7 @@
 """HIL_STATE_QUATERNION: the vehicle's state; PX4's simulation sends its truth, ours what the autopilot estimates."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded, truncated
 

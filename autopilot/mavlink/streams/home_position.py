@@ -1,7 +1,7 @@
 """HOME_POSITION: home, global and local (PX4: streams/HOME_POSITION.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.c_types import rounded

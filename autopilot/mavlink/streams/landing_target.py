@@ -1,7 +1,7 @@
 """LANDING_TARGET: where a precision landing is to end, from the vehicle (PX4: streams/LANDING_TARGET.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_LANDING_TARGET

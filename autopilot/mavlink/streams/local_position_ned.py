@@ -5,8 +5,8 @@ It goes on while the position is only reckoned after a loss of GPS, as it was se
 
 import math
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED

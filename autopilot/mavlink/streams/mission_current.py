@@ -1,8 +1,8 @@
 """MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp)."""
 
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT

@@ -1,7 +1,7 @@
 """NAMED_VALUE_FLOAT: a number that somebody sent with its name (PX4: streams/NAMED_VALUE_FLOAT.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT

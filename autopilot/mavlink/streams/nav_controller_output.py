@@ -4,8 +4,8 @@ A rover's position controller fills in its acceptance radius alone, which the me
 the altitude error is the height itself. The rest is 0, as PX4 v1.18 sends it on a rover.
 """
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT

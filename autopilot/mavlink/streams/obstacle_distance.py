@@ -1,7 +1,7 @@
 """OBSTACLE_DISTANCE: what collision prevention knows around the vehicle (PX4: streams/OBSTACLE_DISTANCE.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE

@@ -1,7 +1,7 @@
 """OPEN_DRONE_ID_BASIC_ID: who the aircraft is (PX4: streams/OPEN_DRONE_ID_BASIC_ID.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_BASIC_ID

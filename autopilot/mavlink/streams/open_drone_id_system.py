@@ -1,7 +1,7 @@
 """OPEN_DRONE_ID_SYSTEM: the operator's place, which is home (PX4: streams/OPEN_DRONE_ID_SYSTEM.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 

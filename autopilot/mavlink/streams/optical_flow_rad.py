@@ -1,7 +1,7 @@
 """OPTICAL_FLOW_RAD: the flow that the estimator is given (PX4: streams/OPTICAL_FLOW_RAD.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OPTICAL_FLOW_RAD

@@ -1,8 +1,8 @@
 """PING: a question to everybody on a link (PX4: streams/PING.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.link import Link
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_PING

@@ -1,7 +1,7 @@
 """PROTOCOL_VERSION: MAVLink 2 and what we accept (PX4: streams/PROTOCOL_VERSION.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION

@@ -1,7 +1,7 @@
 """RC_CHANNELS: the sticks, as RC_CHANNELS_OVERRIDE set them (PX4: streams/RC_CHANNELS.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_RC_CHANNELS

@@ -1,7 +1,7 @@
 """SCALED_PRESSURE: barometer (PX4: streams/SCALED_PRESSURE.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 

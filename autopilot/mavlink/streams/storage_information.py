@@ -3,8 +3,8 @@
 import math
 import shutil
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION

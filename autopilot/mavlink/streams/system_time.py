@@ -1,7 +1,7 @@
 """SYSTEM_TIME: date and time since boot (PX4: streams/SYSTEM_TIME.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_SYSTEM_TIME

@@ -1,7 +1,7 @@
 """TIME_ESTIMATE_TO_TARGET: seconds until the vehicle could be home (PX4: streams/TIME_ESTIMATE_TO_TARGET.hpp)."""
 
-from autopilot.mavlink.context import Context
-from autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.context import Context
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 

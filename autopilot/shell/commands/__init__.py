@@ -3,11 +3,11 @@
 Listed is what does something here; a command of PX4 that is missing is as unknown as one of which PX4 does not know.
 """
 
-from autopilot.control.mc_autotune import McAutotune
-from autopilot.payload.camera_trigger import CameraTrigger
-from autopilot.payload.gimbal import Gimbal
-from autopilot.shell.command import Command
-from autopilot.shell.commands import (
+from sitl_emu.autopilot.control.mc_autotune import McAutotune
+from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
+from sitl_emu.autopilot.payload.gimbal import Gimbal
+from sitl_emu.autopilot.shell.command import Command
+from sitl_emu.autopilot.shell.commands import (
     actuator_test,
     commander,
     dataman,
@@ -27,7 +27,7 @@ from autopilot.shell.commands import (
     uorb,
     ver,
 )
-from autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 MODULES: dict[str, module.Runs] = {
     **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},

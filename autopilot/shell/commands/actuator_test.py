@@ -2,8 +2,19 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, info, integer, number, usage, warning
-from autopilot.topics import ActuatorTest
+from sitl_emu.autopilot.shell.command import (
+    FAILURE,
+    SUCCESS,
+    WAIT,
+    Output,
+    Vehicle,
+    info,
+    integer,
+    number,
+    usage,
+    warning,
+)
+from sitl_emu.autopilot.topics import ActuatorTest
 
 MOTOR_1, SERVO_1 = 101, 201
 MOTORS, SERVOS = 12, 8

@@ -6,9 +6,9 @@ the texts that it tells everybody.
 
 from collections.abc import Sequence
 
-from autopilot.flight_mode import FLIGHT_MODES
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, number, usage
-from autopilot.shell.vehicle_command import send
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, number, usage
+from sitl_emu.autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
 
 FORCE = 21196.0

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, Output, Vehicle
-from autopilot.shell.commands.module import default_command
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle
+from sitl_emu.autopilot.shell.commands.module import default_command
 
 TILT_ALIGN = 1
 """Bit of estimator_status.control_mode_flags."""

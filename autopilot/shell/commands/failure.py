@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, integer, warning
-from autopilot.shell.vehicle_command import send_for_result
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, integer, warning
+from sitl_emu.autopilot.shell.vehicle_command import send_for_result
 from sitl_emu.core import dialect as mavlink
 
 UNITS = {

@@ -7,9 +7,9 @@ Topics that are logged are printed with all of PX4's fields, the others with tho
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from autopilot.logger import packing
-from autopilot.shell import message_text
-from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
+from sitl_emu.autopilot.logger import packing
+from sitl_emu.autopilot.shell import message_text
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
 
 PATIENCE_US = 2_000_000
 COMMANDS = (("TOPIC", "print it; -n how many, -r at most so many a second, -i instance"),)

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, Output, Vehicle, info
-from autopilot.shell.commands.module import default_command
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
+from sitl_emu.autopilot.shell.commands.module import default_command
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:

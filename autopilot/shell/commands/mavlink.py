@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from autopilot.mavlink import rates
-from autopilot.mavlink.link import Link
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
+from sitl_emu.autopilot.mavlink import rates
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
 from sitl_emu.core import dialect as mavlink
 
 MODE_NAMES = {

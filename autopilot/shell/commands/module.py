@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage
 
 Runs = Callable[[Vehicle], bool]
 COMMANDS = (("start", ""), ("stop", ""), ("status", "whether it runs"))

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, Output, Vehicle, info
-from autopilot.shell.commands.module import default_command
-from autopilot.topics import TransponderReport, queue_transponder_report
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
+from sitl_emu.autopilot.shell.commands.module import default_command
+from sitl_emu.autopilot.topics import TransponderReport, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 

@@ -6,8 +6,8 @@ What is changed here is announced to nobody, as on PX4.
 
 from collections.abc import Sequence
 
-from autopilot.parameters import Parameters, Value
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
+from sitl_emu.autopilot.parameters import Parameters, Value
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
 
 LEGEND = "Symbols: x = used, + = saved, * = unsaved\n"
 NOT_IN_AIRFRAME = ("RC", "TC_", "CAL_")

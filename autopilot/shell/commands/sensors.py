@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, Output, Vehicle
-from autopilot.shell.commands.module import default_command
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle
+from sitl_emu.autopilot.shell.commands.module import default_command
 
 SENSORS = (
     ("gyro and accel", "sensor_combined"),

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, Output, Vehicle
-from autopilot.shell.vehicle_command import send
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle
+from sitl_emu.autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
 
 SHUTDOWN = 2.0

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, warning
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, warning
 
 SECOND_US = 1_000_000
 

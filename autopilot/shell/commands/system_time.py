@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, info, usage
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, info, usage
 
 COMMANDS = (("get", "seconds since 1970"),)
 

@@ -5,8 +5,8 @@ Subscribers are not counted here, because every module reads the topics where th
 
 from collections.abc import Sequence
 
-from autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, usage
-from autopilot.topics import Topics
+from sitl_emu.autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, usage
+from sitl_emu.autopilot.topics import Topics
 
 ONCE_US = 2_000_000
 ROUND_US = 1_400_000

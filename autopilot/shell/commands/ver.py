@@ -3,8 +3,8 @@
 import platform
 from collections.abc import Sequence
 
-from autopilot.mavlink.streams import autopilot_version
-from autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, usage
+from sitl_emu.autopilot.mavlink.streams import autopilot_version
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, usage
 
 BOARD = "PX4_SITL"
 RELEASE = 255

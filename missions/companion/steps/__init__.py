@@ -11,11 +11,11 @@ A step that can't be done raises `StepFailed`, whose text says what and why. No 
 has the vehicle, as long as its mission does not step the script then (`Onboard.watch_pilot`).
 """
 
-from missions.companion.steps.arming import arm, disarm, heard, ready
-from missions.companion.steps.commanding import StepFailed, command, upload
-from missions.companion.steps.landing import return_home, until_landed
-from missions.companion.steps.moving import centre, go_to, pause, until_standing
-from missions.companion.steps.resuming import leave, resume
+from sitl_emu.missions.companion.steps.arming import arm, disarm, heard, ready
+from sitl_emu.missions.companion.steps.commanding import StepFailed, command, upload
+from sitl_emu.missions.companion.steps.landing import return_home, until_landed
+from sitl_emu.missions.companion.steps.moving import centre, go_to, pause, until_standing
+from sitl_emu.missions.companion.steps.resuming import leave, resume
 
 __all__ = [
     "StepFailed",

@@ -1,10 +1,10 @@
 """From the first heartbeat to armed motors, and back."""
 
-from gcs import command as commands
-from missions.companion.companion import AUTOPILOT_LINK
-from missions.companion.onboard import Onboard, Script
-from missions.companion.steps.commanding import NO_ANSWER, StepFailed
-from missions.companion.steps.moving import pause
+from sitl_emu.gcs import command as commands
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.steps.commanding import NO_ANSWER, StepFailed
+from sitl_emu.missions.companion.steps.moving import pause
 
 ARM_TRIES = 20
 ARM_PAUSE_S = 1.5

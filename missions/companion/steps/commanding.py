@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from gcs.command import Command
-from gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
-from missions.companion.companion import AUTOPILOT_LINK
-from missions.companion.onboard import Onboard, Script
+from sitl_emu.gcs.command import Command
+from sitl_emu.gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.onboard import Onboard, Script
 
 NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally points"}
 NO_ANSWER = "no answer"

@@ -1,9 +1,9 @@
 """Home and down."""
 
-from gcs.set_mode import set_mode
-from missions.companion.companion import AUTOPILOT_LINK
-from missions.companion.onboard import Onboard, Script
-from missions.companion.steps.commanding import StepFailed
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.steps.commanding import StepFailed
 
 LANDING_TIMEOUT_S = 300.0
 GOING_HOME = frozenset({"return", "land", "hold"})

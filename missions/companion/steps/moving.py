@@ -3,10 +3,10 @@
 import math
 from collections.abc import Callable
 
-from gcs.command import reposition
-from gcs.geodesy import distance_m
-from missions.companion.onboard import Onboard, Script
-from missions.companion.steps.commanding import StepFailed, command
+from sitl_emu.gcs.command import reposition
+from sitl_emu.gcs.geodesy import distance_m
+from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.steps.commanding import StepFailed, command
 
 STILL_M_S = 0.15
 STILL_S = 1.5

@@ -2,11 +2,11 @@
 
 from collections.abc import Generator
 
-from gcs.mission import MissionSetCurrent
-from gcs.set_mode import set_mode
-from missions.companion.companion import AUTOPILOT_LINK
-from missions.companion.onboard import Onboard, Script
-from missions.companion.steps.commanding import NO_ANSWER, StepFailed, command
+from sitl_emu.gcs.mission import MissionSetCurrent
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.steps.commanding import NO_ANSWER, StepFailed, command
 
 
 def leave(onboard: Onboard) -> Generator[None, None, int]:

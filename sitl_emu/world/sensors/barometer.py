@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Iterator
 
+from sitl_emu.vehicles.description import Barometer as BarometerData
 from sitl_emu.world.atmosphere import pressure_altitude_m, pressure_hpa
 from sitl_emu.world.noise import GaussMarkov, normals
-from vehicles.description import Barometer as BarometerData
 
 
 class Barometer:

@@ -8,8 +8,8 @@ import math
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import HilGps
+from sitl_emu.vehicles.description import Gps as GpsData
 from sitl_emu.world.noise import GaussMarkov, normals
-from vehicles.description import Gps as GpsData
 
 MIN_SATELLITES = 4
 NO_FIX_DOP = 10_000

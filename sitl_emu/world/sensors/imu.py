@@ -7,9 +7,9 @@ Bias instability over a flight and temperature are left out: PX4 re-estimates bi
 
 import math
 
+from sitl_emu.vehicles.description import Imu as ImuData
+from sitl_emu.vehicles.dynamics import Quaternion
 from sitl_emu.world.noise import normals
-from vehicles.description import Imu as ImuData
-from vehicles.dynamics import Quaternion
 
 EARTH_SPIN_RATE_RAD_S = 7.2921150e-5
 

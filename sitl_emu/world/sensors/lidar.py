@@ -8,11 +8,11 @@ centimetre above max_distance, signal quality 1 ("invalid"). Canopy is not seen.
 import math
 
 from sitl_emu.core.simulator_api import DistanceSensor
+from sitl_emu.vehicles.description import Lidar as LidarData
+from sitl_emu.vehicles.dynamics import Quaternion, Vector3
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.noise import normals
 from sitl_emu.world.obstacles import Obstacles
-from vehicles.description import Lidar as LidarData
-from vehicles.dynamics import Quaternion, Vector3
 
 LASER = 0
 DOWNWARD_FACING = 25

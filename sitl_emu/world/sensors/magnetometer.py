@@ -4,9 +4,9 @@ import math
 import operator
 
 from sitl_emu.core.geomagnetism import MagneticField
+from sitl_emu.vehicles.description import Magnetometer as MagnetometerData
+from sitl_emu.vehicles.dynamics import Quaternion
 from sitl_emu.world.noise import normals
-from vehicles.description import Magnetometer as MagnetometerData
-from vehicles.dynamics import Quaternion
 
 
 class Magnetometer:
