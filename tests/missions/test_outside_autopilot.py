@@ -14,7 +14,7 @@ COMMAND = [
     "{python}",
     "-P",
     "-m",
-    "autopilot",
+    "sitl_emu.autopilot",
     "--model",
     "{model}",
     "--instance",
