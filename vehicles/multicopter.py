@@ -107,7 +107,8 @@ class Multicopter:
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms; too few controls count as zeros."""
         # rotors
-        speeds, lag, off, drive = self.speeds, self._lag, self.motor_off, self.drive
+        speeds, lag, off = self.speeds, self._lag, self.motor_off
+        drive = 0.0 if self.wrecked else self.drive
         if len(controls) < len(speeds):
             controls = controls + self._still[len(controls) :]
         lift = mx = my = mz = spin = cubes = 0.0
@@ -252,9 +253,8 @@ class Multicopter:
         self.north_m, self.east_m, self.down_m = self.north_m + north_m, self.east_m + east_m, self.down_m + down_m
 
     def wreck(self) -> None:
-        """See Dynamics: all rotors stop."""
+        """See Dynamics: all rotors stop, for good."""
         self.wrecked = True
-        self.motor_off[:] = [True] * len(self.motor_off)
 
     def _ground(self) -> tuple[float, float, float]:
         """The plane below, at `_plane_at`; the ground's is kept while the vehicle stays near."""

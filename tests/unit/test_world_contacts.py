@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from sitl_emu import vehicles
+from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import read
 from sitl_emu.world.ground import FlatGround
@@ -155,3 +156,16 @@ def test_px4s_own_vehicles_fall_unharmed_as_in_sih() -> None:
     for _ in range(1000):
         simulation.tick([None])
     assert simulation.impacts() == [] and not hexacopter.dynamics.wrecked
+
+
+def test_a_wreck_stays_one_when_a_motor_that_had_failed_comes_back() -> None:
+    one, other = in_the_air("one", 0.0), in_the_air("other", 2.0)
+    one.motor_off[0] = True
+    push(other, east_m_s=-6.0)
+    simulation = Simulation([one, other])
+    assert until_impact(simulation)[0].crash
+    one.motor_off[0] = False
+    full = HilActuatorControls(0, 1, (1.0,) * 4, 128)
+    for _ in range(250):
+        simulation.tick([full, full])
+    assert max(one.dynamics.speeds) < 0.01
