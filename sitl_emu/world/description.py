@@ -18,6 +18,8 @@ from sitl_emu.vehicles.errors import VehicleError
 from sitl_emu.vehicles.record import Limits, Words
 
 FORMAT = 1
+GROUND = "ground"
+"""What a hit on the terrain is called, and so no solid."""
 FARTHEST = Limits(-100_000.0, 100_000.0)
 Colour = Annotated[tuple[float, float, float], Limits(0.0, 1.0)]
 """Red, green, blue."""
@@ -255,6 +257,11 @@ def read(data: Mapping[str, Any], where: str) -> WorldDescription:
         shapes = [shape for shape in (solid.box, solid.cylinder, solid.hull, solid.mesh) if shape is not None]
         if len(shapes) != 1:
             raise WorldError(f"{where}: solids[{number}] {solid.name!r}: give one of box, cylinder, hull, mesh")
+    names = {GROUND}
+    for number, solid in enumerate(described.solids):
+        if solid.name in names:
+            raise WorldError(f"{where}: solids[{number}]: name = {solid.name!r}: another has this name")
+        names.add(solid.name)
     for number, thing in enumerate(described.things):
         times = [waypoint.at_s for waypoint in thing.path]
         if sorted(set(times)) != times:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.description import Thing, WorldDescription, WorldError
+from sitl_emu.world.moving import place_at
 from sitl_emu.world.rays import GROUND, Hits
 from sitl_emu.world.solids import Solids
 
@@ -80,7 +81,7 @@ class PlainScene:
         origins = np.stack((n, e, above), axis=1)
         hits = self.world.raycast(origins, np.tile((0.0, 0.0, 1.0), (len(n), 1)), 0.0, 2.0 * ABOVE_M)
         points = origins + np.stack((0.0 * n, 0.0 * n, np.where(np.isfinite(hits.range_m), hits.range_m, 0.0)), axis=1)
-        colours = shaded(self, hits, points)
+        colours = shaded(self, hits, points, 0.0)
         return np.clip(np.round(colours), 0, 255).astype(np.uint8).reshape(rows, columns, 3)[:, :, ::-1]
 
 
@@ -99,7 +100,7 @@ class PlainRenderer:
         """See camera.Renderer."""
         hits, _ = self._look(position_ned_m, camera_to_ned, time_s)
         points = position_ned_m + np.where(np.isfinite(hits.range_m), hits.range_m, 0.0)[:, None] * self._directions
-        colours = shaded(self._scene, hits, points)
+        colours = shaded(self._scene, hits, points, time_s)
         small = np.clip(np.round(colours), 0, 255).astype(np.uint8).reshape(*self._shape, 3)
         return np.asarray(cv2.resize(small, self._size, interpolation=cv2.INTER_LINEAR), np.uint8)
 
@@ -116,8 +117,8 @@ class PlainRenderer:
         return self._scene.world.raycast(origins, self._directions, time_s, REACH_M), 1.0 / lengths
 
 
-def shaded(scene: PlainScene, hits: Hits, points: FloatArray) -> FloatArray:
-    """(n, 3) BGR of what rays met at `points` (n, 3), lit by the sun."""
+def shaded(scene: PlainScene, hits: Hits, points: FloatArray, time_s: float) -> FloatArray:
+    """(n, 3) BGR of what rays met at `points` (n, 3) at a time, lit by the sun."""
     world = scene.world
     light = world.description.light
     azimuth, elevation = math.radians(light.azimuth_deg), math.radians(light.elevation_deg)
@@ -132,7 +133,8 @@ def shaded(scene: PlainScene, hits: Hits, points: FloatArray) -> FloatArray:
         _look_up_photo(scene, colours, points, on_ground)
     for thing in world.description.things:
         if thing.height_m == 0.0:
-            colours[on_ground & _inside(thing, points[:, 0], points[:, 1])] = _bgr(thing.colour)
+            inside = _inside(thing, place_at(thing, time_s), points[:, 0], points[:, 1])
+            colours[on_ground & inside] = _bgr(thing.colour)
     if world.solids is not None:
         for number, name in world.solids.names.items():
             colours[names == name] = _bgr(world.solids.colours[number])
@@ -155,8 +157,8 @@ def _bgr(colour: tuple[float, float, float]) -> tuple[float, float, float]:
     return 255.0 * blue, 255.0 * green, 255.0 * red
 
 
-def _inside(thing: Thing, north: FloatArray, east: FloatArray) -> npt.NDArray[np.bool_]:
-    n, e = north - thing.north_m, east - thing.east_m
+def _inside(thing: Thing, place: tuple[float, float], north: FloatArray, east: FloatArray) -> npt.NDArray[np.bool_]:
+    n, e = north - place[0], east - place[1]
     angle, factor = np.arctan2(e, n), np.ones(len(north))
     for k, (amplitude, phase) in enumerate(thing.harmonics, start=2):
         factor += amplitude * np.cos(k * angle + phase)

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.world.description import GROUND as GROUND
 from sitl_emu.world.ground import FlatGround, Terrain
 
 FloatArray = npt.NDArray[np.float64]
 
-GROUND = "ground"
-"""What a hit on the terrain is called."""
 MARCH_STEPS = 400
 BISECTIONS = 30
 SLOPE_REACH_M = 0.25

@@ -45,34 +45,26 @@ class Solids:
         self._ground = ground
         self.names: dict[int, str] = {}
         """By Bullet's number."""
-        self.labels: dict[int, str] = {}
         self.colours: dict[int, tuple[float, float, float]] = {}
         self._moving: list[tuple[int, Thing]] = []
         self._velocities: dict[int, Vector3] = {}
-        self._bodies: list[int] = []
         self.fastest_m_s = 0.0
         """Of all that moves."""
         self._time_s = math.nan
         for solid in solids:
-            self._add(self._shape(solid, folder), _pose(solid, ground), solid.name, solid.label, solid.colour)
+            self._add(self._shape(solid, folder), _pose(solid, ground), solid.name, solid.colour)
         for thing in things:
             if thing.height_m > 0.0:
                 self._add_thing(thing)
 
-    def close(self) -> None:
-        """Free what Bullet holds."""
-        self._bullet.disconnect(self._client)
-
     # --- what there is -------------------------------------------------------------------------------------------
 
-    def _add(
-        self, shape: int, pose: tuple[Vector3, Quaternion], name: str, label: str, colour: tuple[float, float, float]
-    ) -> int:
+    def _add(self, shape: int, pose: tuple[Vector3, Quaternion], name: str, colour: tuple[float, float, float]) -> int:
         place, q = pose
         number: int = self._bullet.createMultiBody(
             0.0, shape, basePosition=place, baseOrientation=_xyzw(q), physicsClientId=self._client
         )
-        self.names[number], self.labels[number], self.colours[number] = name, label, colour
+        self.names[number], self.colours[number] = name, colour
         return number
 
     def _add_thing(self, thing: Thing) -> None:
@@ -80,7 +72,7 @@ class Solids:
         shape = bullet.createCollisionShape(
             bullet.GEOM_CYLINDER, radius=thing.radius_m, height=thing.height_m, physicsClientId=self._client
         )
-        number = self._add(shape, self._standing(thing, 0.0), thing.name or thing.label, thing.label, thing.colour)
+        number = self._add(shape, self._standing(thing, 0.0), thing.name or thing.label, thing.colour)
         if thing.path:
             self._moving.append((number, thing))
             legs = zip(thing.path, thing.path[1:], strict=False)
@@ -134,7 +126,6 @@ class Solids:
         number: int = bullet.createMultiBody(0.0, shape, physicsClientId=self._client)
         # Not in the way of rays and of others' queries: those are for what the world has.
         bullet.setCollisionFilterGroupMask(number, -1, 0, 0, physicsClientId=self._client)
-        self._bodies.append(number)
         return number
 
     # --- questions ------------------------------------------------------------------------------------------------

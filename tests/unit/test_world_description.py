@@ -14,12 +14,14 @@ from hypothesis import strategies as st
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run import worlds
+from sitl_emu.vehicles.description import Body, Sphere
 from sitl_emu.world import kinds
 from sitl_emu.world.description import WorldError, load, plain, read, save
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.kind import description_of, field_of
 from sitl_emu.world.moving import place_at
+from sitl_emu.world.plain_scene import PlainScene
 from sitl_emu.world.rays import GROUND
 from sitl_emu.world.world import World
 
@@ -71,6 +73,8 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         ((", cylinder: {radius_m: 2, height_m: 9}", ""), "solids[1] 'silo': give one of box, cylinder, hull, mesh"),
         (("at_s: 8,", "at_s: 3,"), "things[1].path: at_s must grow from waypoint to waypoint"),
         (("{north_m: 0, east_m: 0}, gate", "zero, gate"), "places.home = 'zero' must be a table"),
+        (("name: silo", "name: house"), "solids[1]: name = 'house': another has this name"),
+        (("name: silo", "name: ground"), "solids[1]: name = 'ground': another has this name"),
         (("name: yard", "name: ["), "not YAML"),
     ],
 )
@@ -236,3 +240,26 @@ def test_a_scene_without_a_painter_shows_what_stands_there(yard: World) -> None:
     assert photo is not None and photo.shape == (250, 250, 3)
     house, grass, weed = photo[100, 100], photo[245, 20], photo[184, 70]
     assert int(house[2]) > 110 and int(grass[1]) > int(grass[2]) and int(weed[0]) > int(weed[1]) + 40
+
+
+def test_a_patch_that_moves_is_drawn_where_it_is_then() -> None:
+    """A mat that is dragged along: it lies flat, and so only its outline on the ground tells."""
+    mat = {
+        "label": "mat", "north_m": 0, "east_m": 0, "radius_m": 1.0,
+        "path": [{"at_s": 0, "north_m": 0, "east_m": 0}, {"at_s": 10, "north_m": 0, "east_m": 10}],
+    }  # fmt: skip
+    scene = PlainScene(World(read({"name": "x", "things": [mat]}, "x"), Path()), Path())
+    renderer, looking_down = scene.renderer(64, 64, 32.0), np.array(((0.0, -1, 0), (1, 0, 0), (0, 0, 1)))
+    for time_s, east_m in ((0.0, 0.0), (5.0, 5.0)):
+        picture = renderer.draw(np.array((0.0, east_m, -8.0)), looking_down, time_s)
+        assert int(picture[32, 32, 2]) > 2 * int(picture[32, 32, 1]), "red in the middle"
+    assert int(renderer.draw(np.array((0.0, 0.0, -8.0)), looking_down, 5.0)[32, 32, 1]) > 60, "it has gone from here"
+
+
+def test_a_world_tells_what_a_body_touches(yard: World) -> None:
+    assert yard.solids is not None
+    body = yard.solids.add_body(Body((Sphere((0.0, 0.0, 0.0), 0.5),), 1.0))
+    (contact,) = yard.contacts(body, (5.0, 22.6, -3.0), (1.0, 0.0, 0.0, 0.0), 0.0)
+    assert contact.other == "silo" and contact.normal[1] == pytest.approx(-1.0, abs=0.02)
+    assert contact.depth_m == pytest.approx(0.1, abs=0.02)
+    assert yard.contacts(body, (5.0, 22.4, -3.0), (1.0, 0.0, 0.0, 0.0), 0.0) == []
