@@ -55,7 +55,8 @@ def build(
 def keep(world: World, folder: Path) -> Path:
     """Write a world file, and what it names, into a folder; the file. Raises OSError."""
     named = [world.description.ground.orthophoto, world.description.terrain.file]
-    named += [solid.mesh.file for solid in world.description.solids if solid.mesh is not None]
+    shaped = (*world.description.solids, *world.description.loose)
+    named += [solid.mesh.file for solid in shaped if solid.mesh is not None]
     for name in filter(None, named):
         kept = folder / name
         if kept.exists():

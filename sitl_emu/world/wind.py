@@ -8,7 +8,9 @@ Directions: `north_m_s` is where the air moves to, not where the wind comes from
 SIH adds it to the vehicle's velocity, so that +4 is air that moves south; `VehicleSimulator.sih_wind_n` follows PX4.)
 """
 
+import itertools
 import math
+from collections.abc import Sequence
 
 from sitl_emu.world.noise import GaussMarkov, normals
 
@@ -54,7 +56,7 @@ class Wind:
         """Velocity of the air (north, east, down; m/s) at a height over ground; times must not go backwards."""
         while time_us >= self._next_us:
             if len(self._changes) > 1:
-                self._mean = self._mean_at(self._next_us)
+                self._mean = mean_at(self._changes, self._next_us)
             self._next_us += TICK_US
             north, east, down = (gust.step() for gust in self._gusts)
             self._gust = (north, east, down)
@@ -64,9 +66,11 @@ class Wind:
         (north, east), (gust_n, gust_e, gust_d) = self._mean, self._gust
         return share * north + gust_n, share * east + gust_e, gust_d
 
-    def _mean_at(self, time_us: int) -> tuple[float, float]:
-        for (start, n0, e0), (end, n1, e1) in zip(self._changes, self._changes[1:], strict=False):
-            if time_us < end:
-                share = (time_us - start) / (end - start)
-                return n0 + share * (n1 - n0), e0 + share * (e1 - e0)
-        return self._changes[-1][1:]
+
+def mean_at(changes: Sequence[tuple[float, float, float]], time: float) -> tuple[float, float]:
+    """The mean (north, east; m/s) at a time, of (time, north, east) by time, all times of one unit, the first 0."""
+    for (start, n0, e0), (end, n1, e1) in itertools.pairwise(changes):
+        if time < end:
+            share = (time - start) / (end - start)
+            return n0 + share * (n1 - n0), e0 + share * (e1 - e0)
+    return changes[-1][1:]

@@ -41,6 +41,15 @@ things:
   - {label: weed, north_m: 3, east_m: 4, radius_m: 0.8, target: true}
   - {label: person, north_m: 0, east_m: 8, radius_m: 0.3, height_m: 1.8, repeats: true,
      path: [{at_s: 0, north_m: 0, east_m: 8}, {at_s: 4, north_m: 4, east_m: 8}, {at_s: 8, north_m: 0, east_m: 8}]}
+loose:
+  - {name: barrel, north_m: 8, east_m: 0, mass_kg: 18, cylinder: {radius_m: 0.3, height_m: 0.9}}
+water:
+  - {name: pond, polygon_m: [[-9, -9], [-9, -4], [-4, -6]], level_m: 0.4, current_north_m_s: 0.5}
+fires:
+  - {name: blaze, polygon_m: [[30, -8], [34, -8], [34, -2], [30, -2]], spread_m_s: 0.5, burns_s: 20, smoke: {}}
+cover:
+  - {name: wood, kind: canopy, polygon_m: [[0, 30], [12, 30], [12, 38], [0, 38]], height_m: 9, base_m: 3}
+ground: {use: grass, land: [{use: asphalt, polygon_m: [[-10, 12], [40, 12], [40, 16], [-10, 16]]}]}
 wind: {north_m_s: 4, east_m_s: -3, profile_exponent: 0.143, changes: [{at_s: 10, north_m_s: 0, east_m_s: 0}]}
 """
 DOWN = np.array([(0.0, 0.0, 1.0)])
@@ -76,6 +85,22 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         (("name: silo", "name: house"), "solids[1]: name = 'house': another has this name"),
         (("name: silo", "name: ground"), "solids[1]: name = 'ground': another has this name"),
         (("name: yard", "name: ["), "not YAML"),
+        (("mass_kg: 18, ", ""), "loose[0]: the field 'mass_kg' is missing"),
+        (
+            (", cylinder: {radius_m: 0.3, height_m: 0.9}", ""),
+            "loose[0] 'barrel': give one of box, cylinder, hull, mesh",
+        ),
+        (("name: pond", "name: barrel"), "water[0]: name = 'barrel': another has this name"),
+        (("[-9, -4], [-4, -6]]", "[-9, -4]]"), "water[0].polygon_m: give three corners or more, whose sides do not"),
+        (
+            ("[34, -8], [34, -2]", "[34, -2], [34, -8]"),
+            "fires[0].polygon_m: give three corners or more, whose sides do",
+        ),
+        (("[34, -8], [34, -2]", "[34, -8], [31, -4]"), "fires[0].polygon_m: must be convex where a fire spreads"),
+        (("smoke: {}", "smoke: {density: 1}"), "fires[0]: smoke: unknown field 'density' = 1; allowed are: height_m"),
+        (("kind: canopy", "kind: wood"), "cover[0]: kind = 'wood'; allowed are: grass, crop, canopy"),
+        (("base_m: 3", "base_m: 10"), "cover[0]: base_m = 10 must be below height_m"),
+        (("use: asphalt", "use: tar"), "ground: land[0]: use = 'tar'; allowed are: grass, soil, asphalt"),
     ],
 )
 def test_what_is_wrong_names_file_field_value_and_what_is_allowed(

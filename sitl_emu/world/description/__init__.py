@@ -16,17 +16,28 @@ import yaml
 from sitl_emu.vehicles import record
 from sitl_emu.vehicles.errors import VehicleError
 from sitl_emu.vehicles.record import Limits, Words
+from sitl_emu.world.description import checks
+from sitl_emu.world.description.areas import LAND_USES as LAND_USES
+from sitl_emu.world.description.areas import Cover as Cover
+from sitl_emu.world.description.areas import Crop as Crop
+from sitl_emu.world.description.areas import Fire as Fire
+from sitl_emu.world.description.areas import LandUse as LandUse
+from sitl_emu.world.description.areas import Smoke as Smoke
+from sitl_emu.world.description.areas import Water as Water
+from sitl_emu.world.description.bodies import Box as Box
+from sitl_emu.world.description.bodies import Cylinder as Cylinder
+from sitl_emu.world.description.bodies import Hull as Hull
+from sitl_emu.world.description.bodies import Loose as Loose
+from sitl_emu.world.description.bodies import Mesh as Mesh
+from sitl_emu.world.description.bodies import Solid as Solid
+from sitl_emu.world.description.bodies import Thing as Thing
+from sitl_emu.world.description.bodies import Waypoint as Waypoint
+from sitl_emu.world.description.common import FARTHEST as FARTHEST
+from sitl_emu.world.description.common import GROUND as GROUND
+from sitl_emu.world.description.common import Colour as Colour
+from sitl_emu.world.description.common import WorldError as WorldError
 
 FORMAT = 1
-GROUND = "ground"
-"""What a hit on the terrain is called, and so no solid."""
-FARTHEST = Limits(-100_000.0, 100_000.0)
-Colour = Annotated[tuple[float, float, float], Limits(0.0, 1.0)]
-"""Red, green, blue."""
-
-
-class WorldError(Exception):
-    """A world that is unknown, wrong or can't be built; the text is one line for people."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,98 +83,6 @@ class Terrain:
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
-    """A cuboid: its extent to north and east (before it is turned) and upwards."""
-
-    size_m: Annotated[tuple[float, float, float], Limits(0.001, 10_000.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class Cylinder:
-    """An upright cylinder."""
-
-    radius_m: Annotated[float, Limits(0.001, 10_000.0)]
-    height_m: Annotated[float, Limits(0.001, 10_000.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class Hull:
-    """The convex hull of points (north, east, up) about the solid's place."""
-
-    points_m: Annotated[tuple[tuple[float, float, float], ...], FARTHEST]
-
-
-@dataclass(frozen=True, slots=True)
-class Mesh:
-    """Triangles from an OBJ, STL, PLY or glTF file (x forward, y left, z up; glTF as its standard has it)."""
-
-    file: str
-    scale: Annotated[float, Limits(1e-6, 1e6)] = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Solid:
-    """Something that stands: exactly one shape, at a place, its underside `above_ground_m` over the ground there."""
-
-    name: str
-    north_m: Annotated[float, FARTHEST]
-    east_m: Annotated[float, FARTHEST]
-    heading_deg: Annotated[float, Limits(-360.0, 360.0)] = 0.0
-    pitch_deg: Annotated[float, Limits(-180.0, 180.0)] = 0.0
-    roll_deg: Annotated[float, Limits(-180.0, 180.0)] = 0.0
-    above_ground_m: Annotated[float, FARTHEST] = 0.0
-    label: str = "building"
-    colour: Colour = (0.62, 0.60, 0.57)
-    box: Box | None = None
-    cylinder: Cylinder | None = None
-    hull: Hull | None = None
-    mesh: Mesh | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Waypoint:
-    """Where a moving thing is at a time."""
-
-    at_s: Annotated[float, Limits(0.0, 1e7)]
-    north_m: Annotated[float, FARTHEST]
-    east_m: Annotated[float, FARTHEST]
-
-
-@dataclass(frozen=True, slots=True)
-class Thing:
-    """Something with a label, to be found (`target`) or to be mistaken for it: a patch, a person, a vehicle.
-
-    With a height it is an upright cylinder that can be met; with none it lies on the ground. Its outline is
-    r(a) = radius_m · (1 + Σ amplitude · cos(k a + phase)), k counted from 2, a from north over east. With a `path` it
-    moves, evenly from waypoint to waypoint, and, if it `repeats`, begins again at the end.
-    """
-
-    label: str
-    north_m: Annotated[float, FARTHEST]
-    east_m: Annotated[float, FARTHEST]
-    radius_m: Annotated[float, Limits(0.001, 10_000.0)]
-    height_m: Annotated[float, Limits(0.0, 1000.0)] = 0.0
-    target: bool = False
-    name: str = ""
-    colour: Colour = (0.75, 0.20, 0.18)
-    harmonics: tuple[tuple[float, float], ...] = ()
-    """(amplitude, phase in rad) of k = 2, 3, …"""
-    seed: int = 0
-    """Of what is inside: its plants and shades."""
-    path: tuple[Waypoint, ...] = ()
-    repeats: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Crop:
-    """Rows of corn, north to south, over the world's area."""
-
-    growth_stage: Annotated[int, Limits(5, 8)]
-    """Leaves with a collar: 5 for V5, to 8."""
-    height_m: Annotated[float, Limits(0.01, 10.0)]
-
-
-@dataclass(frozen=True, slots=True)
 class WindChange:
     """The mean wind from a time on; between two changes it goes evenly from one to the next."""
 
@@ -201,8 +120,14 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """What the ground looks like: one colour, or a photo from straight above (north up, `gsd_m` a pixel)."""
+    """What the ground looks like: one land use or colour, others within polygons, or a photo from straight above.
 
+    Where a photo (north up, `gsd_m` a pixel) reaches, it counts, but for polygons, which lie on it.
+    """
+
+    use: Annotated[str, Words(("", *LAND_USES))] = ""
+    """A land use; empty: plain `colour`."""
+    land: tuple[LandUse, ...] = ()
     colour: Colour = (0.36, 0.42, 0.24)
     orthophoto: str = ""
     north0_m: Annotated[float, FARTHEST] = 0.0
@@ -227,7 +152,11 @@ class WorldDescription:
     terrain: Terrain = Terrain()
     ground: Ground = Ground()
     solids: tuple[Solid, ...] = ()
+    loose: tuple[Loose, ...] = ()
     things: tuple[Thing, ...] = ()
+    water: tuple[Water, ...] = ()
+    fires: tuple[Fire, ...] = ()
+    cover: tuple[Cover, ...] = ()
     crop: Crop | None = None
     wind: Wind = Wind()
     light: Light = Light()
@@ -253,21 +182,7 @@ def read(data: Mapping[str, Any], where: str) -> WorldDescription:
         described = record.read(WorldDescription, data, where)
     except VehicleError as error:
         raise WorldError(str(error)) from None
-    for number, solid in enumerate(described.solids):
-        shapes = [shape for shape in (solid.box, solid.cylinder, solid.hull, solid.mesh) if shape is not None]
-        if len(shapes) != 1:
-            raise WorldError(f"{where}: solids[{number}] {solid.name!r}: give one of box, cylinder, hull, mesh")
-    names = {GROUND}
-    for number, solid in enumerate(described.solids):
-        if solid.name in names:
-            raise WorldError(f"{where}: solids[{number}]: name = {solid.name!r}: another has this name")
-        names.add(solid.name)
-    for number, thing in enumerate(described.things):
-        times = [waypoint.at_s for waypoint in thing.path]
-        if sorted(set(times)) != times:
-            raise WorldError(f"{where}: things[{number}].path: at_s must grow from waypoint to waypoint, not {times}")
-    if not described.places:
-        raise WorldError(f"{where}: places: name at least one, such as home: {{north_m: 0, east_m: 0}}")
+    checks.check(described, where)
     return described
 
 

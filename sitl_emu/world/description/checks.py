@@ -1,0 +1,60 @@
+"""What a world file may not hold though each of its fields is right by itself; each check raises WorldError."""
+
+import typing
+from collections.abc import Iterator
+
+from sitl_emu.world import polygons
+from sitl_emu.world.description.bodies import Solid
+from sitl_emu.world.description.common import GROUND, Polygon, WorldError
+
+if typing.TYPE_CHECKING:
+    from sitl_emu.world.description import WorldDescription
+
+
+def check(described: "WorldDescription", where: str) -> None:
+    """All of them; `where` names the source in errors."""
+    for number, solid in enumerate(described.solids):
+        check_shape(solid, f"{where}: solids[{number}]")
+    for number, loose in enumerate(described.loose):
+        check_shape(loose, f"{where}: loose[{number}]")
+    _names(described, where)
+    for place, polygon in _polygons(described):
+        if not polygons.is_simple(polygon):
+            raise WorldError(f"{where}: {place}.polygon_m: give three corners or more, whose sides do not cross")
+    for number, fire in enumerate(described.fires):
+        if fire.spread_m_s > 0.0 and not polygons.is_convex(fire.polygon_m):
+            raise WorldError(f"{where}: fires[{number}].polygon_m: must be convex where a fire spreads")
+    for number, cover in enumerate(described.cover):
+        if cover.base_m >= cover.height_m:
+            raise WorldError(f"{where}: cover[{number}]: base_m = {cover.base_m:g} must be below height_m")
+    for number, thing in enumerate(described.things):
+        times = [waypoint.at_s for waypoint in thing.path]
+        if sorted(set(times)) != times:
+            raise WorldError(f"{where}: things[{number}].path: at_s must grow from waypoint to waypoint, not {times}")
+    if not described.places:
+        raise WorldError(f"{where}: places: name at least one, such as home: {{north_m: 0, east_m: 0}}")
+
+
+def check_shape(solid: Solid, where: str) -> None:
+    """A solid has exactly one shape."""
+    shapes = [shape for shape in (solid.box, solid.cylinder, solid.hull, solid.mesh) if shape is not None]
+    if len(shapes) != 1:
+        raise WorldError(f"{where} {solid.name!r}: give one of box, cylinder, hull, mesh")
+
+
+def _names(described: "WorldDescription", where: str) -> None:
+    """What a ray or a wheel can meet has a name of its own."""
+    names = {GROUND}
+    for field in ("solids", "loose", "water", "fires", "cover"):
+        for number, each in enumerate(getattr(described, field)):
+            if each.name in names:
+                raise WorldError(f"{where}: {field}[{number}]: name = {each.name!r}: another has this name")
+            names.add(each.name)
+
+
+def _polygons(described: "WorldDescription") -> Iterator[tuple[str, Polygon]]:
+    for field in ("water", "fires", "cover"):
+        for number, each in enumerate(getattr(described, field)):
+            yield f"{field}[{number}]", each.polygon_m
+    for number, land in enumerate(described.ground.land):
+        yield f"ground.land[{number}]", land.polygon_m
