@@ -53,7 +53,12 @@ class Event(NamedTuple):
     time_us: int
     kind: str
     text: str
-    data: dict[str, float | int | str]
+    data: Mapping[str, float | int | str]
+
+    @property
+    def line(self) -> dict[str, float | int | str]:
+        """As events.jsonl has it, but for its time and vehicle; a text that is empty is left out."""
+        return {"event": self.kind, **({"text": self.text} if self.text else {}), **self.data}
 
 
 class Companion(Protocol):

@@ -5,7 +5,6 @@ simulated run its companion process, which reads exactly what it is told of. No 
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions.companion.camera import Frame
@@ -16,8 +15,6 @@ from sitl_emu.missions.companion.pictures import Album
 
 Received = tuple[str, mavlink.MAVLink_message]
 """The name of a link, and a message that came in on it."""
-EventLine = dict[str, Any]
-"""An event as a line of events.jsonl, but for its time and vehicle."""
 
 
 class Harness:
@@ -29,8 +26,11 @@ class Harness:
         """`links` by name; messages for a link that is not there go nowhere. `album`: where pictures of events go."""
         self.companion, self.links, self.inference, self._album = companion, links, inference, album
 
-    def step(self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = ()) -> list[EventLine]:
-        """Messages, frames (stamped with the vehicle's boot time), what the detector has found, time; the events."""
+    def step(self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = ()) -> list[Event]:
+        """Messages, frames (stamped with the vehicle's boot time), what the detector has found, time; the events.
+
+        An event that names a frame which is kept names its picture, too (`picture`: FOLDER/FILE).
+        """
         companion = self.companion
         for name, message in received:
             self.send(now_us, companion.on_message(now_us, name, message))
@@ -43,7 +43,7 @@ class Harness:
             if self._album is not None:
                 self._album.keep(looked)
         self.send(now_us, companion.on_time(now_us))
-        return [self._line(event) for event in companion.events()]
+        return [self._pictured(event) for event in companion.events()]
 
     def send(self, now_us: int, outgoing: Outgoing) -> None:
         """Sends messages, each on its link."""
@@ -57,9 +57,6 @@ class Harness:
         for link in self.links.values():
             link.close()
 
-    def _line(self, event: Event) -> EventLine:
-        line: EventLine = {"event": event.kind, "text": event.text, **event.data}
+    def _pictured(self, event: Event) -> Event:
         picture = self._album.written(event) if self._album is not None else None
-        if picture is not None:
-            line["picture"] = picture
-        return line
+        return event if picture is None else event._replace(data={**event.data, "picture": picture})

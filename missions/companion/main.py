@@ -24,8 +24,8 @@ import cv2
 from sitl_emu.gcs.heartbeat import Heartbeat
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, CameraSource, open_camera
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion
-from sitl_emu.missions.companion.harness import EventLine, Harness, Received
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event
+from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
 from sitl_emu.missions.companion.links import Link, LinkError, Port, open_port, wait
 from sitl_emu.missions.companion.live_frames import BootClock, LiveFrames
@@ -90,11 +90,11 @@ class Runner:
                         self._clock.heard(now_us, message)
                     yield name, message
 
-    def _tell(self, now_us: int, events: list[EventLine]) -> None:
+    def _tell(self, now_us: int, events: list[Event]) -> None:
         for event in events:
-            tell(f"{event['event']}: {event['text']}")
+            tell(f"{event.kind}: {event.text}")
             if self._events is not None:
-                self._events.write(json.dumps({"time_s": time.time(), **event}) + "\n")
+                self._events.write(json.dumps({"time_s": time.time(), **event.line}) + "\n")
                 self._events.flush()
         if self._frames is not None and self._frames.error is not None:
             sys.stderr.write(f"camera: {self._frames.error}\n")

@@ -17,6 +17,7 @@ from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.run.messages import Read, Ready, Sent, Start, Waiting
 from sitl_emu.run.process import StartError, main, settle
 
 
@@ -43,11 +44,11 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
     except (storage.StorageError, PortInUseError) as error:
         raise StartError(str(error)) from None
     try:
-        control.send({"waiting": True})
-        control.receive()
+        control.send(Waiting())
+        control.expect(Start)
         channel = connect(ports.simulator(config.instance))
         poll.watch(channel.fileno(), None)
-        control.send({"ready": True})
+        control.send(Ready())
         settle()
         _fly(host, poll, channel, control if config.lockstep else None)
     finally:
@@ -62,8 +63,8 @@ def _fly(host: AutopilotHost, poll: HostPoll, channel: TcpAutopilotChannel, cont
         host.tick(channel)
         ticks += 1
         if control is not None and ticks % BARRIER_TICKS == 0 and not host.off:
-            control.send({"sent": host.take_sent(ONBOARD)})
-            host.read(ONBOARD, control.receive()["read"])
+            control.send(Sent(host.take_sent(ONBOARD)))
+            host.read(ONBOARD, control.expect(Read).datagrams)
     channel.receive()  # nothing comes any more
 
 

@@ -9,8 +9,9 @@ from sitl_emu.missions.companion.camera import CameraError, FrameRingWriter
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.messages import Ready, Render, Rendered
 from sitl_emu.run.process import StartError, main, settle
-from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.camera import Camera
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import LensError
 
@@ -29,13 +30,10 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         raise StartError(str(error)) from None
     try:
         settle()
-        control.send({"ready": True})
-        while "end" not in (message := control.receive()):
-            north_m, east_m, down_m, *q = message["pose"]
-            ring.write(
-                message["time"], camera.render(Pose(north_m, east_m, down_m, (q[0], q[1], q[2], q[3])), message["time"])
-            )
-            control.send({"done": message["render"]})
+        control.send(Ready())
+        while isinstance(asked := control.receive(), Render):
+            ring.write(asked.time_us, camera.render(asked.pose, asked.time_us))
+            control.send(Rendered(asked.index))
     finally:
         ring.close()
 

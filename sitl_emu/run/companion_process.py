@@ -5,6 +5,7 @@ then lets the harness step the mission's state machine, and says what it sent. T
 hardware, in `sitl_emu.missions.companion.main`.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -20,7 +21,8 @@ from sitl_emu.missions.companion.links import Link, LinkError, UdpPort
 from sitl_emu.missions.companion.pictures import Album
 from sitl_emu.missions.registry import MissionError, make_companion
 from sitl_emu.run.configs import CompanionConfig
-from sitl_emu.run.control import ControlChannel, Message
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.messages import FrameTaken, Ready, Start, Step, Stepped, Waiting
 from sitl_emu.run.process import StartError, main, settle
 
 LOOPBACK = "127.0.0.1"
@@ -38,9 +40,9 @@ class RingFrames:
         self.lost = 0
         """Frames that were overwritten before they were read."""
 
-    def take(self, indices: list[int]) -> list[Frame]:
-        """The frames of these numbers."""
-        frames = [self._take(self._ring, index) for index in indices] if self._ring is not None else []
+    def take(self, told: Sequence[FrameTaken]) -> list[Frame]:
+        """The frames that were told of."""
+        frames = [self._take(self._ring, frame.index) for frame in told] if self._ring is not None else []
         taken = [frame for frame in frames if frame is not None]
         self.lost += len(frames) - len(taken)
         return taken
@@ -58,22 +60,20 @@ class RingFrames:
         return frame
 
 
-def step(harness: Harness, camera: RingFrames, message: Message) -> Message:
+def step(harness: Harness, camera: RingFrames, message: Step) -> Stepped:
     """Read what has come, act, send; the answer to the conductor. Raises LinkError."""
-    now_us: int = message["step"]
+    now_us = message.now_us
+    counts = {AUTOPILOT_LINK: message.autopilot, PEER_LINK: message.peer}
     in_lockstep = [name for name in IN_LOCKSTEP if name in harness.links]
     sent_before = {name: harness.links[name].sent for name in in_lockstep}
     received = list[Received]()
     for name in in_lockstep:
-        received += [(name, one) for one in _received(harness.links[name], now_us, message[name])]
-    frames = camera.take([index for index, _ in message["frames"]])
-    events = harness.step(now_us, received, frames)
-    answer: Message = dict.fromkeys(IN_LOCKSTEP, 0)
-    answer |= {name: harness.links[name].sent - before for name, before in sent_before.items()}
-    answer["status"] = harness.companion.status._asdict()
-    answer["events"] = events
-    answer["dropped"] = camera.lost + harness.inference.dropped
-    return answer
+        received += [(name, one) for one in _received(harness.links[name], now_us, counts[name])]
+    events = harness.step(now_us, received, camera.take(message.frames))
+    sent = {name: harness.links[name].sent - before for name, before in sent_before.items()}
+    dropped = camera.lost + harness.inference.dropped
+    status = harness.companion.status
+    return Stepped(sent.get(AUTOPILOT_LINK, 0), sent.get(PEER_LINK, 0), status, tuple(events), dropped)
 
 
 def _received(link: Link, now_us: int, count: int | None) -> list[mavlink.MAVLink_message]:
@@ -96,8 +96,8 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
     except (MissionError, LinkError) as error:
         raise StartError(str(error)) from None
     peer = links[PEER_LINK].port if PEER_LINK in links else None
-    control.send({"waiting": True})
-    control.receive()
+    control.send(Waiting())
+    control.expect(Start)
     try:
         camera = RingFrames(FrameRingReader(config.ring) if config.ring is not None else None)
     except CameraError as error:
@@ -106,8 +106,8 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
     harness = Harness(companion, links, inference, Album(folder / "frames", config.name))
     try:
         settle()
-        control.send({"ready": True, "peer_port": peer.address[1] if isinstance(peer, UdpPort) else None})
-        while "end" not in (message := control.receive()):
+        control.send(Ready(peer.address[1] if isinstance(peer, UdpPort) else None))
+        while isinstance(message := control.receive(), Step):
             control.send(step(harness, camera, message))
     finally:
         harness.close()

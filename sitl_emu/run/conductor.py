@@ -19,7 +19,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from sitl_emu.core.radio import RadioLink, RadioSettings
 from sitl_emu.core.simulator_api import (
@@ -30,8 +30,11 @@ from sitl_emu.core.simulator_api import (
     SimulatorMessage,
     SimulatorParameter,
 )
+from sitl_emu.missions.companion.companion import Event, Status
+from sitl_emu.run.messages import BodyPose, FrameTaken, Message, Read, Render, Rendered, Sent, Step, Stepped
 from sitl_emu.world.contacts import Impact
 
+Kind = TypeVar("Kind", bound=Message)
 TICK_US = 4000
 TICKS_PER_SECOND = 250
 BARRIER_TICKS = 5
@@ -39,19 +42,6 @@ TRUTH_TICKS = 25
 MODE_FLAG_SAFETY_ARMED = 128
 OFF = (0.0,) * 16
 """HIL_ACTUATOR_CONTROLS.controls of an autopilot that drives nothing."""
-
-
-class Pose(Protocol):
-    """What the conductor needs to know of a vehicle's true pose (NED from the world's origin)."""
-
-    @property
-    def north_m(self) -> float: ...  # noqa: D102
-    @property
-    def east_m(self) -> float: ...  # noqa: D102
-    @property
-    def down_m(self) -> float: ...  # noqa: D102
-    @property
-    def q(self) -> tuple[float, float, float, float]: ...  # noqa: D102
 
 
 class Simulator(Protocol):
@@ -81,8 +71,8 @@ class Simulation(Protocol):
 class Control(Protocol):
     """An end of a control channel."""
 
-    def send(self, message: dict[str, Any]) -> None: ...  # noqa: D102
-    def receive(self) -> dict[str, Any]: ...  # noqa: D102
+    def send(self, message: Message) -> None: ...  # noqa: D102
+    def expect(self, kind: type[Kind]) -> Kind: ...  # noqa: D102
 
 
 class PeerSocket(Protocol):
@@ -95,7 +85,7 @@ class PeerSocket(Protocol):
 class Recorder(Protocol):
     """Where events and true tracks are kept."""
 
-    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None: ...  # noqa: D102
+    def event(self, vehicle: str, event: Event) -> None: ...  # noqa: D102
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None: ...  # noqa: D102
 
 
@@ -107,8 +97,8 @@ class CameraInRun:
     rate_hz: float
     latency_us: int
     rendered: int = 0
-    under_way: deque[tuple[int, int]] = field(default_factory=deque)
-    """(index, time_us) of frames asked for and not yet delivered."""
+    under_way: deque[FrameTaken] = field(default_factory=deque)
+    """Frames asked for and not yet delivered."""
     finished: int = -1
     """Index of the last frame that the camera process has done."""
 
@@ -138,7 +128,8 @@ class VehicleInRun:
     """Its autopilot was shut down, or killed by a fault: its motors are off."""
     stepping: bool = False
     """The companion was told to step and has not answered yet."""
-    status: dict[str, Any] = field(default_factory=dict)
+    status: Status | None = None
+    """What its companion said last of itself."""
     frames_dropped: int = 0
     lost: set[str] = field(default_factory=set)
     """Which of its processes, "autopilot" or "companion", a fault has killed."""
@@ -181,7 +172,8 @@ class Conductor:
         """Every companion of ours has done its mission or crashed, and none flies on that has lost its companion."""
         if any(vehicle.armed for vehicle in self.vehicles if vehicle.lost and not vehicle.crashed):
             return False
-        return all(v.status.get("done") or v.crashed for v in self.vehicles if v.companion is not None)
+        ours = [vehicle for vehicle in self.vehicles if vehicle.companion is not None]
+        return all(vehicle.crashed or (vehicle.status and vehicle.status.done) for vehicle in ours)
 
     @property
     def outcome(self) -> str:
@@ -190,7 +182,8 @@ class Conductor:
             f"{vehicle.name} crashed into {vehicle.crashed}" for vehicle in self.vehicles if vehicle.crashed
         ]:
             return "; ".join(crashes)
-        outcomes = [vehicle.status.get("outcome", "") for vehicle in self.vehicles if vehicle.companion is not None]
+        ours = [vehicle for vehicle in self.vehicles if vehicle.companion is not None]
+        outcomes = [vehicle.status.outcome if vehicle.status else "" for vehicle in ours]
         return next((outcome for outcome in outcomes if outcome != "success"), "success")
 
     @property
@@ -232,17 +225,15 @@ class Conductor:
         """
         self._doomed.append((vehicle, process, kill))
 
+    def _tell(self, vehicle: VehicleInRun, kind: str, text: str = "", **data: float | int | str) -> None:
+        self._recorder.event(vehicle.name, Event(self.now_us, kind, text, data))
+
     def _note(self, impact: Impact) -> None:
         vehicle = self.vehicles[impact.place]
         if impact.crash:
             vehicle.crashed = impact.other
-        event = {
-            "event": "crashed" if impact.crash else "touched",
-            "text": f"{impact.other} at {impact.speed_m_s:.1f} m/s",
-            "other": impact.other,
-            "speed_m_s": round(impact.speed_m_s, 3),
-        }
-        self._recorder.event(self.now_us, vehicle.name, event)
+        kind, text = "crashed" if impact.crash else "touched", f"{impact.other} at {impact.speed_m_s:.1f} m/s"
+        self._tell(vehicle, kind, text, other=impact.other, speed_m_s=round(impact.speed_m_s, 3))
 
     def finish(self) -> None:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""
@@ -258,16 +249,16 @@ class Conductor:
             if isinstance(message, SimulatorParameter):
                 self._simulation.set_parameter(place, *message)
             elif message.system_status == STATE_BOOT:
-                self._recorder.event(self.now_us, vehicle.name, {"event": "autopilot rebooted"})
+                self._tell(vehicle, "autopilot rebooted")
             elif message.system_status == STATE_POWEROFF:
-                self._recorder.event(self.now_us, vehicle.name, {"event": "autopilot shut down"})
+                self._tell(vehicle, "autopilot shut down")
                 vehicle.off, vehicle.autopilot = True, None
 
     def _take_controls(self, vehicle: VehicleInRun, controls: HilActuatorControls) -> None:
         vehicle.controls = controls
         if bool(controls.mode & MODE_FLAG_SAFETY_ARMED) != vehicle.armed:
             vehicle.armed = not vehicle.armed
-            self._recorder.event(self.now_us, vehicle.name, {"event": "armed" if vehicle.armed else "disarmed"})
+            self._tell(vehicle, "armed" if vehicle.armed else "disarmed")
 
     def _barrier(self) -> None:
         now_us = self.now_us
@@ -276,23 +267,20 @@ class Conductor:
         self._end_the_doomed()
         for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
             if vehicle.autopilot is not None:
-                vehicle.autopilot.send({"read": for_autopilot})
+                vehicle.autopilot.send(Read(for_autopilot))
         delivered = self._radio(now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)})
         for vehicle, from_autopilot in zip(self.vehicles, sent_by_autopilot, strict=True):
             frames = self._frames_for(vehicle, now_us)
             if vehicle.companion is not None:
                 from_peer = delivered.get(vehicle.name, 0)
-                vehicle.companion.send(
-                    {"step": now_us, "autopilot": from_autopilot, "peer": from_peer, "frames": frames}
-                )
+                vehicle.companion.send(Step(now_us, from_autopilot, from_peer, frames))
                 vehicle.stepping = True
 
     @staticmethod
     def _sent_by_autopilot(vehicle: VehicleInRun) -> int | None:
         """Datagrams for its companion since the last barrier; None: as many as there are."""
         if vehicle.autopilot is not None:
-            count: int = vehicle.autopilot.receive()["sent"]
-            return count
+            return vehicle.autopilot.expect(Sent).datagrams
         return None if vehicle.outside else 0
 
     def _end_the_doomed(self) -> None:
@@ -321,13 +309,13 @@ class Conductor:
             return 0, None
         if not vehicle.stepping:
             return 0, 0
-        reply = vehicle.companion.receive()
+        reply = vehicle.companion.expect(Stepped)
         vehicle.stepping = False
-        vehicle.status = reply["status"]
-        vehicle.frames_dropped = reply["dropped"]
-        for event in reply["events"]:
-            self._recorder.event(self.now_us, vehicle.name, event)
-        return reply["autopilot"], reply["peer"]
+        vehicle.status = reply.status
+        vehicle.frames_dropped = reply.dropped
+        for event in reply.events:
+            self._recorder.event(vehicle.name, event._replace(time_us=self.now_us))
+        return reply.autopilot, reply.peer
 
     def _radio(self, now_us: int, sent: dict[str, int | None]) -> dict[str, int]:
         """Carry the companions' datagrams; how many each of them has to read now."""
@@ -351,27 +339,27 @@ class Conductor:
             delivered[other.name] = len(arrived)
         return delivered
 
-    def _take_picture(self, camera: CameraInRun, pose: Pose) -> None:
+    def _take_picture(self, camera: CameraInRun, pose: Any) -> None:
         index = camera.rendered
         camera.rendered += 1
-        where = [pose.north_m, pose.east_m, pose.down_m, *pose.q]
-        camera.control.send({"render": index, "time": self.now_us, "pose": where})
-        camera.under_way.append((index, self.now_us))
+        where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
+        camera.control.send(Render(index, self.now_us, where))
+        camera.under_way.append(FrameTaken(index, self.now_us))
 
-    def _frames_for(self, vehicle: VehicleInRun, now_us: int) -> list[tuple[int, int]]:
+    def _frames_for(self, vehicle: VehicleInRun, now_us: int) -> tuple[FrameTaken, ...]:
         """The frames that reach the companion at this barrier; waits until they are rendered."""
-        camera, frames = vehicle.camera, list[tuple[int, int]]()
+        camera, frames = vehicle.camera, list[FrameTaken]()
         if camera is None:
-            return frames
-        while camera.under_way and camera.under_way[0][1] + camera.latency_us <= now_us:
+            return ()
+        while camera.under_way and camera.under_way[0].time_us + camera.latency_us <= now_us:
             frame = camera.under_way.popleft()
-            self._wait_for_frame(camera, frame[0])
+            self._wait_for_frame(camera, frame.index)
             frames.append(frame)
-        return frames
+        return tuple(frames)
 
     def _wait_for_frame(self, camera: CameraInRun, index: int) -> None:
         while camera.finished < index:
-            camera.finished = camera.control.receive()["done"]
+            camera.finished = camera.control.expect(Rendered).index
 
 
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:

@@ -1,37 +1,20 @@
-"""The control channel between the processes of a run: JSON messages on an inherited socket.
+"""The control channel between the processes of a run: messages (`messages.py`) on an inherited socket.
 
-The world process holds one to every other process and to the launcher; what is said on them is listed here. They carry
-simulated time and counts of datagrams, so that every process steps when, and reads what, it should (lockstep):
-
-====================  ==================================================================================
-autopilot → world     `{"sent": n}` after every fifth tick: datagrams sent on its onboard link since the last
-world → autopilot     `{"read": n}`: so many datagrams of its companion to read before its next tick
-world → companion     `{"step": now_us, "autopilot": n, "peer": n, "frames": [[index, time_us], …]}`
-                      (autopilot null: whatever is there, of one from outside)
-companion → world     `{"autopilot": n, "peer": n, "status": [...], "events": [...], "dropped": n}`
-world → camera        `{"render": index, "time": time_us, "pose": [north_m, east_m, down_m, w, x, y, z]}`
-camera → world        `{"done": index}`
-any → world           `{"waiting": true}`: set up, but for what others must have ready
-world → any           `{"start": true}`: that is ready (an autopilot's simulator, a companion's camera)
-any → world           `{"ready": true, …}` when it is set up
-world → any           `{"end": true}`: the run is over
-world → launcher      `{"listening": true, …}`, `{"status": {…}}`, `{"event": {…}}`, `{"over": {…}}`
-launcher → world      `{"stop": "why"}`, `{"command_ended": [vehicle, exit status]}`
-world → launcher      `{"kill": title}`: a fault of the scenario; answered by `{"killed": title}` when it is dead
-====================  ==================================================================================
+The world process holds one to every other process and to the launcher.
 """
 
-import json
 import socket
 import struct
-from typing import Any
+from typing import TypeVar
+
+from sitl_emu.run.messages import Message, decoded, encoded
 
 LENGTH = struct.Struct("<I")
 RECEIVE_BYTES = 1 << 16
 BARRIER_LIMIT_S = 60.0
 """Wall time after which a silent process counts as hung."""
 
-Message = dict[str, Any]
+Kind = TypeVar("Kind", bound=Message)
 
 
 class ProcessLostError(Exception):
@@ -54,7 +37,7 @@ class ControlChannel:
 
     def send(self, message: Message) -> None:
         """Send a message. Raises ProcessLostError."""
-        body = json.dumps(message, separators=(",", ":")).encode()
+        body = encoded(message)
         try:
             self._socket.sendall(LENGTH.pack(len(body)) + body)
         except OSError as error:
@@ -72,6 +55,13 @@ class ControlChannel:
             if not data:
                 raise ProcessLostError(f"{self.other} has gone")
             self._buffer += data
+        return message
+
+    def expect(self, kind: type[Kind]) -> Kind:
+        """The next message, which is of this kind; waits for it. Raises ProcessLostError."""
+        message = self.receive()
+        if not isinstance(message, kind):
+            raise TypeError(f"{self.other} said {message}, where {kind.__name__} was due")
         return message
 
     def poll(self) -> Message | None:
@@ -103,7 +93,7 @@ class ControlChannel:
         end = LENGTH.size + LENGTH.unpack_from(buffer)[0]
         if len(buffer) < end:
             return None
-        message: Message = json.loads(buffer[LENGTH.size : end])
+        message = decoded(buffer[LENGTH.size : end])
         del buffer[:end]
         return message
 

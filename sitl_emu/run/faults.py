@@ -7,8 +7,9 @@ that all it did before is the same in every run.
 
 import heapq
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
+from sitl_emu.missions.companion.companion import Event
 from sitl_emu.run.configs import Fault, FaultData
 from sitl_emu.vehicles.battery import LoadBattery
 from sitl_emu.world.simulator import VehicleSimulator
@@ -82,7 +83,7 @@ class Run(Protocol):
 class Recorder(Protocol):
     """Where events are kept."""
 
-    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None: ...  # noqa: D102
+    def event(self, vehicle: str, event: Event) -> None: ...  # noqa: D102
 
 
 class Injector:
@@ -114,7 +115,7 @@ class Injector:
             vehicle, text = data.vehicle, said(data.fault, begins)
             if begins:
                 self.told.append(f"{vehicle}: {text} at {now_us / 1e6:.1f} s")
-            self._recorder.event(now_us, vehicle, {"event": "fault" if begins else "fault_ended", "text": text})
+            self._recorder.event(vehicle, Event(now_us, "fault" if begins else "fault_ended", text, {}))
             self._apply(vehicle, data.fault, begins)
 
     def _apply(self, vehicle: str, fault: Fault, begins: bool) -> None:

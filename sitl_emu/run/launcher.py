@@ -9,7 +9,7 @@ import contextlib
 import select
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
@@ -18,6 +18,7 @@ from sitl_emu.run import wiring
 from sitl_emu.run.children import STOP_S, Child, end_all, kill, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
+from sitl_emu.run.messages import CommandEnded, EventTold, Kill, Killed, Listening, Over, Progress, Stop
 
 POLL_S = 0.1
 FINISH_S = 20.0
@@ -29,9 +30,10 @@ class Ending:
     """How a run ended."""
 
     outcome: str
-    figures: dict[str, Any] = field(default_factory=dict)
-    truth: dict[str, Any] = field(default_factory=dict)
-    home: list[float] = field(default_factory=list)
+    over: Over | None = None
+    """What the world process said of it; None where it did not come to that."""
+    truth: Mapping[str, Any] = field(default_factory=dict)
+    home: tuple[float, ...] = ()
     complaint: str = ""
     """What went wrong with a process, for people; empty where nothing did."""
 
@@ -59,7 +61,7 @@ def run(wanted: wiring.Wanted, view: View) -> Ending:
         except Stopped:
             pass
         finally:
-            end_all(children, FINISH_S if ending.figures and not ending.figures["lost"] else STOP_S)
+            end_all(children, FINISH_S if ending.over and not ending.over.lost else STOP_S)
     return ending
 
 
@@ -87,19 +89,19 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
         select.select([world], [], [], POLL_S)
         try:
             while (message := world.poll()) is not None:
-                if "status" in message:
-                    view.status(message["status"])
-                elif "event" in message:
-                    view.event(message["event"])
-                elif "listening" in message:
-                    ending.truth, ending.home = message["truth"], message["home"]
-                elif "kill" in message:
-                    _kill(message["kill"], children)
-                    world.send({"killed": message["kill"]})
-                elif "over" in message:
-                    ending.figures, ending.outcome = message["over"], message["over"]["outcome"]
-                    if lost := message["over"]["lost"]:
-                        _blame(ending, children, lost)
+                if isinstance(message, Progress):
+                    view.status(message)
+                elif isinstance(message, EventTold):
+                    view.event(message)
+                elif isinstance(message, Listening):
+                    ending.truth, ending.home = message.truth, message.home
+                elif isinstance(message, Kill):
+                    _kill(message.title, children)
+                    world.send(Killed(message.title))
+                elif isinstance(message, Over):
+                    ending.over, ending.outcome = message, message.outcome
+                    if message.lost:
+                        _blame(ending, children, message.lost)
                     return
         except ProcessLostError:
             _blame(ending, children, "the world process has gone")
@@ -112,7 +114,7 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
                 told.add(child.title)
                 if status:
                     ending.complaint = "\n".join(filter(None, (ending.complaint, obituary(child))))
-                world.send({"command_ended": [child.title.removeprefix("companion "), status]})
+                world.send(CommandEnded(child.title.removeprefix("companion "), status))
             elif child.title != "world":
                 _blame(ending, children, f"{child.title} has ended")
                 return
@@ -129,12 +131,12 @@ def _stop(world: ControlChannel, ending: Ending) -> None:
     """Ask the world to make an end, and what its figures are."""
     until = time.monotonic() + STOP_S / 2
     with contextlib.suppress(ProcessLostError):
-        world.send({"stop": "interrupted"})
+        world.send(Stop("interrupted"))
         while time.monotonic() < until:
             select.select([world], [], [], POLL_S)
             while (message := world.poll()) is not None:
-                if "over" in message:
-                    ending.figures = message["over"]
+                if isinstance(message, Over):
+                    ending.over = message
                     return
 
 

@@ -10,6 +10,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from sitl_emu.run.messages import EventTold, Progress, VehicleProgress
+
 RECENT_EVENTS = 8
 PLAIN_PERIOD_S = 10.0
 QUIET_EVENTS = {"phase"}
@@ -18,11 +20,11 @@ QUIET_EVENTS = {"phase"}
 class View(Protocol):
     """Shows how a run goes."""
 
-    def status(self, status: dict[str, Any]) -> None:
+    def status(self, status: Progress) -> None:
         """Where time and vehicles are now."""
         ...
 
-    def event(self, event: dict[str, Any]) -> None:
+    def event(self, event: EventTold) -> None:
         """Something happened."""
         ...
 
@@ -36,10 +38,10 @@ def open_view(title: str, console: Console) -> View:
     return LiveView(title, console) if console.is_terminal else PlainView(title, console)
 
 
-def event_line(event: dict[str, Any]) -> str:
+def event_line(told: EventTold) -> str:
     """An event in words."""
-    text = event.get("text", "")
-    return f"{event['time_s']:7.1f} s  {event['vehicle']:<8} {event['event']}{': ' + text if text else ''}"
+    kind, text = told.event.kind, told.event.text
+    return f"{told.time_s:7.1f} s  {told.vehicle:<8} {kind}{': ' + text if text else ''}"
 
 
 class Speed:
@@ -48,9 +50,9 @@ class Speed:
     def __init__(self) -> None:
         self._samples: deque[tuple[float, float]] = deque(maxlen=12)
 
-    def of(self, status: dict[str, Any]) -> float:
+    def of(self, status: Progress) -> float:
         """Simulated over wall time since some samples ago."""
-        self._samples.append((status["time_s"], status["wall_s"]))
+        self._samples.append((status.time_s, status.wall_s))
         (time_0, wall_0), (time_1, wall_1) = self._samples[0], self._samples[-1]
         return (time_1 - time_0) / (wall_1 - wall_0) if wall_1 > wall_0 else 0.0
 
@@ -62,16 +64,16 @@ class PlainView:
         self._console, self._speed, self._last_s = console, Speed(), 0.0
         self._print(title)
 
-    def status(self, status: dict[str, Any]) -> None:
+    def status(self, status: Progress) -> None:
         """A line each PLAIN_PERIOD_S of wall time."""
         speed = self._speed.of(status)
-        if status["wall_s"] - self._last_s < PLAIN_PERIOD_S:
+        if status.wall_s - self._last_s < PLAIN_PERIOD_S:
             return
-        self._last_s = status["wall_s"]
-        vehicles = "; ".join(f"{name} {_phase(vehicle)}" for name, vehicle in status["vehicles"].items())
-        self._print(f"{status['time_s']:7.1f} s  {speed:.1f} x real time; {vehicles}")
+        self._last_s = status.wall_s
+        vehicles = "; ".join(f"{name} {_phase(vehicle)}" for name, vehicle in status.vehicles.items())
+        self._print(f"{status.time_s:7.1f} s  {speed:.1f} x real time; {vehicles}")
 
-    def event(self, event: dict[str, Any]) -> None:
+    def event(self, event: EventTold) -> None:
         """A line."""
         self._print(event_line(event))
 
@@ -82,11 +84,11 @@ class PlainView:
         self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def _phase(vehicle: dict[str, Any]) -> str:
-    status = vehicle["status"]
-    if not status:
-        return "armed" if vehicle["armed"] else "disarmed"
-    return f"{status['phase']} {status['progress']:.0%}"
+def _phase(vehicle: VehicleProgress) -> str:
+    status = vehicle.status
+    if status is None:
+        return "armed" if vehicle.armed else "disarmed"
+    return f"{status.phase} {status.progress:.0%}"
 
 
 class LiveView:
@@ -95,18 +97,18 @@ class LiveView:
     def __init__(self, title: str, console: Console) -> None:
         self._title, self._speed = title, Speed()
         self._recent: deque[str] = deque(maxlen=RECENT_EVENTS)
-        self._status: dict[str, Any] | None = None
+        self._status: Progress | None = None
         self._live = Live(self._drawn(0.0), console=console, refresh_per_second=8, transient=False)
         self._live.start()
 
-    def status(self, status: dict[str, Any]) -> None:
+    def status(self, status: Progress) -> None:
         """Draw it."""
         self._status = status
         self._live.update(self._drawn(self._speed.of(status)))
 
-    def event(self, event: dict[str, Any]) -> None:
+    def event(self, event: EventTold) -> None:
         """Shown below the table."""
-        if event["event"] not in QUIET_EVENTS:
+        if event.event.kind not in QUIET_EVENTS:
             self._recent.append(event_line(event))
 
     def close(self) -> None:
@@ -118,25 +120,26 @@ class LiveView:
         if status is None:
             return Group(Text(f"{self._title}: starting", style="bold"))
         head = Text.assemble(
-            (self._title, "bold"), f"   {status['time_s']:.1f} s simulated   ", (f"{speed:.1f} x real time", "cyan")
+            (self._title, "bold"), f"   {status.time_s:.1f} s simulated   ", (f"{speed:.1f} x real time", "cyan")
         )
         table = Table(expand=False, pad_edge=False)
         for column in ("vehicle", "phase", "progress", "north, east, up", "frames", "says"):
             table.add_column(column)
-        for name, vehicle in status["vehicles"].items():
+        for name, vehicle in status.vehicles.items():
             table.add_row(*self._row(name, vehicle))
         return Group(head, table, *_lines(self._recent))
 
-    def _row(self, name: str, vehicle: dict[str, Any]) -> list[Any]:
-        status = vehicle["status"]
-        north, east, up = vehicle["position"]
+    def _row(self, name: str, vehicle: VehicleProgress) -> list[Any]:
+        status = vehicle.status
+        north, east, up = vehicle.position_m
+        phase = status.phase if status else "armed" if vehicle.armed else "disarmed"
         return [
-            Text(name, style="bold green" if vehicle["armed"] else "bold"),
-            status.get("phase", "armed" if vehicle["armed"] else "disarmed"),
-            ProgressBar(total=1.0, completed=status["progress"], width=16) if status else "",
+            Text(name, style="bold green" if vehicle.armed else "bold"),
+            phase,
+            ProgressBar(total=1.0, completed=status.progress, width=16) if status else "",
             f"{north:6.1f} {east:6.1f} {up:5.1f} m",
-            "" if vehicle["frames"] is None else str(vehicle["frames"]),
-            Text(status.get("text", ""), overflow="ellipsis", no_wrap=True),
+            "" if vehicle.frames is None else str(vehicle.frames),
+            Text(status.text if status else "", overflow="ellipsis", no_wrap=True),
         ]
 
 

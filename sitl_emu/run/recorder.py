@@ -5,13 +5,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from sitl_emu.missions.companion.companion import Event
+from sitl_emu.run.messages import EventTold
+
 TRUTH_HEADER = "time_s,north_m,east_m,down_m,vn_m_s,ve_m_s,vd_m_s,qw,qx,qy,qz\n"
 
 
 class RunRecorder:
     """Writes events.jsonl and truth-VEHICLE.csv into a run's folder."""
 
-    def __init__(self, folder: Path, vehicles: list[str], listener: Callable[[dict[str, Any]], None]) -> None:
+    def __init__(self, folder: Path, vehicles: list[str], listener: Callable[[EventTold], None]) -> None:
         """`listener` hears of every event too."""
         self._listener = listener
         self._events = (folder / "events.jsonl").open("w")
@@ -20,12 +23,13 @@ class RunRecorder:
             self._truth[name] = (folder / f"truth-{name}.csv").open("w")
             self._truth[name].write(TRUTH_HEADER)
 
-    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None:
-        """Something happened; `event["event"]` says what."""
-        line = {"time_s": now_us / 1e6, "vehicle": vehicle, **event}
+    def event(self, vehicle: str, event: Event) -> None:
+        """Something happened."""
+        told = EventTold(event.time_us / 1e6, vehicle, event)
+        line = {"time_s": told.time_s, "vehicle": vehicle, **event.line}
         self._events.write(json.dumps(line) + "\n")
         self._events.flush()
-        self._listener(line)
+        self._listener(told)
 
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
         """Where a vehicle truly is."""

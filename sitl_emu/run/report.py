@@ -7,7 +7,7 @@ A map with the tracks, what truly stands there and what the missions mark; heigh
 import base64
 import html
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ figure { display: inline-block; margin: 0 1rem 1rem 0; } figcaption { color: #66
 def write(
     folder: Path,
     summary: dict[str, Any],
-    truth: dict[str, Any],
+    truth: Mapping[str, Any],
     pages: Sequence[Page] = (),
     photo: np.ndarray | None = None,
 ) -> None:
@@ -69,7 +69,7 @@ def write(
 
 
 def draw_map(
-    truth: dict[str, Any], tracks: dict[str, Track], pages: Sequence[Page], photo: np.ndarray | None
+    truth: Mapping[str, Any], tracks: dict[str, Track], pages: Sequence[Page], photo: np.ndarray | None
 ) -> Figure:
     """Outline, true tracks, what is really there, and what the missions mark."""
     figure = Figure(figsize=(9, 8), layout="constrained")

@@ -3,6 +3,7 @@
 import json
 import os
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def make_folder(out: Path | None, name: str) -> Path:
 def _report(
     folder: Path,
     summary: dict[str, Any],
-    truth: dict[str, Any],
+    truth: Mapping[str, Any],
     missions: list[Mission],
     world: World,
 ) -> None:

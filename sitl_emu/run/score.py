@@ -8,15 +8,17 @@ under `wall_clock`.
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.missions.companion.companion import Status
 from sitl_emu.missions.mission import Figures, Mission
 from sitl_emu.missions.reporting import Page, Section, Table
 from sitl_emu.missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
 from sitl_emu.run.launcher import Ending
+from sitl_emu.run.messages import Over
 
 SUCCESS = "success"
 EXIT_SUCCESS, EXIT_FAILED = 0, 1
@@ -98,7 +100,8 @@ def outcome_of(ended: str, score: MissionScore | None) -> str:
 
 def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Sequence[Mission] = ()) -> dict[str, Any]:
     """The contents of summary.json. `missions`: those whose programs the run's companions ran."""
-    figures = ending.figures
+    over = ending.over or Over(ending.outcome)
+    figures = over.figures
     record = record_of(folder, ending)
     score = together([scored for one in missions if (scored := _scored(one, record)) is not None])
     return {
@@ -107,17 +110,21 @@ def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Se
         "outcome": outcome_of(ending.outcome, score),
         **(score.figures if score is not None else {}),
         "lines": score.lines if score is not None else [],
-        "frames_rendered": figures.get("frames_rendered"),
-        "frames_dropped": figures.get("frames_dropped"),
-        "simulated_s": figures.get("simulated_s"),
-        "radio": figures.get("radio", {}),
-        "armed_at_end": figures.get("armed_at_end", []),
-        "companions": figures.get("companions", {}),
-        "faults": figures.get("faults", []),
-        "faults_left": figures.get("faults_left", []),
-        "speed_factor": _rounded(figures.get("speed_factor")),
-        "wall_clock": {"run_s": _rounded(figures.get("wall_s"))},
+        "frames_rendered": figures.frames_rendered if figures else None,
+        "frames_dropped": figures.frames_dropped if figures else None,
+        "simulated_s": figures.simulated_s if figures else None,
+        "radio": {name: counts._asdict() for name, counts in figures.radio.items()} if figures else {},
+        "armed_at_end": list(figures.armed_at_end) if figures else [],
+        "companions": _statuses(figures.companions) if figures else {},
+        "faults": list(over.faults),
+        "faults_left": list(over.faults_left),
+        "speed_factor": _rounded(figures.speed_factor if figures else None),
+        "wall_clock": {"run_s": _rounded(figures.wall_s if figures else None)},
     }
+
+
+def _statuses(companions: Mapping[str, Status | None]) -> dict[str, dict[str, Any]]:
+    return {name: status._asdict() if status else {} for name, status in companions.items()}
 
 
 WALL_CLOCK_KEYS = ("speed_factor", "wall_clock")

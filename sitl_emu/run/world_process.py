@@ -17,8 +17,26 @@ from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import models, worlds
 from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
 from sitl_emu.run.configs import VehicleData, WorldConfig
-from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, Message, ProcessLostError, inherited
+from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
+from sitl_emu.run.messages import (
+    CommandEnded,
+    End,
+    EventTold,
+    Figures,
+    Kill,
+    Killed,
+    Listening,
+    Message,
+    Over,
+    Progress,
+    RadioCounts,
+    Ready,
+    Start,
+    Stop,
+    VehicleProgress,
+    Waiting,
+)
 from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
@@ -76,17 +94,17 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     names = [vehicle.name for vehicle in config.vehicles]
     timeline = Timeline(config.faults)
 
-    def hear(line: Message) -> None:
-        launcher.send({"event": line})
-        timeline.hear(round(line["time_s"] * 1e6), line["vehicle"], line["event"], line.get("text", ""))
+    def hear(told: EventTold) -> None:
+        launcher.send(told)
+        timeline.hear(told.event.time_us, told.vehicle, told.event.kind, told.event.text)
 
     recorder = RunRecorder(Path(config.folder), names, hear)
     try:
         listeners = [SimulatorListener(ports.simulator(vehicle.instance)) for vehicle in config.vehicles]
     except OSError as error:
         raise StartError(error.strerror or str(error)) from None
-    launcher.send({"listening": True, "truth": world.truth(0.0), "home": list(world.home)})
-    over: Message = {"outcome": "", "lost": None}
+    launcher.send(Listening(world.truth(0.0), world.home))
+    over = Over("")
     conductor, stopwatch = None, Stopwatch()
     try:
         simulation = Simulation([_simulator(vehicle, world, config.seed) for vehicle in config.vehicles], world.solids)
@@ -99,14 +117,14 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
         line = LauncherLine(launcher)
         simulators = {simulator.name: simulator for simulator in simulation.simulators}
         injector = Injector(timeline, conductor, simulators, recorder, line.kill)
-        over["outcome"] = _beat_time(conductor, injector, line, config, stopwatch)
-        over["faults"] = injector.told
-        over["faults_left"] = [f"{fault.vehicle}: {said(fault.fault, True)}" for fault in timeline.waiting]
+        outcome = _beat_time(conductor, injector, line, config, stopwatch)
+        left = tuple(f"{fault.vehicle}: {said(fault.fault, True)}" for fault in timeline.waiting)
+        over = Over(outcome, faults=tuple(injector.told), faults_left=left)
     except (ProcessLostError, ChannelClosed) as error:
-        over["lost"] = str(error)
+        over = Over("", lost=str(error))
     finally:
         recorder.close()
-    launcher.send({"over": over | (_figures(conductor, stopwatch) if conductor is not None else {})})
+    launcher.send(over._replace(figures=_figures(conductor, stopwatch) if conductor is not None else None))
 
 
 def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
@@ -132,12 +150,12 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
         vehicle = VehicleInRun(name, simulator, OutsideChannel(channel, simulator.vehicle), outside=True)
     else:
         autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
-        autopilot.receive()
-        autopilot.send({"start": True})
+        autopilot.expect(Waiting)
+        autopilot.send(Start())
         channel = listener.accept(START_LIMIT_S)
         channel.limit_answers(BARRIER_LIMIT_S)
         vehicle = VehicleInRun(name, simulator, channel)
-        autopilot.receive()
+        autopilot.expect(Ready)
         vehicle.autopilot = autopilot if data.lockstep else None
     if data.companion_fd is not None:
         vehicle.companion = inherited(data.companion_fd, f"companion {name}")
@@ -153,16 +171,16 @@ def _wait_until_ready(members: list[VehicleInRun]) -> None:
     """Cameras first, then the companions, which look for them."""
     for member in members:
         if member.camera is not None:
-            member.camera.control.receive()
+            member.camera.control.expect(Ready)
     for member in members:
         if member.companion is not None:
-            member.companion.receive()
-            member.companion.send({"start": True})
+            member.companion.expect(Waiting)
+            member.companion.send(Start())
     for member in members:
         if member.companion is not None:
-            answer = member.companion.receive()
-            if isinstance(member.peer, RadioSocket):
-                member.peer.peer = ("127.0.0.1", answer["peer_port"])
+            port = member.companion.expect(Ready).peer_port
+            if isinstance(member.peer, RadioSocket) and port is not None:
+                member.peer.peer = ("127.0.0.1", port)
 
 
 class LauncherLine:
@@ -184,8 +202,8 @@ class LauncherLine:
 
     def kill(self, title: str) -> None:
         """Have a process killed; returns when it is dead."""
-        self._launcher.send({"kill": title})
-        while "killed" not in (message := self._launcher.receive()):
+        self._launcher.send(Kill(title))
+        while not isinstance(message := self._launcher.receive(), Killed):
             self._heard.append(message)
         self.killed.add(title)
 
@@ -214,13 +232,12 @@ def _beat_time(
         stopwatch.look(conductor, now_s)
         if now_s - shown_s >= STATUS_PERIOD_S:
             shown_s = now_s
-            launcher.send({"status": _status(conductor, stopwatch.elapsed_s)})
+            launcher.send(_progress(conductor, stopwatch.elapsed_s))
         while (message := launcher.poll()) is not None:
-            if "stop" in message:
-                over_us, outcome = conductor.now_us, message["stop"]
-            elif "command_ended" in message:
-                name, status = message["command_ended"]
-                ended[name] = status
+            if isinstance(message, Stop):
+                over_us, outcome = conductor.now_us, message.why
+            elif isinstance(message, CommandEnded):
+                ended[message.vehicle] = message.exit_status
         if not over_us:
             crashed = {vehicle.name for vehicle in conductor.vehicles if vehicle.crashed}
             waited_for = {name for name in commands - crashed if f"companion {name}" not in launcher.killed}
@@ -237,7 +254,7 @@ def _beat_time(
     for member in conductor.vehicles:
         for control in (member.companion, member.camera.control if member.camera else None):
             if control is not None:
-                control.send({"end": True})
+                control.send(End())
     return outcome
 
 
@@ -248,7 +265,7 @@ def _shut_down(conductor: Conductor, commands: set[str]) -> str:
     of the user's decide for themselves when they are done.
     """
     off = [member for member in conductor.vehicles if member.off and "autopilot" not in member.lost]
-    lost = any(member.companion is not None and not member.status.get("done") for member in off)
+    lost = any(member.companion is not None and not (member.status and member.status.done) for member in off)
     if lost or (not commands and len(off) == len(conductor.vehicles)):
         return f"autopilot shut down: {', '.join(member.name for member in off)}"
     return ""
@@ -288,39 +305,29 @@ class Stopwatch:
         return (self.last[0] - self.first[0]) / (self.last[1] - self.first[1])
 
 
-def _status(conductor: Conductor, wall_s: float) -> Message:
-    return {
-        "time_s": conductor.now_us / 1e6,
-        "wall_s": wall_s,
-        "vehicles": {
-            member.name: {
-                "armed": member.armed,
-                "status": member.status,
-                "position": [round(value, 1) for value in _position(member)],
-                "frames": member.camera.rendered if member.camera else None,
-            }
-            for member in conductor.vehicles
-        },
-    }
+def _progress(conductor: Conductor, wall_s: float) -> Progress:
+    vehicles = {member.name: _vehicle_progress(member) for member in conductor.vehicles}
+    return Progress(conductor.now_us / 1e6, wall_s, vehicles)
 
 
-def _position(member: VehicleInRun) -> tuple[float, float, float]:
+def _vehicle_progress(member: VehicleInRun) -> VehicleProgress:
     pose = member.simulator.pose()
-    return pose.north_m, pose.east_m, -pose.down_m
+    position_m = (round(pose.north_m, 1), round(pose.east_m, 1), round(-pose.down_m, 1))
+    return VehicleProgress(member.armed, member.status, position_m, member.camera.rendered if member.camera else None)
 
 
-def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Message:
+def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Figures:
     cameras = [member for member in conductor.vehicles if member.camera is not None]
-    return {
-        "simulated_s": conductor.now_us / 1e6,
-        "speed_factor": stopwatch.speed_factor,
-        "frames_rendered": sum(member.camera.rendered for member in cameras if member.camera),
-        "frames_dropped": sum(member.frames_dropped for member in cameras),
-        "radio": {name: {"sent": sent, "lost": lost} for name, (sent, lost) in conductor.radio_counts.items()},
-        "wall_s": stopwatch.elapsed_s,
-        "armed_at_end": [member.name for member in conductor.vehicles if member.armed],
-        "companions": {member.name: member.status for member in conductor.vehicles if member.companion is not None},
-    }
+    return Figures(
+        simulated_s=conductor.now_us / 1e6,
+        wall_s=stopwatch.elapsed_s,
+        speed_factor=stopwatch.speed_factor,
+        frames_rendered=sum(member.camera.rendered for member in cameras if member.camera),
+        frames_dropped=sum(member.frames_dropped for member in cameras),
+        radio={name: RadioCounts(*counts) for name, counts in conductor.radio_counts.items()},
+        armed_at_end=tuple(member.name for member in conductor.vehicles if member.armed),
+        companions={member.name: member.status for member in conductor.vehicles if member.companion is not None},
+    )
 
 
 if __name__ == "__main__":

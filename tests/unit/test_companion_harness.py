@@ -146,9 +146,10 @@ def test_a_step_is_messages_frames_detections_time_and_the_events_with_their_pic
     data = vehicle.receive()
     assert data is not None
     assert [(msg.get_srcSystem(), msg.get_srcComponent()) for msg in Wire(skip=()).decode(data)] == [(7, 191)]
-    assert [line["picture"] for line in events] == ["frames/uas-0000200-target_confirmed.jpg"]
-    assert events[0]["event"] == "target_confirmed" and events[0]["frame_time_us"] == 200_000
-    picture = np.asarray(cv2.imread(str(tmp_path / events[0]["picture"])))
+    lines = [event.line for event in events]
+    assert [line["picture"] for line in lines] == ["frames/uas-0000200-target_confirmed.jpg"]
+    assert lines[0]["event"] == "target_confirmed" and lines[0]["frame_time_us"] == 200_000
+    picture = np.asarray(cv2.imread(str(tmp_path / str(lines[0]["picture"]))))
     assert picture.shape == (48, 64, 3) and picture[..., 2].max() > 200  # the box is drawn in red
     assert harness.step(2 * US, []) == []
     harness.close()

@@ -15,6 +15,7 @@ from sitl_emu.core.simulator_api import (
     SimulatedBattery,
     SimulatorMessage,
 )
+from sitl_emu.missions.companion.companion import Event
 from sitl_emu.run import checks
 from sitl_emu.run.configs import Fault, FaultData
 from sitl_emu.run.faults import Injector, Timeline
@@ -40,9 +41,9 @@ class FakeRun:
         self.injector = Injector(self.timeline, self, {"uas": self.simulator}, self, self.killed.append)
         self._throttle = throttle
 
-    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None:
-        self.events.append((now_us / 1e6, event["event"], event["text"]))
-        self.timeline.hear(now_us, vehicle, event["event"], event["text"])
+    def event(self, vehicle: str, event: Event) -> None:
+        self.events.append((event.time_us / 1e6, event.kind, event.text))
+        self.timeline.hear(event.time_us, vehicle, event.kind, event.text)
 
     def cut_radio(self, vehicle: str, cut: bool) -> None:
         self.cuts.append((vehicle, cut))

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
@@ -12,9 +12,13 @@ from sitl_emu.core.simulator_api import (
     SimulatorMessage,
     SimulatorParameter,
 )
+from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.conductor import CameraInRun, Conductor, Control, VehicleInRun
+from sitl_emu.run.messages import Message, Read, Render, Rendered, Sent, Step, Stepped
 from sitl_emu.world.contacts import Impact
 from tests.typed import now
+
+Kind = TypeVar("Kind", bound=Message)
 
 
 class FakePose(NamedTuple):
@@ -74,14 +78,16 @@ class FakeControl:
     """Keeps what it was told; says what `answers` yields."""
 
     def __init__(self, answers: Any) -> None:
-        self.told: list[dict[str, Any]] = []
+        self.told: list[Message] = []
         self._answers = answers
 
-    def send(self, message: dict[str, Any]) -> None:
+    def send(self, message: Message) -> None:
         self.told.append(message)
 
-    def receive(self) -> dict[str, Any]:
-        return next(self._answers)
+    def expect(self, kind: type[Kind]) -> Kind:
+        answer = next(self._answers)
+        assert isinstance(answer, kind)
+        return answer
 
 
 class FakePeer:
@@ -101,35 +107,35 @@ class FakeRecorder:
         self.events: list[tuple[int, str, str]] = []
         self.truths: list[tuple[int, str]] = []
 
-    def event(self, now_us: int, vehicle: str, event: dict[str, Any]) -> None:
-        self.events.append((now_us, vehicle, event["event"]))
+    def event(self, vehicle: str, event: Event) -> None:
+        self.events.append((event.time_us, vehicle, event.kind))
 
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
         self.truths.append((now_us, vehicle))
 
 
-def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success") -> dict[str, Any]:
-    status = {"phase": "x", "progress": 0.0, "done": done, "outcome": outcome, "text": ""}
-    return {"autopilot": autopilot, "peer": peer, "status": status, "events": [], "dropped": 0}
+def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success") -> Stepped:
+    return Stepped(autopilot, peer, Status("x", 0.0, done, outcome, ""), (), 0)
 
 
 def vehicle(
     name: str,
-    replies: list[dict[str, Any]],
+    replies: list[Stepped],
     north_m: float = 0.0,
     peer: FakePeer | None = None,
     says: dict[int, BesideMessage] | None = None,
 ) -> VehicleInRun:
-    autopilot = FakeControl({"sent": n} for n in range(1, 100))
+    autopilot = FakeControl(Sent(n) for n in range(1, 100))
     return VehicleInRun(
         name, FakeSimulator(north_m), FakeChannel(says), autopilot, FakeControl(iter(replies)), peer=peer
     )
 
 
-def told(control: Control | None) -> list[dict[str, Any]]:
-    """What a process was told, whose control is a fake."""
+def told(control: Control | None, kind: type[Kind]) -> list[Kind]:
+    """What a process was told, whose control is a fake: messages of one kind, and no others."""
     assert isinstance(control, FakeControl)
-    return control.told
+    assert all(isinstance(message, kind) for message in control.told)
+    return [message for message in control.told if isinstance(message, kind)]
 
 
 def run_ticks(conductor: Conductor, ticks: int) -> None:
@@ -140,16 +146,13 @@ def run_ticks(conductor: Conductor, ticks: int) -> None:
 def test_a_companion_is_stepped_every_fifth_tick_with_what_its_autopilot_sent() -> None:
     one = vehicle("one", [reply(), reply()])
     run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 14)
-    assert told(one.companion) == [
-        {"step": 20000, "autopilot": 1, "peer": 0, "frames": []},
-        {"step": 40000, "autopilot": 2, "peer": 0, "frames": []},
-    ]
+    assert told(one.companion, Step) == [Step(20000, 1, 0, ()), Step(40000, 2, 0, ())]
 
 
 def test_what_a_companion_sent_in_one_step_is_read_by_its_autopilot_at_the_next_barrier() -> None:
     one = vehicle("one", [reply(autopilot=3), reply(autopilot=0), reply(autopilot=5)])
     run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 20)
-    assert told(one.autopilot) == [{"read": 0}, {"read": 3}, {"read": 0}, {"read": 5}]
+    assert told(one.autopilot, Read) == [Read(0), Read(3), Read(0), Read(5)]
 
 
 def test_datagrams_cross_the_radio_after_its_latency() -> None:
@@ -158,7 +161,7 @@ def test_datagrams_cross_the_radio_after_its_latency() -> None:
     two = vehicle("two", [reply()] * 10, north_m=50.0, peer=far)
     settings = RadioSettings(range_m=100.0, latency_s=0.05, bandwidth_bit_s=1e9)
     run_ticks(Conductor([one, two], FakeSimulation(), settings, 1, FakeRecorder()), 25)
-    assert [step["peer"] for step in told(two.companion)] == [0, 0, 0, 0, 1]
+    assert [step.peer for step in told(two.companion, Step)] == [0, 0, 0, 0, 1]
     assert far.from_radio == [b"hello"] and not near.from_radio
 
 
@@ -167,18 +170,18 @@ def test_beyond_the_range_nothing_arrives() -> None:
     two = vehicle("two", [reply()] * 10, north_m=101.0, peer=FakePeer([]))
     conductor = Conductor([one, two], FakeSimulation(), RadioSettings(range_m=100.0, latency_s=0.0), 1, FakeRecorder())
     run_ticks(conductor, 40)
-    assert sum(step["peer"] for step in told(two.companion)) == 0
+    assert sum(step.peer for step in told(two.companion, Step)) == 0
     assert conductor.radio_counts == {"one>two": (1, 1), "two>one": (0, 0)}
 
 
 def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_for() -> None:
     one = vehicle("one", [reply()] * 20)
-    one.camera = CameraInRun(FakeControl({"done": index} for index in range(10)), 15.0, 100_000)
+    one.camera = CameraInRun(FakeControl(Rendered(index) for index in range(10)), 15.0, 100_000)
     conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 75)
-    taken = {message["render"]: message["time"] for message in told(one.camera.control)}
+    taken = {asked.index: asked.time_us for asked in told(one.camera.control, Render)}
     assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
-    delivered = [(frame, step["step"]) for step in told(one.companion) for frame in step["frames"]]
+    delivered = [(frame, step.now_us) for step in told(one.companion, Step) for frame in step.frames]
     assert delivered == [((0, 68000), 180000), ((1, 132000), 240000), ((2, 200000), 300000)]
 
 
@@ -215,8 +218,8 @@ def test_a_companion_that_is_killed_has_answered_and_is_not_stepped_again() -> N
     conductor.lose("one", "companion", lambda: killed.append(conductor.now_us))
     run_ticks(conductor, 8)
     assert killed == [40000], "at the barrier, when it has answered"
-    assert [step["step"] for step in told(companion)] == [20000]
-    assert told(autopilot) == [{"read": 0}, {"read": 3}, {"read": 0}], "what it sent before is read"
+    assert [step.now_us for step in told(companion, Step)] == [20000]
+    assert told(autopilot, Read) == [Read(0), Read(3), Read(0)], "what it sent before is read"
     assert not conductor.done, "the vehicle is armed, and flies on"
 
 
@@ -227,11 +230,11 @@ def test_an_autopilot_that_is_killed_lets_its_motors_stop() -> None:
     conductor = Conductor([one, two], FakeSimulation(), RadioSettings(), 1, recorder)
     conductor.lose("one", "autopilot", lambda: killed.append(conductor.now_us))
     run_ticks(conductor, 15)
-    assert killed == [20000] and told(autopilot) == []
+    assert killed == [20000] and told(autopilot, Read) == []
     assert one.controls == HilActuatorControls(20000, 0, (0.0,) * 16, 0)
-    assert [step["autopilot"] for step in told(one.companion)] == [1, 0, 0], "what it had sent before, and no more"
+    assert [step.autopilot for step in told(one.companion, Step)] == [1, 0, 0], "what it had sent before, and no more"
     assert recorder.events == [(40000, "two", "armed")]
-    assert told(two.autopilot) == [{"read": 0}] * 3
+    assert told(two.autopilot, Read) == [Read(0)] * 3
 
 
 def test_a_crash_is_an_event_and_the_outcome_and_ends_its_companions_part() -> None:

@@ -9,11 +9,34 @@ from rich.console import Console
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions import registry
+from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
+from sitl_emu.run.messages import (
+    BodyPose,
+    End,
+    EventTold,
+    Figures,
+    FrameTaken,
+    Listening,
+    Message,
+    Over,
+    Progress,
+    RadioCounts,
+    Ready,
+    Render,
+    Rendered,
+    Step,
+    Stepped,
+    Stop,
+    VehicleProgress,
+    Waiting,
+    decoded,
+    encoded,
+)
 from sitl_emu.run.scenario import find, load
 
-STATUS = {"phase": "scanning", "progress": 0.5, "done": False, "outcome": "", "text": "flying the survey"}
+STATUS = Status("scanning", 0.5, False, "", "flying the survey", {"dropped": 2})
 
 
 def heartbeat(version: int) -> bytes:
@@ -29,33 +52,60 @@ def channels() -> tuple[ControlChannel, ControlChannel]:
 def test_messages_cross_a_control_channel_whole_and_in_order() -> None:
     here, there = channels()
     for number in range(3):
-        here.send({"step": number, "text": "ü" * 20_000 if number == 1 else ""})
-        assert there.receive()["step"] == number
+        text = "ü" * 20_000 if number == 1 else ""
+        here.send(Stop(f"{number}{text}"))
+        assert there.expect(Stop) == Stop(f"{number}{text}")
     assert there.poll() is None
-    here.send({"done": 1})
-    assert there.poll() == {"done": 1}
+    here.send(Rendered(1))
+    assert there.poll() == Rendered(1)
+    here.send(Rendered(2))
+    with pytest.raises(TypeError, match=r"the world said Rendered\(index=2\), where Ready was due"):
+        there.expect(Ready)
     here.close()
     there.close()
+
+
+FIGURES = Figures(60.0, 20.5, None, 900, 2, {"uas>ugv": RadioCounts(7, 1)}, ("uas",), {"uas": STATUS, "ugv": None})
+FOUND = Event(100, "target_confirmed", "a weed", {"score": 0.75, "track": 3, "label": "weed"})
+MESSAGES: list[Message] = [
+    Waiting(),
+    Ready(),
+    Ready(14_600),
+    Step(20_000, None, 3, (FrameTaken(4, 16_000), FrameTaken(5, 20_000))),
+    Stepped(1, 2, STATUS, (FOUND, FOUND._replace(data={})), 2),
+    Render(4, 16_000, BodyPose(0.1 + 0.2, -2.0, 1e-300, (1.0, 0.0, 0.0, 0.0))),
+    Listening({"outline": [[0.0, 1.0]], "objects": []}, (47.397742, 8.545594, 489.4, 0.0)),
+    Progress(1.0, 0.5, {"uas": VehicleProgress(True, None, (1.0, 2.0, 3.0), None)}),
+    EventTold(1.0, "uas", FOUND),
+    Over("success", faults=("uas: gps off at 1.0 s",), figures=FIGURES),
+    Over("", lost="camera uas has gone"),
+]
+
+
+@pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
+def test_a_message_and_all_its_parts_come_out_as_they_went_in(message: Message) -> None:
+    out = decoded(encoded(message))
+    assert type(out) is type(message)
+    assert repr(out) == repr(message), "parts are records again, and numbers to the last bit"
 
 
 def test_a_channel_names_the_process_that_has_gone() -> None:
     here, there = channels()
     there.close()
-    for call in (here.receive, here.poll, lambda: here.send({"x": 1})):
+    for call in (here.receive, here.poll, lambda: here.send(End())):
         with pytest.raises(ProcessLostError, match="the camera has gone"):
             call()
     here.close()
 
 
-def status(time_s: float, wall_s: float) -> dict[str, object]:
-    vehicle = {"armed": True, "status": STATUS, "position": [1.0, 2.0, 3.0], "frames": 7}
-    return {"time_s": time_s, "wall_s": wall_s, "vehicles": {"uas": vehicle}}
+def status(time_s: float, wall_s: float) -> Progress:
+    return Progress(time_s, wall_s, {"uas": VehicleProgress(True, STATUS, (1.0, 2.0, 3.0), 7)})
 
 
 def test_the_live_view_shows_speed_phase_and_what_happened() -> None:
     console = Console(file=io.StringIO(), force_terminal=True, width=140)
     view = LiveView("agriculture, seed 1", console)
-    view.event({"time_s": 3.0, "vehicle": "uas", "event": "target_confirmed", "text": "weed"})
+    view.event(EventTold(3.0, "uas", Event(3_000_000, "target_confirmed", "weed", {})))
     view.status(status(0.0, 0.0))
     view.status(status(30.0, 10.0))
     view.close()
@@ -69,7 +119,7 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
     view = PlainView("agriculture, seed 1", console)
     view.status(status(0.0, 0.0))
     view.status(status(60.0, 20.0))
-    view.event({"time_s": 61.0, "vehicle": "uas", "event": "armed"})
+    view.event(EventTold(61.0, "uas", Event(61_000_000, "armed", "", {})))
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert "\x1b" not in text
     assert "60.0 s  3.0 x real time; uas scanning 50%" in text and "uas      armed" in text

@@ -16,8 +16,9 @@ from sitl_emu.missions.mission import Mission, Program
 from sitl_emu.missions.registry import missions_of
 from sitl_emu.run import report, score
 from sitl_emu.run.launcher import Ending
+from sitl_emu.run.messages import Over
 
-HOME = [40.47, -86.99, 215.0, 0.0]
+HOME = (40.47, -86.99, 215.0, 0.0)
 WEED, DISEASE, PUDDLE = (30.0, 20.0), (60.0, 50.0), (10.0, 70.0)
 TRUTH = {
     "outline": [[0, 0], [0, 80], [80, 80], [80, 0]],
@@ -70,7 +71,7 @@ def write_run(folder: Path, events: list[Line], more: str = "") -> None:
 
 
 def summary(folder: Path, ended: str = "success") -> dict[str, Any]:
-    return score.summary(folder, "agriculture", 7, Ending(ended, {"frames_dropped": 0}, TRUTH, HOME), MISSIONS)
+    return score.summary(folder, "agriculture", 7, Ending(ended, Over(ended), TRUTH, HOME), MISSIONS)
 
 
 def counts(got: dict[str, Any]) -> tuple[int, ...]:
@@ -177,7 +178,7 @@ def test_a_run_without_truth_has_a_summary_all_the_same(tmp_path: Path) -> None:
 
 def test_a_run_without_a_mission_of_ours_is_not_judged_by_targets(tmp_path: Path) -> None:
     write_run(tmp_path, [])
-    got = score.summary(tmp_path, "own", 1, Ending("success", {}, TRUTH, HOME))
+    got = score.summary(tmp_path, "own", 1, Ending("success", None, TRUTH, HOME))
     assert (got["outcome"], score.exit_status(got), "targets" in got) == ("success", 0, False)
 
 
@@ -248,7 +249,7 @@ def test_a_mission_whose_score_or_page_fails_is_named_and_the_run_keeps_its_summ
 
     write_run(tmp_path, all_is_well())
     mission = Mission({"garden": Program(broken)}, score=broken, page=broken)
-    got = score.summary(tmp_path, "garden", 1, Ending("success", {}, TRUTH, HOME), [*MISSIONS, mission])
+    got = score.summary(tmp_path, "garden", 1, Ending("success", None, TRUTH, HOME), [*MISSIONS, mission])
     assert got["outcome"] == "the score of garden failed: ZeroDivisionError: float division by zero"
     assert got["targets_confirmed"] == 2
     report.write(tmp_path, got, TRUTH, score.pages([*MISSIONS, mission], got))
