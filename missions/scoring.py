@@ -23,6 +23,21 @@ class TrueObject(NamedTuple):
     """Whether it is to be found; what is not to be found is there to be mistaken for it."""
 
 
+class TrueArea(NamedTuple):
+    """What covers the ground at the run's beginning: water, fire, or plants."""
+
+    kind: str
+    """water, fire, grass, crop or canopy."""
+    name: str
+    label: str
+    outline_m: Sequence[tuple[float, float]]
+    """Corners (north, east)."""
+    front_m_s: tuple[float, float] = (0.0, 0.0)
+    """Of a fire: how fast its front moves, north and east; what it has reached is the outline, swept along that way."""
+    burns_s: float = 0.0
+    """Of a fire: for how long a place burns; 0: without end."""
+
+
 class Track(NamedTuple):
     """A vehicle's true path: columns over time, at least one row."""
 
@@ -46,6 +61,7 @@ class RunRecord(NamedTuple):
     """True paths by vehicle; a vehicle without a row has none."""
     to_metres: Callable[[float, float], tuple[float, float]]
     """(latitude, longitude) in degrees to metres (north, east) of the world's origin."""
+    areas: Sequence[TrueArea] = ()
 
 
 class MissionScore(NamedTuple):

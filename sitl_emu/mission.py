@@ -13,7 +13,7 @@ free to change; these names stay.
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.mission import Figures, Mission, Program, Row, Setting
 from sitl_emu.missions.reporting import Mark, Page, Plot, Section, Table
-from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueObject
+from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueArea, TrueObject
 
 __all__ = [
     "EventLine",
@@ -31,5 +31,6 @@ __all__ = [
     "Setting",
     "Table",
     "Track",
+    "TrueArea",
     "TrueObject",
 ]

@@ -123,7 +123,7 @@ class VehicleInRun:
     controls: HilActuatorControls | None = None
     armed: bool = False
     crashed: str = ""
-    """What it has crashed into; empty while it has not."""
+    """What crash it had, such as "crashed into wall"; empty while it had none."""
     off: bool = False
     """Its autopilot was shut down, or killed by a fault: its motors are off."""
     stepping: bool = False
@@ -178,9 +178,7 @@ class Conductor:
     @property
     def outcome(self) -> str:
         """ "success", or who has crashed, or what the first companion says that failed."""
-        if crashes := [
-            f"{vehicle.name} crashed into {vehicle.crashed}" for vehicle in self.vehicles if vehicle.crashed
-        ]:
+        if crashes := [f"{vehicle.name} {vehicle.crashed}" for vehicle in self.vehicles if vehicle.crashed]:
             return "; ".join(crashes)
         ours = [vehicle for vehicle in self.vehicles if vehicle.companion is not None]
         outcomes = [vehicle.status.outcome if vehicle.status else "" for vehicle in ours]
@@ -231,9 +229,12 @@ class Conductor:
     def _note(self, impact: Impact) -> None:
         vehicle = self.vehicles[impact.place]
         if impact.crash:
-            vehicle.crashed = impact.other
+            vehicle.crashed = impact.did
         kind, text = "crashed" if impact.crash else "touched", f"{impact.other} at {impact.speed_m_s:.1f} m/s"
-        self._tell(vehicle, kind, text, other=impact.other, speed_m_s=round(impact.speed_m_s, 3))
+        data: dict[str, Any] = {"other": impact.other, "speed_m_s": round(impact.speed_m_s, 3)}
+        if impact.in_water:
+            text, data = f"in water, {text}", data | {"cause": "in water"}
+        self._tell(vehicle, kind, text, **data)
 
     def finish(self) -> None:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""

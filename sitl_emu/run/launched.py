@@ -92,7 +92,8 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
             Member(each.title, host, None if crew.shared else renewal)
             for each, host, renewal in zip(crew.vehicles, hosts, renewals, strict=True)
         ]
-        simulation = Simulation([renewal() for renewal in renewals], crew.site.solids, isolated=True)
+        simulators = [renewal() for renewal in renewals]
+        simulation = Simulation(simulators, crew.site.solids, crew.site.areas, isolated=True)
         fleet = Fleet(members, simulation, poll, say)
         try:
             fleet.fly(Pacer(crew.speed), lambda: launcher is not None and os.getppid() != launcher)

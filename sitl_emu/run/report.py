@@ -7,6 +7,7 @@ A map with the tracks, what truly stands there and what the missions mark; heigh
 import base64
 import html
 import io
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,9 @@ matplotlib.use("Agg")
 
 TRACK_COLOURS = ("#1565c0", "#6a1b9a", "#00838f", "#ad1457", "#4e342e")
 
+AREA_COLOURS = {
+    "water": "#1e88e5", "fire": "#ff6d00", "grass": "#9ccc65", "crop": "#c0a030", "canopy": "#2e7d32",
+}  # fmt: skip
 PHOTO_ALPHA = 0.55
 """The ground is paled, so that tracks and marks are seen before it."""
 
@@ -82,6 +86,7 @@ def draw_map(
             axes.imshow(photo, extent=(min(east), max(east), min(north), max(north)), alpha=PHOTO_ALPHA, zorder=0)
         axes.plot(east, north, color="#8d8468", linewidth=1, zorder=1)
     drawn = set[str]()
+    _draw_areas(axes, truth.get("areas", []))
     for thing in truth.get("objects", []):
         kind = thing["kind"]
         colour = next((page.colours[kind] for page in pages if kind in page.colours), OTHER_COLOUR)
@@ -109,6 +114,22 @@ def draw_map(
     axes.set_ylabel("north, m")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, frameon=False)
     return figure
+
+
+def _draw_areas(axes: Any, areas: Sequence[dict[str, Any]]) -> None:
+    """Water, fires and plants as they were at the beginning; a fire's front with an arrow."""
+    drawn = set[str]()
+    for area in areas:
+        north, east = zip(*area["outline_m"], strict=True)
+        label = area["label"] if area["label"] not in drawn else None
+        drawn.add(area["label"])
+        axes.fill(east, north, color=AREA_COLOURS[area["kind"]], alpha=0.5, linewidth=0, label=label, zorder=0.5)
+        front_n, front_e = area.get("front_m_s", (0.0, 0.0))
+        if front_n or front_e:
+            middle = sum(east) / len(east), sum(north) / len(north)
+            length = 10.0 / math.hypot(front_n, front_e)
+            tip = middle[0] + length * front_e, middle[1] + length * front_n
+            axes.annotate("", tip, middle, arrowprops={"arrowstyle": "->", "color": AREA_COLOURS["fire"]}, zorder=1)
 
 
 def _heights(tracks: dict[str, Track]) -> Figure:

@@ -16,7 +16,7 @@ from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.missions.companion.companion import Status
 from sitl_emu.missions.mission import Figures, Mission
 from sitl_emu.missions.reporting import Page, Section, Table
-from sitl_emu.missions.scoring import MissionScore, RunRecord, Track, TrueObject, together
+from sitl_emu.missions.scoring import MissionScore, RunRecord, Track, TrueArea, TrueObject, together
 from sitl_emu.run.launcher import Ending
 from sitl_emu.run.messages import Over
 
@@ -57,8 +57,9 @@ def record_of(folder: Path, ending: Ending) -> RunRecord:
     names = [path.stem.removeprefix("truth-") for path in sorted(folder.glob("truth-*.csv"))]
     tracks = {name: track for name in names if (track := read_track(folder, name)).time_s}
     objects = [TrueObject(**thing) for thing in ending.truth.get("objects", [])]
+    areas = [TrueArea(**area) for area in ending.truth.get("areas", [])]
     lat0_deg, lon0_deg = ending.home[:2] or (0.0, 0.0)
-    return RunRecord(read_events(folder), objects, tracks, MapProjection(lat0_deg, lon0_deg).project)
+    return RunRecord(read_events(folder), objects, tracks, MapProjection(lat0_deg, lon0_deg).project, areas)
 
 
 def _scored(mission: Mission, record: RunRecord) -> MissionScore | None:

@@ -54,7 +54,8 @@ def serve_world(
         channels = [OutsideChannel(each.accept(), vehicle) for each, vehicle in zip(listeners, described, strict=True)]
         say("all autopilots are connected")
         settle()
-        _serve(Simulation(simulators, here.solids), channels, math.inf if speed is None else speed, models, say)
+        simulation = Simulation(simulators, here.solids, here.areas)
+        _serve(simulation, channels, math.inf if speed is None else speed, models, say)
         say("all autopilots were shut down; the world ends")
         return 0
     except ChannelClosed as error:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.home import Home
-from sitl_emu.world.obstacles import Obstacles
+from sitl_emu.world.obstacles import Areas, Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
 from sitl_emu.world.wind import Wind
 
@@ -23,12 +23,23 @@ class Site(NamedTuple):
     east_m: float = 0.0
     solids: Obstacles | None = None
     """What stands there."""
+    areas: Areas | None = None
+    """Its water and foliage."""
 
     def simulator(self, vehicle: Vehicle, place: int, seed: int, name: str) -> VehicleSimulator:
         """The simulator of a vehicle at the `place`th place of the row, at rest."""
         east_m = self.east_m + place * SPACING_M
         return VehicleSimulator(
-            vehicle, self.home, seed, self.terrain, self.wind, self.north_m, east_m, name, self.solids
+            vehicle,
+            self.home,
+            seed,
+            self.terrain,
+            self.wind,
+            self.north_m,
+            east_m,
+            name,
+            self.solids,
+            self.areas,
         )
 
 
@@ -44,4 +55,4 @@ def in_world(name: str, seed: int) -> Site:
     world = worlds.build(name, seed, {})
     home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
-    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids)
+    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas)

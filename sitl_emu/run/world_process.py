@@ -107,7 +107,8 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     over = Over("")
     conductor, stopwatch = None, Stopwatch()
     try:
-        simulation = Simulation([_simulator(vehicle, world, config.seed) for vehicle in config.vehicles], world.solids)
+        simulators = [_simulator(vehicle, world, config.seed) for vehicle in config.vehicles]
+        simulation = Simulation(simulators, world.solids, world.areas)
         members = [
             _vehicle(vehicle, simulator, listener)
             for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
@@ -115,8 +116,8 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
         _wait_until_ready(members)
         conductor = Conductor(members, simulation, config.radio, config.seed, recorder)
         line = LauncherLine(launcher)
-        simulators = {simulator.name: simulator for simulator in simulation.simulators}
-        injector = Injector(timeline, conductor, simulators, recorder, line.kill)
+        by_name = {simulator.name: simulator for simulator in simulation.simulators}
+        injector = Injector(timeline, conductor, by_name, recorder, line.kill)
         outcome = _beat_time(conductor, injector, line, config, stopwatch)
         left = tuple(f"{fault.vehicle}: {said(fault.fault, True)}" for fault in timeline.waiting)
         over = Over(outcome, faults=tuple(injector.told), faults_left=left)
@@ -139,6 +140,7 @@ def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
         start_east_m=place.east_m,
         name=data.name,
         obstacles=world.solids,
+        areas=world.areas,
     )
 
 

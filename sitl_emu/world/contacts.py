@@ -3,6 +3,7 @@
 A contact is an impulse along its normal that leaves `restitution` of the closing speed, and Coulomb friction across it;
 what has sunk in is pushed out. Vehicle against vehicle is sphere against sphere; solids are `solids.Solids`. Looked for
 where bodies are or might be within a tick: whoever is far from all others costs nothing until it could have come near.
+Whose centre is under water is wrecked at any speed, and sinks.
 """
 
 import math
@@ -14,7 +15,8 @@ from sitl_emu.vehicles.description import Body
 from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Vector3
 from sitl_emu.vehicles.multicopter import Multicopter
 from sitl_emu.vehicles.rigid_body import dot
-from sitl_emu.world.obstacles import Contact, Obstacles
+from sitl_emu.world.atmosphere import gravity_m_s2
+from sitl_emu.world.obstacles import Areas, Contact, Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
 
 LOOK_AROUND_M = 1.0
@@ -26,6 +28,11 @@ TOUCH_M_S = 0.3
 AGAIN_US = 1_000_000
 """A vehicle that goes on touching the same thing says so again after this time at the earliest."""
 GROUND = "ground"
+WEIGHS_IN_WATER = 0.2
+"""Ours: share of a multicopter's weight that its displacement leaves: it sinks."""
+WATER_SLOWS_S = 0.3
+"""Ours: within which time water takes its speed: it sinks at half a metre a second, and drifts with the current."""
+STILL = (0.0, 0.0, 0.0)
 UPWARDS = (0.0, 0.0, -1.0)
 """Where two that are in the same place are pushed apart."""
 
@@ -45,23 +52,34 @@ class Impact(NamedTuple):
     """Closing speed along the contact's normal."""
     crash: bool
     """Whether the vehicle is wrecked by it."""
+    in_water: bool = False
+    """Whether `other` is water, in which it came down; the speed is its whole."""
+
+    @property
+    def did(self) -> str:
+        """What it did, for people."""
+        if self.in_water:
+            return f"came down in water ({self.other})"
+        return f"{'crashed into' if self.crash else 'touched'} {self.other}"
 
 
 def told(impact: Impact, names: Sequence[str]) -> str:
     """An impact for people; `names` of the simulation's vehicles, by place."""
-    other = impact.other if impact.other_place is None else names[impact.other_place]
-    did = "crashed into" if impact.crash else "touched"
-    return f"{names[impact.place]} {did} {other} at {impact.speed_m_s:.1f} m/s"
+    if impact.other_place is not None:
+        impact = impact._replace(other=names[impact.other_place])
+    return f"{names[impact.place]} {impact.did} at {impact.speed_m_s:.1f} m/s"
 
 
 class Contacts:
     """All contacts in one world."""
 
-    def __init__(self, simulators: Sequence[VehicleSimulator], solids: Obstacles | None) -> None:
+    def __init__(
+        self, simulators: Sequence[VehicleSimulator], solids: Obstacles | None, areas: Areas | None = None
+    ) -> None:
         """`simulators` is looked at anew each time: a vehicle that begins anew stands there in its old place."""
         self._simulators = simulators
         self._places = [place for place, each in enumerate(simulators) if each.vehicle.body is not None]
-        self._solids = solids
+        self._solids, self._areas = solids, areas
         self._numbers: dict[int, int] = {}
         """Each body's number in `solids`."""
         if solids is not None:
@@ -87,6 +105,8 @@ class Contacts:
                 self._pair_us[pair] = now_us + _free_us(self._meet(now_us, *pair), one, other)
         for place in self._places:
             self._meet_ground(now_us, place)
+            if self._areas is not None:
+                self._meet_water(now_us, place, self._areas)
 
     # --- solids ---------------------------------------------------------------------------------------------------
 
@@ -139,13 +159,38 @@ class Contacts:
             speed, body.struck_ground_m_s = body.struck_ground_m_s, 0.0
             self._tell(now_us, place, GROUND, None, speed, crash=True)
 
+    # --- water ----------------------------------------------------------------------------------------------------
+
+    def _meet_water(self, now_us: int, place: int, areas: Areas) -> None:
+        body = self._simulators[place].dynamics
+        water = areas.water_at(body.north_m, body.east_m, body.down_m)
+        if water is None:
+            return
+        if not body.wrecked:
+            self._tell(now_us, place, water.name, None, _speed(body), crash=True, in_water=True)
+        if isinstance(body, Multicopter):
+            simulator = self._simulators[place]
+            mass, gravity = simulator.vehicle.mass_kg, gravity_m_s2(simulator.home.lat_deg)
+            lift = (1.0 - WEIGHS_IN_WATER) * gravity + body.vd_m_s / WATER_SLOWS_S
+            north = (water.current_north_m_s - body.vn_m_s) / WATER_SLOWS_S
+            east = (water.current_east_m_s - body.ve_m_s) / WATER_SLOWS_S
+            body.push(STILL, (mass * STEP_S * north, mass * STEP_S * east, -mass * STEP_S * lift))
+
     def _note(self, now_us: int, place: int, other: str, other_place: int | None, speed_m_s: float) -> None:
         if speed_m_s > TOUCH_M_S:
             crash = speed_m_s > _body(self._simulators[place]).crash_speed_m_s
             self._tell(now_us, place, other, other_place, speed_m_s, crash=crash)
 
     def _tell(
-        self, now_us: int, place: int, other: str, other_place: int | None, speed_m_s: float, *, crash: bool
+        self,
+        now_us: int,
+        place: int,
+        other: str,
+        other_place: int | None,
+        speed_m_s: float,
+        *,
+        crash: bool,
+        in_water: bool = False,
     ) -> None:
         simulator = self._simulators[place]
         crash = crash and not simulator.dynamics.wrecked
@@ -155,7 +200,7 @@ class Contacts:
         told_us = self._told.get(whom)
         if crash or told_us is None or now_us - told_us >= AGAIN_US:
             self._told[whom] = now_us
-            self.impacts.append(Impact(now_us, place, simulator.name, other, other_place, speed_m_s, crash))
+            self.impacts.append(Impact(now_us, place, simulator.name, other, other_place, speed_m_s, crash, in_water))
 
 
 def _body(simulator: VehicleSimulator) -> Body:

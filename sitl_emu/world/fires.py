@@ -35,14 +35,14 @@ class Plume(NamedTuple):
 
 def reached(fire: Fire, wind: Wind, time_s: float) -> Polygon:
     """What burns or has burnt at a time."""
-    return _swept(fire, wind, fire.spread_m_s * max(time_s, 0.0))
+    return _swept(fire, wind, time_s)
 
 
 def burnt(fire: Fire, wind: Wind, time_s: float) -> Polygon:
     """What has burnt out at a time; empty: nothing yet."""
     if not fire.burns_s or time_s < fire.burns_s:
         return ()
-    return _swept(fire, wind, fire.spread_m_s * (time_s - fire.burns_s))
+    return _swept(fire, wind, time_s - fire.burns_s)
 
 
 def burns(fire: Fire, wind: Wind, time_s: float, north: FloatArray, east: FloatArray) -> npt.NDArray[np.bool_]:
@@ -64,9 +64,17 @@ def plume(fire: Fire, wind: Wind, time_s: float, height_m: float) -> Plume:
     return Plume(rises_s * north_m_s, rises_s * east_m_s, widening, density)
 
 
-def _swept(fire: Fire, wind: Wind, way_m: float) -> Polygon:
+def front_m_s(fire: Fire, wind: Wind) -> tuple[float, float]:
+    """How fast its front moves, north and east: with the mean wind of time 0; in calm air it stays."""
     speed = math.hypot(wind.north_m_s, wind.east_m_s)
-    if way_m == 0.0 or speed == 0.0:
+    if speed == 0.0:
+        return 0.0, 0.0
+    return fire.spread_m_s * wind.north_m_s / speed, fire.spread_m_s * wind.east_m_s / speed
+
+
+def _swept(fire: Fire, wind: Wind, time_s: float) -> Polygon:
+    north_m_s, east_m_s = front_m_s(fire, wind)
+    if time_s <= 0.0 or (north_m_s, east_m_s) == (0.0, 0.0):
         return fire.polygon_m
-    north, east = way_m * wind.north_m_s / speed, way_m * wind.east_m_s / speed
-    return polygons.hull((*fire.polygon_m, *polygons.moved(fire.polygon_m, north, east)))
+    there = polygons.moved(fire.polygon_m, time_s * north_m_s, time_s * east_m_s)
+    return polygons.hull((*fire.polygon_m, *there))

@@ -1,4 +1,7 @@
-"""What stands on the ground, as physics and lidar ask for it; `solids.Solids` answers."""
+"""What is on the ground, as physics and lidar ask for it: `solids.Solids` and `areas.WaterAndFoliage` answer.
+
+They are loaded only for worlds that have such.
+"""
 
 from typing import NamedTuple, Protocol
 
@@ -44,4 +47,39 @@ class Obstacles(Protocol):
 
     def surface(self, north_m: float, east_m: float, down_m: float) -> tuple[float, float, float] | None:
         """Height and rise, to north and east, of what lies below a place; None: the ground."""
+        ...
+
+
+class Water(Protocol):
+    """One of a world's waters, as `description.Water` has it."""
+
+    @property
+    def name(self) -> str:
+        """Its own."""
+
+    @property
+    def level_m(self) -> float:
+        """Height of its surface above the origin."""
+
+    @property
+    def current_north_m_s(self) -> float:
+        """How fast it flows northwards."""
+
+    @property
+    def current_east_m_s(self) -> float:
+        """How fast it flows eastwards."""
+
+
+class Areas(Protocol):
+    """Water and foliage of a world."""
+
+    def water_at(self, north_m: float, east_m: float, down_m: float) -> Water | None:
+        """The water in which a place lies; None: it is dry."""
+        ...
+
+    def heard(self, origin: Vector3, direction: Vector3, range_m: float, reach_m: float) -> float:
+        """How far (m) a laser range finder measures along a beam that meets ground or a solid at `range_m`.
+
+        `reach_m`: how far it can hear. inf: nothing comes back.
+        """
         ...

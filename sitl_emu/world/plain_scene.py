@@ -1,8 +1,8 @@
 """What cameras see of a world that has no painter of its own: ground, solids and standing things in plain colours.
 
 Rays are cast through a quarter of the pixels (every second of every second row) and shaded by the sun on each surface's
-normal; things that lie flat are drawn as their outline on the ground, an orthophoto where there is one. Shadows, water,
-fire and textures are not drawn.
+normal; things that lie flat are drawn as their outline on the ground, an orthophoto where there is one. Land use, water
+and foliage have one colour each, flames are a glow on the ground. Shadows, smoke, grass and textures are not drawn.
 """
 
 import math
@@ -13,12 +13,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.description import Thing, WorldDescription, WorldError
+from sitl_emu.world import fires, polygons
+from sitl_emu.world.description import LAND_USES, Cover, Thing, Water, WorldDescription, WorldError
 from sitl_emu.world.moving import place_at
 from sitl_emu.world.rays import GROUND, Hits
 from sitl_emu.world.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 Image = npt.NDArray[np.uint8]
 
 REACH_M = 400.0
@@ -64,7 +66,8 @@ class PlainScene:
     @property
     def moves(self) -> bool:
         """See camera.Scene."""
-        return any(thing.path for thing in self.world.description.things)
+        described = self.world.description
+        return any(thing.path for thing in described.things) or any(fire.spread_m_s for fire in described.fires)
 
     def renderer(self, width: int, height: int, focal_px: float) -> "PlainRenderer":
         """See camera.Scene."""
@@ -126,11 +129,10 @@ def shaded(scene: PlainScene, hits: Hits, points: FloatArray, time_s: float) -> 
         (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), -math.sin(elevation))
     )
     lit = AMBIENT + (1.0 - AMBIENT) * np.clip(hits.normal @ sun, 0.0, 1.0)
-    colours = np.tile(_bgr(world.description.ground.colour), (len(points), 1))
     names = np.array(hits.name)
     on_ground = names == GROUND
-    if scene.photo is not None:
-        _look_up_photo(scene, colours, points, on_ground)
+    colours = _ground(scene, points, on_ground)
+    flames = _burn(world.description, colours, points, on_ground, time_s)
     for thing in world.description.things:
         if thing.height_m == 0.0:
             inside = _inside(thing, place_at(thing, time_s), points[:, 0], points[:, 1])
@@ -138,12 +140,43 @@ def shaded(scene: PlainScene, hits: Hits, points: FloatArray, time_s: float) -> 
     if world.solids is not None:
         for number, name in world.solids.names.items():
             colours[names == name] = _bgr(world.solids.colours[number])
-    colours *= (lit * light.gain)[:, None]
+    areas: list[Water | Cover] = [*world.description.water, *world.description.cover]
+    for area in areas:
+        colours[names == area.name] = _bgr(area.colour)
+    colours[~flames] *= (lit[~flames] * light.gain)[:, None]
     colours[names == ""] = SKY_BGR
     return colours
 
 
-def _look_up_photo(scene: PlainScene, colours: FloatArray, points: FloatArray, where: npt.NDArray[np.bool_]) -> None:
+def _ground(scene: PlainScene, points: FloatArray, on_ground: BoolArray) -> FloatArray:
+    """(n, 3) BGR of the bare ground at points; elsewhere any."""
+    ground = scene.world.description.ground
+    colours = np.tile(_bgr(LAND_USES[ground.use] if ground.use else ground.colour), (len(points), 1))
+    if scene.photo is not None:
+        _look_up_photo(scene, colours, points, on_ground)
+    for land in ground.land:
+        there = on_ground & polygons.inside(land.polygon_m, points[:, 0], points[:, 1])
+        colours[there] = _bgr(LAND_USES[land.use])
+    return colours
+
+
+def _burn(
+    described: WorldDescription, colours: FloatArray, points: FloatArray, on_ground: BoolArray, time_s: float
+) -> BoolArray:
+    """Char what has burnt out, and colour what burns; which points (n,) do."""
+    flames = np.zeros(len(points), bool)
+    north, east = points[:, 0], points[:, 1]
+    for fire in described.fires:
+        out = polygons.inside(fires.burnt(fire, described.wind, time_s), north, east)
+        colours[on_ground & out] = _bgr(LAND_USES["charred"])
+    for fire in described.fires:
+        burns = on_ground & fires.burns(fire, described.wind, time_s, north, east)
+        colours[burns] = _bgr(fire.colour)
+        flames |= burns
+    return flames
+
+
+def _look_up_photo(scene: PlainScene, colours: FloatArray, points: FloatArray, where: BoolArray) -> None:
     photo, ground = scene.photo, scene.world.description.ground
     assert photo is not None
     column = np.floor((points[:, 1] - ground.east0_m) / ground.gsd_m)
@@ -157,7 +190,7 @@ def _bgr(colour: tuple[float, float, float]) -> tuple[float, float, float]:
     return 255.0 * blue, 255.0 * green, 255.0 * red
 
 
-def _inside(thing: Thing, place: tuple[float, float], north: FloatArray, east: FloatArray) -> npt.NDArray[np.bool_]:
+def _inside(thing: Thing, place: tuple[float, float], north: FloatArray, east: FloatArray) -> BoolArray:
     n, e = north - place[0], east - place[1]
     angle, factor = np.arctan2(e, n), np.ones(len(north))
     for k, (amplitude, phase) in enumerate(thing.harmonics, start=2):

@@ -30,7 +30,7 @@ def contains(polygon: Sequence[Corner], north_m: float, east_m: float) -> bool:
 
 def edges(polygon: Sequence[Corner]) -> Iterable[tuple[Corner, Corner]]:
     """Each side's ends, the closing side last."""
-    return zip(polygon, (*polygon[1:], polygon[0]), strict=True)
+    return zip(polygon, (*polygon[1:], *polygon[:1]), strict=True)
 
 
 def area_m2(polygon: Sequence[Corner]) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 from sitl_emu.world.contacts import Contacts, Impact
-from sitl_emu.world.obstacles import Obstacles
+from sitl_emu.world.obstacles import Areas, Obstacles
 from sitl_emu.world.simulator import TICK_US, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 
@@ -17,9 +17,14 @@ class Simulation:
     """All vehicles of one world."""
 
     def __init__(
-        self, simulators: Sequence[VehicleSimulator], solids: Obstacles | None = None, *, isolated: bool = False
+        self,
+        simulators: Sequence[VehicleSimulator],
+        solids: Obstacles | None = None,
+        areas: Areas | None = None,
+        *,
+        isolated: bool = False,
     ) -> None:
-        """`solids`: what stands in that world.
+        """`solids`: what stands in that world; `areas`: its water and foliage.
 
         `isolated`: a fault of ours in one simulator (an exception) takes that one out and stands in `faults`; else it
         goes through, and so ends all.
@@ -29,7 +34,7 @@ class Simulation:
         """By place among `simulators`; what is out is stepped no more, and its sensors say nothing."""
         self._isolated = isolated
         self._ticks = 0
-        self._contacts = Contacts(self.simulators, solids)
+        self._contacts = Contacts(self.simulators, solids, areas)
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         """Advance all by 4 ms; what each vehicle's sensors say, HIL_SENSOR last, in the order of `simulators`.

@@ -36,7 +36,7 @@ from sitl_emu.vehicles.sih_ackermann import SihAckermann
 from sitl_emu.world.atmosphere import gravity_m_s2
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.home import Home as Home
-from sitl_emu.world.obstacles import Obstacles
+from sitl_emu.world.obstacles import Areas, Obstacles
 from sitl_emu.world.sensors.barometer import Barometer
 from sitl_emu.world.sensors.gps import Gps
 from sitl_emu.world.sensors.imu import Imu
@@ -77,7 +77,7 @@ class Pose(NamedTuple):
 
 class VehicleSimulator:
     """One simulated vehicle. It starts at rest on the terrain, `start_north_m`, `start_east_m` from the world's origin.
-    `obstacles`: what stands there, which its lidar sees and its gear can stand on.
+    `obstacles`: what stands there, which its lidar sees and its gear can stand on; `areas`: water and foliage.
 
     Failures are attributes, to be set at any time: `gps_off`, `baro_off`, `mag_off`, `lidar_off` silence a sensor,
     `motor_off[i]` stops a motor. Equal arguments give equal runs; `name` and `seed` choose the noise.
@@ -94,6 +94,7 @@ class VehicleSimulator:
         start_east_m: float = 0.0,
         name: str = "vehicle",
         obstacles: Obstacles | None = None,
+        areas: Areas | None = None,
     ) -> None:
         self.vehicle, self.home, self.name = vehicle, home, name
         self.time_usec = 0
@@ -115,7 +116,7 @@ class VehicleSimulator:
         self.magnetometer = Magnetometer(sensors.magnetometer, magnetic_field(home.lat_deg, home.lon_deg), seed, name)
         self.barometer = Barometer(sensors.barometer, seed, name)
         self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
-        self._lidar = Lidar(sensors.lidar, terrain, seed, name, obstacles) if sensors.lidar else None
+        self._lidar = Lidar(sensors.lidar, terrain, seed, name, obstacles, areas) if sensors.lidar else None
         self.battery = battery_model(vehicle.battery)
         self._mag_every, self._mag_at = _period_us(sensors.magnetometer.rate_hz), 0
         self._baro_every, self._baro_at = _period_us(sensors.barometer.rate_hz), 0

@@ -77,6 +77,18 @@ class HeightMap:
         north = g[row + 1, column] * (1.0 - x) + g[row + 1, column + 1] * x
         return np.asarray(south * (1.0 - y) + north * y, dtype=np.float64)
 
+    def extremes_m(self, south_m: float, west_m: float, north_m: float, east_m: float) -> tuple[float, float]:
+        """No height within a rectangle is below the first or above the second."""
+        rows, columns = self.grid_m.shape
+        first, last = (
+            int(np.clip((each - self._north0) // self.spacing_m, 0, rows - 2)) for each in (south_m, north_m)
+        )
+        left, right = (
+            int(np.clip((each - self._east0) // self.spacing_m, 0, columns - 2)) for each in (west_m, east_m)
+        )
+        part = self.grid_m[first : last + 2, left : right + 2]
+        return float(part.min()), float(part.max())
+
 
 def hills(
     rng: np.random.Generator,

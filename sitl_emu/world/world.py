@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.vehicles.dynamics import Vector3
-from sitl_emu.world import ground, kinds, rays
+from sitl_emu.world import fires, ground, kinds, rays
+from sitl_emu.world.areas import SEEN_BY_LASER, WaterAndFoliage
 from sitl_emu.world.camera import Scene
 from sitl_emu.world.description import Place, WorldDescription
 from sitl_emu.world.home import Home
@@ -23,6 +24,8 @@ from sitl_emu.world.solids import NOTHING, Solids
 from sitl_emu.world.wind import Wind
 
 FloatArray = npt.NDArray[np.float64]
+UPWARDS = (0.0, 0.0, -1.0)
+"""Of water and, as light falls on it, of foliage."""
 
 
 class World:
@@ -39,6 +42,10 @@ class World:
         self.solids: Solids | None = None
         if description.solids or standing:
             self.solids = Solids(description.solids, standing, self.terrain.height_m, folder)
+        self.areas: WaterAndFoliage | None = None
+        """Its water and foliage."""
+        if description.water or any(cover.kind in SEEN_BY_LASER for cover in description.cover):
+            self.areas = WaterAndFoliage(description.water, description.cover, self.terrain)
         blows = description.wind
         self.wind = Wind(
             blows.north_m_s, blows.east_m_s, blows.gust_m_s, description.seed,
@@ -61,7 +68,8 @@ class World:
         return self.terrain.height_m(north_m, east_m)
 
     def raycast(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
-        """Follow (n, 3) rays (NED, m; unit vectors) at a time, up to `reach_m`: ground, solids and standing things."""
+        """Follow (n, 3) rays (NED, m; unit vectors) at a time, up to `reach_m`: ground, solids, standing
+        things, water and foliage."""
         ranges = rays.meet_terrain(self.terrain, origins, directions, reach_m)
         names = [GROUND if math.isfinite(each) else "" for each in ranges]
         normals = rays.terrain_normals(self.terrain, origins, directions, ranges)
@@ -72,6 +80,10 @@ class World:
                 if numbers[index] != NOTHING:
                     ranges[index], normals[index] = nearer[index], their_normals[index]
                     names[index] = self.solids.names[int(numbers[index])]
+        if self.areas is not None:
+            for areas_ranges, area in self.areas.rays(origins, directions, np.minimum(ranges, reach_m)):
+                for index in np.flatnonzero(areas_ranges < ranges):
+                    ranges[index], normals[index], names[index] = areas_ranges[index], UPWARDS, area.name
         return Hits(ranges, names, normals)
 
     def contacts(self, body: int, place: Vector3, q: tuple[float, float, float, float], time_s: float) -> list[Contact]:
@@ -86,7 +98,7 @@ class World:
         return self.wind.at(time_us, height_m)
 
     def truth(self, time_s: float) -> dict[str, Any]:
-        """For scoring and maps: the area's outline, and all labelled things where they are then; JSON values."""
+        """For scoring and maps: the area's outline, and what has a label, where it is then; JSON values."""
         objects = []
         for thing in self.description.things:
             north_m, east_m = place_at(thing, time_s)
@@ -99,7 +111,39 @@ class World:
                     "target": thing.target,
                 }
             )
-        return {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
+        made = {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
+        if areas := self._true_areas(time_s):
+            made["areas"] = areas
+        return made
+
+    def _true_areas(self, time_s: float) -> list[dict[str, Any]]:
+        """Water, fires and cover, as missions' `TrueArea` has them."""
+        wind = self.description.wind
+        areas: list[dict[str, Any]] = [
+            {"kind": "water", "name": water.name, "label": water.label, "outline_m": _corners(water.polygon_m)}
+            for water in self.description.water
+        ]
+        areas += [
+            {
+                "kind": "fire",
+                "name": fire.name,
+                "label": fire.label,
+                "outline_m": _corners(fires.reached(fire, wind, time_s)),
+                "front_m_s": list(fires.front_m_s(fire, wind)),
+                "burns_s": fire.burns_s,
+            }
+            for fire in self.description.fires
+        ]
+        areas += [
+            {
+                "kind": cover.kind,
+                "name": cover.name,
+                "label": cover.label or cover.kind,
+                "outline_m": _corners(cover.polygon_m),
+            }
+            for cover in self.description.cover
+        ]
+        return areas
 
     def scene(self) -> Scene:
         """What cameras look at: painted by its kind, where that has a painter of its own. Raises WorldError."""
@@ -130,3 +174,7 @@ def _terrain(description: WorldDescription, folder: Path) -> ground.Terrain:
     from sitl_emu.world import height_files
 
     return height_files.read(description.terrain, description.origin, folder)
+
+
+def _corners(polygon: tuple[tuple[float, float], ...]) -> list[list[float]]:
+    return [[round(north, 3), round(east, 3)] for north, east in polygon]

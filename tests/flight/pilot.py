@@ -31,8 +31,9 @@ class Pilot:
         payload.plug_in(vehicle, self.autopilot)
         solids = world.solids if world is not None else None
         terrain = world.terrain if world is not None else FlatGround()
-        self.simulator = VehicleSimulator(vehicle, HOME, 1, terrain, name=model, obstacles=solids)
-        self.simulation = Simulation([self.simulator], solids)
+        areas = world.areas if world is not None else None
+        self.simulator = VehicleSimulator(vehicle, HOME, 1, terrain, name=model, obstacles=solids, areas=areas)
+        self.simulation = Simulation([self.simulator], solids, areas)
         self.topics = self.autopilot.topics
         self.heard: list[Any] = []
         self.wanted: frozenset[str] = frozenset()

@@ -250,3 +250,12 @@ def test_a_crash_is_an_event_and_the_outcome_and_ends_its_companions_part() -> N
         (12_000, "one", "touched"),
         (28_000, "one", "crashed"),
     ]
+
+
+def test_a_crash_in_water_has_a_cause_of_its_own() -> None:
+    simulation, recorder = FakeSimulation(), FakeRecorder()
+    simulation.met[7] = Impact(28_000, 0, "one", "pond", None, 4.25, crash=True, in_water=True)
+    conductor = Conductor([vehicle("one", [reply()] * 5)], simulation, RadioSettings(), 1, recorder)
+    run_ticks(conductor, 10)
+    assert conductor.outcome == "one came down in water (pond)"
+    assert (28_000, "one", "crashed") in recorder.events

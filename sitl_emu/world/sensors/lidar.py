@@ -2,7 +2,9 @@
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 1 ("invalid"). Canopy is not seen.
+centimetre above max_distance, signal quality 1 ("invalid"). Canopy and crop of a world's `cover` are met where they
+have leaves; water is heard from steeply above alone, and never what lies below it (`areas.py`). Flames, smoke and the
+corn field's plants are not seen.
 """
 
 import math
@@ -12,7 +14,7 @@ from sitl_emu.vehicles.description import Lidar as LidarData
 from sitl_emu.vehicles.dynamics import Quaternion, Vector3
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.noise import normals
-from sitl_emu.world.obstacles import Obstacles
+from sitl_emu.world.obstacles import Areas, Obstacles
 
 LASER = 0
 DOWNWARD_FACING = 25
@@ -26,9 +28,15 @@ class Lidar:
     """Makes DISTANCE_SENSOR."""
 
     def __init__(
-        self, data: LidarData, terrain: Terrain, seed: int, name: str, obstacles: Obstacles | None = None
+        self,
+        data: LidarData,
+        terrain: Terrain,
+        seed: int,
+        name: str,
+        obstacles: Obstacles | None = None,
+        areas: Areas | None = None,
     ) -> None:
-        self._data, self._terrain, self._obstacles = data, terrain, obstacles
+        self._data, self._terrain, self._obstacles, self._areas = data, terrain, obstacles, areas
         self._draw = normals(seed, name, "lidar")
         self._quality, self._no_quality = (GOOD_SIGNAL, NO_SIGNAL) if data.tells_quality else (UNKNOWN, UNKNOWN)
 
@@ -40,6 +48,9 @@ class Lidar:
             axis = body_down(attitude)
             met = self._obstacles.ray((north_m, east_m, down_m), axis, data.max_distance_m)
             distance = min(distance, met[0]) if met is not None else distance
+        if self._areas is not None:
+            axis = body_down(attitude)
+            distance = self._areas.heard((north_m, east_m, down_m), axis, distance, data.max_distance_m)
         seen = distance + data.noise_m * self._draw()
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
