@@ -2,7 +2,7 @@
 
 | URL | source | time of a frame |
 | --- | --- | --- |
-| `shm:NAME` | ring of frames in shared memory, as the simulator writes it | vehicle boot time |
+| `shm:NAME` | a feed in shared memory, as the simulator writes it | vehicle boot time |
 | a folder | recorded frames, `TIME.png` or `.jpg`, TIME the vehicle boot time in microseconds | vehicle boot time |
 | `rtsp://…`, `http://…`, `udp://…` | video stream, by OpenCV | 0: the reader knows when it came |
 | `/dev/videoN` | V4L2 device, by OpenCV | 0: the reader knows when it came |
@@ -10,21 +10,17 @@
 
 A frame is given once; only a stream or device makes `read` wait. Images are BGR, height x
 width x 3, uint8. Not here: lens calibration (camera_model.py) and camera control by MAVLink.
-
-The ring: a header (magic, slots, width, height, and a counter of the frames written), then the slots, each with its
-frame's index and time before and after the pixels, so that a reader notices a slot that was overwritten while it
-copied. The writer never waits: a reader that falls more than `slots` behind loses frames, and `lost` counts them.
+The ring itself is `sitl_emu/core/frame_ring.py`.
 """
 
-import mmap
 import re
-import struct
-from multiprocessing import shared_memory
 from pathlib import Path
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from sitl_emu.core.frame_ring import Encoding, Kind, RingError, RingReader, Sample
 
 Image = npt.NDArray[np.uint8]
 
@@ -66,129 +62,50 @@ class CameraSource(Protocol):
         ...
 
 
-_HEADER = struct.Struct("<4sIIIQ")
-_SLOT = struct.Struct("<QQ")
-_MAGIC = b"SFR1"
-_COUNT_OFFSET = 16
-_ALIGN = 64
-_SHARED_MEMORY = Path("/dev/shm")
-
-
-def _slot_size(width: int, height: int) -> int:
-    size = 2 * _SLOT.size + width * height * 3
-    return (size + _ALIGN - 1) // _ALIGN * _ALIGN
-
-
-class FrameRingWriter:
-    """The simulator's end of a ring of frames. Creates the shared memory and removes it on `close`."""
-
-    def __init__(self, name: str, width: int, height: int, slots: int = 8) -> None:
-        """Raises CameraError when there is a ring of that name already."""
-        self.width, self.height, self.slots = width, height, slots
-        self._slot_size = _slot_size(width, height)
-        size = _ALIGN + slots * self._slot_size
-        try:
-            self._memory: shared_memory.SharedMemory | None = shared_memory.SharedMemory(name, create=True, size=size)
-        except FileExistsError:
-            raise CameraError(
-                f"shm:{name}: there is such a frame ring already; another run uses it, or one that was killed left it:"
-                f" remove /dev/shm/{name}"
-            ) from None
-        self.name = name
-        self._count = 0
-        assert self._memory.buf is not None
-        self._buffer = self._memory.buf
-        _HEADER.pack_into(self._buffer, 0, _MAGIC, slots, width, height, 0)
-        self._written = np.frombuffer(self._buffer, np.uint64, 1, _COUNT_OFFSET)
-
-    @property
-    def next_image(self) -> Image:
-        """The pixels of the slot that is written next, to render into; `commit` makes them a frame."""
-        start = _ALIGN + self._count % self.slots * self._slot_size + _SLOT.size
-        flat = np.frombuffer(self._buffer, np.uint8, self.width * self.height * 3, start)
-        return flat.reshape(self.height, self.width, 3)
-
-    def write(self, time_usec: int, image: Image) -> None:
-        """Adds a frame."""
-        self.next_image[:] = image
-        self.commit(time_usec)
-
-    def commit(self, time_usec: int) -> None:
-        """Publishes what stands in `next_image`."""
-        start = _ALIGN + self._count % self.slots * self._slot_size
-        _SLOT.pack_into(self._buffer, start, self._count, time_usec)
-        _SLOT.pack_into(self._buffer, start + _SLOT.size + self.width * self.height * 3, self._count, time_usec)
-        self._count += 1
-        # One aligned store: struct.pack_into clears the bytes first, and a reader would see a 0 in passing.
-        self._written[0] = self._count
-
-    def close(self) -> None:
-        """Removes the ring; readers keep what they have mapped."""
-        if self._memory is not None:
-            del self._buffer, self._written
-            self._memory.close()
-            self._memory.unlink()
-            self._memory = None
-
-
-class FrameRingReader:
-    """`shm:NAME`: the companion's end of a ring."""
+class SharedFrames:
+    """`shm:NAME`: the images of a feed of the simulator's, or of anybody who writes such a ring."""
 
     clock: Literal["vehicle"] = "vehicle"
-    ended = False
 
     def __init__(self, name: str) -> None:
-        """Raises CameraError when there is no such ring."""
-        # Python 3.11's SharedMemory would remove the ring when a reader ends, under the writer's feet: map the file.
+        """Raises CameraError when there is no such feed, or one that carries no images."""
         try:
-            with (_SHARED_MEMORY / name).open("rb") as file:
-                self._buffer = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        except OSError as error:
-            raise CameraError(
-                f"shm:{name}: there is no such frame ring ({error.strerror}); is the simulator running?"
-            ) from None
-        if len(self._buffer) < _HEADER.size or self._buffer[:4] != _MAGIC:
+            self._ring = RingReader(name)
+        except RingError as error:
+            raise CameraError(str(error)) from None
+        what = self._ring.what
+        if what.kind is not Kind.IMAGE:
             self.close()
-            raise CameraError(f"shm:{name}: that shared memory is no frame ring")
-        _, self.slots, self.width, self.height, _ = _HEADER.unpack_from(self._buffer, 0)
-        self._written: npt.NDArray[np.uint64] | None = np.frombuffer(self._buffer, np.uint64, 1, _COUNT_OFFSET)
-        self.lost = 0
-        self._next = max(0, self.written - self.slots)
-        self._slot_size = _slot_size(self.width, self.height)
+            raise CameraError(f"shm:{name}: that feed carries {what.kind.name.lower()}, and no images")
+        self._rgb = what.encoding is Encoding.RGB8
 
     @property
-    def written(self) -> int:
-        """How many frames the writer has published."""
-        return 0 if self._written is None else int(self._written[0])
+    def ended(self) -> bool:
+        """Whether its writer has gone, and all is read."""
+        return self._ring.ended
+
+    @property
+    def lost(self) -> int:
+        """Frames that were overwritten before they were read."""
+        return self._ring.lost
 
     def read(self) -> Frame | None:
         """The oldest frame not read yet; None when there is none now."""
-        while self.written > self._next:
-            index = max(self._next, self.written - self.slots)
-            self.lost += index - self._next
-            self._next = index + 1
-            frame = self.read_index(index)
-            if frame is not None:
-                return frame
-            self.lost += 1
-        return None
+        return self._frame(self._ring.read())
 
-    def read_index(self, index: int) -> Frame | None:
-        """A copy of the frame of that index; None when it was overwritten or is not there yet."""
-        start = _ALIGN + index % self.slots * self._slot_size
-        pixels = self.width * self.height * 3
-        flat = np.frombuffer(self._buffer, np.uint8, pixels, start + _SLOT.size)
-        image = flat.reshape(self.height, self.width, 3).copy()
-        head = _SLOT.unpack_from(self._buffer, start)
-        tail = _SLOT.unpack_from(self._buffer, start + _SLOT.size + pixels)
-        if head != tail or head[0] != index or not index < self.written <= index + self.slots:
-            return None
-        return Frame(head[1], image, index)
+    def at(self, index: int) -> Frame | None:
+        """The frame of that index; None when it was overwritten or is not there yet."""
+        return self._frame(self._ring.at(index))
 
     def close(self) -> None:
-        """Unmaps the ring."""
-        self._written = None
-        self._buffer.close()
+        """Lets the ring go."""
+        self._ring.close()
+
+    def _frame(self, sample: Sample | None) -> Frame | None:
+        if sample is None:
+            return None
+        image = np.ascontiguousarray(sample.data[..., ::-1]) if self._rgb else sample.data
+        return Frame(sample.time_us, image, sample.number)
 
 
 class RecordedFrames:
@@ -277,7 +194,7 @@ class VideoCapture:
 def open_camera(url: str) -> CameraSource:
     """Opens a camera by its URL (see above). Raises CameraError."""
     if url.startswith("shm:"):
-        return FrameRingReader(url.removeprefix("shm:"))
+        return SharedFrames(url.removeprefix("shm:"))
     path = Path(url)
     if path.is_dir():
         return RecordedFrames(path)

@@ -5,7 +5,7 @@ A frame is a pure function of world, seed, time and pose, so it does not matter 
 
 import os
 
-from sitl_emu.missions.companion.camera import CameraError, FrameRingWriter
+from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
@@ -25,8 +25,9 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     try:
         scene = worlds.kept(config.world).scene()
         camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
-        ring = FrameRingWriter(config.ring, camera.intrinsics.width, camera.intrinsics.height)
-    except (worlds.WorldError, WorldError, CameraError, LensError) as error:
+        width, height = camera.intrinsics[:2]
+        ring = RingWriter(config.ring, Format(Kind.IMAGE, Encoding.BGR8, height, width))
+    except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
     try:
         settle()

@@ -13,7 +13,7 @@ import cv2
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.gcs.tlog import TlogWriter
-from sitl_emu.missions.companion.camera import CameraError, Frame, FrameRingReader
+from sitl_emu.missions.companion.camera import CameraError, Frame, SharedFrames
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
 from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
@@ -34,30 +34,23 @@ IN_LOCKSTEP = (AUTOPILOT_LINK, PEER_LINK)
 class RingFrames:
     """Frames of the simulator's camera, by the numbers that the conductor tells."""
 
-    def __init__(self, ring: FrameRingReader | None) -> None:
+    def __init__(self, feed: SharedFrames | None) -> None:
         """None: a vehicle without a camera."""
-        self._ring = ring
+        self._feed = feed
         self.lost = 0
         """Frames that were overwritten before they were read."""
 
     def take(self, told: Sequence[FrameTaken]) -> list[Frame]:
         """The frames that were told of."""
-        frames = [self._take(self._ring, frame.index) for frame in told] if self._ring is not None else []
+        frames = [self._feed.at(frame.index) for frame in told] if self._feed is not None else []
         taken = [frame for frame in frames if frame is not None]
         self.lost += len(frames) - len(taken)
         return taken
 
     def close(self) -> None:
         """Let go of the camera."""
-        if self._ring is not None:
-            self._ring.close()
-
-    @staticmethod
-    def _take(ring: FrameRingReader, index: int) -> Frame | None:
-        frame = ring.read()
-        while frame is not None and frame.index < index:
-            frame = ring.read_index(index)
-        return frame
+        if self._feed is not None:
+            self._feed.close()
 
 
 def step(harness: Harness, camera: RingFrames, message: Step) -> Stepped:
@@ -99,7 +92,7 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
     control.send(Waiting())
     control.expect(Start)
     try:
-        camera = RingFrames(FrameRingReader(config.ring) if config.ring is not None else None)
+        camera = RingFrames(SharedFrames(config.ring) if config.ring is not None else None)
     except CameraError as error:
         raise StartError(str(error)) from None
     inference = Inference(companion.detect, config.inference_latency_us, most_waiting=None)

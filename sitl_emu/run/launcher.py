@@ -62,6 +62,7 @@ def run(wanted: wiring.Wanted, view: View) -> Ending:
             pass
         finally:
             end_all(children, FINISH_S if ending.over and not ending.over.lost else STOP_S)
+            wiring.remove_rings(wanted)
     return ending
 
 

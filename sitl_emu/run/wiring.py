@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from sitl_emu.core import ports
+from sitl_emu.core import frame_ring, ports
 from sitl_emu.run import models, worlds
 from sitl_emu.run.children import Child, start_command, start_process
 from sitl_emu.run.configs import (
@@ -188,6 +188,12 @@ def _in_lockstep(vehicle: VehiclePart) -> bool:
 def _ring(vehicle: VehiclePart) -> str:
     """The shared memory of a vehicle's camera."""
     return f"sitl_emu-{os.getpid()}-{vehicle.name}"
+
+
+def remove_rings(wanted: Wanted) -> None:
+    """Remove what camera processes that were killed have left in shared memory."""
+    for vehicle in wanted.scenario.vehicles:
+        frame_ring.remove_if_left(_ring(vehicle))
 
 
 def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> int:

@@ -1,86 +1,48 @@
-"""Camera sources: the frame ring, recorded frames, video files, and what can't be opened."""
+"""Camera sources: the simulator's feed, recorded frames, video files, and what can't be opened."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from sitl_emu.missions.companion.camera import CameraError, FrameRingReader, FrameRingWriter, Image, open_camera
-
-ROOT = Path(__file__).parents[2]
+from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingWriter
+from sitl_emu.missions.companion.camera import CameraError, Image, open_camera
+from tests.typed import now
 
 
 def picture(value: int) -> Image:
     return np.full((48, 64, 3), value, np.uint8)
 
 
-def ring_name(test: str) -> str:
-    return f"sitl_emu_{test}_{os.getpid()}"
+@pytest.fixture
+def name(request: pytest.FixtureRequest) -> str:
+    return f"sitl_emu_{request.node.name[:60]}_{os.getpid()}"
 
 
-def test_frames_go_through_the_ring_in_order_with_their_time() -> None:
-    writer = FrameRingWriter(ring_name("order"), 64, 48, slots=4)
-    reader = open_camera(f"shm:{writer.name}")
-    assert reader.read() is None
-    for i in range(3):
-        writer.write(1000 * i, picture(i))
-    frames = [reader.read() for _ in range(4)]
-    assert [(f.time_usec, f.index, int(f.image[5, 5, 1])) for f in frames if f] == [
-        (0, 0, 0),
-        (1000, 1, 1),
-        (2000, 2, 2),
-    ]
-    assert frames[3] is None
-    assert reader.clock == "vehicle"
-    reader.close()
+@pytest.mark.parametrize("encoding", [Encoding.BGR8, Encoding.RGB8])
+def test_a_feed_of_images_is_a_camera_and_ends_with_its_writer(name: str, encoding: Encoding) -> None:
+    name = name.translate({ord("["): "_", ord("]"): "_"})
+    writer = RingWriter(name, Format(Kind.IMAGE, encoding, 48, 64), slots=4)
+    camera = open_camera(f"shm:{name}")
+    assert camera.clock == "vehicle" and camera.read() is None
+    image = picture(9)
+    image[..., 0] = 200
+    writer.write(1000, image)
     writer.close()
+    assert not now(camera.ended)
+    frame = camera.read()
+    assert frame is not None and (frame.time_usec, frame.index) == (1000, 0)
+    assert frame.image[3, 3].tolist() == ([200, 9, 9] if encoding is Encoding.BGR8 else [9, 9, 200])
+    assert now(camera.ended) and camera.read() is None
+    camera.close()
 
 
-def test_a_slow_reader_is_told_how_many_it_lost() -> None:
-    writer = FrameRingWriter(ring_name("slow"), 64, 48, slots=4)
-    reader = FrameRingReader(writer.name)
-    for i in range(10):
-        writer.write(i, picture(i))
-    assert [frame.index for frame in iter(reader.read, None)] == [6, 7, 8, 9]
-    assert reader.lost == 6
-    assert reader.read_index(5) is None
-    assert reader.read_index(10) is None
-    reader.close()
-    writer.close()
-
-
-def test_a_frame_rendered_in_place_is_published_by_commit() -> None:
-    writer = FrameRingWriter(ring_name("place"), 64, 48)
-    writer.next_image[:] = 7
-    reader = FrameRingReader(writer.name)
-    assert reader.read() is None
-    writer.commit(5)
-    frame = reader.read()
-    assert frame is not None
-    assert int(frame.image.max()) == int(frame.image.min()) == 7
-    reader.close()
-    writer.close()
-
-
-def test_a_reader_that_ends_leaves_the_ring_to_others() -> None:
-    writer = FrameRingWriter(ring_name("leave"), 64, 48)
-    writer.write(0, picture(1))
-    for _ in range(2):
-        read = f"from missions.companion.camera import *; assert FrameRingReader({writer.name!r}).read() is not None"
-        subprocess.run([sys.executable, "-c", read], check=True, cwd=ROOT, timeout=60)
-    assert Path("/dev/shm", writer.name).exists()
-    writer.close()
-    assert not Path("/dev/shm", writer.name).exists()
-
-
-def test_a_ring_that_is_there_already_is_told_with_the_remedy() -> None:
-    writer = FrameRingWriter(ring_name("twice"), 64, 48)
-    with pytest.raises(CameraError, match=f"remove /dev/shm/{writer.name}"):
-        FrameRingWriter(writer.name, 64, 48)
+def test_a_feed_of_something_else_is_no_camera(name: str) -> None:
+    writer = RingWriter(name, Format(Kind.DEPTH, Encoding.M32, 48, 64))
+    with pytest.raises(CameraError, match=f"shm:{name}: that feed carries depth, and no images"):
+        open_camera(f"shm:{name}")
     writer.close()
 
 
@@ -131,36 +93,3 @@ def test_a_file_that_is_no_video_is_told(tmp_path: Path) -> None:
     (tmp_path / "x.mp4").write_text("no video")
     with pytest.raises(CameraError, match="can't be opened as video"):
         open_camera(str(tmp_path / "x.mp4"))
-
-
-WRITE = """
-import sys
-import numpy as np
-from sitl_emu.missions.companion.camera import FrameRingWriter
-ring = FrameRingWriter(sys.argv[1], 8, 8, slots=4)
-print("there", flush=True)
-sys.stdin.readline()
-for i in range(60000):
-    ring.write(i, ring.next_image)
-sys.stdin.readline()
-ring.close()
-"""
-
-
-def test_the_count_of_frames_never_goes_back_under_a_readers_eyes() -> None:
-    name = ring_name("count")
-    command = [sys.executable, "-c", WRITE, name]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT, text=True) as writer:
-        assert writer.stdout is not None
-        assert writer.stdin is not None
-        assert writer.stdout.readline() == "there\n"
-        reader, last, steps_back = FrameRingReader(name), 0, 0
-        writer.stdin.write("go\n")
-        writer.stdin.flush()
-        while last < 60000:
-            written = reader.written
-            steps_back += written < last
-            last = max(last, written)
-        reader.close()
-        writer.communicate("end\n", timeout=30)
-    assert steps_back == 0
