@@ -10,6 +10,8 @@ time on a MAVLink link; in a scenario the same program is a `command:`, or a mis
 The rooms behind these names are free to change; these names stay.
 """
 
+from collections.abc import Sequence
+
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.camera import Camera
 from sitl_emu.gcs.command import Command, CommandOutcome, arm, disarm, reposition
@@ -26,7 +28,7 @@ from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.telemetry import Attitude, Place, Pose, Telemetry
 from sitl_emu.gcs.timesync import Timesync
 from sitl_emu.missions.companion import steps
-from sitl_emu.missions.companion.camera_model import CameraModel, Mount
+from sitl_emu.missions.companion.camera_model import CameraModel, Mount, body_points, camera_pose, depth_points
 from sitl_emu.missions.companion.companion import (
     AUTOPILOT_LINK,
     GROUND_LINK,
@@ -38,6 +40,7 @@ from sitl_emu.missions.companion.companion import (
 )
 from sitl_emu.missions.companion.confirmation import Confirmation, Confirming
 from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.feeds import Cloud, Depth, Feed, FeedError, open_feed
 from sitl_emu.missions.companion.links import LinkError, open_port
 from sitl_emu.missions.companion.main import Runner
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
@@ -52,14 +55,18 @@ __all__ = [
     "Attitude",
     "Camera",
     "CameraModel",
+    "Cloud",
     "Command",
     "CommandOutcome",
     "Companion",
     "Confirmation",
     "Confirming",
+    "Depth",
     "Detection",
     "Detector",
     "Event",
+    "Feed",
+    "FeedError",
     "FlightPlan",
     "FollowTarget",
     "GimbalManager",
@@ -95,9 +102,13 @@ __all__ = [
     "Timesync",
     "advanced",
     "arm",
+    "body_points",
+    "camera_pose",
+    "depth_points",
     "disarm",
     "fly",
     "mavlink",
+    "open_feed",
     "open_port",
     "perception_of",
     "position_ned",
@@ -111,13 +122,15 @@ __all__ = [
 ]
 
 
-def fly(companion: Companion, url: str) -> Status:
+def fly(companion: Companion, url: str, feeds: Sequence[str] = ()) -> Status:
     """Run a companion without camera in real time until it is done; how it ended.
 
-    `url` is its autopilot's link: udpin:HOST:PORT, udpout:HOST:PORT or /dev/ttyX[:BAUD]. Raises LinkError if it
-    can't be opened. `Runner` takes a peer link, a camera and a log folder as well.
+    `url` is its autopilot's link: udpin:HOST:PORT, udpout:HOST:PORT or /dev/ttyX[:BAUD]. `feeds`: those of a depth
+    camera and of a lidar, shm:NAME. Raises LinkError and FeedError if one can't be opened. `Runner` takes a peer link,
+    a camera and a log folder as well.
     """
-    runner = Runner(companion, {AUTOPILOT_LINK: open_port(url)}, None, None, 0)
+    opened = [open_feed(feed) for feed in feeds]
+    runner = Runner(companion, {AUTOPILOT_LINK: open_port(url)}, None, None, 0, opened)
     try:
         while not companion.status.done:
             runner.step()

@@ -130,6 +130,23 @@ def camera_pose(position_ned_m: Point, q: Quaternion, mount: Mount) -> CameraPos
     return CameraPose(np.asarray(position_ned_m) + body @ np.array(mount[:3]), body @ to_body)
 
 
+def depth_points(camera: CameraModel, pose: CameraPose, depth_m: npt.NDArray[np.float32]) -> FloatArray:
+    """The points (height, width, 3) NED that a depth image shows; not finite where it shows none."""
+    rows, columns = np.mgrid[0 : camera.height, 0 : camera.width]
+    x, y = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
+    if any(camera.distortion):
+        pairs = np.array([undistorted(*at, camera.distortion) for at in zip(x.flat, y.flat, strict=True)])
+        x, y = pairs[:, 0].reshape(x.shape), pairs[:, 1].reshape(y.shape)
+    rays = np.stack((x, y, np.ones(x.shape)), axis=-1) @ pose.to_ned.T
+    with np.errstate(invalid="ignore"):
+        return np.asarray(pose.position_m + depth_m[..., None] * rays)
+
+
+def body_points(position_ned_m: Point, q: Quaternion, points_m: npt.NDArray[np.float32]) -> FloatArray:
+    """The points (n, 3) of a scan, given in body axes, in NED."""
+    return np.asarray(np.asarray(position_ned_m) + points_m @ body_to_ned(q).T)
+
+
 def project(camera: CameraModel, pose: CameraPose, point_ned_m: Point) -> tuple[float, float] | None:
     """The pixel (x, y) at which a point appears, perhaps beyond the picture's edge; None if it lies behind."""
     x, y, z = (pose.to_ned.T @ (np.asarray(point_ned_m) - pose.position_m)).tolist()

@@ -8,7 +8,7 @@ vehicle's boot time at which a frame was taken, good for finding the pose in the
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 from sitl_emu.core import dialect as mavlink
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from sitl_emu.missions.companion.camera import Image
     from sitl_emu.missions.companion.detector import Detection
+    from sitl_emu.missions.companion.feeds import Cloud, Depth
 
 AUTOPILOT_LINK = "autopilot"
 PEER_LINK = "peer"
@@ -99,4 +100,13 @@ class Companion(Protocol):
 
     def events(self) -> list[Event]:
         """The events since the last call."""
+        ...
+
+
+@runtime_checkable
+class SeesRanges(Protocol):
+    """What a companion has beside that wants depth images and point clouds; any other is not given them."""
+
+    def on_ranges(self, now_us: int, ranges: "Depth | Cloud") -> Outgoing:
+        """A depth image or a scan has come."""
         ...

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions.companion.camera import Frame
-from sitl_emu.missions.companion.companion import Companion, Event, Outgoing
+from sitl_emu.missions.companion.companion import Companion, Event, Outgoing, SeesRanges
+from sitl_emu.missions.companion.feeds import Ranges
 from sitl_emu.missions.companion.inference import Inference
 from sitl_emu.missions.companion.links import Link
 from sitl_emu.missions.companion.pictures import Album
@@ -25,15 +26,22 @@ class Harness:
     ) -> None:
         """`links` by name; messages for a link that is not there go nowhere. `album`: where pictures of events go."""
         self.companion, self.links, self.inference, self._album = companion, links, inference, album
+        self._sees_ranges = companion if isinstance(companion, SeesRanges) else None
 
-    def step(self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = ()) -> list[Event]:
-        """Messages, frames (stamped with the vehicle's boot time), what the detector has found, time; the events.
+    def step(
+        self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = (), ranges: Iterable[Ranges] = ()
+    ) -> list[Event]:
+        """Messages, ranges, frames (both stamped with the vehicle's boot time), what the detector has found, time; the
+        events.
 
         An event that names a frame which is kept names its picture, too (`picture`: FOLDER/FILE).
         """
         companion = self.companion
         for name, message in received:
             self.send(now_us, companion.on_message(now_us, name, message))
+        if self._sees_ranges is not None:
+            for one in ranges:
+                self.send(now_us, self._sees_ranges.on_ranges(now_us, one))
         for frame in frames:
             gsd_m = companion.wants_frame(frame.time_usec)
             if gsd_m is not None:

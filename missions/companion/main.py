@@ -15,7 +15,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from sitl_emu.gcs.heartbeat import Heartbeat
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, CameraSource, open_camera
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event
+from sitl_emu.missions.companion.feeds import Feed, FeedError, open_feed
 from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
 from sitl_emu.missions.companion.links import Link, LinkError, Port, open_port, wait
@@ -47,8 +48,13 @@ class Runner:
         camera: CameraSource | None,
         log_dir: Path | None,
         camera_latency_us: int,
+        feeds: Sequence[Feed] = (),
     ) -> None:
-        """`ports` by the names of their links; `log_dir` takes tlogs, events.jsonl and frames/."""
+        """`ports` by the names of their links; `log_dir` takes tlogs, events.jsonl and frames/.
+
+        `feeds`: of depth images and point clouds, of which the newest are taken at each step.
+        """
+        self._feeds = feeds
         epoch_us = (time.time_ns() - time.monotonic_ns()) // 1000
         links = {
             name: Link(port, TlogWriter(log_dir / f"{name}.tlog") if log_dir is not None else None, epoch_us)
@@ -71,12 +77,15 @@ class Runner:
         if not self.harness.companion.system_id:
             # An autopilot that was sent nothing does not know where we are: it speaks to its standing port alone.
             self.harness.send(now_us, [(AUTOPILOT_LINK, msg) for msg in self._knock.on_time(now_us)])
-        self._tell(now_us, self.harness.step(now_us, received, frames))
+        ranges = [one for feed in self._feeds if (one := feed.newest()) is not None]
+        self._tell(now_us, self.harness.step(now_us, received, frames, ranges))
 
     def close(self) -> None:
         """Lets links, camera and logs go."""
         if self._frames is not None:
             self._frames.close()
+        for feed in self._feeds:
+            feed.close()
         self.harness.close()
         if self._events is not None:
             self._events.close()
@@ -135,6 +144,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--camera", metavar="SOURCE", help="shm:NAME, a folder, a video file, rtsp://… or /dev/videoN")
     parser.add_argument(
+        "--feed", action="append", default=[], metavar="SOURCE", help="depth images or point clouds: shm:NAME"
+    )
+    parser.add_argument(
         "--camera-latency",
         type=float,
         default=0.05,
@@ -190,8 +202,9 @@ def main(arguments: list[str] | None = None) -> int:
             ports[GROUND_LINK] = open_port(given.ground)
         cv2.setNumThreads(1)
         camera = open_camera(given.camera) if given.camera else None
-        runner = Runner(companion, ports, camera, given.log_dir, round(given.camera_latency * 1e6))
-    except (MissionError, LinkError, CameraError, OSError) as error:
+        feeds = [open_feed(url) for url in given.feed]
+        runner = Runner(companion, ports, camera, given.log_dir, round(given.camera_latency * 1e6), feeds)
+    except (MissionError, LinkError, CameraError, FeedError, OSError) as error:
         for port in ports.values():
             port.close()
         sys.stderr.write(f"sitl_emu.missions.companion.main: {error}\n")

@@ -13,6 +13,7 @@ from sitl_emu.gcs.service import Service
 from sitl_emu.gcs.statustext import INFO, WARNING, messages_of
 from sitl_emu.gcs.telemetry import Telemetry
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
+from sitl_emu.missions.companion.feeds import Cloud, Depth, Ranges
 from sitl_emu.missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
 from sitl_emu.missions.companion.router import is_for_companion
 from sitl_emu.missions.companion.yielding import Yielding
@@ -46,6 +47,10 @@ class Onboard:
         self.yielding = Yielding()
         self.failsafe: FailsafeWatch | None = None
         """Whether a failsafe has the vehicle, and which; None until its autopilot was heard."""
+        self.depth: Depth | None = None
+        """The newest depth image, of a vehicle that has such a feed."""
+        self.cloud: Cloud | None = None
+        """The newest scan of a scanning lidar."""
         self._heartbeats = {
             AUTOPILOT_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER),
             PEER_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER, role),
@@ -146,6 +151,13 @@ class Onboard:
             if service_link == link:
                 out += [(link, answer) for answer in service.on_message(now_us, msg)]
         return True, out
+
+    def on_ranges(self, ranges: Ranges) -> None:
+        """Takes a depth image or a scan."""
+        if isinstance(ranges, Depth):
+            self.depth = ranges
+        else:
+            self.cloud = ranges
 
     def on_time(self, now_us: int) -> Outgoing:
         """Heartbeats, what the services have to send, and the texts."""

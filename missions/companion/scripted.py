@@ -10,6 +10,7 @@ from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.companion import Event, Outgoing, Status
 from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.feeds import Ranges
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.steps import StepFailed
 
@@ -41,6 +42,11 @@ class Scripted:
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
         """A message came in."""
         return self.onboard.on_message(now_us, link, msg)[1]
+
+    def on_ranges(self, now_us: int, ranges: Ranges) -> Outgoing:
+        """A depth image or a scan: the script finds it in `Onboard.depth`, `Onboard.cloud`."""
+        self.onboard.on_ranges(ranges)
+        return []
 
     def on_time(self, now_us: int) -> Outgoing:
         """Goes on with the script, unless a pilot or a failsafe has the vehicle."""

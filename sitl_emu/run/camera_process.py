@@ -26,7 +26,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         scene = worlds.kept(config.world).scene()
         camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         width, height = camera.intrinsics[:2]
-        ring = RingWriter(config.ring, Format(Kind.IMAGE, Encoding.BGR8, height, width))
+        ring = RingWriter(config.ring.name, Format(Kind.IMAGE, Encoding.BGR8, height, width), config.ring.slots)
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
     try:

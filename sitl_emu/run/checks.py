@@ -26,8 +26,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
         if isinstance(vehicle.start, str) and vehicle.start not in world.places:
             known = ", ".join(world.places)
             raise ScenarioError(f"{where}.start: {vehicle.start!r}: no place of this world; known: {known}")
-        if vehicle.camera is not None:
-            _check_camera(vehicle, where)
+        _check_camera(vehicle, where)
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             try:
                 with tempfile.TemporaryDirectory() as folder:
@@ -60,12 +59,12 @@ def _check_model(vehicle: VehiclePart, where: str) -> None:
 
 
 def _check_camera(vehicle: VehiclePart, where: str) -> None:
-    """Raise ScenarioError for a camera that can't be."""
-    assert vehicle.camera is not None
-    mount = vehicle.camera.mount
-    if isinstance(mount, str) and mount not in MOUNTS:
-        numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
-        raise ScenarioError(f"{where}.camera.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
+    """Raise ScenarioError for a camera or a depth camera that can't be."""
+    for field, part in (("camera", vehicle.camera), ("depth", vehicle.depth)):
+        mount = part.mount if part is not None else None
+        if isinstance(mount, str) and mount not in MOUNTS:
+            numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
+            raise ScenarioError(f"{where}.{field}.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
     if (camera := vehicle.camera_description) is not None and any(camera.distortion):
         try:
             source_of(cameras.intrinsics(camera))
@@ -103,11 +102,14 @@ def _check_fault(scenario: Scenario, entry: FaultPart, where: str) -> None:
 
 
 def write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
-    """The file of each camera, for its companion. Raises OSError."""
+    """The file of each camera and depth camera, for its companion. Raises OSError."""
     for vehicle in parts:
         path, camera = vehicle.calibration(folder), vehicle.camera_description
         if path is not None and camera is not None:
             cameras.write_calibration(path, camera)
+        path, depth = vehicle.depth_calibration(folder), vehicle.depth_description
+        if path is not None and depth is not None:
+            cameras.write_calibration(path, depth.camera)
 
 
 def prepared(vehicle: VehiclePart, mission: str, world: World, folder: Path) -> dict[str, Any]:

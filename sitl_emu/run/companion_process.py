@@ -5,8 +5,9 @@ then lets the harness step the mission's state machine, and says what it sent. T
 hardware, in `sitl_emu.missions.companion.main`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 
@@ -15,6 +16,7 @@ from sitl_emu.core import ports
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, Frame, SharedFrames
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
+from sitl_emu.missions.companion.feeds import Feed, FeedError, Ranges
 from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
 from sitl_emu.missions.companion.links import Link, LinkError, UdpPort
@@ -25,35 +27,52 @@ from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.messages import FrameTaken, Ready, Start, Step, Stepped, Waiting
 from sitl_emu.run.process import StartError, main, settle
 
+CAMERA = "camera"
+"""The feed that carries images."""
+One = TypeVar("One")
 LOOPBACK = "127.0.0.1"
 UNDER_WAY_LIMIT_S = 10.0
 IN_LOCKSTEP = (AUTOPILOT_LINK, PEER_LINK)
 """The links whose datagrams are counted on both sides."""
 
 
-class RingFrames:
-    """Frames of the simulator's camera, by the numbers that the conductor tells."""
+class Feeds:
+    """The feeds of the simulator's camera, depth camera and lidar, by the numbers that the conductor tells."""
 
-    def __init__(self, feed: SharedFrames | None) -> None:
-        """None: a vehicle without a camera."""
-        self._feed = feed
+    def __init__(self, rings: Mapping[str, str]) -> None:
+        """`rings`: names of shared memory, by feed. Raises CameraError and FeedError."""
+        self._camera: SharedFrames | None = None
+        self._ranging = dict[str, Feed]()
         self.lost = 0
         """Frames that were overwritten before they were read."""
+        for feed, ring in rings.items():
+            if feed == CAMERA:
+                self._camera = SharedFrames(ring)
+            else:
+                self._ranging[feed] = Feed(ring)
 
-    def take(self, told: Sequence[FrameTaken]) -> list[Frame]:
-        """The frames that were told of."""
-        frames = [self._feed.at(frame.index) for frame in told] if self._feed is not None else []
-        taken = [frame for frame in frames if frame is not None]
-        self.lost += len(frames) - len(taken)
-        return taken
+    def images(self, told: Sequence[FrameTaken]) -> list[Frame]:
+        """The camera's, of those told of."""
+        camera = self._camera
+        return self._there([camera.at(one.index) for one in told if one.feed == CAMERA]) if camera is not None else []
+
+    def ranges(self, told: Sequence[FrameTaken]) -> list[Ranges]:
+        """Depth images and point clouds, of those told of."""
+        return self._there([self._ranging[one.feed].at(one.index) for one in told if one.feed != CAMERA])
 
     def close(self) -> None:
-        """Let go of the camera."""
-        if self._feed is not None:
-            self._feed.close()
+        """Let go of all."""
+        for feed in (self._camera, *self._ranging.values()):
+            if feed is not None:
+                feed.close()
+
+    def _there(self, taken: list[One | None]) -> list[One]:
+        there = [one for one in taken if one is not None]
+        self.lost += len(taken) - len(there)
+        return there
 
 
-def step(harness: Harness, camera: RingFrames, message: Step) -> Stepped:
+def step(harness: Harness, feeds: Feeds, message: Step) -> Stepped:
     """Read what has come, act, send; the answer to the conductor. Raises LinkError."""
     now_us = message.now_us
     counts = {AUTOPILOT_LINK: message.autopilot, PEER_LINK: message.peer}
@@ -62,9 +81,10 @@ def step(harness: Harness, camera: RingFrames, message: Step) -> Stepped:
     received = list[Received]()
     for name in in_lockstep:
         received += [(name, one) for one in _received(harness.links[name], now_us, counts[name])]
-    events = harness.step(now_us, received, camera.take(message.frames))
+    told = message.frames
+    events = harness.step(now_us, received, feeds.images(told), feeds.ranges(told))
     sent = {name: harness.links[name].sent - before for name, before in sent_before.items()}
-    dropped = camera.lost + harness.inference.dropped
+    dropped = feeds.lost + harness.inference.dropped
     status = harness.companion.status
     return Stepped(sent.get(AUTOPILOT_LINK, 0), sent.get(PEER_LINK, 0), status, tuple(events), dropped)
 
@@ -92,8 +112,8 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
     control.send(Waiting())
     control.expect(Start)
     try:
-        camera = RingFrames(SharedFrames(config.ring) if config.ring is not None else None)
-    except CameraError as error:
+        feeds = Feeds(config.rings)
+    except (CameraError, FeedError) as error:
         raise StartError(str(error)) from None
     inference = Inference(companion.detect, config.inference_latency_us, most_waiting=None)
     harness = Harness(companion, links, inference, Album(folder / "frames", config.name))
@@ -101,10 +121,10 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
         settle()
         control.send(Ready(peer.address[1] if isinstance(peer, UdpPort) else None))
         while isinstance(message := control.receive(), Step):
-            control.send(step(harness, camera, message))
+            control.send(step(harness, feeds, message))
     finally:
         harness.close()
-        camera.close()
+        feeds.close()
 
 
 def _links(config: CompanionConfig, folder: Path) -> dict[str, Link]:

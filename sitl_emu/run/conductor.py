@@ -90,9 +90,11 @@ class Recorder(Protocol):
 
 
 @dataclass
-class CameraInRun:
-    """A vehicle's camera, and its frames on their way to the companion."""
+class FeedInRun:
+    """A vehicle's camera, depth camera or lidar, and its frames on their way to the companion."""
 
+    feed: str
+    """Which of these."""
     control: Control
     rate_hz: float
     latency_us: int
@@ -100,7 +102,7 @@ class CameraInRun:
     under_way: deque[FrameTaken] = field(default_factory=deque)
     """Frames asked for and not yet delivered."""
     finished: int = -1
-    """Index of the last frame that the camera process has done."""
+    """Index of the last frame that its process has done."""
 
     def due_tick(self) -> int:
         """The tick at which the next frame is taken."""
@@ -118,7 +120,7 @@ class VehicleInRun:
     """None where the autopilot takes no part in barriers, or no more."""
     companion: Control | None = None
     """None where there is none, or one from outside."""
-    camera: CameraInRun | None = None
+    feeds: Sequence[FeedInRun] = ()
     peer: PeerSocket | None = None
     controls: HilActuatorControls | None = None
     armed: bool = False
@@ -202,8 +204,9 @@ class Conductor:
         for place, vehicle in enumerate(vehicles):
             if not vehicle.off:
                 self._take_answer(place, vehicle)
-            if vehicle.camera is not None and ticks >= vehicle.camera.due_tick():
-                self._take_picture(vehicle.camera, vehicle.simulator.pose())
+            for feed in vehicle.feeds:
+                if ticks >= feed.due_tick():
+                    self._take_frame(feed, vehicle.simulator.pose())
         if ticks % TRUTH_TICKS == 0:
             for vehicle in vehicles:
                 self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
@@ -240,8 +243,8 @@ class Conductor:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""
         for vehicle in self.vehicles:
             self._collect(vehicle)
-            if vehicle.camera is not None:
-                self._wait_for_frame(vehicle.camera, vehicle.camera.rendered - 1)
+            for feed in vehicle.feeds:
+                self._wait_for_frame(feed, feed.rendered - 1)
 
     def _take_answer(self, place: int, vehicle: VehicleInRun) -> None:
         """The autopilot's controls, and what it says beside them. Raises ChannelClosed."""
@@ -271,7 +274,7 @@ class Conductor:
                 vehicle.autopilot.send(Read(for_autopilot))
         delivered = self._radio(now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)})
         for vehicle, from_autopilot in zip(self.vehicles, sent_by_autopilot, strict=True):
-            frames = self._frames_for(vehicle, now_us)
+            frames = tuple(frame for feed in vehicle.feeds for frame in self._arrived(feed, now_us))
             if vehicle.companion is not None:
                 from_peer = delivered.get(vehicle.name, 0)
                 vehicle.companion.send(Step(now_us, from_autopilot, from_peer, frames))
@@ -340,27 +343,25 @@ class Conductor:
             delivered[other.name] = len(arrived)
         return delivered
 
-    def _take_picture(self, camera: CameraInRun, pose: Any) -> None:
-        index = camera.rendered
-        camera.rendered += 1
+    def _take_frame(self, feed: FeedInRun, pose: Any) -> None:
+        index = feed.rendered
+        feed.rendered += 1
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        camera.control.send(Render(index, self.now_us, where))
-        camera.under_way.append(FrameTaken(index, self.now_us))
+        feed.control.send(Render(index, self.now_us, where))
+        feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
 
-    def _frames_for(self, vehicle: VehicleInRun, now_us: int) -> tuple[FrameTaken, ...]:
-        """The frames that reach the companion at this barrier; waits until they are rendered."""
-        camera, frames = vehicle.camera, list[FrameTaken]()
-        if camera is None:
-            return ()
-        while camera.under_way and camera.under_way[0].time_us + camera.latency_us <= now_us:
-            frame = camera.under_way.popleft()
-            self._wait_for_frame(camera, frame.index)
+    def _arrived(self, feed: FeedInRun, now_us: int) -> list[FrameTaken]:
+        """The frames that reach the companion at this barrier; waits until they are made."""
+        frames = list[FrameTaken]()
+        while feed.under_way and feed.under_way[0].time_us + feed.latency_us <= now_us:
+            frame = feed.under_way.popleft()
+            self._wait_for_frame(feed, frame.index)
             frames.append(frame)
-        return tuple(frames)
+        return frames
 
-    def _wait_for_frame(self, camera: CameraInRun, index: int) -> None:
-        while camera.finished < index:
-            camera.finished = camera.control.expect(Rendered).index
+    def _wait_for_frame(self, feed: FeedInRun, index: int) -> None:
+        while feed.finished < index:
+            feed.finished = feed.control.expect(Rendered).index
 
 
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:

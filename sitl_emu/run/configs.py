@@ -51,6 +51,38 @@ class CameraDescription:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DepthDescription:
+    """A vehicle's depth camera."""
+
+    camera: CameraDescription
+    """Its picture, lens, place and rate."""
+    reach_m: float
+    noise_m: float
+    """Standard deviation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LidarDescription:
+    """A vehicle's scanning lidar."""
+
+    columns: int
+    rows: int
+    elevation_deg: tuple[float, float]
+    """Of the first and the last row, above the plane that it spins in."""
+    range_m: tuple[float, float]
+    """Nearest and farthest."""
+    noise_m: float
+    """Standard deviation."""
+    place_m: tuple[float, float, float]
+    """Forward, right and down from the body's origin."""
+    depression_deg: float
+    """How far its plane is tilted down, forward."""
+    rate_hz: float
+    latency_s: float
+    """How long a scan is under way to the companion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ModelData:
     """Which vehicle it is, and what of its sensors and its camera is other than its data say."""
 
@@ -70,9 +102,11 @@ class StartPlace:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CameraData:
-    """A vehicle's camera as the world process knows it."""
+class FeedData:
+    """A feed of a vehicle's as the world process knows it."""
 
+    feed: str
+    """"camera", "depth" or "lidar"."""
     fd: int
     rate_hz: float
     latency_s: float
@@ -93,12 +127,12 @@ class VehicleData:
     """None for an autopilot from outside."""
     companion_fd: int | None = None
     radio_fd: int | None = None
-    camera: CameraData | None = None
+    feeds: tuple[FeedData, ...] = ()
 
     @property
     def fds(self) -> list[int]:
         """All that the world process inherits for this vehicle."""
-        fds = (self.autopilot_fd, self.companion_fd, self.radio_fd, self.camera.fd if self.camera else None)
+        fds = (self.autopilot_fd, self.companion_fd, self.radio_fd, *(feed.fd for feed in self.feeds))
         return [fd for fd in fds if fd is not None]
 
 
@@ -167,14 +201,32 @@ class AutopilotConfig(ProcessConfig):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RingData:
+    """The shared memory that a feed goes to."""
+
+    name: str
+    slots: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig(ProcessConfig):
     """For the process of a camera."""
 
     world: str
     """The world's file, in the run's folder."""
     camera: CameraDescription
-    ring: str
-    """Name of the shared memory that its frames go to."""
+    ring: RingData
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RangeConfig(ProcessConfig):
+    """For the process of a depth camera or of a scanning lidar: one of the two."""
+
+    world: str
+    """The world's file, in the run's folder."""
+    ring: RingData
+    depth: DepthDescription | None = None
+    lidar: LidarDescription | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,8 +240,8 @@ class CompanionConfig(ProcessConfig):
     options: Mapping[str, Any]
     radio_port: int | None
     """The radio's UDP port for this companion; None where it has no peer."""
-    ring: str | None
-    """Name of its camera's shared memory."""
+    rings: Mapping[str, Any]
+    """Names of its feeds' shared memory, by feed."""
     inference_latency_us: int
     gcs: tuple[str, int] | None
 

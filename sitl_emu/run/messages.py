@@ -8,7 +8,7 @@ any → world           `Waiting`: set up, but for what others must have ready; 
 any → world           `Ready`: set up
 autopilot → world     `Sent` after every fifth tick; answered by `Read`
 world → companion     `Step`; answered by `Stepped`
-world → camera        `Render`; answered by `Rendered`
+world → a feed        `Render`; answered by `Rendered`
 world → any           `End`: the run is over
 world → launcher      `Listening`, `Progress`, `EventTold`, `Over`
 launcher → world      `Stop`, `CommandEnded`
@@ -58,8 +58,10 @@ class Read(NamedTuple):
 
 
 class FrameTaken(NamedTuple):
-    """A frame that has reached its companion, by its number in the ring."""
+    """A frame of one of its feeds that has reached a companion, by its number in the ring."""
 
+    feed: str
+    """"camera", "depth" or "lidar"."""
     index: int  # type: ignore[assignment]  # hides tuple.index, which no frame needs
     time_us: int
 
@@ -94,7 +96,7 @@ class BodyPose(NamedTuple):
 
 
 class Render(NamedTuple):
-    """A camera is to make a frame."""
+    """A camera, depth camera or lidar is to make a frame."""
 
     index: int  # type: ignore[assignment]
     time_us: int
@@ -102,7 +104,7 @@ class Render(NamedTuple):
 
 
 class Rendered(NamedTuple):
-    """A camera has made a frame."""
+    """It has made it."""
 
     index: int  # type: ignore[assignment]
 

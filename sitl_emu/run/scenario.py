@@ -25,7 +25,7 @@ from sitl_emu import vehicles
 from sitl_emu.core.radio import Outage, RadioSettings
 from sitl_emu.missions import registry
 from sitl_emu.run import cameras, worlds
-from sitl_emu.run.configs import CameraDescription, Fault, FaultData, ModelData
+from sitl_emu.run.configs import CameraDescription, DepthDescription, Fault, FaultData, LidarDescription, ModelData
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.conditions import Changes, LightChange, WindChange
 from sitl_emu.world.lens import MOUNTS, Distortion, Mount
@@ -102,11 +102,65 @@ class CameraPart(Part):
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
 
 
+DepthSide = Annotated[int, Field(ge=8, le=1024)]
+Elevation = Annotated[float, Field(ge=-90, le=90)]
+Metres = Annotated[float, Field(gt=0, le=1000)]
+NoiseM = Annotated[float, Field(ge=0, le=10)]
+
+
+class DepthPart(Part):
+    """A depth camera of a vehicle.
+
+    Field of view and reach are those of an Intel RealSense D435 (data sheet: 87 degrees across; 10 m outdoors). The
+    noise is ours: a stereo camera's grows with the range, this one's does not.
+    """
+
+    mount: Annotated[Annotated[str, Tag(NAME)] | Annotated[MountPart, Tag(NUMBERS)], NAME_OR_NUMBERS] = "nadir"
+    resolution: tuple[DepthSide, DepthSide] = (64, 48)
+    """Width and height in pixels; each is a ray."""
+    hfov_deg: Annotated[float, Field(ge=5, le=150)] = 87.0
+    reach_m: Metres = 10.0
+    noise_m: NoiseM = 0.02
+    """Standard deviation."""
+    rate_hz: Annotated[float, Field(gt=0, le=60)] = 5.0
+    latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+
+
+class LidarPart(Part):
+    """A scanning lidar of a vehicle.
+
+    Rows, elevations, range and noise are those of a Velodyne VLP-16 (data sheet 63-9229: 16 rows from -15 to 15
+    degrees, 100 m, ±3 cm); it has 900 columns at 20 Hz, here are fewer by default.
+    """
+
+    mount: MountPart = MountPart(depression_deg=0.0)
+    columns: Annotated[int, Field(ge=1, le=2048)] = 180
+    """All around; each column of each row is a ray."""
+    rows: Annotated[int, Field(ge=1, le=128)] = 16
+    elevation_deg: tuple[Elevation, Elevation] = (-15.0, 15.0)
+    """Of the first and the last row, above the plane that it spins in."""
+    range_m: tuple[Metres, Metres] = (0.5, 100.0)
+    """Nearest and farthest."""
+    noise_m: NoiseM = 0.03
+    """Standard deviation."""
+    rate_hz: Annotated[float, Field(gt=0, le=60)] = 5.0
+    latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+
+    @field_validator("range_m")
+    @classmethod
+    def nearest_first(cls, range_m: tuple[float, float]) -> tuple[float, float]:
+        """Nearest and farthest, in this order."""
+        if range_m[0] >= range_m[1]:
+            raise ValueError("the nearest range, then the farthest")
+        return range_m
+
+
 class CompanionPart(Part):
     """A companion computer: one of our missions, or any command.
 
-    In a command the words {connect}, {peer}, {camera}, {calibration}, {out}, {seed} and {python} (the one that runs
-    sitl-emu) are filled in; a word that is a file beside the scenario means that file.
+    In a command the words {connect}, {peer}, {camera}, {calibration}, {depth}, {depth_calibration}, {lidar}, {out},
+    {seed} and {python} (the one that runs sitl-emu) are filled in; a word that is a file beside the scenario means
+    that file.
     """
 
     mission: str | None = None
@@ -152,6 +206,9 @@ class VehiclePart(Part):
     sensors: dict[str, Any] = {}
     """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
     camera: CameraPart | None = None
+    depth: DepthPart | None = None
+    lidar: LidarPart | None = None
+    """A scanning one; the single beam that PX4 flies by is one of its model's sensors."""
     autopilot: AutopilotPart | None = None
     """None: ours."""
     companion: CompanionPart | None = None
@@ -178,8 +235,7 @@ class VehiclePart(Part):
         data = vehicles.load(self.model).camera
         own = cameras.intrinsics_of_data(data)
         width_px, height_px = given.resolution or (own.width, own.height)
-        mount = given.mount or (data.mount if data is not None else "nadir")
-        place = MOUNTS[mount] if isinstance(mount, str) else Mount(**mount.model_dump())
+        place = _mount(given.mount or (data.mount if data is not None else "nadir"))
         return CameraDescription(
             width_px=width_px,
             height_px=height_px,
@@ -191,9 +247,46 @@ class VehiclePart(Part):
             latency_s=given.latency_s,
         )
 
+    @property
+    def depth_description(self) -> DepthDescription | None:
+        """The depth camera."""
+        given = self.depth
+        if given is None:
+            return None
+        place = _mount(given.mount)
+        camera = CameraDescription(
+            width_px=given.resolution[0],
+            height_px=given.resolution[1],
+            hfov_deg=given.hfov_deg,
+            distortion=Distortion(),
+            place_m=place[:3],
+            depression_deg=place.depression_deg,
+            rate_hz=given.rate_hz,
+            latency_s=given.latency_s,
+        )
+        return DepthDescription(camera=camera, reach_m=given.reach_m, noise_m=given.noise_m)
+
+    @property
+    def lidar_description(self) -> LidarDescription | None:
+        """The scanning lidar."""
+        given = self.lidar
+        if given is None:
+            return None
+        place = _mount(given.mount)
+        figures = given.model_dump(exclude={"mount"})
+        return LidarDescription(**figures, place_m=place[:3], depression_deg=place.depression_deg)
+
+    def depth_calibration(self, folder: Path) -> Path | None:
+        """The calibration file of the depth camera in a run's folder; None where there is none."""
+        return folder / f"{self.name}-depth.yaml" if self.depth is not None else None
+
     def calibration(self, folder: Path) -> Path | None:
         """The calibration file of the camera in a run's folder; None where there is no camera."""
         return folder / f"{self.name}-camera.yaml" if self.camera is not None else None
+
+
+def _mount(mount: str | MountPart) -> Mount:
+    return MOUNTS[mount] if isinstance(mount, str) else Mount(**mount.model_dump())
 
 
 class WindPart(Part):
@@ -465,6 +558,8 @@ _PARTS: dict[str, type[BaseModel]] = {
     "vehicles": VehiclePart,
     "peer_radio": PeerRadio,
     "camera": CameraPart,
+    "depth": DepthPart,
+    "lidar": LidarPart,
     "companion": CompanionPart,
     "autopilot": AutopilotPart,
     "start": Place,

@@ -5,11 +5,13 @@ each companion where there are several. All sockets are made here before any pro
 its own, and closed here when all have them.
 """
 
+import math
 import os
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,9 +22,11 @@ from sitl_emu.run.configs import (
     ROOTFS,
     AutopilotConfig,
     CameraConfig,
-    CameraData,
     CompanionConfig,
+    FeedData,
     ProcessConfig,
+    RangeConfig,
+    RingData,
     StartPlace,
     VehicleData,
     WorldConfig,
@@ -157,7 +161,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
     processes, command = list[Process](), None
     outside = _outside_autopilot(wanted, instance, vehicle) if vehicle.autopilot is not None else None
     autopilot_fd = None if outside is not None else _autopilot(wanted, instance, vehicle, sockets, processes)
-    camera = _camera(wanted, vehicle, sockets, processes)
+    feeds = _feeds(wanted, vehicle, sockets, processes)
     companion_fd = None
     if companion is not None and companion.mission is not None:
         companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, sockets, processes)
@@ -175,7 +179,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         autopilot_fd=autopilot_fd,
         companion_fd=companion_fd,
         radio_fd=radio.fileno() if radio is not None else None,
-        camera=camera,
+        feeds=feeds,
     )
     return Member(data, processes, outside, command)
 
@@ -185,15 +189,47 @@ def _in_lockstep(vehicle: VehiclePart) -> bool:
     return vehicle.autopilot is None and vehicle.companion is not None and vehicle.companion.mission is not None
 
 
-def _ring(vehicle: VehiclePart) -> str:
-    """The shared memory of a vehicle's camera."""
-    return f"sitl_emu-{os.getpid()}-{vehicle.name}"
+FEWEST_SLOTS, MORE_SLOTS = 8, 4
+"""Of a ring; and how many more than the frames that are under way at a time."""
+
+
+class Feed(NamedTuple):
+    """A feed of a vehicle's, and the process that fills it."""
+
+    name: str
+    """"camera", "depth" or "lidar"."""
+    rate_hz: float
+    latency_s: float
+    module: str
+    config: Callable[..., ProcessConfig]
+    """Takes what all processes are told, and the ring."""
+
+
+def _feeds_of(vehicle: VehiclePart) -> list[Feed]:
+    camera, depth, lidar = vehicle.camera_description, vehicle.depth_description, vehicle.lidar_description
+    feeds = list[Feed]()
+    if camera is not None:
+        make: Callable[..., ProcessConfig] = partial(CameraConfig, camera=camera)
+        feeds.append(Feed("camera", camera.rate_hz, camera.latency_s, "camera_process", make))
+    if depth is not None:
+        make = partial(RangeConfig, depth=depth)
+        feeds.append(Feed("depth", depth.camera.rate_hz, depth.camera.latency_s, "range_process", make))
+    if lidar is not None:
+        make = partial(RangeConfig, lidar=lidar)
+        feeds.append(Feed("lidar", lidar.rate_hz, lidar.latency_s, "range_process", make))
+    return feeds
+
+
+def _rings(vehicle: VehiclePart) -> dict[str, str]:
+    """The names of the shared memory of a vehicle's feeds, by feed."""
+    return {feed.name: f"sitl_emu-{os.getpid()}-{vehicle.name}-{feed.name}" for feed in _feeds_of(vehicle)}
 
 
 def remove_rings(wanted: Wanted) -> None:
-    """Remove what camera processes that were killed have left in shared memory."""
+    """Remove what the processes of feeds that were killed have left in shared memory."""
     for vehicle in wanted.scenario.vehicles:
-        frame_ring.remove_if_left(_ring(vehicle))
+        for ring in _rings(vehicle).values():
+            frame_ring.remove_if_left(ring)
 
 
 def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> int:
@@ -233,22 +269,22 @@ def _outside_autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart) -> C
     return Command(f"autopilot {vehicle.name}", arguments, env)
 
 
-def _camera(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> CameraData | None:
-    camera = vehicle.camera_description
-    if camera is None:
-        return None
-    world_end, end = sockets.channel()
-    config = CameraConfig(
-        folder=str(wanted.folder),
-        start_us=wanted.scenario.start_us,
-        seed=wanted.seed,
-        name=vehicle.name,
-        world=str(wanted.folder / worlds.KEPT_AS),
-        camera=camera,
-        ring=_ring(vehicle),
-    )
-    processes.append(Process(f"camera {vehicle.name}", "camera_process", config, end))
-    return CameraData(fd=world_end.fileno(), rate_hz=camera.rate_hz, latency_s=camera.latency_s)
+def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> tuple[FeedData, ...]:
+    rings, told = _rings(vehicle), list[FeedData]()
+    for feed in _feeds_of(vehicle):
+        world_end, end = sockets.channel()
+        under_way = math.ceil(feed.rate_hz * feed.latency_s)
+        config = feed.config(
+            folder=str(wanted.folder),
+            start_us=wanted.scenario.start_us,
+            seed=wanted.seed,
+            name=vehicle.name,
+            world=str(wanted.folder / worlds.KEPT_AS),
+            ring=RingData(name=rings[feed.name], slots=max(FEWEST_SLOTS, under_way + MORE_SLOTS)),
+        )
+        processes.append(Process(f"{feed.name} {vehicle.name}", feed.module, config, end))
+        told.append(FeedData(feed=feed.name, fd=world_end.fileno(), rate_hz=feed.rate_hz, latency_s=feed.latency_s))
+    return tuple(told)
 
 
 def _companion(
@@ -272,7 +308,7 @@ def _companion(
         mission=companion.mission,
         options=companion.options,
         radio_port=radio_port,
-        ring=_ring(vehicle) if vehicle.camera is not None else None,
+        rings=_rings(vehicle),
         inference_latency_us=round(companion.inference_latency_s * 1e6),
         gcs=wanted.gcs,
     )
@@ -282,11 +318,15 @@ def _companion(
 
 def _words(wanted: Wanted, instance: int, vehicle: VehiclePart, radio_port: int | None) -> dict[str, str]:
     """What a companion's command may name in braces."""
+    feeds = {feed: f"shm:{ring}" for feed, ring in _rings(vehicle).items()}
     return {
         "connect": f"udpin:{LOOPBACK}:{ports.onboard(instance).remote}",
         "peer": f"udpout:{LOOPBACK}:{radio_port}" if radio_port is not None else "",
-        "camera": f"shm:{_ring(vehicle)}" if vehicle.camera is not None else "",
+        "camera": feeds.get("camera", ""),
+        "depth": feeds.get("depth", ""),
+        "lidar": feeds.get("lidar", ""),
         "calibration": str(vehicle.calibration(wanted.folder) or ""),
+        "depth_calibration": str(vehicle.depth_calibration(wanted.folder) or ""),
         "out": str(wanted.folder),
         "seed": str(wanted.seed),
         "python": sys.executable,

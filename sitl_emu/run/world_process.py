@@ -15,7 +15,7 @@ from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import models, worlds
-from sitl_emu.run.conductor import BARRIER_TICKS, CameraInRun, Conductor, VehicleInRun
+from sitl_emu.run.conductor import BARRIER_TICKS, Conductor, FeedInRun, VehicleInRun
 from sitl_emu.run.configs import VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
@@ -161,19 +161,20 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
         vehicle.autopilot = autopilot if data.lockstep else None
     if data.companion_fd is not None:
         vehicle.companion = inherited(data.companion_fd, f"companion {name}")
-    if (camera := data.camera) is not None:
-        control = inherited(camera.fd, f"camera {name}")
-        vehicle.camera = CameraInRun(control, camera.rate_hz, round(camera.latency_s * 1e6))
+    vehicle.feeds = [
+        FeedInRun(each.feed, inherited(each.fd, f"{each.feed} {name}"), each.rate_hz, round(each.latency_s * 1e6))
+        for each in data.feeds
+    ]
     if data.radio_fd is not None:
         vehicle.peer = RadioSocket(socket.socket(fileno=data.radio_fd))
     return vehicle
 
 
 def _wait_until_ready(members: list[VehicleInRun]) -> None:
-    """Cameras first, then the companions, which look for them."""
+    """Feeds first, then the companions, which look for them."""
     for member in members:
-        if member.camera is not None:
-            member.camera.control.expect(Ready)
+        for feed in member.feeds:
+            feed.control.expect(Ready)
     for member in members:
         if member.companion is not None:
             member.companion.expect(Waiting)
@@ -254,7 +255,7 @@ def _beat_time(
     outcome = "; ".join([*([outcome] if outcome != SUCCESS or not injector.killed else []), *injector.killed])
     conductor.finish()
     for member in conductor.vehicles:
-        for control in (member.companion, member.camera.control if member.camera else None):
+        for control in (member.companion, *(feed.control for feed in member.feeds)):
             if control is not None:
                 control.send(End())
     return outcome
@@ -315,17 +316,21 @@ def _progress(conductor: Conductor, wall_s: float) -> Progress:
 def _vehicle_progress(member: VehicleInRun) -> VehicleProgress:
     pose = member.simulator.pose()
     position_m = (round(pose.north_m, 1), round(pose.east_m, 1), round(-pose.down_m, 1))
-    return VehicleProgress(member.armed, member.status, position_m, member.camera.rendered if member.camera else None)
+    return VehicleProgress(member.armed, member.status, position_m, _pictures(member))
+
+
+def _pictures(member: VehicleInRun) -> int | None:
+    """How many its camera has taken; None where it has none."""
+    return next((feed.rendered for feed in member.feeds if feed.feed == "camera"), None)
 
 
 def _figures(conductor: Conductor, stopwatch: Stopwatch) -> Figures:
-    cameras = [member for member in conductor.vehicles if member.camera is not None]
     return Figures(
         simulated_s=conductor.now_us / 1e6,
         wall_s=stopwatch.elapsed_s,
         speed_factor=stopwatch.speed_factor,
-        frames_rendered=sum(member.camera.rendered for member in cameras if member.camera),
-        frames_dropped=sum(member.frames_dropped for member in cameras),
+        frames_rendered=sum(_pictures(member) or 0 for member in conductor.vehicles),
+        frames_dropped=sum(member.frames_dropped for member in conductor.vehicles),
         radio={name: RadioCounts(*counts) for name, counts in conductor.radio_counts.items()},
         armed_at_end=tuple(member.name for member in conductor.vehicles if member.armed),
         companions={member.name: member.status for member in conductor.vehicles if member.companion is not None},

@@ -13,8 +13,8 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.conductor import CameraInRun, Conductor, Control, VehicleInRun
-from sitl_emu.run.messages import Message, Read, Render, Rendered, Sent, Step, Stepped
+from sitl_emu.run.conductor import Conductor, Control, FeedInRun, VehicleInRun
+from sitl_emu.run.messages import FrameTaken, Message, Read, Render, Rendered, Sent, Step, Stepped
 from sitl_emu.world.contacts import Impact
 from tests.typed import now
 
@@ -176,13 +176,37 @@ def test_beyond_the_range_nothing_arrives() -> None:
 
 def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_for() -> None:
     one = vehicle("one", [reply()] * 20)
-    one.camera = CameraInRun(FakeControl(Rendered(index) for index in range(10)), 15.0, 100_000)
+    camera = FeedInRun("camera", FakeControl(Rendered(index) for index in range(10)), 15.0, 100_000)
+    one.feeds = [camera]
     conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 75)
-    taken = {asked.index: asked.time_us for asked in told(one.camera.control, Render)}
+    taken = {asked.index: asked.time_us for asked in told(camera.control, Render)}
     assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
     delivered = [(frame, step.now_us) for step in told(one.companion, Step) for frame in step.frames]
-    assert delivered == [((0, 68000), 180000), ((1, 132000), 240000), ((2, 200000), 300000)]
+    assert delivered == [
+        (FrameTaken("camera", 0, 68000), 180000),
+        (FrameTaken("camera", 1, 132000), 240000),
+        (FrameTaken("camera", 2, 200000), 300000),
+    ]
+
+
+def test_each_feed_has_a_rate_and_a_latency_of_its_own() -> None:
+    one = vehicle("one", [reply()] * 20)
+    lidar = FeedInRun("lidar", FakeControl(Rendered(index) for index in range(10)), 10.0, 40_000)
+    depth = FeedInRun("depth", FakeControl(Rendered(index) for index in range(10)), 5.0, 0)
+    one.feeds = [lidar, depth]
+    conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
+    run_ticks(conductor, 65)
+    arrived = [
+        (step.now_us, [(frame.feed, frame.time_us) for frame in step.frames]) for step in told(one.companion, Step)
+    ]
+    assert [row for row in arrived if row[1]] == [
+        (140_000, [("lidar", 100_000)]),
+        (200_000, [("depth", 200_000)]),
+        (240_000, [("lidar", 200_000)]),
+    ]
+    conductor.finish()
+    assert (lidar.finished, depth.finished) == (lidar.rendered - 1, depth.rendered - 1) == (1, 0)
 
 
 def test_arming_is_seen_in_the_actuator_controls() -> None:

@@ -10,9 +10,9 @@ from sitl_emu.vehicles import VehicleError
 
 PLACE = configs.StartPlace(north_m=1.0, east_m=2.0, heading_deg=90.0)
 IRIS = configs.ModelData(model="iris")
-CAMERA = configs.CameraData(fd=7, rate_hz=15.0, latency_s=0.1)
+CAMERA = configs.FeedData(feed="camera", fd=7, rate_hz=15.0, latency_s=0.1)
 UAS = configs.VehicleData(
-    name="uas", model=IRIS, instance=0, lockstep=True, start="home", autopilot_fd=5, companion_fd=6, camera=CAMERA
+    name="uas", model=IRIS, instance=0, lockstep=True, start="home", autopilot_fd=5, companion_fd=6, feeds=(CAMERA,)
 )
 UGV = configs.VehicleData(
     name="ugv",

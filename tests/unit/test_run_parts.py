@@ -71,7 +71,7 @@ MESSAGES: list[Message] = [
     Waiting(),
     Ready(),
     Ready(14_600),
-    Step(20_000, None, 3, (FrameTaken(4, 16_000), FrameTaken(5, 20_000))),
+    Step(20_000, None, 3, (FrameTaken("camera", 4, 16_000), FrameTaken("depth", 5, 20_000))),
     Stepped(1, 2, STATUS, (FOUND, FOUND._replace(data={})), 2),
     Render(4, 16_000, BodyPose(0.1 + 0.2, -2.0, 1e-300, (1.0, 0.0, 0.0, 0.0))),
     Listening({"outline": [[0.0, 1.0]], "objects": []}, (47.397742, 8.545594, 489.4, 0.0)),
