@@ -107,6 +107,15 @@ class World:
                     ranges[index], normals[index], names[index] = areas_ranges[index], UPWARDS, area.name
         return Hits(ranges, names, normals)
 
+    def echoes(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
+        """What a laser hears of rays: as `raycast`, but that water mirrors slanted ones away."""
+        hits = self.raycast(origins, directions, time_s, reach_m)
+        if self.areas is not None:
+            lost = self.areas.mirrored(hits.name, directions)
+            hits.range_m[lost] = math.inf
+            return hits._replace(name=["" if away else name for away, name in zip(lost, hits.name, strict=True)])
+        return hits
+
     def contacts(self, body: int, place: Vector3, q: tuple[float, float, float, float], time_s: float) -> list[Contact]:
         """What a body (`Solids.add_body`) touches at a time, of solids and standing things."""
         if self.solids is None:
