@@ -10,11 +10,10 @@ vehicle's boot time at which a frame was taken, good for finding the pose in the
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
-from sitl_emu.core import dialect as mavlink
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from sitl_emu.core import dialect as mavlink
     from sitl_emu.missions.companion.camera import Image
     from sitl_emu.missions.companion.detector import Detection
     from sitl_emu.missions.companion.feeds import Cloud, Depth
@@ -26,7 +25,7 @@ GROUND_LINK = "ground"
 COMPONENT_ID = 191
 """MAV_COMP_ID_ONBOARD_COMPUTER."""
 
-Outgoing = list[tuple[str, mavlink.MAVLink_message]]
+Outgoing = list[tuple[str, "mavlink.MAVLink_message"]]
 """Messages to send, each with the name of its link. One that was received is passed on as it came (`wire.py`)."""
 
 
@@ -75,7 +74,7 @@ class Companion(Protocol):
         """Where it stands now."""
         ...
 
-    def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
+    def on_message(self, now_us: int, link: str, msg: "mavlink.MAVLink_message") -> Outgoing:
         """A message came in on a link."""
         ...
 

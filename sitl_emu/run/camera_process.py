@@ -23,8 +23,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        world = worlds.kept(config.world)
-        camera = Camera(world.scene(), cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
+        scene = worlds.kept(config.world).scene(config.shared_fd)
+        camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         width, height = camera.intrinsics[:2]
         ring = RingWriter(config.ring.name, Format(Kind.IMAGE, Encoding.BGR8, height, width), config.ring.slots)
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
@@ -33,7 +33,6 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         settle()
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
-            worlds.put_loose(world, asked.loose)
             ring.write(asked.time_us, camera.render(asked.pose, asked.time_us))
             control.send(Rendered(asked.index))
     finally:

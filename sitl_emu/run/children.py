@@ -46,9 +46,7 @@ class Child:
     """By a fault of the scenario."""
 
 
-def start_process(
-    title: str, module: str, config: configs.ProcessConfig, end: socket.socket, more_fds: list[int], folder: Path
-) -> Child:
+def start_process(title: str, module: str, config: configs.ProcessConfig, end: socket.socket, folder: Path) -> Child:
     """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`."""
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
     arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), configs.written(config)]
@@ -58,7 +56,7 @@ def start_process(
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
-            pass_fds=[end.fileno(), *more_fds],
+            pass_fds=[end.fileno(), *config.fds],
             start_new_session=True,
             env={**os.environ, **THRIFT},
         )

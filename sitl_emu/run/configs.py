@@ -30,6 +30,11 @@ class ProcessConfig:
     name: str = ""
     """The vehicle's; empty where a process belongs to none."""
 
+    @property
+    def fds(self) -> list[int]:
+        """What the process inherits beside its control channel."""
+        return []
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraDescription:
@@ -188,6 +193,11 @@ class WorldConfig(ProcessConfig):
     """Vehicles whose companion is a command that the run waits for."""
     faults: tuple[FaultData, ...] = ()
 
+    @property
+    def fds(self) -> list[int]:
+        """See ProcessConfig."""
+        return [fd for vehicle in self.vehicles for fd in vehicle.fds]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AutopilotConfig(ProcessConfig):
@@ -216,6 +226,13 @@ class CameraConfig(ProcessConfig):
     """The world's file, in the run's folder."""
     camera: CameraDescription
     ring: RingData
+    shared_fd: int | None = None
+    """Memory for what the cameras of a run can share: a memfd that all inherit."""
+
+    @property
+    def fds(self) -> list[int]:
+        """See ProcessConfig."""
+        return [self.shared_fd] if self.shared_fd is not None else []
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -79,10 +80,11 @@ class Member(NamedTuple):
 
 
 class Sockets:
-    """The sockets that join the processes of a run."""
+    """The sockets that join the processes of a run, and the memory that its cameras share."""
 
     def __init__(self) -> None:
         self.opened: list[socket.socket] = []
+        self._shared_fd: int | None = None
 
     def channel(self) -> tuple[socket.socket, socket.socket]:
         """A control channel: the world's end, and the other."""
@@ -97,10 +99,18 @@ class Sockets:
         radio.bind((LOOPBACK, 0))
         return radio
 
+    def shared_fd(self) -> int:
+        """Memory of the cameras, one for all: without a name, and gone with the last process that holds it."""
+        if self._shared_fd is None:
+            self._shared_fd = os.memfd_create("sitl_emu-cameras")
+        return self._shared_fd
+
     def close(self) -> None:
         """In this process; who has inherited one keeps it."""
         for opened in self.opened:
             opened.close()
+        if self._shared_fd is not None:
+            os.close(self._shared_fd)
 
 
 @contextmanager
@@ -123,11 +133,10 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
         vehicles = enumerate(wanted.scenario.vehicles, wanted.first_instance)
         members = [_member(wanted, instance, vehicle, sockets) for instance, vehicle in vehicles]
         config = _world(wanted, members)
-        fds = [fd for member in members for fd in member.data.fds]
-        children.append(start_process("world", "world_process", config, world_end, fds, wanted.folder))
+        children.append(start_process("world", "world_process", config, world_end, wanted.folder))
         for member in members:
             for title, module, process_config, end in member.processes:
-                children.append(start_process(title, module, process_config, end, [], wanted.folder))
+                children.append(start_process(title, module, process_config, end, wanted.folder))
             if member.autopilot is not None:
                 children.append(start_command(*member.autopilot, wanted.folder, autopilot=True))
         for member in members:
@@ -282,6 +291,8 @@ def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: li
             world=str(wanted.folder / worlds.KEPT_AS),
             ring=RingData(name=rings[feed.name], slots=max(FEWEST_SLOTS, under_way + MORE_SLOTS)),
         )
+        if isinstance(config, CameraConfig):
+            config = replace(config, shared_fd=sockets.shared_fd())
         processes.append(Process(f"{feed.name} {vehicle.name}", feed.module, config, end))
         told.append(FeedData(feed=feed.name, fd=world_end.fileno(), rate_hz=feed.rate_hz, latency_s=feed.latency_s))
     return tuple(told)

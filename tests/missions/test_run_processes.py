@@ -53,6 +53,12 @@ def assert_nothing_is_left(run: Run) -> None:
             tried.bind(("127.0.0.1", ports.simulator(instance)))
 
 
+def shared_field(pid: int) -> str:
+    """The inode of the memory that cameras share, where a process holds it; it has no name, and goes with the last."""
+    maps = [line.split() for line in Path(f"/proc/{pid}/maps").read_text().splitlines() if "/memfd:sitl_emu-c" in line]
+    return maps[0][4] if maps else ""
+
+
 def test_the_same_seed_at_two_speeds_gives_identical_logs_and_summaries(tmp_path: Path) -> None:
     scenario = short_scenario(tmp_path, 6.0)
     for name, speed in (("fast", "max"), ("slow", "1.5")):
@@ -94,6 +100,22 @@ def test_a_process_that_is_killed_is_named_and_the_rest_ends(tmp_path: Path, vic
         assert json.loads((run.out / "summary.json").read_text())["outcome"].startswith(named)
         assert (run.out / "report.html").is_file() and (run.out / "uas-gcs.tlog").stat().st_size > 0
         assert_logs_are_readable(run.out)
+        assert_nothing_is_left(run)
+
+
+def test_cameras_share_their_field_and_a_launcher_that_is_killed_leaves_nothing_of_it(tmp_path: Path) -> None:
+    with Run(short_scenario(tmp_path, LONG_S), tmp_path / "run", "--speed", "max") as run:
+        run.wait_until_flying()
+        children = run.children()
+        assert {title for title, pid in children.items() if shared_field(pid)} == {
+            "camera_process uas",
+            "camera_process ugv",
+        }
+        assert len({shared_field(children[f"camera_process {name}"]) for name in ("uas", "ugv")}) == 1
+        assert not shared_field(run.process.pid)
+        os.kill(run.process.pid, signal.SIGKILL)
+        run.wait(60)
+        assert_its_processes_end(run)
         assert_nothing_is_left(run)
 
 

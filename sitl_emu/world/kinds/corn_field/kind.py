@@ -117,9 +117,9 @@ def field_of(world: World) -> CornField:
     )
 
 
-def scene(world: World) -> FieldScene:
+def scene(world: World, shared_memory: int | None) -> FieldScene:
     """For cameras. Raises WorldError."""
-    return FieldScene(field_of(world))
+    return FieldScene(field_of(world), shared_memory)
 
 
 def photo(world: World) -> npt.NDArray[np.uint8]:

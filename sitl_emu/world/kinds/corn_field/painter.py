@@ -4,6 +4,7 @@ Two layers come out: the bare ground, and the same with all plants upon it and t
 outlines and colours appear at every resolution, so that a UAS at 15 m and a rover's mast see one field.
 
 The picture's row 0 is the south edge and column 0 the west edge: x grows east and y north.
+A rectangle may be painted some rows at a time, to the same pixels as at once: places are worked out from its corner.
 Light is painted: hillside shading and the plants' shadows, from the field's sun. Clouds are not.
 """
 
@@ -39,14 +40,42 @@ class Layers(NamedTuple):
     gsd_m: float
 
 
+class _Cut(NamedTuple):
+    """What is painted of a rectangle, its rim included: the rows `first` to before `last`, of so many."""
+
+    north0_m: float
+    """Of the rectangle's south-west corner, not the cut's."""
+    east0_m: float
+    first: int
+    last: int
+    rows: int
+    columns: int
+
+
+class _Box(NamedTuple):
+    """The pixels around a thing that lies in a rectangle, and those of them that a cut has."""
+
+    north0_m: float
+    """Of its south-west corner."""
+    east0_m: float
+    shape: tuple[int, int]
+    """Rows and columns of all."""
+    rows: slice
+    """Those that the cut has, counted from the box's first row."""
+    own: tuple[slice, slice]
+    """The same in the cut's pictures."""
+
+
 class Painter:
     """Paints rectangles of one field at one resolution (`gsd_m`, metres a pixel)."""
 
-    def __init__(self, field: CornField, gsd_m: float) -> None:
+    def __init__(self, field: CornField, gsd_m: float, plants: Plants | None = None) -> None:
+        """`plants`: what grows in the field (`crop.grow`), where that is known already."""
         self.field, self.gsd_m = field, gsd_m
         self._sprites = library(field.seed, field.plant_height_m, gsd_m)
-        self._plants: Plants = grow(field)
+        self._plants: Plants = grow(field) if plants is None else plants
         self._buckets = self._sort_into_buckets()
+        self._slopes = _slopes(field)
         rng = np.random.Generator(np.random.PCG64([field.seed, 0x5011]))
         cells = (
             int((field.size_m[0] + 2 * SURROUNDINGS_M) / 1.0) + 8,
@@ -65,6 +94,7 @@ class Painter:
         self._soil = _ramp(field, SOIL_DARK_BGR, SOIL_LIGHT_BGR)
         self._grass = _ramp(field, GRASS_DARK_BGR, GRASS_LIGHT_BGR)
         self._tint = _tint(field)
+        self._widest_px = max(len(sprite.mask) for sprites in self._sprites.values() for sprite in sprites)
         for sprites in self._sprites.values():
             for sprite in sprites:
                 for c in range(3):
@@ -80,109 +110,133 @@ class Painter:
         groups = np.split(order, starts[1:])
         return {(int(rows[group[0]]), int(columns[group[0]])): group for group in groups}
 
-    def paint(self, north0_m: float, east0_m: float, rows: int, columns: int) -> Layers:
-        """The rectangle whose south-west corner is (north0_m, east0_m), `rows` by `columns` pixels."""
+    def paint(
+        self, north0_m: float, east0_m: float, rows: int, columns: int, part: tuple[int, int] | None = None
+    ) -> Layers:
+        """The rectangle whose south-west corner is (north0_m, east0_m), `rows` by `columns` pixels.
+
+        `part`: only its rows from the first of these to before the second; they are the same pixels.
+        """
         gsd = self.gsd_m
         pad = math.ceil(_PLANT_REACH_M / gsd)
+        first, last = (0, rows) if part is None else part
         # Painted with a rim, then cut: shadows and plants reach in from outside.
         tall, wide = rows + 2 * pad, columns + 2 * pad
-        north, east = north0_m - pad * gsd, east0_m - pad * gsd
-        ground = self._paint_ground(north, east, tall, wide)
-        plants = np.zeros((tall, wide, 4), np.uint8)
-        cover = np.zeros((tall, wide), np.uint8)
-        self._stamp(plants, cover, north, east)
+        halo = min(math.ceil(math.hypot(*self._shadow_px())) + 1, pad)
+        cut = _Cut(north0_m - pad * gsd, east0_m - pad * gsd, pad + first - halo, pad + last + halo, tall, wide)
+        ground = self._paint_ground(cut)
+        plants = np.zeros((*ground.shape[:2], 4), np.uint8)
+        cover = np.zeros(ground.shape[:2], np.uint8)
+        self._stamp(plants, cover, cut)
         ground = self._shadow(ground, cover)
         canopy = cv2.cvtColor(ground, cv2.COLOR_BGR2BGRA)
         canopy[..., 3] = 0
         cv2.copyTo(plants, cover, canopy)
         ground = cv2.cvtColor(ground, cv2.COLOR_BGR2BGRA)
-        self._shade(ground, canopy, north, east)
-        inner = (slice(pad, pad + rows), slice(pad, pad + columns))
-        return Layers(np.ascontiguousarray(ground[inner]), np.ascontiguousarray(canopy[inner]), north0_m, east0_m, gsd)
+        self._shade(ground, canopy, cut)
+        inner = (slice(halo, halo + last - first), slice(pad, pad + columns))
+        return Layers(
+            np.ascontiguousarray(ground[inner]),
+            np.ascontiguousarray(canopy[inner]),
+            north0_m + first * gsd,
+            east0_m,
+            gsd,
+        )
 
-    def _paint_ground(self, north0_m: float, east0_m: float, rows: int, columns: int) -> Image:
+    def _paint_ground(self, cut: _Cut) -> Image:
         gsd, field = self.gsd_m, self.field
-        row0, column0 = round(north0_m / gsd), round(east0_m / gsd)
-        light = self._window(self._blotches, -SURROUNDINGS_M - 4.0, 1.0, north0_m, east0_m, rows, columns)
+        rows, columns = cut.last - cut.first, cut.columns
+        row0, column0 = round(cut.north0_m / gsd) + cut.first, round(cut.east0_m / gsd)
+        light = self._window(self._blotches, -SURROUNDINGS_M - 4.0, 1.0, cut)
         grain = np.roll(self._grain, (-(row0 % 256), -(column0 % 256)), axis=(0, 1))
         light += np.tile(grain, (rows // 256 + 1, columns // 256 + 1))[:rows, :columns]
-        light += 105.0 + self._hillside(north0_m, east0_m, rows, columns)
+        # Brightness added by slopes towards the sun.
+        light += 105.0 + self._window(self._slopes, -SURROUNDINGS_M, field.terrain.spacing_m, cut)
         # The planter's press wheel leaves a slight furrow along each row.
-        east = east0_m + (np.arange(columns, dtype=np.float32) + 0.5) * gsd
+        east = cut.east0_m + (np.arange(columns, dtype=np.float32) + 0.5) * gsd
         phase = (east - field.row_east_m[0]) * (math.tau / ROW_SPACING_M)
         light -= (5.0 * np.cos(phase)).astype(np.float32)[None, :]
         np.clip(light, 0.0, 255.0, out=light)
         level = light.astype(np.uint8)
         ground = np.asarray(cv2.LUT(cv2.merge((level, level, level)), self._soil), np.uint8)
-        self._paint_grass(ground, level, north0_m, east0_m)
+        self._paint_grass(ground, level, cut)
         for thing in field.objects:
             if thing.kind in ("bare_soil", "puddle"):
-                self._paint_patch(ground, level, thing, north0_m, east0_m)
+                self._paint_patch(ground, level, thing, cut)
         return ground
 
-    def _paint_grass(self, ground: Image, level: Image, north0_m: float, east0_m: float) -> None:
+    def _paint_grass(self, ground: Image, level: Image, cut: _Cut) -> None:
         """A grass strip around the outline; beyond it lies tilled soil."""
         gsd, size = self.gsd_m, self.field.size_m
-        rows, columns = level.shape
-        north = north0_m + (np.arange(rows) + 0.5) * gsd
-        east = east0_m + (np.arange(columns) + 0.5) * gsd
+        north = cut.north0_m + (np.arange(cut.rows) + 0.5) * gsd
+        east = cut.east0_m + (np.arange(cut.columns) + 0.5) * gsd
         # Distance outside the outline, larger of both axes; the border frays with the ground's blotches.
         out_north = np.maximum(-north, north - size[0])
         out_east = np.maximum(-east, east - size[1])
         if max(float(out_north.max()), float(out_east.max())) < 0.0:
             return
-        out = np.maximum(out_north[:, None], out_east[None, :]).astype(np.float32)
+        out = np.maximum(out_north[cut.first : cut.last, None], out_east[None, :]).astype(np.float32)
         fray = (level.astype(np.float32) - 105.0) * 0.012
         grass = ((out + fray > 0.6) & (out + fray < GRASS_STRIP_M)).astype(np.uint8) * 255
         contrast = cv2.convertScaleAbs(level, alpha=2.2, beta=-126.0)
         cv2.copyTo(np.asarray(cv2.LUT(cv2.merge((contrast, contrast, contrast)), self._grass)), grass, ground)
 
-    def _paint_patch(self, ground: Image, level: Image, thing: FieldObject, north0_m: float, east0_m: float) -> None:
+    def _paint_patch(self, ground: Image, level: Image, thing: FieldObject, cut: _Cut) -> None:
         """Bare soil, dry and paler; or a puddle, that mirrors the sky and has a dark, wet rim."""
-        reach = 1.4 * thing.radius_m
-        gsd = self.gsd_m
-        top = max(0, int((thing.north_m - reach - north0_m) / gsd))
-        left = max(0, int((thing.east_m - reach - east0_m) / gsd))
-        bottom = min(level.shape[0], int((thing.north_m + reach - north0_m) / gsd) + 1)
-        right = min(level.shape[1], int((thing.east_m + reach - east0_m) / gsd) + 1)
-        if top >= bottom or left >= right:
+        box = self._box(thing, 1.4 * thing.radius_m, cut)
+        if box is None:
             return
-        north, east = north0_m + top * gsd, east0_m + left * gsd
-        part, part_level = ground[top:bottom, left:right], level[top:bottom, left:right]
+        part, part_level = ground[box.own], level[box.own]
         rng = np.random.Generator(np.random.PCG64([thing.seed, 4]))
-        soft = self._soft_mask(thing, 1.0, 0.10, north, east, *part_level.shape)[..., None]
+        soft = self._soft_mask(thing, 1.0, 0.10, box)
         if thing.kind == "bare_soil":
             dry = cv2.convertScaleAbs(part_level, alpha=0.85, beta=float(rng.uniform(18.0, 52.0)))
             new = np.asarray(cv2.LUT(cv2.merge((dry, dry, dry)), self._soil), np.float32)
             part[:] = (part * (1.0 - soft) + new * soft).astype(np.uint8)
             return
         wet = part.astype(np.float32) * (1.0 - 0.45 * soft)
-        water = self._soft_mask(thing, 0.86, 0.03, north, east, *part_level.shape)[..., None]
+        water = self._soft_mask(thing, 0.86, 0.03, box)
         mirror = float(rng.uniform(0.25, 0.75))
         muddy, sky = np.array((58.0, 72.0, 84.0)), np.array((176.0, 160.0, 146.0))
         colour = (muddy * (1.0 - mirror) + sky * mirror) * self._tint
         ripple = (part_level.astype(np.float32)[..., None] - 105.0) * 0.12
         part[:] = np.clip(wet * (1.0 - water) + (colour + ripple) * water, 0, 255).astype(np.uint8)
 
-    def _soft_mask(
-        self, thing: FieldObject, scale: float, edge_m: float, north0_m: float, east0_m: float, rows: int, columns: int
-    ) -> npt.NDArray[np.float32]:
-        """1 within the outline, 0 outside, over a soft edge; the outline scaled about its centre."""
+    def _box(self, thing: FieldObject, reach_m: float, cut: _Cut) -> _Box | None:
+        """The pixels as far as `reach_m` around a thing; None where the cut has none of them."""
+        gsd = self.gsd_m
+        top = max(0, int((thing.north_m - reach_m - cut.north0_m) / gsd))
+        left = max(0, int((thing.east_m - reach_m - cut.east0_m) / gsd))
+        bottom = min(cut.rows, int((thing.north_m + reach_m - cut.north0_m) / gsd) + 1)
+        right = min(cut.columns, int((thing.east_m + reach_m - cut.east0_m) / gsd) + 1)
+        first, last = max(top, cut.first), min(bottom, cut.last)
+        if first >= last or left >= right:
+            return None
+        return _Box(
+            cut.north0_m + top * gsd,
+            cut.east0_m + left * gsd,
+            (bottom - top, right - left),
+            slice(first - top, last - top),
+            (slice(first - cut.first, last - cut.first), slice(left, right)),
+        )
+
+    def _soft_mask(self, thing: FieldObject, scale: float, edge_m: float, box: _Box) -> npt.NDArray[np.float32]:
+        """(rows, columns, 1): 1 within the outline, scaled about its centre, 0 outside, over a soft edge."""
         points = outline(thing._replace(radius_m=thing.radius_m * scale))
-        xy = (points[:, ::-1] - (east0_m, north0_m)) / self.gsd_m - 0.5
-        mask = np.zeros((rows, columns), np.uint8)
+        xy = (points[:, ::-1] - (box.east0_m, box.north0_m)) / self.gsd_m - 0.5
+        mask = np.zeros(box.shape, np.uint8)
         cv2.fillPoly(mask, [np.round(xy * 16.0).astype(np.int32)], 255, cv2.LINE_AA, 4)
         sigma = edge_m / self.gsd_m
         if sigma > 0.5:
             mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma), np.uint8)
-        return mask.astype(np.float32) / 255.0
+        return mask[box.rows, :, None].astype(np.float32) / 255.0
 
-    def _stamp(self, plants: Image, cover: Image, north0_m: float, east0_m: float) -> None:
+    def _stamp(self, plants: Image, cover: Image, cut: _Cut) -> None:
         gsd = self.gsd_m
-        rows, columns = cover.shape
-        first_row, first_column = math.floor(north0_m / _BUCKET_M), math.floor(east0_m / _BUCKET_M)
-        last_row = math.floor((north0_m + rows * gsd) / _BUCKET_M)
-        last_column = math.floor((east0_m + columns * gsd) / _BUCKET_M)
+        first_row = math.floor((cut.north0_m + (cut.first - self._widest_px) * gsd) / _BUCKET_M)
+        first_column = math.floor(cut.east0_m / _BUCKET_M)
+        last_row = math.floor((cut.north0_m + (cut.last + self._widest_px) * gsd) / _BUCKET_M)
+        last_column = math.floor((cut.east0_m + cut.columns * gsd) / _BUCKET_M)
         groups = [
             self._buckets[key]
             for key in ((i, j) for i in range(first_row, last_row + 1) for j in range(first_column, last_column + 1))
@@ -192,86 +246,83 @@ class Painter:
             return
         index = np.sort(np.concatenate(groups))
         p = self._plants
-        ys = np.floor((p.north_m[index] - north0_m) / gsd).astype(int).tolist()
-        xs = np.floor((p.east_m[index] - east0_m) / gsd).astype(int).tolist()
+        ys = np.floor((p.north_m[index] - cut.north0_m) / gsd).astype(int).tolist()
+        xs = np.floor((p.east_m[index] - cut.east0_m) / gsd).astype(int).tolist()
         by_kind = [self._sprites[kind] for kind in KINDS]
+        rows = cut.last - cut.first
         copy_to = cv2.copyTo
         for y, x, kind, variant in zip(ys, xs, p.kind[index].tolist(), p.variant[index].tolist(), strict=True):
             sprite: Sprite = by_kind[kind][variant]
             side = len(sprite.mask)
             top, left = y - side // 2, x - side // 2
-            if top < 0 or left < 0 or top + side > rows or left + side > columns:
+            if top < 0 or left < 0 or top + side > cut.rows or left + side > cut.columns:
                 # Plants this near the painted rim do not reach the part that is kept.
                 continue
-            copy_to(sprite.bgra, sprite.mask, plants[top : top + side, left : left + side])
-            copy_to(sprite.mask, sprite.mask, cover[top : top + side, left : left + side])
+            top -= cut.first
+            bgra, mask = sprite
+            if top < 0 or top + side > rows:
+                inside = slice(max(-top, 0), rows - top)
+                bgra, mask, top = bgra[inside], mask[inside], max(top, 0)
+                if len(mask) == 0:
+                    continue
+            copy_to(bgra, mask, plants[top : top + len(mask), left : left + side])
+            copy_to(mask, mask, cover[top : top + len(mask), left : left + side])
 
-    def _shadow(self, ground: Image, cover: Image) -> Image:
-        """Plants darken the ground beside them, away from the sun."""
+    def _shadow_px(self) -> tuple[float, float]:
+        """How far shadows fall, in columns and rows."""
         light = self.field.light
         length = 0.55 * self.field.plant_height_m / math.tan(math.radians(light.elevation_deg)) / self.gsd_m
         away = math.radians(light.azimuth_deg) + math.pi
-        shift = np.array(((1.0, 0.0, length * math.sin(away)), (0.0, 1.0, length * math.cos(away))))
+        return length * math.sin(away), length * math.cos(away)
+
+    def _shadow(self, ground: Image, cover: Image) -> Image:
+        """Plants darken the ground beside them, away from the sun."""
+        columns, rows = self._shadow_px()
+        shift = np.array(((1.0, 0.0, columns), (0.0, 1.0, rows)))
         fallen = cv2.warpAffine(cover, shift, cover.shape[::-1], flags=cv2.INTER_NEAREST)
         # Under the leaves it is dark too, wherever the sun stands: seen between plants from a low mast.
         dark = cv2.convertScaleAbs(ground, alpha=0.58)
         return np.asarray(cv2.copyTo(dark, fallen | cover, ground), np.uint8)
 
-    def _shade(self, ground: Image, canopy: Image, north0_m: float, east0_m: float) -> None:
+    def _shade(self, ground: Image, canopy: Image, cut: _Cut) -> None:
         """Shade spots: what something outside the picture keeps the sun from, ground and plants alike."""
-        gsd = self.gsd_m
-        rows, columns = ground.shape[:2]
         for thing in self.field.objects:
             if thing.kind != "shade":
                 continue
-            reach = 1.6 * thing.radius_m + 0.2
-            top = max(0, int((thing.north_m - reach - north0_m) / gsd))
-            left = max(0, int((thing.east_m - reach - east0_m) / gsd))
-            bottom = min(rows, int((thing.north_m + reach - north0_m) / gsd) + 1)
-            right = min(columns, int((thing.east_m + reach - east0_m) / gsd) + 1)
-            if top >= bottom or left >= right:
+            box = self._box(thing, 1.6 * thing.radius_m + 0.2, cut)
+            if box is None:
                 continue
-            soft = self._soft_mask(
-                thing, 1.0, 0.08, north0_m + top * gsd, east0_m + left * gsd, bottom - top, right - left
-            )[..., None]
+            soft = self._soft_mask(thing, 1.0, 0.08, box)
             depth = np.array((0.42, 0.50, 0.55), np.float32)  # skylight is blue, so blue stays longest
             for picture in (ground, canopy):
-                part = picture[top:bottom, left:right, :3]
+                part = picture[box.own][..., :3]
                 part[:] = (part * (1.0 - depth * soft)).astype(np.uint8)
 
-    def _hillside(self, north0_m: float, east0_m: float, rows: int, columns: int) -> npt.NDArray[np.float32]:
-        """Brightness added by slopes towards the sun, on the terrain's own grid."""
-        terrain, light = self.field.terrain, self.field.light
-        d_north, d_east = np.gradient(terrain.grid_m, terrain.spacing_m)
-        azimuth = math.radians(light.azimuth_deg)
-        towards = -(d_north * math.cos(azimuth) + d_east * math.sin(azimuth)) / math.tan(
-            math.radians(light.elevation_deg)
-        )
-        return self._window(
-            np.asarray(70.0 * towards, np.float32), -SURROUNDINGS_M, terrain.spacing_m, north0_m, east0_m, rows, columns
-        )
-
     def _window(
-        self,
-        grid: npt.NDArray[np.float32],
-        start_m: float,
-        spacing_m: float,
-        north0_m: float,
-        east0_m: float,
-        rows: int,
-        columns: int,
+        self, grid: npt.NDArray[np.float32], start_m: float, spacing_m: float, cut: _Cut
     ) -> npt.NDArray[np.float32]:
-        """A coarse grid, whose point (0, 0) lies at start_m north and east, drawn out over a rectangle."""
+        """A coarse grid, whose point (0, 0) lies at start_m north and east, drawn out over a cut."""
         step = self.gsd_m / spacing_m
-        to_grid = np.array(
-            (
-                (step, 0.0, (east0_m + self.gsd_m / 2 - start_m) / spacing_m),
-                (0.0, step, (north0_m + self.gsd_m / 2 - start_m) / spacing_m),
-            )
-        )
+        x0 = (cut.east0_m + self.gsd_m / 2 - start_m) / spacing_m
+        y0 = (cut.north0_m + self.gsd_m / 2 - start_m) / spacing_m
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        drawn = cv2.warpAffine(grid, to_grid, (columns, rows), flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(drawn, np.float32)
+        drawn = np.empty((cut.last - cut.first, cut.columns), np.float32)
+        # Row by row, in OpenCV's own single precision: so a row does not depend on which others are drawn with it.
+        ys = np.arange(cut.first, cut.last, dtype=np.float32) * np.float32(step) + np.float32(y0)
+        to_grid = np.array(((step, 0.0, x0), (0.0, step, 0.0)))
+        for row, y in zip(drawn, ys.tolist(), strict=True):
+            to_grid[1, 2] = y
+            cv2.warpAffine(grid, to_grid, (cut.columns, 1), row[None], flags, cv2.BORDER_REPLICATE)
+        return drawn
+
+
+def _slopes(field: CornField) -> npt.NDArray[np.float32]:
+    """Brightness added by slopes towards the sun, on the terrain's own grid."""
+    terrain, light = field.terrain, field.light
+    d_north, d_east = np.gradient(terrain.grid_m, terrain.spacing_m)
+    azimuth = math.radians(light.azimuth_deg)
+    towards = -(d_north * math.cos(azimuth) + d_east * math.sin(azimuth)) / math.tan(math.radians(light.elevation_deg))
+    return np.asarray(70.0 * towards, np.float32)
 
 
 def _tint(field: CornField) -> npt.NDArray[np.float64]:

@@ -3,33 +3,28 @@
 For a grid of one pixel in eight, rays are met with the terrain by fixed-point iteration; the map coordinates of the
 pixels between are interpolated, and `cv2.remap` looks them up in painted layers (see painter.py). Plants stand up by
 shells: the same picture, looked up again where the rays meet surfaces one above the other, shows what grows at least
-so high. Two resolutions: the whole field at 5 cm a pixel, and where the camera is near, a mosaic of tiles of 1.6 cm,
-painted as they come into view.
+so high. Two resolutions: the whole field at 5 cm a pixel (whole.py), and where the camera is near, a mosaic of tiles of
+1.6 cm (mosaic.py); both are painted as they come into view.
 
 Geometry: a point of the ground appears within 0.2 px of its pinhole projection (a test measures it). The iteration
 converges while terrain slope times the tangent of the ray's angle from the vertical stays below 1.
-A picture is a function of field and pose alone: the mosaic and its cache change nothing that is seen.
+A picture is a function of field and pose alone: when and where it is painted changes nothing that is seen.
 It does not draw a sky (rays that rise end 120 m away), obstacles, vehicles or their shadows.
 """
-
-import math
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.kinds.corn_field.field import SURROUNDINGS_M, CornField
+from sitl_emu.world.kinds.corn_field.crop import Plants, grow
+from sitl_emu.world.kinds.corn_field.field import CornField
+from sitl_emu.world.kinds.corn_field.mosaic import TILE_GSD_M, Mosaic
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
 from sitl_emu.world.kinds.corn_field.sprites import HEIGHT_SCALE_M, Image
+from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, WholeField
 
 FloatArray = npt.NDArray[np.float64]
 
-FIELD_GSD_M = 0.05
-TILE_GSD_M = 0.016
-TILE_PIXELS = 250
-TILE_M = TILE_GSD_M * TILE_PIXELS
-MOSAIC_TILES = 5
-"""Tiles along each side of the mosaic."""
 NEAR_M = 5.0
 """Below this distance along the optical axis the mosaic is used."""
 MAX_RANGE_M = 120.0
@@ -40,9 +35,12 @@ class Renderer:
     """The eyes on one field: `draw` for any number of poses and one set of intrinsics.
 
     `width` and `height` in pixels (multiples of 8), `focal_px` for both axes; the principal point is the centre.
+    `shared_memory`: see whole.py.
     """
 
-    def __init__(self, field: CornField, width: int, height: int, focal_px: float) -> None:
+    def __init__(
+        self, field: CornField, width: int, height: int, focal_px: float, shared_memory: int | None = None
+    ) -> None:
         if width % GRID_STEP_PX or height % GRID_STEP_PX:
             raise ValueError(f"width and height must be multiples of {GRID_STEP_PX}, not {width} x {height}")
         self.field = field
@@ -56,10 +54,10 @@ class Renderer:
         ) / focal_px
         self._grid_shape = (len(y), len(x))
         self._rays = np.stack((np.tile(x, len(y)), np.repeat(y, len(x)), np.ones(len(x) * len(y))))
-        self._whole: Layers | None = None
-        self._painter: Painter | None = None
-        self._tiles: dict[tuple[int, int], Layers] = {}
-        self._mosaic: Layers | None = None
+        self._whole = WholeField(field, lambda: self._painter(FIELD_GSD_M), shared_memory)
+        self._near = Mosaic(lambda: self._painter(TILE_GSD_M))
+        self._painters: dict[float, Painter] = {}
+        self._plants: Plants | None = None
 
     def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
         """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3); the field stands still.
@@ -121,6 +119,8 @@ class Renderer:
             grid, (self._grid_shape[1] * step, self._grid_shape[0] * step), interpolation=cv2.INTER_LINEAR
         )
         inner = full[step:-step, step:-step]
+        if layers is self._whole.layers:
+            self._whole.paint(float(grid[..., 1].min()), float(grid[..., 1].max()))
         return np.asarray(
             cv2.remap(picture, inner, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101), np.uint8
         )
@@ -129,41 +129,16 @@ class Renderer:
         """The layers fit for this distance, and how many shells tell at it."""
         axis_down = max(float(camera_to_ned[2, 2]), 0.05)
         if above_m / axis_down > NEAR_M:
-            return self._whole_field(), 2
+            return self._whole.layers, 2
         reach = above_m / axis_down
         centre_north = float(position[0]) + reach * float(camera_to_ned[0, 2])
         centre_east = float(position[1]) + reach * float(camera_to_ned[1, 2])
-        return self._mosaic_around(centre_north, centre_east), 6
+        return self._near.around(centre_north, centre_east), 6
 
-    def _whole_field(self) -> Layers:
-        if self._whole is None:
-            rows, columns = (round((side + 2.0 * SURROUNDINGS_M) / FIELD_GSD_M) for side in self.field.size_m)
-            self._whole = Painter(self.field, FIELD_GSD_M).paint(-SURROUNDINGS_M, -SURROUNDINGS_M, rows, columns)
-        return self._whole
-
-    def _mosaic_around(self, north_m: float, east_m: float) -> Layers:
-        """Near tiles joined to one picture, centred on the tile the camera looks at."""
-        half = MOSAIC_TILES // 2
-        first_row, first_column = math.floor(north_m / TILE_M) - half, math.floor(east_m / TILE_M) - half
-        mosaic = self._mosaic
-        if mosaic is not None and (mosaic.north0_m, mosaic.east0_m) == (first_row * TILE_M, first_column * TILE_M):
-            return mosaic
-        if self._painter is None:
-            self._painter = Painter(self.field, TILE_GSD_M)
-        wanted = {
-            (i, j): None
-            for i in range(first_row, first_row + MOSAIC_TILES)
-            for j in range(first_column, first_column + MOSAIC_TILES)
-        }
-        self._tiles = {
-            key: self._tiles.get(key) or self._painter.paint(key[0] * TILE_M, key[1] * TILE_M, TILE_PIXELS, TILE_PIXELS)
-            for key in wanted
-        }
-        side = MOSAIC_TILES * TILE_PIXELS
-        ground, canopy = np.empty((side, side, 4), np.uint8), np.empty((side, side, 4), np.uint8)
-        for (i, j), tile in self._tiles.items():
-            rows = slice((i - first_row) * TILE_PIXELS, (i - first_row + 1) * TILE_PIXELS)
-            columns = slice((j - first_column) * TILE_PIXELS, (j - first_column + 1) * TILE_PIXELS)
-            ground[rows, columns], canopy[rows, columns] = tile.ground, tile.canopy
-        self._mosaic = Layers(ground, canopy, first_row * TILE_M, first_column * TILE_M, TILE_GSD_M)
-        return self._mosaic
+    def _painter(self, gsd_m: float) -> Painter:
+        """Made when there is something to paint: what others have painted needs none."""
+        if self._plants is None:
+            self._plants = grow(self.field)
+        if gsd_m not in self._painters:
+            self._painters[gsd_m] = Painter(self.field, gsd_m, self._plants)
+        return self._painters[gsd_m]

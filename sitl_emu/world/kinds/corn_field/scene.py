@@ -9,8 +9,9 @@ class FieldScene:
 
     moves = False
 
-    def __init__(self, field: CornField) -> None:
-        self.field = field
+    def __init__(self, field: CornField, shared_memory: int | None = None) -> None:
+        """`shared_memory`: of the cameras of this field, see whole.py."""
+        self.field, self._shared_memory = field, shared_memory
 
     @property
     def seed(self) -> int:
@@ -19,4 +20,4 @@ class FieldScene:
 
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
         """See camera.Scene."""
-        return Renderer(self.field, width, height, focal_px)
+        return Renderer(self.field, width, height, focal_px, self._shared_memory)
