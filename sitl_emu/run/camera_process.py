@@ -23,7 +23,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        scene = worlds.kept(config.world).scene(config.shared_fd)
+        world = worlds.kept(config.world)
+        scene = world.scene(config.shared_fd)
         camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         width, height = camera.intrinsics[:2]
         ring = RingWriter(config.ring.name, Format(Kind.IMAGE, Encoding.BGR8, height, width), config.ring.slots)
@@ -33,6 +34,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         settle()
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
+            worlds.put_loose(world, asked.loose)
             ring.write(asked.time_us, camera.render(asked.pose, asked.time_us))
             control.send(Rendered(asked.index))
     finally:

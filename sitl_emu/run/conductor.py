@@ -31,8 +31,10 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.messages import BodyPose, FrameTaken, Message, Read, Render, Rendered, Sent, Step, Stepped
+from sitl_emu.run.messages import BodyPose, FrameTaken, LooseAt, Message, Read, Render, Rendered, Sent, Step, Stepped
 from sitl_emu.world.contacts import Impact
+from sitl_emu.world.description import plain
+from sitl_emu.world.obstacles import LoosePose
 
 Kind = TypeVar("Kind", bound=Message)
 TICK_US = 4000
@@ -61,6 +63,10 @@ class Simulation(Protocol):
 
     def impacts(self) -> list[Impact]:
         """What vehicles have met since this was asked last."""
+        ...
+
+    def loose_poses(self) -> list[LoosePose]:
+        """Where all loose bodies are."""
         ...
 
     def set_parameter(self, place: int, name: str, value: float) -> None:
@@ -347,7 +353,8 @@ class Conductor:
         index = feed.rendered
         feed.rendered += 1
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        feed.control.send(Render(index, self.now_us, where))
+        loose = tuple(LooseAt(plain(body), place, q) for body, place, q in self._simulation.loose_poses())
+        feed.control.send(Render(index, self.now_us, where, loose))
         feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
 
     def _arrived(self, feed: FeedInRun, now_us: int) -> list[FrameTaken]:

@@ -95,12 +95,23 @@ class BodyPose(NamedTuple):
     q: tuple[float, float, float, float]
 
 
+class LooseAt(NamedTuple):
+    """Where a loose body is."""
+
+    described: Mapping[str, Any]
+    """As a world file has it: it may have been released after the camera began."""
+    place: tuple[float, float, float]
+    """Of its centre of mass, NED, m."""
+    q: tuple[float, float, float, float]
+
+
 class Render(NamedTuple):
     """A camera, depth camera or lidar is to make a frame."""
 
     index: int  # type: ignore[assignment]
     time_us: int
     pose: BodyPose
+    loose: tuple[LooseAt, ...] = ()
 
 
 class Rendered(NamedTuple):

@@ -42,7 +42,8 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
     """Measure what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        sensor, what = made(worlds.kept(config.world), config)
+        world = worlds.kept(config.world)
+        sensor, what = made(world, config)
         ring = RingWriter(config.ring.name, what, config.ring.slots)
     except (worlds.WorldError, WorldError, RingError) as error:
         raise StartError(str(error)) from None
@@ -50,6 +51,7 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
         settle()
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
+            worlds.put_loose(world, asked.loose)
             ring.write(asked.time_us, sensor.measure(asked.pose, asked.time_us))
             control.send(Rendered(asked.index))
     finally:

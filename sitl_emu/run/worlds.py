@@ -2,13 +2,15 @@
 
 import dataclasses
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sitl_emu.run.messages import LooseAt
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import description, kinds
 from sitl_emu.world.conditions import Changes
+from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.world import World
 
 KEPT_AS = "world.yaml"
@@ -69,6 +71,11 @@ def keep(world: World, folder: Path) -> Path:
     path = folder / KEPT_AS
     description.save(world.description, path)
     return path
+
+
+def put_loose(world: World, loose: Sequence[LooseAt]) -> None:
+    """Put a world's loose bodies where those of the world process are."""
+    world.put_loose([LoosePose(description.loose_of(each.described), each.place, each.q) for each in loose])
 
 
 def kept(path: str) -> World:

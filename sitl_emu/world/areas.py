@@ -63,6 +63,11 @@ class WaterAndFoliage:
                 nearest, what = float(ranges[0]), each
         return math.inf if isinstance(what, Water) and direction[2] < MIRRORS_BACK_COS else nearest
 
+    def mirrored(self, names: Sequence[str], directions: FloatArray) -> BoolArray:
+        """Which of many rays (n, 3) that met these (n) are lost to a laser: those that meet water too slanted."""
+        wet = {water.name for water in self.water}
+        return np.array([name in wet for name in names]) & (directions[:, 2] < MIRRORS_BACK_COS)
+
     def _wet(self, water: Water, north_m: float, east_m: float) -> bool:
         ground_m = self._terrain.height_m(north_m, east_m)
         return ground_m < water.level_m and polygons.contains(water.polygon_m, north_m, east_m)

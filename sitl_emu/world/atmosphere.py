@@ -17,6 +17,12 @@ def pressure_hpa(alt_amsl_m: float) -> float:
     return float(SEA_LEVEL_HPA * (1.0 - LAPSE_K_M / SEA_LEVEL_K * alt_amsl_m) ** EXPONENT)
 
 
+def density_kg_m3(alt_amsl_m: float) -> float:
+    """Density of the air at an altitude."""
+    kelvin = SEA_LEVEL_K - LAPSE_K_M * alt_amsl_m
+    return 100.0 * pressure_hpa(alt_amsl_m) / (287.0528 * kelvin)
+
+
 def pressure_altitude_m(pressure: float) -> float:
     """Altitude at which the standard atmosphere has this pressure (hPa); the inverse of `pressure_hpa`."""
     return float(SEA_LEVEL_K / LAPSE_K_M * (1.0 - (pressure / SEA_LEVEL_HPA) ** (1.0 / EXPONENT)))

@@ -124,7 +124,7 @@ class Camera:
         # A quarter of the cosine-fourth law: a lens of this angle is built to soften it.
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
-        self._moves = scene.moves
+        self._scene = scene
         self._seen_from: tuple[Pose, int] | None = None
         self._seen: Image | None = None
 
@@ -139,7 +139,7 @@ class Camera:
 
     def _on_sensor(self, pose: Pose, time_us: int) -> Image:
         """What the lens throws on the sensor. A vehicle that stands still before what stands still sees it again."""
-        seen_from = (pose, time_us if self._moves else 0)
+        seen_from = (pose, time_us if self._scene.moves else 0)
         if self._seen is None or seen_from != self._seen_from:
             rotation = body_to_ned(pose.q)
             position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever

@@ -16,7 +16,7 @@ from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Vector3
 from sitl_emu.vehicles.multicopter import Multicopter
 from sitl_emu.vehicles.rigid_body import dot
 from sitl_emu.world.atmosphere import gravity_m_s2
-from sitl_emu.world.obstacles import Areas, Contact, Obstacles
+from sitl_emu.world.obstacles import Areas, Contact, Obstacles, Pushable
 from sitl_emu.world.simulator import VehicleSimulator
 
 LOOK_AROUND_M = 1.0
@@ -108,6 +108,10 @@ class Contacts:
             if self._areas is not None:
                 self._meet_water(now_us, place, self._areas)
 
+    def look_again(self) -> None:
+        """Something is there that was not."""
+        self._look_us = dict.fromkeys(self._look_us, 0)
+
     # --- solids ---------------------------------------------------------------------------------------------------
 
     def _meet_solids(self, now_us: int, place: int, solids: Obstacles) -> None:
@@ -123,7 +127,7 @@ class Contacts:
         sunk = [contact for contact in found if contact.depth_m > 0.0]
         for other in sorted({contact.other for contact in sunk}):
             contact = _together([contact for contact in sunk if contact.other == other])
-            speed = _bounce(body, None, contact, shape.restitution, shape.friction)
+            speed = _bounce(body, solids.loose_body(other), contact, shape.restitution, shape.friction)
             _push_out(body, contact.normal, contact.depth_m)
             self._note(now_us, place, other, None, speed)
 
@@ -259,7 +263,7 @@ def _speed(body: Dynamics) -> float:
     return math.sqrt(body.vn_m_s**2 + body.ve_m_s**2 + body.vd_m_s**2)
 
 
-def _bounce(a: Dynamics, b: Dynamics | None, contact: Contact, restitution: float, friction: float) -> float:
+def _bounce(a: Pushable, b: Pushable | None, contact: Contact, restitution: float, friction: float) -> float:
     """Impulses that part `a` from `b` (None: something that stands); the closing speed, m/s, 0 if they were parting."""
     normal, arm = contact.normal, _minus(contact.point, (a.north_m, a.east_m, a.down_m))
     velocity = _minus(a.velocity_at(arm), contact.velocity)
@@ -284,7 +288,7 @@ def _bounce(a: Dynamics, b: Dynamics | None, contact: Contact, restitution: floa
 
 
 def _apply(
-    a: Dynamics, b: Dynamics | None, arm: Vector3, their_arm: Vector3, direction: Vector3, impulse_n_s: float
+    a: Pushable, b: Pushable | None, arm: Vector3, their_arm: Vector3, direction: Vector3, impulse_n_s: float
 ) -> None:
     n, e, d = (impulse_n_s * part for part in direction)
     a.push(arm, (n, e, d))

@@ -3,10 +3,13 @@
 They are loaded only for worlds that have such.
 """
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from sitl_emu.vehicles.description import Body
 from sitl_emu.vehicles.dynamics import Quaternion, Vector3
+
+if TYPE_CHECKING:
+    from sitl_emu.world.description import Loose
 
 
 class Contact(NamedTuple):
@@ -23,11 +26,66 @@ class Contact(NamedTuple):
     """Of the other, NED, where it moves by itself."""
 
 
+class LoosePose(NamedTuple):
+    """Where a loose body is."""
+
+    described: "Loose"
+    place: Vector3
+    """Of its centre of mass, NED, m."""
+    q: Quaternion
+    """Body (north, east, down, as it was described) to NED."""
+
+
+class Pushable(Protocol):
+    """What a contact's impulse moves: a vehicle (`dynamics.Dynamics`), or a loose body."""
+
+    @property
+    def north_m(self) -> float:
+        """Of the centre of mass."""
+
+    @property
+    def east_m(self) -> float:
+        """Of the centre of mass."""
+
+    @property
+    def down_m(self) -> float:
+        """Of the centre of mass."""
+
+    def velocity_at(self, arm: Vector3) -> Vector3:
+        """Velocity NED of the point `arm` (NED, m) away from the centre of mass."""
+        ...
+
+    def mobility(self, arm: Vector3, direction: Vector3) -> float:
+        """How much an impulse at `arm` along a unit vector changes the velocity there along it, 1/kg."""
+        ...
+
+    def push(self, arm: Vector3, impulse: Vector3) -> None:
+        """Take an impulse (NED, N s) at `arm`."""
+        ...
+
+
 class Obstacles(Protocol):
     """All that stands in a world, at one time."""
 
-    fastest_m_s: float
-    """Of all that moves."""
+    @property
+    def fastest_m_s(self) -> float:
+        """Of all that moves."""
+
+    def step(self, now_us: int) -> None:
+        """Advance what is loose by a tick of 4 ms, to a time."""
+        ...
+
+    def release(self, described: "Loose", place: Vector3, q: Quaternion, velocity: Vector3, spin: Vector3) -> None:
+        """Let a new loose body go. Raises WorldError."""
+        ...
+
+    def loose_body(self, name: str) -> Pushable | None:
+        """The loose body of a name; None: what has this name is none."""
+        ...
+
+    def loose_poses(self) -> list[LoosePose]:
+        """Where all loose bodies are."""
+        ...
 
     def set_time(self, time_s: float) -> None:
         """Put what moves where it is then."""

@@ -66,8 +66,9 @@ class PlainScene:
     @property
     def moves(self) -> bool:
         """See camera.Scene."""
-        described = self.world.description
-        return any(thing.path for thing in described.things) or any(fire.spread_m_s for fire in described.fires)
+        described, solids = self.world.description, self.world.solids
+        moving = any(thing.path for thing in described.things) or any(fire.spread_m_s for fire in described.fires)
+        return moving or (solids is not None and bool(solids.loose_poses()))
 
     def renderer(self, width: int, height: int, focal_px: float) -> "PlainRenderer":
         """See camera.Scene."""

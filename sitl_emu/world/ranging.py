@@ -1,11 +1,13 @@
 """Depth cameras and scanning lidars: what they measure, a pure function of world, seed, time and pose.
 
-Both follow rays through the world (`World.raycast`): ground, solids and standing things; other vehicles are not seen. A
-picture or a scan is of one moment. Their noise is normal and the same at all ranges, drawn anew for each moment.
+Both follow rays through the world: ground, solids, standing things, loose bodies, water and foliage (`World.raycast`);
+a lidar loses those that water mirrors away (`World.echoes`). Other vehicles are not seen. A picture or a scan is of one
+moment. Their noise is normal and the same at all ranges, drawn anew for each moment.
 """
 
 import math
 import zlib
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -20,12 +22,18 @@ Depth = npt.NDArray[np.float32]
 Points = npt.NDArray[np.float32]
 """(n, 3), m, in the vehicle's body axes (forward, right, down) from its origin."""
 
+Cast = Callable[[FloatArray, FloatArray, float, float], Hits]
+
 
 class Rays(Protocol):
     """What rays are cast into: a `world.World`."""
 
     def raycast(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
         """Follow (n, 3) rays at a time."""
+        ...
+
+    def echoes(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
+        """What a laser hears of them."""
         ...
 
 
@@ -58,7 +66,7 @@ class DepthCamera:
     def measure(self, pose: Posed, time_us: int) -> Depth:
         """What it measures from a body's pose at a time."""
         reach_m = self._reach_m * float(self._lengths.max())
-        depth = _ranges(self._world, pose, self._lever, self._rays, time_us, reach_m) / self._lengths
+        depth = _ranges(self._world.raycast, pose, self._lever, self._rays, time_us, reach_m) / self._lengths
         depth[depth > self._reach_m] = math.inf
         return np.asarray(self._noise.added(depth, time_us), np.float32).reshape(self._shape)
 
@@ -91,16 +99,16 @@ class ScanningLidar:
 
     def measure(self, pose: Posed, time_us: int) -> Points:
         """The points of one scan from a body's pose at a time; rays that meet nothing within reach give none."""
-        ranges = _ranges(self._world, pose, self._lever, self._rays, time_us, self._scan.farthest_m)
+        ranges = _ranges(self._world.echoes, pose, self._lever, self._rays, time_us, self._scan.farthest_m)
         met = (ranges >= self._scan.nearest_m) & (ranges <= self._scan.farthest_m)
         measured = self._noise.added(ranges, time_us)[met]
         return np.asarray(self._lever + measured[:, None] * self._rays.T[met], np.float32)
 
 
-def _ranges(world: Rays, pose: Posed, lever: FloatArray, rays: FloatArray, time_us: int, reach_m: float) -> FloatArray:
+def _ranges(cast: Cast, pose: Posed, lever: FloatArray, rays: FloatArray, time_us: int, reach_m: float) -> FloatArray:
     """Lengths (n,) of rays (3, n; body axes) from a place on a body; inf where nothing is met."""
     rotation = body_to_ned(pose.q)
     origin = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ lever
     directions = np.ascontiguousarray((rotation @ rays).T)
-    hits = world.raycast(np.broadcast_to(origin, directions.shape), directions, time_us * 1e-6, reach_m)
+    hits = cast(np.broadcast_to(origin, directions.shape), directions, time_us * 1e-6, reach_m)
     return np.asarray(hits.range_m, np.float64)

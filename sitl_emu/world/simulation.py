@@ -5,12 +5,17 @@ vehicles needs both at the same time. A state machine on simulated time, as the 
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
+from sitl_emu.vehicles.dynamics import Quaternion, Vector3
 from sitl_emu.world.contacts import Contacts, Impact
-from sitl_emu.world.obstacles import Areas, Obstacles
+from sitl_emu.world.obstacles import Areas, LoosePose, Obstacles
 from sitl_emu.world.simulator import TICK_US, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
+
+if TYPE_CHECKING:
+    from sitl_emu.world.description import Loose
 
 
 class Simulation:
@@ -34,6 +39,7 @@ class Simulation:
         """By place among `simulators`; what is out is stepped no more, and its sensors say nothing."""
         self._isolated = isolated
         self._ticks = 0
+        self._solids = solids
         self._contacts = Contacts(self.simulators, solids, areas)
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
@@ -46,6 +52,8 @@ class Simulation:
         else:
             said = [simulator.tick(last) for simulator, last in zip(self.simulators, controls, strict=True)]
         self._ticks += 1
+        if self._solids is not None:
+            self._solids.step(self._ticks * TICK_US)
         self._contacts.update(self._ticks * TICK_US, self.faults)
         return said
 
@@ -55,6 +63,31 @@ class Simulation:
         if taken:
             self._contacts.impacts = []
         return taken
+
+    def loose_poses(self) -> list[LoosePose]:
+        """Where all loose bodies are."""
+        return [] if self._solids is None else self._solids.loose_poses()
+
+    def release(
+        self,
+        body: "Loose",
+        place: Vector3,
+        q: Quaternion = (1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3 = (0.0, 0.0, 0.0),
+        spin: Vector3 = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Let a loose body go now, such as a vehicle's parcel: it falls, tumbles, is met and seen from here on.
+
+        `place`: of its centre of mass (NED, m); `q`: body to NED; `velocity` and `spin`: NED, m/s and rad/s. The places
+        that its description gives do not count. Raises WorldError for a name that is taken, a shape that can't be, or
+        a world that was not made ready for it (`World.expect_releases`).
+        """
+        if self._solids is None:
+            from sitl_emu.world.description import WorldError
+
+            raise WorldError(f"release: {body.name!r}: this world was not made ready for it (World.expect_releases)")
+        self._solids.release(body, place, q, velocity, spin)
+        self._contacts.look_again()
 
     def replace(self, place: int, simulator: VehicleSimulator) -> None:
         """Put a vehicle that begins anew in the place of one that is gone."""

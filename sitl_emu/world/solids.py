@@ -1,27 +1,25 @@
-"""What stands in a world and can be met: boxes, cylinders, hulls, meshes, and things with a height, some of which move.
+"""What can be met in a world: boxes, cylinders, hulls, meshes; things with a height, some of which move; loose bodies.
 
-Geometry is PyBullet's (FEASIBILITY: a query against 300 hulls 16 µs, a ray 2 µs), used as a collision library alone:
-nothing in it has a mass or falls. Its axes are the world's, NED in metres. Loaded only where a world has solids.
+Geometry is PyBullet's (`bullet.py`). What stands or moves by itself has no mass in it; what falls is `loose.py`'s.
 """
 
-import contextlib
-import ctypes
 import math
-import os
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.core.attitude import Quaternion, quaternion
+from sitl_emu.core.attitude import Quaternion, quaternion, rotated, rotation
 from sitl_emu.vehicles.description import Body
 from sitl_emu.vehicles.dynamics import Height, Vector3
-from sitl_emu.world.description import Solid, Thing, WorldError
+from sitl_emu.world import bullet as engine
+from sitl_emu.world.description import Cylinder, Loose, Solid, Thing, WorldError
+from sitl_emu.world.description.checks import check_shape
+from sitl_emu.world.loose import LooseBodies, LooseBody, Medium, shape_of
 from sitl_emu.world.moving import place_at, velocity_at
-from sitl_emu.world.obstacles import Contact
+from sitl_emu.world.obstacles import Contact, LoosePose
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -30,82 +28,80 @@ RAYS_AT_ONCE = 8192
 """Bullet takes fewer than 16384 (MAX_RAY_INTERSECTION_BATCH_SIZE_STREAMING), and drops the rest without a word."""
 NOTHING = -1
 STILL = (0.0, 0.0, 0.0)
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 STEEP_COS = 0.7
 """A surface whose normal leans further from the vertical carries nothing: it is a wall."""
 
 
 class Solids:
-    """All solids of one world at one time."""
+    """All of one world at one time."""
 
-    def __init__(self, solids: Sequence[Solid], things: Sequence[Thing], ground: Height, folder: Path) -> None:
+    def __init__(
+        self, solids: Sequence[Solid], things: Sequence[Thing], loose: Sequence[Loose], medium: Medium, folder: Path
+    ) -> None:
         """`folder`: where mesh files lie. Raises WorldError."""
-        self._bullet = _bullet()
+        self._bullet = engine.load("solids, loose bodies, or things with a height")
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
-        self._ground = ground
+        self._ground, self._folder = medium.ground, folder
         self.names: dict[int, str] = {}
         """By Bullet's number."""
         self.colours: dict[int, tuple[float, float, float]] = {}
         self._moving: list[tuple[int, Thing]] = []
         self._velocities: dict[int, Vector3] = {}
-        self.fastest_m_s = 0.0
-        """Of all that moves."""
+        self._fastest_m_s = 0.0
         self._time_s = math.nan
         for solid in solids:
-            self._add(self._shape(solid, folder), _pose(solid, ground), solid.name, solid.colour)
+            shape = engine.shape(self._bullet, self._client, solid, folder)
+            self._add(shape, _pose(solid, self._ground), solid.name, solid.colour)
         for thing in things:
             if thing.height_m > 0.0:
                 self._add_thing(thing)
+        self._loose = LooseBodies(self._bullet, self._client, medium)
+        self._by_name: dict[str, LooseBody] = {}
+        for each in loose:
+            self._add_loose(each, *_pose(each, self._ground))
+
+    @property
+    def fastest_m_s(self) -> float:
+        """Of all that moves."""
+        return max(self._fastest_m_s, self._loose.fastest_m_s)
+
+    @property
+    def awake(self) -> bool:
+        """Whether a loose body moves."""
+        return self._loose.awake
 
     # --- what there is -------------------------------------------------------------------------------------------
 
     def _add(self, shape: int, pose: tuple[Vector3, Quaternion], name: str, colour: tuple[float, float, float]) -> int:
         place, q = pose
         number: int = self._bullet.createMultiBody(
-            0.0, shape, basePosition=place, baseOrientation=_xyzw(q), physicsClientId=self._client
+            0.0, shape, basePosition=place, baseOrientation=engine.xyzw(q), physicsClientId=self._client
         )
+        # Bullet multiplies both sides': what falls on it is what says how it bounces and slides
+        self._bullet.changeDynamics(number, -1, restitution=1.0, lateralFriction=1.0, physicsClientId=self._client)
         self.names[number], self.colours[number] = name, colour
         return number
 
+    def _add_loose(self, described: Loose, origin: Vector3, q: Quaternion) -> LooseBody:
+        shape = shape_of(self._bullet, self._client, described, self._folder)
+        n, e, d = rotated(rotation(q), shape.centre_m)
+        body = self._loose.add(described, shape, (origin[0] + n, origin[1] + e, origin[2] + d), q)
+        self.names[body.number], self.colours[body.number] = described.name, described.colour
+        self._by_name[described.name] = body
+        return body
+
     def _add_thing(self, thing: Thing) -> None:
-        bullet = self._bullet
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_CYLINDER, radius=thing.radius_m, height=thing.height_m, physicsClientId=self._client
-        )
+        shape = engine.cylinder(self._bullet, self._client, Cylinder(thing.radius_m, thing.height_m))
         number = self._add(shape, self._standing(thing, 0.0), thing.name or thing.label, thing.colour)
         if thing.path:
             self._moving.append((number, thing))
             legs = zip(thing.path, thing.path[1:], strict=False)
             speeds = [math.hypot(b.north_m - a.north_m, b.east_m - a.east_m) / (b.at_s - a.at_s) for a, b in legs]
-            self.fastest_m_s = max(self.fastest_m_s, *speeds, 0.0)
+            self._fastest_m_s = max(self._fastest_m_s, *speeds, 0.0)
 
     def _standing(self, thing: Thing, time_s: float) -> tuple[Vector3, Quaternion]:
         north, east = place_at(thing, time_s)
         return (north, east, -self._ground(north, east) - 0.5 * thing.height_m), (1.0, 0.0, 0.0, 0.0)
-
-    def _shape(self, solid: Solid, folder: Path) -> int:
-        bullet, client = self._bullet, self._client
-        made: int
-        if solid.box is not None:
-            half = [0.5 * side for side in solid.box.size_m]
-            made = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
-        elif solid.cylinder is not None:
-            radius, height = solid.cylinder.radius_m, solid.cylinder.height_m
-            made = bullet.createCollisionShape(
-                bullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
-            )
-        elif solid.hull is not None:
-            points = [(north, east, -up) for north, east, up in solid.hull.points_m]
-            made = bullet.createCollisionShape(bullet.GEOM_MESH, vertices=points, physicsClientId=client)
-        else:
-            assert solid.mesh is not None
-            points, triangles = read_mesh(folder / solid.mesh.file, solid.mesh.scale)
-            made = bullet.createCollisionShape(
-                bullet.GEOM_MESH, vertices=points, indices=triangles, physicsClientId=client
-            )
-        if made < 0:
-            raise WorldError(f"solids {solid.name!r}: its shape can't be built")
-        return made
 
     def add_body(self, body: Body) -> int:
         """A vehicle's spheres; its number for `touching`. It is no obstacle to others."""
@@ -128,6 +124,46 @@ class Solids:
         bullet.setCollisionFilterGroupMask(number, -1, 0, 0, physicsClientId=self._client)
         return number
 
+    # --- loose bodies --------------------------------------------------------------------------------------------
+
+    def step(self, now_us: int) -> None:
+        """Advance loose bodies by a tick of 4 ms, to a time."""
+        if self._loose.bodies:
+            self.set_time(now_us * 1e-6)
+            self._loose.step(now_us, [number for number, _ in self._moving])
+
+    def release(self, described: Loose, place: Vector3, q: Quaternion, velocity: Vector3, spin: Vector3) -> None:
+        """Let a new loose body go from a pose (its centre of mass; NED), with a velocity and a spin (rad/s).
+
+        Raises WorldError for a name that is taken, and a shape that can't be.
+        """
+        if described.name in self.names.values():
+            raise WorldError(f"release: name = {described.name!r}: another has this name")
+        check_shape(described, "release:")
+        body = self._add_loose(described, place, q)
+        self._put(body, place, q)
+        body.set_velocity(velocity, spin)
+
+    def loose_body(self, name: str) -> LooseBody | None:
+        """The loose body of a name; None: what has this name is none."""
+        return self._by_name.get(name)
+
+    def loose_poses(self) -> list[LoosePose]:
+        """Where all loose bodies are."""
+        return [
+            LoosePose(body.described, (body.north_m, body.east_m, body.down_m), body.q) for body in self._loose.bodies
+        ]
+
+    def put_loose(self, poses: Sequence[LoosePose]) -> None:
+        """Put loose bodies where another process's are: those of the description, and what was released there."""
+        for described, place, q in poses:
+            body = self._by_name.get(described.name) or self._add_loose(described, place, q)
+            self._put(body, place, q)
+
+    def _put(self, body: LooseBody, place: Vector3, q: Quaternion) -> None:
+        self._bullet.resetBasePositionAndOrientation(body.number, place, engine.xyzw(q), physicsClientId=self._client)
+        body.read()
+
     # --- questions ------------------------------------------------------------------------------------------------
 
     def set_time(self, time_s: float) -> None:
@@ -138,12 +174,12 @@ class Solids:
         for number, thing in self._moving:
             place, q = self._standing(thing, time_s)
             self._velocities[number] = (*velocity_at(thing, time_s), 0.0)
-            self._bullet.resetBasePositionAndOrientation(number, place, _xyzw(q), physicsClientId=self._client)
+            self._bullet.resetBasePositionAndOrientation(number, place, engine.xyzw(q), physicsClientId=self._client)
 
     def touching(self, body: int, place: Vector3, q: Quaternion, within_m: float) -> list[Contact]:
         """Contacts of a vehicle's spheres, and gaps up to `within_m`, at a pose."""
         bullet, client = self._bullet, self._client
-        bullet.resetBasePositionAndOrientation(body, place, _xyzw(q), physicsClientId=client)
+        bullet.resetBasePositionAndOrientation(body, place, engine.xyzw(q), physicsClientId=client)
         low, high = bullet.getAABB(body, physicsClientId=client)
         low, high = [side - within_m for side in low], [side + within_m for side in high]
         near = bullet.getOverlappingObjects(low, high, physicsClientId=client) or ()
@@ -185,26 +221,6 @@ class Solids:
         return -down_m - distance, n / d, e / d
 
 
-def read_mesh(path: Path, scale: float) -> tuple[list[Vector3], list[int]]:
-    """Corners (NED, m, about the mesh's origin) and triangles of a mesh file. Raises WorldError."""
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        raise WorldError(f"mesh file {path}: must be one of {', '.join(MESH_SUFFIXES)}")
-    import trimesh  # half a second, for worlds with meshes alone
-
-    try:
-        loaded = trimesh.load(path, force="mesh")
-        corners, triangles = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
-    except Exception as error:  # a parser's any
-        raise WorldError(f"mesh file {path}: can't be read: {error}") from None
-    if not len(triangles):
-        raise WorldError(f"mesh file {path}: there are no triangles in it")
-    if path.suffix.lower() in {".glb", ".gltf"}:
-        # glTF 2.0: y up, z forward, x to the left
-        corners = corners[:, [2, 0, 1]]
-    ned = corners * (scale, -scale, -scale)
-    return [(float(n), float(e), float(d)) for n, e, d in ned], triangles.ravel().tolist()
-
-
 def _pose(solid: Solid, ground: Height) -> tuple[Vector3, Quaternion]:
     """Bullet counts a box or cylinder from its centre, a hull or mesh from its own origin."""
     q = quaternion(*(math.radians(angle) for angle in (solid.roll_deg, solid.pitch_deg, solid.heading_deg)))
@@ -214,34 +230,3 @@ def _pose(solid: Solid, ground: Height) -> tuple[Vector3, Quaternion]:
     elif solid.cylinder is not None:
         lift += 0.5 * solid.cylinder.height_m
     return (solid.north_m, solid.east_m, -lift), q
-
-
-def _xyzw(q: Quaternion) -> tuple[float, float, float, float]:
-    return q[1], q[2], q[3], q[0]
-
-
-def _bullet() -> Any:
-    try:
-        with _quiet():
-            import pybullet
-    except ImportError:
-        raise WorldError(
-            "this world has solids, which need PyBullet: `pip install pybullet` (it has wheels up to Python 3.11)"
-        ) from None
-    return pybullet
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """PyBullet prints the time that it was built at when it is imported, by C's printf, which keeps it in a buffer."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)

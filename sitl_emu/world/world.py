@@ -4,6 +4,7 @@ Made from a description (`description.py`), whoever wrote that; nothing here kno
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,13 @@ import numpy.typing as npt
 from sitl_emu.vehicles.dynamics import Vector3
 from sitl_emu.world import fires, ground, kinds, rays
 from sitl_emu.world.areas import SEEN_BY_LASER, WaterAndFoliage
+from sitl_emu.world.atmosphere import density_kg_m3, gravity_m_s2
 from sitl_emu.world.camera import Scene
 from sitl_emu.world.description import Place, WorldDescription
 from sitl_emu.world.home import Home
+from sitl_emu.world.loose import Medium
 from sitl_emu.world.moving import place_at
-from sitl_emu.world.obstacles import Contact
+from sitl_emu.world.obstacles import Contact, LoosePose
 from sitl_emu.world.plain_scene import PlainScene
 from sitl_emu.world.rays import GROUND, Hits
 from sitl_emu.world.solids import NOTHING, Solids
@@ -38,10 +41,6 @@ class World:
         self.home = Home(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m, 0.0)
         """The world's origin; its heading is of no meaning."""
         self.terrain: ground.Terrain = terrain if terrain is not None else _terrain(description, folder)
-        standing = [thing for thing in description.things if thing.height_m > 0.0]
-        self.solids: Solids | None = None
-        if description.solids or standing:
-            self.solids = Solids(description.solids, standing, self.terrain.height_m, folder)
         self.areas: WaterAndFoliage | None = None
         """Its water and foliage."""
         if description.water or any(cover.kind in SEEN_BY_LASER for cover in description.cover):
@@ -52,6 +51,28 @@ class World:
             profile=(blows.profile_exponent, blows.reference_height_m),
             changes=tuple((round(c.at_s * 1e6), c.north_m_s, c.east_m_s) for c in blows.changes),
         )  # fmt: skip
+
+        self.solids: Solids | None = None
+        if description.solids or description.loose or any(thing.height_m > 0.0 for thing in description.things):
+            self.expect_releases()
+
+    def expect_releases(self) -> None:
+        """Make it ready for loose bodies that come later (`Simulation.release`). Raises WorldError without PyBullet."""
+        if self.solids is not None:
+            return
+        described, home = self.description, self.home
+        medium = Medium(
+            self.terrain.height_m, self.wind, self.areas, gravity_m_s2(home.lat_deg), density_kg_m3(home.alt_amsl_m)
+        )
+        standing = [thing for thing in described.things if thing.height_m > 0.0]
+        self.solids = Solids(described.solids, standing, described.loose, medium, self.folder)
+
+    def put_loose(self, poses: Sequence[LoosePose]) -> None:
+        """Put loose bodies where another process's are, also those that were released there. Raises WorldError."""
+        if poses:
+            self.expect_releases()
+            assert self.solids is not None
+            self.solids.put_loose(poses)
 
     @property
     def kind(self) -> str:
@@ -86,6 +107,15 @@ class World:
                     ranges[index], normals[index], names[index] = areas_ranges[index], UPWARDS, area.name
         return Hits(ranges, names, normals)
 
+    def echoes(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
+        """What a laser hears of rays: as `raycast`, but that water mirrors slanted ones away."""
+        hits = self.raycast(origins, directions, time_s, reach_m)
+        if self.areas is not None:
+            lost = self.areas.mirrored(hits.name, directions)
+            hits.range_m[lost] = math.inf
+            return hits._replace(name=["" if away else name for away, name in zip(lost, hits.name, strict=True)])
+        return hits
+
     def contacts(self, body: int, place: Vector3, q: tuple[float, float, float, float], time_s: float) -> list[Contact]:
         """What a body (`Solids.add_body`) touches at a time, of solids and standing things."""
         if self.solids is None:
@@ -98,7 +128,10 @@ class World:
         return self.wind.at(time_us, height_m)
 
     def truth(self, time_s: float) -> dict[str, Any]:
-        """For scoring and maps: the area's outline, and what has a label, where it is then; JSON values."""
+        """For scoring and maps: the area's outline, and what has a label, where it is then; JSON values.
+
+        Loose bodies are where the simulation has brought them, whatever the time.
+        """
         objects = []
         for thing in self.description.things:
             north_m, east_m = place_at(thing, time_s)
@@ -111,7 +144,12 @@ class World:
                     "target": thing.target,
                 }
             )
-        made = {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
+        made: dict[str, Any] = {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
+        if self.solids is not None and (poses := self.solids.loose_poses()):
+            made["loose"] = [
+                {"name": described.name, "label": described.label, "place_m": [north, east, -down], "q": list(q)}
+                for described, (north, east, down), q in poses
+            ]
         if areas := self._true_areas(time_s):
             made["areas"] = areas
         return made

@@ -16,6 +16,8 @@ from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.conductor import Conductor, Control, FeedInRun, VehicleInRun
 from sitl_emu.run.messages import FrameTaken, Message, Read, Render, Rendered, Sent, Step, Stepped
 from sitl_emu.world.contacts import Impact
+from sitl_emu.world.description import Loose
+from sitl_emu.world.obstacles import LoosePose
 from tests.typed import now
 
 Kind = TypeVar("Kind", bound=Message)
@@ -45,6 +47,9 @@ class FakeSimulation:
 
     def impacts(self) -> list[Impact]:
         return [self.met[self.ticks]] if self.ticks in self.met else []
+
+    def loose_poses(self) -> list[LoosePose]:
+        return [LoosePose(Loose("barrel", 0.0, 0.0, mass_kg=9.0), (1.0, 2.0, -3.0), (1.0, 0.0, 0.0, 0.0))]
 
     def set_parameter(self, place: int, name: str, value: float) -> None:
         self.told.append((self.ticks, place, name, value))
@@ -181,6 +186,8 @@ def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_
     conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder())
     run_ticks(conductor, 75)
     taken = {asked.index: asked.time_us for asked in told(camera.control, Render)}
+    (loose,) = told(camera.control, Render)[0].loose
+    assert loose.described["name"] == "barrel" and loose.place == (1.0, 2.0, -3.0)
     assert taken == {0: 68000, 1: 132000, 2: 200000, 3: 268000}
     delivered = [(frame, step.now_us) for step in told(one.companion, Step) for frame in step.frames]
     assert delivered == [

@@ -13,9 +13,12 @@ from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.simulator_api import DistanceSensor
 from sitl_emu.world import foliage
+from sitl_emu.world.camera import Pose
 from sitl_emu.world.contacts import Impact, told
 from sitl_emu.world.description import Cover, read
 from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.lens import Mount
+from sitl_emu.world.ranging import Noise, Scan, ScanningLidar
 from sitl_emu.world.rays import GROUND
 from sitl_emu.world.sensors.lidar import Lidar
 from sitl_emu.world.simulation import Simulation
@@ -141,6 +144,16 @@ def test_a_laser_measures_crowns_and_through_gaps_the_ground() -> None:
     found = {measured_m(lidar.read(0, 20.25, each, -11.5, level)) for each in range(1, 39)}
     assert found == {2.5, 11.5}
     assert measured_m(lidar.read(0, 20.0, 20.0, -2.5, level)) == 2.5, "below the crowns"
+
+
+def test_a_scan_over_water_hears_it_below_alone() -> None:
+    world = world_of(water=[LAKE])
+    scan = Scan(columns=36, rows=45, lowest_deg=-88.0, highest_deg=0.0, nearest_m=0.5, farthest_m=100.0)
+    lidar = ScanningLidar(world, scan, Mount(0.0, 0.0, 0.0, 0.0), Noise(0.0, 1, "x"))
+    points = lidar.measure(Pose(0.0, 0.0, -11.0, (1.0, 0.0, 0.0, 0.0)), 0)
+    over_lake = points[np.hypot(points[:, 0], points[:, 1]) < 40.0]
+    assert len(over_lake) == 36 * 7, "the rows of 74 degrees and more below the level"
+    assert np.allclose(over_lake[:, 2], 10.0, atol=1e-3) and np.hypot(*over_lake[:, :2].T).max() < 3.0
 
 
 # --- vehicles ------------------------------------------------------------------------------------------------------

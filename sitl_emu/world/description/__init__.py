@@ -186,6 +186,11 @@ def read(data: Mapping[str, Any], where: str) -> WorldDescription:
     return described
 
 
+def loose_of(data: Mapping[str, Any]) -> Loose:
+    """A loose body of what `plain` made of it."""
+    return record.read(Loose, data, "loose")
+
+
 def save(described: WorldDescription, path: Path) -> None:
     """Write a world file; what it holds is what `load` reads, to the last digit."""
     path.write_text(yaml.safe_dump(plain(described), sort_keys=False, default_flow_style=None, width=120))
