@@ -6,9 +6,9 @@ import pytest
 
 REQUEST_MESSAGE, GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL = 512, 510, 511
 ACCEPTED, DENIED = 0, 2
-MESSAGE_INTERVAL, STORAGE_INFORMATION = 244, 261
+MANUAL_CONTROL, MESSAGE_INTERVAL, STORAGE_INFORMATION = 69, 244, 261
 GIVEN = (
-    *(0, 1, 2, 8, 26, 30, 31, 32, 33, 49, 69, 74, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
+    *(0, 1, 2, 8, 26, 30, 31, 32, 33, 49, 74, 105, 115, 141, 147, 148, 230, 242, 244, 245, 261, 286),
     *(292, 300, 331, 395, 397, 435, 436, 514, 12900, 12901),
 )
 """Message ids; ESC_EEPROM (292) is accepted, and nothing comes."""
@@ -45,6 +45,18 @@ def test_given_while_it_is_not_streamed(station: Any, number: int) -> None:
         assert station.request(number)[0] == ACCEPTED
     finally:
         station.command(SET_MESSAGE_INTERVAL, number, GIVEN_ONCE[number])
+
+
+@pytest.mark.covers("MANUAL_CONTROL", source="measured request_message/69: given")
+@pytest.mark.covers(
+    "MANUAL_CONTROL", source="PX4 src/modules/mavlink/streams/MANUAL_CONTROL.hpp: once, until the sticks speak again"
+)
+def test_sticks_are_given_when_they_have_spoken(station: Any) -> None:
+    """The first sticks of all choose Position where nobody has chosen a mode: the one that is, is chosen."""
+    mode = station.heartbeat().custom_mode
+    station.set_mode(mode >> 16 & 0xFF, mode >> 24)
+    station.mav.manual_control_send(station.system, 0, 0, 500, 0, 0)
+    assert station.request(MANUAL_CONTROL)[0] == ACCEPTED
 
 
 @pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
