@@ -24,7 +24,7 @@ class TrueObject(NamedTuple):
 
 
 class TrueArea(NamedTuple):
-    """What covers the ground at the run's beginning: water, fire, or plants."""
+    """What covers the ground at the run's beginning: a body of water, a fire, or plants."""
 
     kind: str
     """water, fire, grass, crop or canopy."""
@@ -32,6 +32,8 @@ class TrueArea(NamedTuple):
     label: str
     outline_m: Sequence[tuple[float, float]]
     """Corners (north, east)."""
+    islands_m: Sequence[Sequence[tuple[float, float]]] = ()
+    """Outlines of what is dry within water."""
     front_m_s: tuple[float, float] = (0.0, 0.0)
     """Of a fire: how fast its front moves, north and east; what it has reached is the outline, swept along that way."""
     burns_s: float = 0.0

@@ -15,6 +15,8 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Path2D
 
 from sitl_emu.missions.reporting import OTHER_COLOUR, Page, Plot, Section, Table
 from sitl_emu.missions.scoring import Track
@@ -123,13 +125,19 @@ def _draw_areas(axes: Any, areas: Sequence[dict[str, Any]]) -> None:
         north, east = zip(*area["outline_m"], strict=True)
         label = area["label"] if area["label"] not in drawn else None
         drawn.add(area["label"])
-        axes.fill(east, north, color=AREA_COLOURS[area["kind"]], alpha=0.5, linewidth=0, label=label, zorder=0.5)
+        rings = [area["outline_m"], *area.get("islands_m", [])]
+        whole = Path2D.make_compound_path(
+            *[Path2D([(e, n) for n, e in (*ring, ring[0])], closed=True) for ring in rings]
+        )
+        colour = AREA_COLOURS[area["kind"]]
+        axes.add_patch(PathPatch(whole, color=colour, alpha=0.5, linewidth=0, label=label, zorder=0.5))
+        axes.update_datalim([(e, n) for n, e in area["outline_m"]])
         front_n, front_e = area.get("front_m_s", (0.0, 0.0))
         if front_n or front_e:
             middle = sum(east) / len(east), sum(north) / len(north)
             length = 10.0 / math.hypot(front_n, front_e)
             tip = middle[0] + length * front_e, middle[1] + length * front_n
-            axes.annotate("", tip, middle, arrowprops={"arrowstyle": "->", "color": AREA_COLOURS["fire"]}, zorder=1)
+            axes.annotate("", tip, middle, arrowprops={"arrowstyle": "->", "color": colour}, zorder=1)
 
 
 def _heights(tracks: dict[str, Track]) -> Figure:

@@ -5,7 +5,9 @@ Water is where the ground within its polygon lies below its level. Nobody stands
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -13,6 +15,7 @@ from sitl_emu.vehicles.dynamics import Vector3
 from sitl_emu.world import foliage, polygons, rays
 from sitl_emu.world.description import Cover, Water
 from sitl_emu.world.ground import Terrain
+from sitl_emu.world.terrain import HeightMap
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -23,6 +26,17 @@ MIRRORS_BACK_COS = math.cos(math.radians(15.0))
 surface that lie square to the beam send it back. Of the slopes of wind waves (Cox and Munk, Measurement of the
 roughness of the sea surface, 1954: mean square 0.003 + 0.00512 U, at U = 5 m/s 0.029) a twelfth as many lie at 15
 degrees as at none (exp(-tan² 15° / 0.029)). That this is where a range finder loses it is ours."""
+
+
+SHORE_M = 0.5
+"""How closely a shore is drawn."""
+
+
+class Shore(NamedTuple):
+    """Where one body of water ends."""
+
+    outline_m: tuple[tuple[float, float], ...]
+    islands_m: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 class WaterAndFoliage:
@@ -67,6 +81,29 @@ class WaterAndFoliage:
         """Which of many rays (n, 3) that met these (n) are lost to a laser: those that meet water too slanted."""
         wet = {water.name for water in self.water}
         return np.array([name in wet for name in names]) & (directions[:, 2] < MIRRORS_BACK_COS)
+
+    def shores(self, water: Water) -> list[Shore]:
+        """The lines to which one of them reaches, a shore for each body of water, to SHORE_M or a thousandth of it."""
+        if not isinstance(self._terrain, HeightMap):
+            return [Shore(water.polygon_m)] if self._terrain.height_m(0.0, 0.0) < water.level_m else []
+        corners = np.array(water.polygon_m)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        step = max(SHORE_M, float((high - low).max()) / 1000.0)
+        north, east = np.meshgrid(
+            *(np.arange(one, other, step) for one, other in zip(low, high, strict=True)), indexing="ij"
+        )
+        wet = polygons.inside(water.polygon_m, north, east) & (self._terrain.heights_m(north, east) < water.level_m)
+        lines, tree = cv2.findContours(wet.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+        if not len(lines):
+            return []
+        drawn = [low + step * cv2.approxPolyDP(line, 1.0, True)[:, 0, ::-1] for line in lines]
+        found = [tuple((float(n), float(e)) for n, e in line) for line in drawn]
+        kept = [len(line) >= 3 for line in found]
+        return [
+            Shore(found[at], tuple(found[hole] for hole in range(len(found)) if kept[hole] and tree[0][hole][3] == at))
+            for at in range(len(found))
+            if kept[at] and tree[0][at][3] < 0
+        ]
 
     def _wet(self, water: Water, north_m: float, east_m: float) -> bool:
         ground_m = self._terrain.height_m(north_m, east_m)

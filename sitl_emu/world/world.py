@@ -157,9 +157,17 @@ class World:
     def _true_areas(self, time_s: float) -> list[dict[str, Any]]:
         """Water, fires and cover, as missions' `TrueArea` has them."""
         wind = self.description.wind
+        waters = [] if self.areas is None else [(each, self.areas.shores(each)) for each in self.areas.water]
         areas: list[dict[str, Any]] = [
-            {"kind": "water", "name": water.name, "label": water.label, "outline_m": _corners(water.polygon_m)}
-            for water in self.description.water
+            {
+                "kind": "water",
+                "name": water.name,
+                "label": water.label,
+                "outline_m": _corners(shore.outline_m),
+                "islands_m": [_corners(island) for island in shore.islands_m],
+            }
+            for water, shores in waters
+            for shore in shores
         ]
         areas += [
             {

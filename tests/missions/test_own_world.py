@@ -62,3 +62,41 @@ def test_a_crash_is_told_and_is_the_outcome(tmp_path: Path) -> None:
         rows = [(float(row["time_s"]), float(row["north_m"])) for row in csv.DictReader(file)]
     at_crash = min(rows, key=lambda row: abs(row[0] - crash["time_s"]))[1]
     assert at_crash + IRIS_REACH_M == pytest.approx(WALL_NORTH_M, abs=0.3), "a row of truth each 0.1 s"
+
+
+# --- examples/flooded_street ---------------------------------------------------------------------------------------
+
+
+def flooded(tmp_path: Path, north_m: float, east_m: float) -> Path:
+    """The example's scenario, copied out of the checkout; the iris lands at a place."""
+    shutil.copytree(ROOT / "examples/flooded_street", tmp_path / "street")
+    path = tmp_path / "street/scenario.yaml"
+    scenario = yaml.safe_load(path.read_text())
+    command = scenario["vehicles"][0]["companion"]["command"]
+    assert command[-2:] == ["4", "-37"]
+    scenario["vehicles"][0]["companion"]["command"] = [*command[:-2], str(north_m), str(east_m)]
+    path.write_text(yaml.safe_dump(scenario))
+    return path
+
+
+def test_an_iris_crosses_a_flooded_street(tmp_path: Path) -> None:
+    assert "sitl-emu run examples/flooded_street/scenario.yaml" in (ROOT / "README.md").read_text()
+    with Run(flooded(tmp_path, 4, -37), tmp_path / "run", "--speed", "3") as run:
+        assert run.wait(LIMIT_S) == 0, run.text
+    north_m, east_m, up_m = last_place(run.out)
+    assert abs(north_m - 4.0) < 2.0 and abs(east_m + 37.0) < 2.0 and up_m > 1.5
+    assert (run.out / "street.png").is_file() and "level_m: 0.0" in (run.out / "world.yaml").read_text()
+
+
+def test_who_lands_in_the_flood_is_lost(tmp_path: Path) -> None:
+    path = flooded(tmp_path, 8, 8)
+    scenario = yaml.safe_load(path.read_text())
+    del scenario["vehicles"][0]["camera"]
+    path.write_text(yaml.safe_dump(scenario))
+    with Run(path, tmp_path / "run", "--speed", "3") as run:
+        assert run.wait(LIMIT_S) == 1, run.text
+    assert "outcome: iris came down in water (flood)" in run.text
+    events = [json.loads(line) for line in (run.out / "events.jsonl").read_text().splitlines()]
+    crash = next(event for event in events if event["event"] == "crashed")
+    assert (crash["other"], crash["cause"]) == ("flood", "in water") and 0.1 < crash["speed_m_s"] < 2.0
+    assert last_place(run.out)[2] < 0.0, "it sinks"

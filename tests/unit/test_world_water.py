@@ -200,6 +200,24 @@ def test_a_rover_in_deep_water_drives_no_more() -> None:
     assert [impact.did for impact in ticked(simulation, 1)] == ["came down in water (lake)"] and rover.dynamics.wrecked
 
 
+def test_a_shore_is_drawn_where_the_ground_rises_out_of_the_water() -> None:
+    (area,) = world_of(shore(), water=[LAKE]).truth(0.0)["areas"]
+    assert max(north for north, _ in area["outline_m"]) == pytest.approx(20.0, abs=0.5)
+    assert min(north for north, _ in area["outline_m"]) == pytest.approx(-50.0, abs=0.5)
+    assert world_of(water=[LAKE | {"level_m": -1.0}]).truth(0.0).get("areas") is None, "it lies under the ground"
+
+
+def test_two_ponds_and_an_island_in_one() -> None:
+    side = np.hypot(*np.mgrid[-30:31, -30:31]) / 10.0
+    ground_m = np.where(side < 0.5, 1.0, -1.0) + np.where(np.mgrid[-30:31, -30:31][0] > 20, 2.0, 0.0)
+    ground_m[-5:] = -1.0
+    world = world_of(HeightMap(ground_m, -30.0, -30.0, 1.0), water=[LAKE | {"level_m": 0.0}])
+    big, small = sorted(world.truth(0.0)["areas"], key=lambda area: area["outline_m"][0][0])[:2]
+    ((island,), ()) = big["islands_m"], small["islands_m"]
+    assert np.hypot(*np.array(island).T) == pytest.approx(4.5, abs=1.2)
+    assert {big["name"], small["name"]} == {"lake"}
+
+
 def test_the_truth_names_water_fires_and_plants() -> None:
     fire = {"name": "blaze", "polygon_m": [[0, 0], [4, 0], [4, 4], [0, 4]], "spread_m_s": 0.5, "burns_s": 9}
     world = world_of(water=[LAKE], fires=[fire], cover=[WOOD | {"label": "beech"}], wind={"north_m_s": 2.0})
