@@ -18,10 +18,12 @@ setup: .venv/.run-ready ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-
 # The rooms at the top are packages of sitl_emu (setup.py); mypy and import-linter, which know no setup.py, find them by
 # links, which git ignores.
 # compileall: the dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
+# world.render: a camera's first frame would wait for numba, twenty seconds on one core.
 .venv/.run-ready: pyproject.toml setup.py | .venv/bin/python
 	$(PIP) install -e .
 	@for room in vehicles autopilot gcs missions; do ln -sfn ../$$room sitl_emu/$$room; done
 	$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
+	$(BIN)/python -m sitl_emu.world.render
 	@touch $@
 
 # What the tests and checks run with is locked (requirements-dev.lock); what users install has lower bounds (pyproject).

@@ -17,7 +17,6 @@ from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     ChannelClosed,
-    GimbalState,
     HilActuatorControls,
     SimulatorParameter,
 )
@@ -88,8 +87,6 @@ def _serve(
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
-                elif isinstance(message, GimbalState):
-                    pass  # nobody draws what it looks at
                 elif message.system_status == STATE_BOOT:
                     say(f"{models[place]}: its autopilot was rebooted")
                 elif message.system_status == STATE_POWEROFF:

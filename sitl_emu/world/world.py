@@ -21,7 +21,6 @@ from sitl_emu.world.home import Home
 from sitl_emu.world.loose import Medium
 from sitl_emu.world.moving import place_at
 from sitl_emu.world.obstacles import Contact, LoosePose
-from sitl_emu.world.plain_scene import PlainScene
 from sitl_emu.world.rays import GROUND, Hits
 from sitl_emu.world.solids import NOTHING, Solids
 from sitl_emu.world.wind import Wind
@@ -197,14 +196,20 @@ class World:
         `shared_memory`: the descriptor of a memfd, at first empty, for what all cameras of this world can share.
         """
         made: Scene | None = self._by_kind("scene", shared_memory)
-        return made if made is not None else PlainScene(self, self.folder)
+        return made if made is not None else self._mesh_scene()
 
     def photo(self) -> npt.NDArray[np.uint8] | None:
         """Its area from straight above, north up, uint8 RGB; None where it has no area."""
         if len(self.description.area_m) == 0:
             return None
         made: npt.NDArray[np.uint8] | None = self._by_kind("photo")
-        return made if made is not None else PlainScene(self, self.folder).photo_from_above()
+        return made if made is not None else self._mesh_scene().photo_from_above()
+
+    def _mesh_scene(self) -> Any:
+        """Drawn from the description alone."""
+        from sitl_emu.world.render.scene import MeshScene  # numba, for whoever looks
+
+        return MeshScene(self, self.folder)
 
     def write_terrain(self, path: Path) -> None:
         """Keep the heights, of a world that was made with some, as .npy. Raises OSError."""

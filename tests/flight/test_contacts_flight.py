@@ -8,7 +8,7 @@ import pytest
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.world.description import read
-from sitl_emu.world.plain_scene import PlainScene
+from sitl_emu.world.render.scene import MeshScene
 from sitl_emu.world.world import World
 from tests.flight.pilot import Pilot
 
@@ -67,8 +67,8 @@ def test_it_lands_on_a_roof_and_lidar_and_camera_see_the_roof_there() -> None:
     assert hit.name == ["shed"]
     assert -pilot.truth.down_m - float(hit.range_m[0]) == pytest.approx(ROOF_M, abs=1e-6)
     looking_down = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
-    depth = PlainScene(world, Path()).renderer(640, 480, 320.0).depth(above[0], looking_down, 0.0)
-    assert -pilot.truth.down_m - depth[120, 160] == pytest.approx(ROOF_M, abs=0.1)
+    depth = MeshScene(world, Path()).renderer(640, 480, 320.0).depth(above[0], looking_down, 0.0)
+    assert -pilot.truth.down_m - depth[240, 320] == pytest.approx(ROOF_M, abs=0.1)
     assert -pilot.truth.down_m - pilot.topics.distance_sensor.current_distance == pytest.approx(ROOF_M, abs=0.1)
     pilot.command(mavlink.MAV_CMD_NAV_LAND)
     pilot.until_disarmed()

@@ -21,8 +21,8 @@ from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.kind import description_of, field_of
 from sitl_emu.world.moving import place_at
-from sitl_emu.world.plain_scene import PlainScene
 from sitl_emu.world.rays import GROUND
+from sitl_emu.world.render.scene import MeshScene
 from sitl_emu.world.world import World
 
 YARD = """
@@ -273,7 +273,7 @@ def test_a_patch_that_moves_is_drawn_where_it_is_then() -> None:
         "label": "mat", "north_m": 0, "east_m": 0, "radius_m": 1.0,
         "path": [{"at_s": 0, "north_m": 0, "east_m": 0}, {"at_s": 10, "north_m": 0, "east_m": 10}],
     }  # fmt: skip
-    scene = PlainScene(World(read({"name": "x", "things": [mat]}, "x"), Path()), Path())
+    scene = MeshScene(World(read({"name": "x", "things": [mat]}, "x"), Path()), Path())
     renderer, looking_down = scene.renderer(64, 64, 32.0), np.array(((0.0, -1, 0), (1, 0, 0), (0, 0, 1)))
     for time_s, east_m in ((0.0, 0.0), (5.0, 5.0)):
         picture = renderer.draw(np.array((0.0, east_m, -8.0)), looking_down, time_s)

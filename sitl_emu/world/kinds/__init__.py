@@ -1,7 +1,7 @@
 """Kinds of worlds that are generated from options and a seed, a package each; nothing else names one of them.
 
 A package `NAME` holds a module `kind` with `generate(seed, options) -> Generated`, which raises WorldError for what it
-can't build, and, where `plain_scene` does not do, `scene(world, shared_memory)` for cameras (see `World.scene`) and
+can't build, and, where `render` does not do, `scene(world, shared_memory)` for cameras (see `World.scene`) and
 `photo(world)` for maps.
 """
 

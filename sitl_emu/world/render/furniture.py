@@ -1,0 +1,229 @@
+"""Persons, vehicles, trees and signs as meshes: they stand on their origin and look north. Their shapes are ours."""
+
+import math
+
+import numpy as np
+
+from sitl_emu.world.render.material import NUMBER
+from sitl_emu.world.render.model import (
+    WHITE,
+    Colour,
+    Model,
+    box,
+    ellipsoid,
+    face,
+    hull,
+    lathe,
+    merged,
+    moved,
+    of_triangles,
+)
+
+PAINT, GLASS, CLOTH, LEAVES, BARK = (NUMBER[name] for name in ("paint", "glass", "cloth", "leaves", "bark"))
+RUBBER: Colour = (0.09, 0.09, 0.10)
+GREY: Colour = (0.55, 0.56, 0.58)
+SKINS: tuple[Colour, ...] = ((0.87, 0.68, 0.56), (0.72, 0.52, 0.40), (0.45, 0.31, 0.23))
+TROUSERS: tuple[Colour, ...] = ((0.15, 0.18, 0.28), (0.22, 0.21, 0.20), (0.42, 0.37, 0.30), (0.10, 0.10, 0.12))
+HAIR: tuple[Colour, ...] = ((0.12, 0.09, 0.07), (0.30, 0.20, 0.12), (0.55, 0.50, 0.45))
+PERSON_M = 1.75
+"""Height of the figure that others are scaled from."""
+
+
+def _limb(start: tuple[float, float, float], end: tuple[float, float, float], radius: float, tint: Colour) -> Model:
+    """A tapered limb between two points (north, east, up)."""
+    a, b = np.array(start), np.array(end)
+    length = float(np.linalg.norm(b - a))
+    rod = lathe(((0.0, 0.0), (radius * 0.8, 0.01), (radius, length * 0.7), (radius * 0.9, length), (0.0, length)), 7,
+                CLOTH, tint)  # fmt: skip
+    along = (b - a) * (1.0, 1.0, -1.0) / length
+    side = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.9 else (0.0, 1.0, 0.0))
+    side /= np.linalg.norm(side)
+    # The rod's own axis is up, which is -z
+    turn = np.stack((side, np.cross(-along, side), -along), axis=1)
+    return moved(rod, a * (1.0, 1.0, -1.0), turn)
+
+
+def person(height_m: float, colour: Colour, seed: int) -> Model:
+    """Somebody in mid-step, in a top of a colour."""
+    rng = np.random.default_rng((seed, 1))
+    skin, legs, hair = (palette[int(rng.integers(len(palette)))] for palette in (SKINS, TROUSERS, HAIR))
+    step = float(rng.uniform(0.03, 0.22))
+    parts = [
+        moved(ellipsoid((0.105, 0.085, 0.125), CLOTH, skin), (0.0, 0.0, -1.60)),
+        moved(ellipsoid((0.112, 0.092, 0.10), CLOTH, hair), (-0.015, 0.0, -1.655)),
+        _limb((0.0, 0.0, 1.42), (0.0, 0.0, 1.53), 0.055, skin),
+        moved(ellipsoid((0.125, 0.205, 0.20), CLOTH, colour), (0.0, 0.0, -1.30)),
+        moved(ellipsoid((0.115, 0.165, 0.24), CLOTH, colour), (0.0, 0.0, -1.08)),
+        moved(ellipsoid((0.12, 0.17, 0.14), CLOTH, legs), (0.0, 0.0, -0.92)),
+    ]
+    for side in (-1.0, 1.0):
+        ahead = side * step
+        knee = (0.5 * ahead + 0.03, side * 0.09, 0.50)
+        foot = (ahead, side * 0.09, 0.06)
+        parts += [_limb((0.0, side * 0.09, 0.92), knee, 0.085, legs), _limb(knee, foot, 0.062, legs)]
+        parts.append(moved(ellipsoid((0.13, 0.05, 0.045), CLOTH, RUBBER), (foot[0] + 0.05, foot[1], -0.045)))
+        elbow = (-0.5 * ahead, side * 0.27, 1.14)
+        hand = (-ahead + 0.05, side * 0.26, 0.90)
+        parts += [_limb((0.0, side * 0.20, 1.42), elbow, 0.055, colour), _limb(elbow, hand, 0.042, skin)]
+        parts.append(moved(ellipsoid((0.045, 0.03, 0.07), CLOTH, skin), (hand[0], hand[1], -0.86)))
+    whole = merged(parts)
+    return _scaled(whole, height_m / PERSON_M)
+
+
+def _scaled(model: Model, by: float) -> Model:
+    corners = (model.corners * by).astype(np.float32)
+    return Model(corners, model.uv, model.triangles, model.normals, model.materials, model.tints)
+
+
+def _wheel(radius: float, width: float) -> Model:
+    """Its axle east to west, about its middle."""
+    tyre = lathe(((0.0, -width / 2), (radius * 0.9, -width / 2), (radius, -width / 4), (radius, width / 4),
+                  (radius * 0.9, width / 2), (0.0, width / 2)), 14, CLOTH, RUBBER)  # fmt: skip
+    rim = lathe(((radius * 0.58, -width / 2 - 0.01), (radius * 0.58, width / 2 + 0.01), (0.0, width / 2 - 0.02)), 10,
+                CLOTH, GREY)  # fmt: skip
+    other = lathe(((0.0, -width / 2 + 0.02), (radius * 0.58, -width / 2 - 0.01)), 10, CLOTH, GREY)
+    onto_side = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)))
+    return moved(merged((tyre, rim, other)), (0.0, 0.0, 0.0), onto_side)
+
+
+def _slab(
+    outline: list[tuple[float, float]], half_low: float, half_high: float, rounding: float, tint: Colour
+) -> Model:
+    """A car's body: a side view (north, up), as wide as `half_low` below and `half_high` above, its ends rounded."""
+    heights = [up for _, up in outline]
+    low, high = min(heights), max(heights)
+    ends = [north for north, _ in outline]
+    front, back = max(ends), min(ends)
+    points = []
+    for north, up in outline:
+        half = half_low + (half_high - half_low) * (up - low) / (high - low)
+        near_end = rounding if north in (front, back) or front - north < 0.2 or north - back < 0.2 else 0.0
+        points += [(north, side * (half - near_end), -up) for side in (-1.0, 1.0)]
+        if near_end:
+            inner = north - math.copysign(2.0 * rounding, north)
+            points += [(inner, side * half, -up) for side in (-1.0, 1.0)]
+    return hull(points, PAINT, tint)
+
+
+def car(length_m: float, colour: Colour) -> Model:
+    """A saloon: body, glass house, wheels, lights. Proportions of a 4.4 m car."""
+    body = _slab(
+        [(2.16, 0.28), (2.20, 0.55), (2.05, 0.72), (0.95, 0.93), (-1.55, 0.98), (-2.15, 0.92), (-2.20, 0.50),
+         (-2.12, 0.28)],
+        0.84, 0.86, 0.12, colour,
+    )  # fmt: skip
+    roof = hull(
+        [(n, e * s, -h) for n, e, h in ((0.42, 0.56, 1.40), (-1.02, 0.57, 1.40), (0.30, 0.55, 1.44), (-0.9, 0.55, 1.44),
+                                        (0.52, 0.60, 1.36), (-1.15, 0.60, 1.36)) for s in (-1, 1)],
+        PAINT, colour,
+    )  # fmt: skip
+    house = hull(
+        [(n, e * s, -h) for s in (-1, 1)
+         for n, e, h in ((1.12, 0.76, 0.90), (0.46, 0.58, 1.38), (-1.10, 0.58, 1.38), (-1.80, 0.76, 0.94))],
+        GLASS,
+    )  # fmt: skip
+    parts = [body, roof, house]
+    for side in (-1.0, 1.0):
+        for north in (0.52, -0.30, -1.12):  # pillars
+            lean = 0.0 if north == -0.30 else math.copysign(0.31, north)
+            ends = ((0.745, 0.93, lean), (0.575, 1.39, 0.0))
+            pillar = [(north + dn + dt, side * (e + de), -h)
+                      for dn in (-0.035, 0.035) for de in (0.0, 0.02) for e, h, dt in ends]  # fmt: skip
+            parts.append(hull(pillar, PAINT, colour))
+        for north in (1.35, -1.33):
+            parts.append(moved(_wheel(0.32, 0.21), (north, side * 0.77, -0.32)))
+        lamp = [(2.17, side * 0.60, -0.66), (2.17, side * 0.78, -0.66), (2.19, side * 0.60, -0.56),
+                (2.12, side * 0.84, -0.57), (2.0, side * 0.7, -0.6)]  # fmt: skip
+        parts.append(hull(lamp, CLOTH, (0.95, 0.95, 0.92)))
+        parts.append(moved(box((0.05, 0.30, 0.10), CLOTH, (0.55, 0.03, 0.04)), (-2.18, side * 0.62, -0.80)))
+    parts.append(moved(box((0.04, 1.2, 0.14), CLOTH, (0.08, 0.08, 0.09)), (2.17, 0.0, -0.42)))
+    return _scaled(merged(parts), length_m / 4.4)
+
+
+def truck(length_m: float, colour: Colour) -> Model:
+    """A delivery truck of 7 m: cab, load box, wheels."""
+    cab = _slab([(3.45, 0.45), (3.48, 1.25), (3.15, 2.35), (1.75, 2.45), (1.75, 0.45)], 1.08, 1.02, 0.1, colour)
+    load = moved(box((5.0, 2.3, 2.35), PAINT, (0.88, 0.88, 0.86)), (-0.95, 0.0, -2.10))
+    frame = moved(box((6.2, 1.0, 0.3), CLOTH, RUBBER), (-0.2, 0.0, -0.72))
+    screen = face([(3.49, -0.92, -1.32), (3.49, 0.92, -1.32), (3.20, 0.90, -2.22), (3.20, -0.90, -2.22)],
+                  [(0, 1), (1, 1), (1, 0), (0, 0)], GLASS)  # fmt: skip
+    parts = [cab, load, frame, moved(screen, (0.02, 0.0, 0.0))]
+    for side in (-1.0, 1.0):
+        pane = hull([(2.9, side * 1.05, -1.35), (2.15, side * 1.06, -1.35), (2.75, side * 1.045, -2.15),
+                     (2.15, side * 1.045, -2.15), (2.5, side * 1.0, -1.7)], GLASS)  # fmt: skip
+        parts += [pane, moved(_wheel(0.46, 0.3), (2.4, side * 0.92, -0.46))]
+        parts += [moved(_wheel(0.46, 0.3), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
+        parts.append(moved(box((0.05, 0.3, 0.16), CLOTH, (0.95, 0.95, 0.9)), (3.47, side * 0.8, -0.75)))
+    return _scaled(merged(parts), length_m / 7.0)
+
+
+def tree(
+    height_m: float, crown_m: float, seed: int, tufts: int = 110, is_conifer: bool = False, low_m: float = -1.0
+) -> Model:
+    """A trunk, and a crown of tufts of leaves about a dark inside; its light is that of the crown's round shape.
+
+    `low_m`: where the crown begins, if that is known.
+    """
+    rng = np.random.default_rng((seed, 2))
+    trunk_m = max(0.03 * height_m, 0.06)
+    low = low_m if low_m >= 0.0 else (0.12 if is_conifer else 0.32) * height_m
+    trunk = lathe(((trunk_m * 1.4, -0.3), (trunk_m, 0.15 * height_m), (trunk_m * 0.5, 0.8 * height_m)), 7, BARK,
+                  (0.36, 0.30, 0.25), 1.0)  # fmt: skip
+    middle, half = 0.5 * (low + height_m), 0.5 * (height_m - low)
+    green = np.array((0.20, 0.33, 0.17) if is_conifer else (0.33, 0.44, 0.19)) * rng.uniform(0.85, 1.15, 3)
+    corners, normals, tints = [], [], []
+    for k in range(tufts):
+        # Even over the sphere (golden angle), more tufts outside than inside
+        z = 1.0 - 2.0 * (k + 0.5) / tufts
+        angle = 2.39996 * k + rng.uniform(-0.4, 0.4)
+        ring = math.sqrt(max(1.0 - z * z, 0.0))
+        outward = np.array((ring * math.cos(angle), ring * math.sin(angle), z))
+        if is_conifer:
+            high = rng.uniform(0.0, 1.0) ** 1.4
+            reach = crown_m * (1.0 - high) ** 0.9 * rng.uniform(0.55, 1.05) + 0.04 * crown_m
+            at = np.array((reach * math.cos(angle), reach * math.sin(angle), low + high * (height_m - low)))
+            outward = np.array((math.cos(angle), math.sin(angle), 0.55)) / 1.14
+            size = crown_m * (0.62 - 0.40 * high) * min(1.0, (70.0 / tufts) ** 0.5)
+        else:
+            reach = rng.uniform(0.62, 1.0)
+            bumpy = 1.0 + 0.16 * math.sin(3.0 * angle + seed) * ring + 0.1 * math.sin(5.0 * z + 2.0 * angle)
+            at = outward * np.array((crown_m, crown_m, half)) * reach * bumpy + (0.0, 0.0, middle)
+            size = (0.75 + 0.4 * rng.random()) * (crown_m * crown_m * half) ** (1 / 3) * (2.4 / tufts) ** 0.5 * 2.0
+        tilt = outward + rng.normal(scale=0.45, size=3)
+        tilt /= np.linalg.norm(tilt)
+        side = np.cross(tilt, rng.normal(size=3))
+        side /= np.linalg.norm(side)
+        other = np.cross(tilt, side)
+        shade = rng.uniform(0.72, 1.18) * (0.55 + 0.45 * reach if not is_conifer else 0.9)
+        ragged = rng.uniform(0.7, 1.25, 5)
+        rim = [at + size * ragged[j] * (math.cos(1.2566 * j) * side + math.sin(1.2566 * j) * other) for j in range(5)]
+        for j in range(1, 4):
+            corners += [rim[0], rim[j], rim[j + 1]]
+            normals.append(outward)
+            tints.append(np.clip(green * shade, 0.02, 1.0))
+    points = np.array(corners) * (1.0, 1.0, -1.0)
+    crown = of_triangles(points, np.arange(len(points)), LEAVES, WHITE, 1.1)
+    lit = (np.array(normals) * (1.0, 1.0, -1.0)).astype(np.float32)
+    crown = Model(crown.corners, crown.uv, crown.triangles, lit[: len(crown.triangles)], crown.materials,
+                  np.array(tints, np.float32)[: len(crown.triangles)])  # fmt: skip
+    dark = (float(green[0]) * 0.5, float(green[1]) * 0.5, float(green[2]) * 0.5)
+    if is_conifer:
+        inside = lathe(
+            ((0.0, low), (0.62 * crown_m, low + 0.05 * height_m), (0.0, 0.97 * height_m)), 8, LEAVES, dark, 1.1
+        )
+    else:
+        inside = moved(ellipsoid((0.74 * crown_m, 0.74 * crown_m, 0.74 * half), LEAVES, dark, 9, 6), (0, 0, -middle))
+    return merged((trunk, inside, crown))
+
+
+def stop_sign(height_m: float) -> Model:
+    """An octagon 0.75 m wide on a post, its face to the north."""
+    radius = 0.375 / math.cos(math.pi / 8)
+    angles = np.radians(np.arange(22.5, 360, 45))
+    rim = [(0.04, radius * math.cos(a), -height_m + 0.4 - radius * math.sin(a)) for a in angles]
+    # Seen from the north, east lies to the left
+    uv = [(0.5 - 0.5 * math.cos(a), 0.5 - 0.5 * math.sin(a)) for a in angles]
+    front = face(rim, uv, NUMBER["stop_sign"])
+    back = face([(n - 0.02, e, d) for n, e, d in reversed(rim)], uv, CLOTH, GREY)
+    post = lathe(((0.035, -0.2), (0.035, height_m), (0.0, height_m)), 8, CLOTH, GREY)
+    return merged((front, back, post))

@@ -1,0 +1,205 @@
+"""The ground's colours as a map from above, painted from land use and a seed, or from a photo.
+
+No texture repeats here: broad and fine noise of the whole map's size; close by, the shading adds a detail texture,
+whose number the map carries in its fourth channel.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.description import LAND_USES, Ground, WorldDescription
+from sitl_emu.world.render.kernel import F32, U8
+from sitl_emu.world.render.maps import GroundMap
+from sitl_emu.world.render.textures import LAYER
+
+FINEST_M = 0.1
+MOST_TEXELS = 2400
+"""Along a side; a larger world has coarser texels."""
+LEVELS = 7
+WOBBLE_M = 0.5
+"""How far the borders of natural land uses stray from their polygons, about."""
+
+
+class Look(NamedTuple):
+    """How a land use is painted."""
+
+    detail: str
+    patches: tuple[float, float, float]
+    """The colour that broad patches go towards."""
+    patchy: float
+    """How far they go."""
+    fine: float
+    """Standard deviation of fine brightness."""
+    is_built: bool = False
+    """Its borders are straight."""
+
+
+LOOKS: dict[str, Look] = {
+    "grass": Look("grass", (0.43, 0.42, 0.26), 0.6, 0.05),
+    "soil": Look("soil", (0.55, 0.44, 0.32), 0.45, 0.07),
+    "asphalt": Look("asphalt", (0.33, 0.32, 0.31), 0.5, 0.035, True),
+    "concrete": Look("paving", (0.52, 0.50, 0.46), 0.4, 0.03, True),
+    "gravel": Look("gravel", (0.44, 0.42, 0.37), 0.5, 0.03),
+    "sand": Look("soil", (0.68, 0.60, 0.45), 0.4, 0.04),
+    "rock": Look("gravel", (0.38, 0.37, 0.35), 0.6, 0.08),
+    "mud": Look("soil", (0.25, 0.21, 0.16), 0.6, 0.05),
+    "forest_floor": Look("litter", (0.24, 0.27, 0.12), 0.6, 0.10),
+    "charred": Look("ashes", (0.22, 0.21, 0.20), 0.5, 0.09),
+    "snow": Look("soil", (0.84, 0.88, 0.93), 0.4, 0.015),
+}
+
+
+class Frame(NamedTuple):
+    """What part of the world a map shows."""
+
+    north0_m: float
+    east0_m: float
+    gsd_m: float
+    rows: int
+    columns: int
+
+
+def frame_of(south: float, west: float, north: float, east: float) -> Frame:
+    """Of a rectangle in the world."""
+    gsd_m = max(FINEST_M, max(north - south, east - west) / MOST_TEXELS)
+    return Frame(south, west, gsd_m, max(round((north - south) / gsd_m), 8), max(round((east - west) / gsd_m), 8))
+
+
+def fractal(rng: np.random.Generator, frame: Frame, broadest_m: float, finest_m: float, gain: float = 0.55) -> F32:
+    """Noise over a map, mean 0 and deviation about 1, with waves between two lengths; nothing repeats."""
+    octaves = max(round(math.log2(broadest_m / max(finest_m, frame.gsd_m))), 0)
+    cell_px = max(finest_m / frame.gsd_m, 1.0)
+    rows, columns = (math.ceil(count / cell_px / 2**octaves) + 2 for count in (frame.rows, frame.columns))
+    total = rng.standard_normal((rows, columns), np.float32)
+    weight, power = 1.0, 1.0
+    for _ in range(octaves):
+        rows, columns = 2 * rows, 2 * columns
+        total = cv2.resize(total, (columns, rows), interpolation=cv2.INTER_CUBIC)
+        weight *= gain
+        power += weight * weight
+        total += np.float32(weight) * rng.standard_normal((rows, columns), np.float32)
+    if cell_px > 1.0:
+        total = cv2.resize(total, None, fx=cell_px, fy=cell_px, interpolation=cv2.INTER_LINEAR)
+    # Cubic steps between random heights keep two thirds of their spread
+    return np.asarray(total[: frame.rows, : frame.columns] * np.float32(1.25 / math.sqrt(power)), np.float32)
+
+
+class Painter:
+    """Paints one map, south-west corner first."""
+
+    def __init__(self, frame: Frame, seed: int) -> None:
+        self.frame = frame
+        rng = np.random.default_rng((seed, 11))
+        self.broad = fractal(rng, frame, 40.0, 0.8)
+        self.other = fractal(rng, frame, 14.0, 0.4)
+        self.fine = fractal(rng, frame, 0.8, 0.1, 0.8)
+        self.colours = np.zeros((frame.rows, frame.columns, 3), np.float32)
+        self.details = np.zeros((frame.rows, frame.columns), np.uint8)
+
+    def use(self, name: str, where: npt.NDArray[np.bool_] | None, colour: Sequence[float] | None = None) -> None:
+        """Paint a land use, everywhere or within a mask; `colour`: its mean, if not the land use's own."""
+        look, mean = LOOKS[name], np.array(LAND_USES[name] if colour is None else colour, np.float32)
+        patches = (
+            np.array(look.patches, np.float32) if colour is None else mean * np.array((1.12, 1.03, 0.9), np.float32)
+        )
+        rows = np.arange(self.frame.rows) if where is None else np.flatnonzero(where.any(axis=1))
+        if len(rows) == 0:
+            return
+        part = slice(int(rows[0]), int(rows[-1]) + 1)
+        share = np.clip(0.5 + 0.38 * self.broad[part] + 0.22 * self.other[part], 0, 1) * np.float32(look.patchy)
+        bright = 1.0 + look.fine * self.fine[part] + 0.6 * look.fine * self.other[part]
+        painted = (mean + share[..., None] * (patches - mean)) * bright[..., None]
+        if where is None:
+            self.colours[part], self.details[part] = painted, LAYER[look.detail]
+        else:
+            np.copyto(self.colours[part], painted, where=where[part][..., None])
+            self.details[part][where[part]] = LAYER[look.detail]
+
+    def polygon(self, corners: Sequence[tuple[float, float]], wobbles: bool) -> npt.NDArray[np.bool_]:
+        """The texels within a polygon (north, east)."""
+        frame = self.frame
+        mask = np.zeros((frame.rows, frame.columns), np.uint8)
+        pixels = [
+            ((e - frame.east0_m) / frame.gsd_m - 0.5, (n - frame.north0_m) / frame.gsd_m - 0.5) for n, e in corners
+        ]
+        cv2.fillPoly(mask, [np.round(np.array(pixels) * 16).astype(np.int32)], 255, cv2.LINE_8, 4)
+        if wobbles:
+            # The border strays where a blurred mask is cut at a height that noise tells
+            soft = cv2.GaussianBlur(mask, (0, 0), WOBBLE_M / frame.gsd_m).astype(np.float32)
+            return np.asarray(soft > 127.5 + 50.0 * self.other + 30.0 * self.fine)
+        return mask > 0
+
+    def photo(self, picture: U8, ground: Ground) -> None:
+        """Lay a photo (BGR, north up) where it belongs."""
+        frame = self.frame
+        scale = frame.gsd_m / ground.gsd_m
+        left = (frame.east0_m - ground.east0_m) / ground.gsd_m + 0.5 * scale - 0.5
+        below = (frame.north0_m - ground.north0_m) / ground.gsd_m + 0.5 * scale - 0.5
+        to_photo = np.array(((scale, 0.0, left), (0.0, -scale, picture.shape[0] - 1 - below)), np.float32)
+        if scale > 1.0:
+            picture = np.asarray(cv2.blur(picture, (max(round(scale), 1),) * 2), np.uint8)
+        flags, size = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, (frame.columns, frame.rows)
+        laid = cv2.warpAffine(picture, to_photo, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        covered = np.full(picture.shape[:2], 255, np.uint8)
+        there = cv2.warpAffine(covered, to_photo, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP) > 0
+        self.colours[there] = laid[there][:, ::-1].astype(np.float32) / 255.0
+        self.details[there] = LAYER["soil"]
+
+
+def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> Painter:
+    """The ground of a description, and the colour of grass that covers it."""
+    ground, seed = described.ground, described.seed
+    painter = Painter(frame, seed)
+    if ground.use:
+        painter.use(ground.use, None)
+    else:
+        painter.use(_nearest_use(ground.colour), None, ground.colour)
+    if photo is not None:
+        painter.photo(photo, ground)
+    for land in ground.land:
+        painter.use(land.use, painter.polygon(land.polygon_m, not LOOKS[land.use].is_built))
+    for cover in described.cover:
+        if cover.kind == "grass":
+            painter.use(
+                "grass",
+                painter.polygon(cover.polygon_m, True),
+                [0.6 * own + 0.5 * usual for own, usual in zip(cover.colour, LAND_USES["grass"], strict=True)],
+            )
+    return painter
+
+
+def _nearest_use(colour: Sequence[float]) -> str:
+    """What ground of a colour is likely to be made of: green is grass, brown is soil, grey is gravel."""
+    red, green, blue = colour
+    if green > 1.05 * red and green > blue:
+        return "grass"
+    return "soil" if red > 1.1 * blue else "gravel"
+
+
+def packed(painter: Painter) -> GroundMap:
+    """For the shading, with coarser levels."""
+    frame = painter.frame
+    colours = np.clip(np.round(painter.colours * 255.0), 0, 255).astype(np.uint8)
+    far = painter.colours.mean(axis=(0, 1))
+    parts, starts, sizes, start = [], [], [], 0
+    details = painter.details
+    for _ in range(LEVELS):
+        if min(colours.shape[:2]) < 4:
+            break
+        level = np.concatenate((colours, details[..., None]), axis=2)
+        parts.append(np.ascontiguousarray(level).reshape(-1).view(np.uint32))
+        starts.append(start)
+        sizes.append(colours.shape[:2])
+        start += level.size // 4
+        half = (colours.shape[1] // 2, colours.shape[0] // 2)
+        colours = np.asarray(
+            cv2.resize(colours[: 2 * half[1], : 2 * half[0]], half, interpolation=cv2.INTER_AREA), np.uint8
+        )
+        details = details[: 2 * half[1] : 2, : 2 * half[0] : 2]
+    corner = np.array((frame.north0_m, frame.east0_m, frame.gsd_m, *far), np.float32)
+    return GroundMap(np.concatenate(parts), np.array(starts, np.int32), np.array(sizes, np.int32), corner)

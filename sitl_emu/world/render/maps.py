@@ -1,0 +1,220 @@
+"""What is looked up when a pixel is shaded: textures, the ground's colours, its relief, and where the sun reaches."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl_emu.world.render.kernel import F32, F64, HALF, I32, ONE, U32, ZERO, f4, inlined, kernel
+from sitl_emu.world.render.raster import NOTHING, Buffers, Instances, Meshes, fill
+
+SIDE_LOG2 = 9
+SIDE = 1 << SIDE_LOG2
+"""Texels along each side of a texture."""
+LEVELS = 8
+"""Of a texture: from 512 texels to 4."""
+
+GROUND, TEXTURED, WATER, LEAF = 0, 1, 2, 3
+"""Kinds of material."""
+
+
+EVEN, LOW, EIGHT, SIXTEEN = np.uint64(0x00FF00FF), np.uint64(0xFFFF), np.uint64(8), np.uint64(16)
+BY_256 = f4(1.0 / 256.0)
+
+
+class Textures(NamedTuple):
+    """Square textures that repeat, red, green, blue and how much of a tint they take, each half as large in turn."""
+
+    texels: U32
+    """A byte for each, red the lowest."""
+    starts: I32
+    """(LEVELS,): where a level of the first texture begins."""
+
+
+class Materials(NamedTuple):
+    """What surfaces are made of."""
+
+    kind: I32
+    layer: I32
+    """The texture's number."""
+    gloss: F32
+    """How much it mirrors the sky where it takes no tint."""
+
+
+class GroundMap(NamedTuple):
+    """The ground's colours and the number of its detail texture, from its south-west corner, and coarser."""
+
+    texels: U32
+    starts: I32
+    sizes: I32
+    """(levels, 2): rows, columns."""
+    frame: F32
+    """North and east of its corner, metres a texel, and the colour of land beyond it."""
+
+
+class Relief(NamedTuple):
+    """The ground, bilinear: its height, its rise to north and east, and the height up to which its sky is shut."""
+
+    grid: F32
+    """(rows, columns, 4)"""
+    frame: F32
+    """North and east of the first, spacing."""
+
+
+class FireMap(NamedTuple):
+    """When each cell of the ground begins to burn, and when it has burnt out, s; 1 x 1: there is no fire."""
+
+    grid: F32
+    """(rows, columns, 2)"""
+    frame: F32
+    """North and east of its corner, metres a cell."""
+
+
+class SunMap(NamedTuple):
+    """How far towards the sun the first thing lies, seen from the sun."""
+
+    nearness: F32
+    """(side * side,); larger is nearer to the sun."""
+    side: int
+    frame: F32
+    """Its middle (3,), then right (3,), down (3,), towards the sun (3,), metres a texel."""
+
+
+@inlined
+def level_of(footprint: np.float32, levels: int) -> int:
+    """The level of a texture for a pixel that covers `footprint` texels of the finest."""
+    level = 0
+    while footprint > f4(1.414) and level < levels - 1:
+        footprint *= HALF
+        level += 1
+    return level
+
+
+@inlined
+def mixed(
+    texels: U32, a: np.uint64, b: np.uint64, c: np.uint64, d: np.uint64, part_x: np.float32, part_y: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Four texels, two above and two below, mixed: bytes two by two in integers, a quarter of the time of floats."""
+    x, y = np.uint64(part_x * f4(256.0)), np.uint64(part_y * f4(256.0))
+    w3 = (x * y) >> EIGHT
+    w1, w2 = x - w3, y - w3
+    w0 = np.uint64(256) - w1 - w2 - w3
+    t0, t1, t2, t3 = np.uint64(texels[a]), np.uint64(texels[b]), np.uint64(texels[c]), np.uint64(texels[d])
+    even = (t0 & EVEN) * w0 + (t1 & EVEN) * w1 + (t2 & EVEN) * w2 + (t3 & EVEN) * w3
+    odd = ((t0 >> EIGHT) & EVEN) * w0 + ((t1 >> EIGHT) & EVEN) * w1
+    odd += ((t2 >> EIGHT) & EVEN) * w2 + ((t3 >> EIGHT) & EVEN) * w3
+    return (
+        f4(np.int32(even & LOW)) * BY_256,
+        f4(np.int32(odd & LOW)) * BY_256,
+        f4(np.int32(even >> SIXTEEN)) * BY_256,
+        f4(np.int32(odd >> SIXTEEN)) * BY_256,
+    )
+
+
+@inlined
+def texel(
+    textures: Textures, layer: int, level: int, u: np.float32, v: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Red, green, blue and tint of a texture, 0 to 255, at a place in repeats."""
+    log2 = SIDE_LOG2 - level
+    side = 1 << log2
+    mask = np.uint64(side - 1)
+    x, y = u * f4(side) - HALF, v * f4(side) - HALF
+    floor_x, floor_y = np.floor(x), np.floor(y)
+    column, row = np.int64(floor_x), np.int64(floor_y)
+    base = np.uint64(textures.starts[level] + (layer << (2 * log2)))
+    left, right = np.uint64(column) & mask, np.uint64(column + 1) & mask
+    shift = np.uint64(log2)
+    top, bottom = base + ((np.uint64(row) & mask) << shift), base + ((np.uint64(row + 1) & mask) << shift)
+    return mixed(textures.texels, top + left, top + right, bottom + left, bottom + right, x - floor_x, y - floor_y)
+
+
+@inlined
+def grey(textures: Textures, layer: int, level: int, u: np.float32, v: np.float32) -> np.float32:
+    """The red of a texture, 0 to 255."""
+    return texel(textures, layer, level, u, v)[0]
+
+
+@inlined
+def relief_at(
+    relief: Relief, north: np.float32, east: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Height, rise to north, rise to east, and the height up to which the sky is shut."""
+    grid = relief.grid
+    y = min(max((north - relief.frame[0]) / relief.frame[2], ZERO), f4(grid.shape[0] - 1) - f4(0.001))
+    x = min(max((east - relief.frame[1]) / relief.frame[2], ZERO), f4(grid.shape[1] - 1) - f4(0.001))
+    row, column = np.int64(y), np.int64(x)
+    y -= f4(row)
+    x -= f4(column)
+    w3 = x * y
+    w1, w2 = x - w3, y - w3
+    w0 = ONE - w1 - w2 - w3
+    i, j, k, m = np.uint64(row), np.uint64(row + 1), np.uint64(column), np.uint64(column + 1)
+    return (
+        grid[i, k, 0] * w0 + grid[i, m, 0] * w1 + grid[j, k, 0] * w2 + grid[j, m, 0] * w3,
+        grid[i, k, 1] * w0 + grid[i, m, 1] * w1 + grid[j, k, 1] * w2 + grid[j, m, 1] * w3,
+        grid[i, k, 2] * w0 + grid[i, m, 2] * w1 + grid[j, k, 2] * w2 + grid[j, m, 2] * w3,
+        grid[i, k, 3] * w0 + grid[i, m, 3] * w1 + grid[j, k, 3] * w2 + grid[j, m, 3] * w3,
+    )
+
+
+@inlined
+def sunlit(sun: SunMap, north: np.float32, east: np.float32, down: np.float32, leeway: np.float32) -> np.float32:
+    """The share of the sun that reaches a place: 0 in shadow; what lies less than `leeway` before it casts none."""
+    frame, side = sun.frame, sun.side
+    n, e, d = north - frame[0], east - frame[1], down - frame[2]
+    by_texel, middle = ONE / frame[12], f4(side) * HALF - HALF
+    x = (n * frame[3] + e * frame[4] + d * frame[5]) * by_texel + middle
+    y = (n * frame[6] + e * frame[7] + d * frame[8]) * by_texel + middle
+    if not (x >= ZERO and y >= ZERO and x < f4(side - 1) and y < f4(side - 1)):
+        return ONE
+    near = n * frame[9] + e * frame[10] + d * frame[11] + leeway + SUN_OFFSET
+    column, row = int(x), int(y)
+    x -= f4(column)
+    y -= f4(row)
+    at, below = np.uint64(row * side + column), np.uint64((row + 1) * side + column)
+    w3 = x * y
+    w1, w2 = x - w3, y - w3
+    light = ZERO
+    if sun.nearness[at] < near:
+        light += ONE - w1 - w2 - w3
+    if sun.nearness[at + np.uint64(1)] < near:
+        light += w1
+    if sun.nearness[below] < near:
+        light += w2
+    if sun.nearness[below + np.uint64(1)] < near:
+        light += w3
+    return light
+
+
+SUN_OFFSET = f4(4096.0)
+"""Added to distances towards the sun, so that all of them are above 0, which is an empty map's."""
+
+
+@kernel
+def draw_sun_map(
+    meshes: Meshes, things: Instances, which: I32, level_of_each: I32, sun: SunMap, out: Buffers, p: F64
+) -> None:
+    """Draw instances, as the sun sees them, into a map that was cleared: `out.nearness` is `sun.nearness`.
+
+    `p` (corners, 3) is used: as large as the largest of the levels.
+    """
+    from_, side = sun.frame, sun.side
+    for k in range(len(which)):
+        i = which[k]
+        level = level_of_each[i]
+        turn, place = things.rotation[i], things.place[i]
+        first = meshes.levels[level, 0]
+        for c in range(meshes.levels[level, 1] - first):
+            v = meshes.corners[first + c]
+            n = turn[0, 0] * v[0] + turn[0, 1] * v[1] + turn[0, 2] * v[2] + place[0] - from_[0]
+            e = turn[1, 0] * v[0] + turn[1, 1] * v[1] + turn[1, 2] * v[2] + place[1] - from_[1]
+            d = turn[2, 0] * v[0] + turn[2, 1] * v[1] + turn[2, 2] * v[2] + place[2] - from_[2]
+            p[c, 0] = (n * from_[3] + e * from_[4] + d * from_[5]) / from_[12] + 0.5 * side
+            p[c, 1] = (n * from_[6] + e * from_[7] + d * from_[8]) / from_[12] + 0.5 * side
+            p[c, 2] = n * from_[9] + e * from_[10] + d * from_[11] + SUN_OFFSET
+        for number in range(meshes.levels[level, 2], meshes.levels[level, 3]):
+            a, b, c = meshes.triangles[number]
+            fill(
+                p[a, 0], p[a, 1], p[a, 2], p[b, 0], p[b, 1], p[b, 2], p[c, 0], p[c, 1], p[c, 2],
+                False, NOTHING, 0, side, side, out,
+            )  # fmt: skip

@@ -1,0 +1,167 @@
+"""Meshes as they are built: corners, triangles, and what each triangle is made of."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.render.kernel import F32, I32
+
+Point = tuple[float, float, float]
+Colour = tuple[float, float, float]
+WHITE: Colour = (1.0, 1.0, 1.0)
+UP = np.array((0.0, 0.0, -1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """One mesh about its own origin, axes as NED; of a triangle, (b - a) x (c - a) looks outwards."""
+
+    corners: F32
+    uv: F32
+    triangles: I32
+    normals: F32
+    """(t, 3), for the light."""
+    materials: I32
+    tints: F32
+
+    @property
+    def radius_m(self) -> float:
+        """Of the sphere about its origin that holds it."""
+        return float(np.sqrt((self.corners.astype(np.float64) ** 2).sum(axis=1).max())) if len(self.corners) else 0.0
+
+
+def merged(models: Iterable[Model]) -> Model:
+    """One of many. Raises ValueError where there are none."""
+    parts = list(models)
+    firsts = np.cumsum([0, *(len(part.corners) for part in parts[:-1])])
+    return Model(
+        np.concatenate([part.corners for part in parts]),
+        np.concatenate([part.uv for part in parts]),
+        np.concatenate([part.triangles + np.int32(first) for part, first in zip(parts, firsts, strict=True)]),
+        np.concatenate([part.normals for part in parts]),
+        np.concatenate([part.materials for part in parts]),
+        np.concatenate([part.tints for part in parts]),
+    )
+
+
+def moved(model: Model, by: npt.ArrayLike, turn: npt.NDArray[np.floating] | None = None) -> Model:
+    """Turned by a rotation matrix, if one is given, then shifted."""
+    corners, normals = model.corners, model.normals
+    if turn is not None:
+        corners, normals = corners @ turn.T, normals @ turn.T
+    shifted = (corners + np.asarray(by)).astype(np.float32)
+    return Model(shifted, model.uv, model.triangles, normals.astype(np.float32), model.materials, model.tints)
+
+
+def turned(heading_rad: float) -> npt.NDArray[np.float64]:
+    """From north over east."""
+    s, c = math.sin(heading_rad), math.cos(heading_rad)
+    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def of_triangles(
+    corners: npt.ArrayLike, triangles: npt.ArrayLike, material: int, tint: Colour = WHITE, repeat_m: float = 3.0
+) -> Model:
+    """Any triangles; each face's texture lies level along it and down its slope, `repeat_m` metres wide."""
+    points, numbers = np.asarray(corners, np.float64), np.asarray(triangles, np.int32).reshape(-1, 3)
+    a, b, c = (points[numbers[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1)
+    keep = lengths > 1e-12
+    numbers, normals = numbers[keep], normals[keep] / lengths[keep, None]
+    own = points[numbers].reshape(-1, 3)
+    across = np.cross(normals, UP)
+    flat = np.linalg.norm(across, axis=1) < 0.1
+    across[flat] = (0.0, 1.0, 0.0)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    down = np.cross(across, normals)
+    down[down[:, 2] < 0] *= -1.0
+    uv = np.stack([(points[numbers] * axis[:, None, :]).sum(axis=2) for axis in (across, down)], axis=2).reshape(-1, 2)
+    count = len(numbers)
+    return Model(
+        own.astype(np.float32), (uv / repeat_m).astype(np.float32), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        normals.astype(np.float32), np.full(count, material, np.int32), np.tile(np.array(tint, np.float32), (count, 1)),
+    )  # fmt: skip
+
+
+def face(points: Sequence[Point], uv: Sequence[tuple[float, float]], material: int, tint: Colour = WHITE) -> Model:
+    """A convex polygon, its corners clockwise as seen from outside in NED's sense: (b - a) x (c - a) outwards."""
+    corners = np.array(points, np.float64)
+    count = len(points) - 2
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal /= max(float(np.linalg.norm(normal)), 1e-12)
+    return Model(
+        corners.astype(np.float32), np.array(uv, np.float32),
+        np.array([(0, k + 1, k + 2) for k in range(count)], np.int32),
+        np.tile(normal.astype(np.float32), (count, 1)), np.full(count, material, np.int32),
+        np.tile(np.array(tint, np.float32), (count, 1)),
+    )  # fmt: skip
+
+
+def box(size: Sequence[float], material: int, tint: Colour = WHITE, repeat_m: float = 3.0, top: int = -1) -> Model:
+    """A cuboid about its middle: extent north, east, and down; `top` is another material for above."""
+    n, e, d = (0.5 * side for side in size)
+    corners = [(i * n, j * e, k * d) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (1, 5, 7, 3), (0, 2, 6, 4)]
+    faces = [(q[0], q[1], q[2], q[0], q[2], q[3]) for q in quads]
+    walls = of_triangles(corners, faces[:5], material, tint, repeat_m)
+    return merged((walls, of_triangles(corners, faces[5], material if top < 0 else top, tint, repeat_m)))
+
+
+def lathe(
+    profile: Sequence[tuple[float, float]], sides: int, material: int, tint: Colour = WHITE, repeat_m: float = 3.0
+) -> Model:
+    """A surface of revolution about the vertical: (radius, height) from the bottom up; ends with radius 0 close it."""
+    angles = np.arange(sides) * (2.0 * math.pi / sides)
+    corners = np.array([(r * math.cos(a), r * math.sin(a), -h) for r, h in profile for a in angles])
+    triangles = []
+    for ring in range(len(profile) - 1):
+        for k in range(sides):
+            a, b = ring * sides + k, ring * sides + (k + 1) % sides
+            triangles += [(b, a, a + sides), (b, a + sides, b + sides)]
+    return of_triangles(corners, triangles, material, tint, repeat_m)
+
+
+def ellipsoid(radii: Sequence[float], material: int, tint: Colour = WHITE, sides: int = 10, rings: int = 6) -> Model:
+    """About its middle: half axes north, east, down."""
+    profile = [(math.sin(a), -math.cos(a)) for a in np.linspace(0.0, math.pi, rings + 1)]
+    unit = lathe(profile, sides, material, tint)
+    corners = (unit.corners * np.asarray(radii)).astype(np.float32)
+    return of_triangles(corners, unit.triangles, material, tint, 1.0)
+
+
+def hull(points: Sequence[Point], material: int, tint: Colour = WHITE, repeat_m: float = 3.0) -> Model:
+    """The convex hull, point by point. Raises ValueError for points that span no body."""
+    p = np.asarray(points, np.float64)
+    return of_triangles(p, hull_triangles(p), material, tint, repeat_m)
+
+
+def hull_triangles(p: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+    """(t, 3), facing outwards. Raises ValueError for points that span no body."""
+    size = float(np.ptp(p, axis=0).max()) if len(p) else 0.0
+    first = int(np.argmin(p[:, 0])) if len(p) else 0
+    second = int(np.argmax(np.linalg.norm(p - p[first], axis=1)))
+    line = np.cross(p - p[first], p[second] - p[first])
+    third = int(np.argmax(np.linalg.norm(line, axis=1)))
+    normal = np.cross(p[second] - p[first], p[third] - p[first])
+    fourth = int(np.argmax(np.abs((p - p[first]) @ normal)))
+    volume = float((p[fourth] - p[first]) @ normal)
+    if abs(volume) <= 1e-9 * size**3:
+        raise ValueError("its points lie in a plane")
+    if volume > 0.0:
+        second, third = third, second
+    faces = [(first, second, third), (first, third, fourth), (third, second, fourth), (second, first, fourth)]
+    for new in range(len(p)):
+        t = np.array(faces)
+        a, b, c = p[t[:, 0]], p[t[:, 1]], p[t[:, 2]]
+        n = np.cross(b - a, c - a)
+        sees = ((p[new] - a) * n).sum(axis=1) > 1e-9 * size * np.linalg.norm(n, axis=1)
+        if not sees.any():
+            continue
+        edges = {(int(f[k]), int(f[(k + 1) % 3])) for f in t[sees] for k in range(3)}
+        rim = [edge for edge in sorted(edges) if edge[::-1] not in edges]
+        faces = [(int(f[0]), int(f[1]), int(f[2])) for f in t[~sees]] + [(i, j, new) for i, j in rim]
+    return np.array(faces, np.int32)

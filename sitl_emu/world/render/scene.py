@@ -1,0 +1,208 @@
+"""Any world as something that cameras look at (camera.Scene): its geometry built once, its pictures from any place."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world import ground
+from sitl_emu.world.description import WorldDescription, WorldError
+from sitl_emu.world.moving import place_at, velocity_at
+from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, sprites, textures
+from sitl_emu.world.render.kernel import F32, I32, U8
+from sitl_emu.world.render.maps import GroundMap, SunMap
+from sitl_emu.world.render.model import turned
+from sitl_emu.world.render.raster import Buffers, Drawn, Pinhole, project, rasterise, select
+from sitl_emu.world.render.shade import PLANE, Picture, Surfaces, shade
+from sitl_emu.world.render.sky import air_of
+
+F64 = npt.NDArray[np.float64]
+ERROR_PX = 0.35
+"""How far a coarser level may lie from the finest, in the picture."""
+PHOTO_GSD_M = 0.2
+ABOVE_M = 1000.0
+"""From how high a photo is taken: above all that stands."""
+SKY = -1
+"""The object number of nothing."""
+
+
+class Seen(Protocol):
+    """What is looked at: a `world.World`."""
+
+    description: WorldDescription
+    terrain: ground.Terrain
+
+
+class View(NamedTuple):
+    """What a camera sees, all from one geometry."""
+
+    picture: U8
+    """(height, width, 3), BGR."""
+    depth_m: F32
+    """(height, width) along the optical axis; inf for the sky."""
+    objects: I32
+    """(height, width): numbers in `MeshScene.names` and `labels`; SKY for the sky."""
+
+
+class MeshScene:
+    """A scene for `camera.Camera`. `folder` holds the files that the description names. Raises WorldError."""
+
+    def __init__(self, world: Seen, folder: Path) -> None:
+        described = world.description
+        self.world = world
+        photo: U8 | None = None
+        if name := described.ground.orthophoto:
+            read = cv2.imread(str(folder / name), cv2.IMREAD_COLOR)
+            if read is None:
+                raise WorldError(f"ground.orthophoto: {folder / name}: can't be read as a picture")
+            photo = np.asarray(read, np.uint8)
+        self.built = build.build(described, world.terrain, folder)
+        self.meshes, self.things = self.built.stage.packed()
+        painter = ground_map.paint(described, self.built.frame, photo)
+        self.air = air_of(described.light)
+        self.surfaces = self._lit(ground_map.packed(painter))
+
+        self.fires = None
+        if described.fires:
+            self.fires = sprites.fires_of(described, world.terrain, self.built.first_fire)
+            self.frames = sprites.pictures(described.seed)
+            self.smoke = sprites.smoke_light(described.fires[0], self.air.rows, self.air.exposure)
+
+    def _lit(self, colours: GroundMap) -> Surfaces:
+        """Everything to look up: textures, and what sun and sky reach of all that stands still."""
+        built = self.built
+        moving = {mover.instance for mover in built.movers}
+        still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
+        fine = self.things.first_level
+        relief = light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
+        middle, reach = built.middle, built.reach_m
+        to_sun = self.air.rows[0].astype(np.float64)
+        side = min(light_maps.SUN_SIDE, math.ceil(2.0 * reach / light_maps.SUN_FINEST_M))
+        sun = light_maps.sun_map(to_sun, middle, reach, side)
+        near = still[self.things.radius[still] < 4.0 * reach]
+        light_maps.draw(sun, self.meshes, self.things, near, fine)
+        nothing = SunMap(np.zeros(1, np.float32), 0, np.zeros(13, np.float32))
+        layers = textures.build(self.world.description.seed)
+        fire = burning.map_of(self.world.description, built.frame)
+        return Surfaces(layers, material.table(), colours, relief, fire, sun, nothing)
+
+    @property
+    def seed(self) -> int:
+        """See camera.Scene."""
+        return self.world.description.seed
+
+    @property
+    def moves(self) -> bool:
+        """See camera.Scene."""
+        described = self.world.description
+        return bool(self.built.movers or described.water or described.fires)
+
+    @property
+    def names(self) -> list[str]:
+        """Of objects, by number."""
+        return self.built.stage.names
+
+    @property
+    def labels(self) -> list[str]:
+        """Of objects, by number."""
+        return self.built.stage.labels
+
+    def renderer(self, width: int, height: int, focal_px: float) -> "MeshRenderer":
+        """See camera.Scene."""
+        return MeshRenderer(self, width, height, focal_px)
+
+    def set_time(self, time_s: float) -> None:
+        """Put what moves where it is then."""
+        for mover in self.built.movers:
+            thing, row = mover.thing, mover.instance
+            north, east = place_at(thing, time_s)
+            speed = velocity_at(thing, time_s)
+            if any(speed):
+                self.things.rotation[row] = turned(math.atan2(speed[1], speed[0]))
+            if mover.plan is None:
+                self.things.place[row] = (north, east, -self.world.terrain.height_m(north, east))
+            else:
+                self.built.lay(self.meshes, self.things, mover, north, east)
+
+    def photo_from_above(self) -> U8:
+        """The area's rectangle, north up, uint8 RGB, a pixel every PHOTO_GSD_M."""
+        corners = np.array(self.world.description.area_m)
+        (south, west), (north, east) = corners.min(axis=0), corners.max(axis=0)
+        rows, columns = (max(round(float(side) / PHOTO_GSD_M), 1) for side in (north - south, east - west))
+        from_above = self.renderer(columns, rows, ABOVE_M / PHOTO_GSD_M)
+        north_up = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+        middle = np.array((0.5 * (south + north), 0.5 * (west + east), -ABOVE_M))
+        return np.ascontiguousarray(from_above.look(middle, north_up, 0.0, haze=0.0).picture[:, :, ::-1])
+
+
+class MeshRenderer:
+    """Draws one scene with one set of intrinsics; several may share a scene, one after another."""
+
+    def __init__(self, scene: MeshScene, width: int, height: int, focal_px: float) -> None:
+        self.scene, self._size, self._focal_px = scene, (width, height), focal_px
+        pixels = width * height
+        self._buffers = Buffers(np.zeros(pixels, np.float32), np.zeros(pixels, np.int32), np.zeros(pixels, np.int32))
+        self._room = 0
+        self.count = 0
+        """Instances in the last picture."""
+
+    def draw(self, position_ned_m: F64, camera_to_ned: F64, time_s: float) -> U8:
+        """See camera.Renderer."""
+        return self.look(position_ned_m, camera_to_ned, time_s).picture
+
+    def depth(self, position_ned_m: F64, camera_to_ned: F64, time_s: float) -> F32:
+        """(height, width) along the optical axis, m; inf for the sky."""
+        return self.look(position_ned_m, camera_to_ned, time_s).depth_m
+
+    def look(self, position_ned_m: F64, camera_to_ned: F64, time_s: float, haze: float | None = None) -> View:
+        """Picture, depth and objects from a place (3,) with an attitude (3, 3), camera axes to NED, at a time."""
+        scene, (width, height) = self.scene, self._size
+        scene.set_time(time_s)
+        at, turn = np.ascontiguousarray(position_ned_m, np.float64), np.ascontiguousarray(camera_to_ned, np.float64)
+        camera = Pinhole(at, turn, float(self._focal_px), width, height)
+        count = self.count = self._select(camera)
+        project(scene.meshes, scene.things, camera, self._drawn, count)
+        rasterise(scene.meshes, scene.things, camera, self._drawn, count, self._buffers, np.empty((4, 3)))
+        air = scene.air._replace(time_s=float(time_s), haze=scene.air.haze if haze is None else haze)
+        picture = Picture(
+            np.empty((height, width, 3), np.uint8),
+            np.empty((height, width), np.float32),
+            np.empty((height, width), np.int32),
+        )
+        shade(
+            self._buffers,
+            self._drawn,
+            scene.meshes,
+            scene.things,
+            scene.surfaces,
+            camera,
+            air,
+            picture,
+            np.empty((4, PLANE), np.float32),
+        )
+        smooth = edges.smoothed(self._buffers, self._drawn, scene.meshes, scene.surfaces.materials.kind, picture)
+        if scene.fires is not None:
+            some = sprites.at_time(scene.fires, scene.world.terrain, camera, time_s)
+            sprites.draw(some, scene.frames, scene.smoke, camera, picture.depth, picture.objects, smooth)
+        return View(smooth, picture.depth, picture.objects)
+
+    def _select(self, camera: Pinhole) -> int:
+        """Choose what is in view, and make room for its corners."""
+        scene = self.scene
+        most = len(scene.things.place)
+        chosen, level, first = (np.empty(most, np.int32) for _ in range(3))
+        count, corners = select(
+            scene.meshes.levels, scene.meshes.level_errors, scene.things, camera, ERROR_PX, chosen, level, first
+        )
+        if corners > self._room:
+            self._room = corners + corners // 4
+            self._seen, self._projected = np.empty((self._room, 3), np.float32), np.empty((self._room, 3))
+        self._drawn = (
+            Drawn(chosen, level, first, self._seen, self._projected)
+            if self._room
+            else Drawn(chosen, level, first, np.empty((0, 3), np.float32), np.empty((0, 3)))
+        )
+        return int(count)

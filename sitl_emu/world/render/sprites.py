@@ -1,0 +1,274 @@
+"""Flames and smoke: soft pictures in space, mixed over what is drawn, from the farthest to the nearest.
+
+Smoke is puffs that face the camera. A flame is tongues that stand upright, seen from the side, and glowing heaps, seen
+from above: each counts as far as one looks from there, so that flames are right from everywhere.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world import fires
+from sitl_emu.world.description import Fire, WorldDescription
+from sitl_emu.world.ground import Terrain
+from sitl_emu.world.rays import heights
+from sitl_emu.world.render.burning import arrival_s
+from sitl_emu.world.render.kernel import F32, HALF, I32, ONE, U8, ZERO, f4, f8, inlined, kernel
+from sitl_emu.world.render.raster import Pinhole
+from sitl_emu.world.render.textures import cloudy
+
+F64 = npt.NDArray[np.float64]
+SIDE = 64
+FLAMES, HEAPS, PUFFS = 16, 8, 8
+"""Pictures of each: tongues first, then heaps, then puffs."""
+MOST_FLAMES = 320
+MOST_PUFFS = 240
+SPREADS_S = 1800.0
+"""For how long from the start flames are ready for a front that moves."""
+REACH_M = 400.0
+SPRITE = 12
+"""Figures of one: middle (0-2) and half sides across (3-5) and up (6-8), NED; opacity (9), picture (10), object."""
+HIDES = 0.9
+"""How far a flame hides what is behind it; the rest shines through."""
+
+
+class Fires(NamedTuple):
+    """All places where there may be flames."""
+
+    described: WorldDescription
+    place: F64
+    """(n, 3), NED, on the ground."""
+    begins_s: F64
+    ends_s: F64
+    height_m: F64
+    seed: F64
+    """(n,), 0 to 1."""
+    objects: I32
+
+
+def pictures(seed: int) -> U8:
+    """(n, SIDE, SIDE, 4): blue, green, red, opacity."""
+    rng = np.random.default_rng((seed, 21))
+    y, x = np.mgrid[1 : -1 : SIDE * 1j, -1 : 1 : SIDE * 1j].astype(np.float32)
+    made = []
+    for _ in range(FLAMES):
+        wild = cloudy(rng, 4, 4, 2 * SIDE)[:SIDE, :SIDE]
+        high = 0.5 * (y + 1.0)
+        bend = 0.22 * high * cloudy(rng, 2, 2, 2 * SIDE)[:SIDE, :SIDE]
+        width = 0.62 * (1.0 - high) ** 0.65 * np.minimum(1.0, 0.55 + 3.0 * high)
+        body = np.clip((width - np.abs(x + bend)) * 5.0 + 0.30 * wild * high, 0, 1)
+        body *= np.clip((0.98 - high) * 4.0, 0, 1) * np.clip(high * 12.0, 0, 1)
+        hot = np.clip(body * (1.25 - high) + 0.12 * wild, 0, 1)
+        made.append(_glowing(hot, body * (0.9 - 0.35 * high)))
+    for _ in range(HEAPS):
+        wild = cloudy(rng, 5, 4, SIDE)
+        body = np.clip(1.05 - np.hypot(x, y) * 1.25 + 0.30 * wild, 0, 1)
+        made.append(_glowing(np.clip(body * 1.05 + 0.15 * wild, 0, 1), np.clip(body * 1.4, 0, 0.92)))
+    for _ in range(PUFFS):
+        wild = cloudy(rng, 3, 5, 2 * SIDE, 0.55)[:SIDE, :SIDE]
+        body = np.clip(1.0 - np.hypot(x, y) * 1.08 + 0.16 * wild, 0, 1)
+        alpha = body * body * (3.0 - 2.0 * body)
+        shade = np.clip(0.92 + 0.10 * wild + 0.14 * y, 0, 1.2)
+        made.append(np.stack((shade / 1.3, shade / 1.3, shade / 1.3, alpha), axis=2))
+    return np.clip(np.round(np.stack(made) * 255.0), 0, 255).astype(np.uint8)
+
+
+def _glowing(hot: F32, alpha: F32) -> F32:
+    """From dark red over orange to a pale yellow."""
+    red, green, blue = (
+        np.clip(0.55 + 0.9 * hot, 0, 1),
+        np.clip(1.25 * hot - 0.10, 0, 0.97),
+        np.clip(1.9 * hot - 1.2, 0, 0.75),
+    )
+    return np.stack((blue, green, red, np.clip(alpha, 0, 1)), axis=2).astype(np.float32)
+
+
+def fires_of(described: WorldDescription, terrain: Terrain, first_object: int) -> Fires:
+    """Places for flames, evenly over what burns at some time; fires' objects are numbered from `first_object`."""
+    rows: list[npt.NDArray[np.float64]] = []
+    for number, fire in enumerate(described.fires):
+        outline = np.array(fires.reached(fire, described.wind, SPREADS_S if fire.spread_m_s else 0.0))
+        (south, west), (north, east) = outline.min(axis=0), outline.max(axis=0)
+        gap = max(0.75 * fire.flame_height_m, 0.35, math.sqrt((north - south) * (east - west) / 60_000.0))
+        rng = np.random.default_rng((described.seed, number, 22))
+        n, e = (each.ravel() for each in np.meshgrid(np.arange(south, north, gap), np.arange(west, east, gap)))
+        n, e = n + rng.uniform(0, gap, len(n)), e + rng.uniform(0, gap, len(n))
+        begins = arrival_s(fire, described, n, e)
+        kept = begins <= SPREADS_S
+        n, e, begins = n[kept], e[kept], begins[kept]
+        high = fire.flame_height_m * rng.uniform(0.55, 1.25, len(n))
+        ends = begins + (fire.burns_s or np.inf)
+        rows.append(np.stack((n, e, -heights(terrain, n, e), begins, ends, high, rng.random(len(n)),
+                              np.full(len(n), first_object + number)), axis=1))  # fmt: skip
+    all_ = np.concatenate(rows) if rows else np.zeros((0, 8))
+    return Fires(described, all_[:, :3], all_[:, 3], all_[:, 4], all_[:, 5], all_[:, 6], all_[:, 7].astype(np.int32))
+
+
+def at_time(burning: Fires, terrain: Terrain, camera: Pinhole, time_s: float) -> F32:
+    """(n, SPRITE), the farthest first: what there is of flames and smoke for a camera at a time."""
+    parts = [_flames(burning, camera, time_s)]
+    parts += [_smoke(fire, burning.described, terrain, camera, time_s) for fire in burning.described.fires]
+    every = np.concatenate(parts)
+    away = np.linalg.norm(every[:, :3] - camera.position, axis=1)
+    return np.ascontiguousarray(every[np.argsort(-away, kind="stable")], np.float32)
+
+
+def _across(to: F64) -> F64:
+    """(n, 3) level unit vectors square to directions (n, 3)."""
+    across = np.stack((-to[:, 1], to[:, 0], np.zeros(len(to))), axis=1)
+    lengths = np.linalg.norm(across, axis=1)
+    across[lengths < 1e-6] = (0.0, 1.0, 0.0)
+    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1), 1e-9)[:, None])
+
+
+def _flames(burning: Fires, camera: Pinhole, time_s: float) -> F64:
+    away = np.linalg.norm(burning.place - camera.position, axis=1)
+    chosen = np.flatnonzero((burning.begins_s <= time_s) & (time_s < burning.ends_s) & (away < REACH_M))
+    if len(chosen) > MOST_FLAMES:
+        # Those nearest, each with a chance that does not change from picture to picture
+        rank = away[chosen] * (0.4 + burning.seed[chosen])
+        chosen = chosen[np.argsort(rank, kind="stable")[:MOST_FLAMES]]
+    if len(chosen) == 0:
+        return np.zeros((0, SPRITE))
+    place, seed, number = burning.place[chosen], burning.seed[chosen], burning.objects[chosen]
+    lasts = np.minimum(burning.ends_s[chosen] - burning.begins_s[chosen], 1e6)
+    age = np.clip((time_s - burning.begins_s[chosen]) / lasts, 0, 1)
+    flicker = 0.82 + 0.18 * np.sin(2 * math.pi * (time_s * (1.3 + seed) + 7.0 * seed))
+    high = burning.height_m[chosen] * flicker * (1.0 - 0.7 * age)
+    to = place - camera.position
+    to /= np.linalg.norm(to, axis=1)[:, None]
+    from_above = np.clip(to[:, 2], 0.0, 1.0)
+    across, up = _across(to), np.array((0.0, 0.0, -1.0))
+    tongue = np.zeros((len(chosen), SPRITE))
+    tongue[:, :3] = place + 0.5 * high[:, None] * up
+    tongue[:, 3:6], tongue[:, 6:9] = 0.42 * high[:, None] * across, 0.55 * high[:, None] * up
+    tongue[:, 9] = np.clip(1.25 * (1.0 - from_above**2), 0.0, 1.0)
+    tongue[:, 10] = np.floor(seed * 997.0 + time_s * 11.0) % FLAMES
+    tongue[:, 11] = number
+    heap = tongue.copy()
+    turn = 2.0 * math.pi * seed
+    side, other = across, np.cross(to, across)
+    heap[:, :3] = place + 0.35 * high[:, None] * up
+    size = (0.48 * high)[:, None]
+    heap[:, 3:6] = size * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
+    heap[:, 6:9] = size * (-np.sin(turn)[:, None] * side + np.cos(turn)[:, None] * other)
+    heap[:, 9] = 0.95 * from_above**1.5
+    heap[:, 10] = FLAMES + np.floor(seed * 887.0 + time_s * 7.0) % HEAPS
+    return np.concatenate((tongue[tongue[:, 9] > 0.03], heap[heap[:, 9] > 0.03]))
+
+
+def _smoke(fire: Fire, described: WorldDescription, terrain: Terrain, camera: Pinhole, time_s: float) -> F64:
+    """Puffs that rise over what burns and drift: each lives from the ground to the smoke's height, then begins anew."""
+    if fire.smoke is None:
+        return np.zeros((0, SPRITE))
+    smoke = fire.smoke
+    outline = np.array(fires.reached(fire, described.wind, time_s))
+    (south, west), (north, east) = outline.min(axis=0), outline.max(axis=0)
+    k = np.arange(MOST_PUFFS)
+    lives_s = smoke.height_m / smoke.rise_m_s
+    turns = (k * 0.61803) % 1.0 + time_s / lives_s
+    share, life = turns % 1.0, np.floor(turns).astype(np.int64)
+    mixed = (k * 2654435761 + life * 40503) % 1_000_003
+    u, v = (mixed % 1009) / 1009.0, (mixed // 1009) / 991.0
+    born = time_s - share * lives_s
+    n, e = south + u * (north - south), west + v * (east - west)
+    begins = arrival_s(fire, described, n, e)
+    fresh = (born >= begins) & (born < begins + (fire.burns_s or np.inf) + 8.0) & (born > -lives_s)
+    k, share, n, e, u = k[fresh], share[fresh], n[fresh], e[fresh], u[fresh]
+    if len(k) == 0:
+        return np.zeros((0, SPRITE))
+    rises = share * smoke.height_m
+    steps = np.linspace(0.0, smoke.height_m, 25)
+    plumes = np.array([fires.plume(fire, described.wind, time_s, float(height)) for height in steps])
+    drift = np.stack([np.interp(rises, steps, plumes[:, column]) for column in range(4)], axis=1)
+    radius = 1.3 * fire.flame_height_m + 1.2 + 2.2 * drift[:, 2]
+    ground = heights(terrain, n, e)
+    made = np.zeros((len(k), SPRITE))
+    made[:, :3] = np.stack((n + drift[:, 0], e + drift[:, 1], -ground - rises - 0.6 * fire.flame_height_m), axis=1)
+    to = made[:, :3] - camera.position
+    to /= np.maximum(np.linalg.norm(to, axis=1), 1e-9)[:, None]
+    side = _across(to)
+    other = np.cross(to, side)
+    turn = 2.0 * math.pi * u + 0.15 * share
+    made[:, 3:6] = radius[:, None] * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
+    made[:, 6:9] = radius[:, None] * (-np.sin(turn)[:, None] * side + np.cos(turn)[:, None] * other)
+    thick = 1.0 - np.exp(-drift[:, 3] * 2.0 * radius)
+    made[:, 9] = np.clip(0.75 * thick, 0.0, 0.7) * np.minimum(1.0, 6.0 * share) * np.minimum(1.0, 4.0 * (1.0 - share))
+    made[:, 10] = FLAMES + HEAPS + k % PUFFS
+    made[:, 11] = -1
+    near = np.linalg.norm(made[:, :3] - camera.position, axis=1) < REACH_M
+    return np.asarray(made[(made[:, 9] > 0.01) & near])
+
+
+def smoke_light(fire: Fire | None, light: npt.NDArray[np.floating], exposure: float) -> F32:
+    """What a puff's white is multiplied with, blue, green, red: its colour in the day's light."""
+    colour = np.array(fire.smoke.colour if fire is not None and fire.smoke is not None else (0.4, 0.4, 0.4))
+    day = light[1] * 0.45 + light[2] + 0.25 * light[4]
+    return np.asarray((np.sqrt(np.clip(colour * colour * day * exposure * 1.7, 0, 1.4)) * 1.3)[::-1], np.float32)
+
+
+@inlined
+def _seen(r: F64, north: float, east: float, down: float) -> tuple[float, float, float]:
+    """A direction in camera axes."""
+    return (
+        north * r[0, 0] + east * r[1, 0] + down * r[2, 0],
+        north * r[0, 1] + east * r[1, 1] + down * r[2, 1],
+        north * r[0, 2] + east * r[1, 2] + down * r[2, 2],
+    )
+
+
+@kernel
+def draw(some: F32, frames: U8, smoke: F32, camera: Pinhole, depth: F32, objects: I32, picture: U8) -> None:
+    """Mix sprites over a picture, softly where they touch what is there."""
+    width, height, focal = camera.width, camera.height, camera.focal_px
+    r, p = camera.rotation, camera.position
+    for s in range(len(some)):
+        one = some[s]
+        x, y, z = _seen(r, one[0] - p[0], one[1] - p[1], one[2] - p[2])
+        ux, uy, uz = _seen(r, f8(one[3]), f8(one[4]), f8(one[5]))
+        vx, vy, vz = _seen(r, f8(one[6]), f8(one[7]), f8(one[8]))
+        reach = abs(uz) + abs(vz)
+        if z - reach < 0.2:
+            continue
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        offset = nx * x + ny * y + nz * z
+        low_x, high_x, low_y, high_y = 1e9, -1e9, 1e9, -1e9
+        for k in range(4):
+            a, b = (1.0 if k & 1 else -1.0), (1.0 if k & 2 else -1.0)
+            cx, cy, cz = x + a * ux + b * vx, y + a * uy + b * vy, z + a * uz + b * vz
+            sx, sy = cx / cz * focal + 0.5 * width, cy / cz * focal + 0.5 * height
+            low_x, high_x, low_y, high_y = min(low_x, sx), max(high_x, sx), min(low_y, sy), max(high_y, sy)
+        first_x, end_x = int(max(low_x, 0.0)), int(min(high_x + 1.0, width + 0.0))
+        first_y, end_y = int(max(low_y, 0.0)), int(min(high_y + 1.0, height + 0.0))
+        by_u, by_v = 1.0 / (ux * ux + uy * uy + uz * uz), 1.0 / (vx * vx + vy * vy + vz * vz)
+        frame = int(one[10])
+        is_smoke, opacity, soft = frame >= FLAMES + HEAPS, one[9], f4(1.0 / max(0.5 * math.sqrt(1.0 / by_u), 0.1))
+        for row in range(first_y, end_y):
+            dy = (row + 0.5 - 0.5 * height) / focal
+            for column in range(first_x, end_x):
+                dx = (column + 0.5 - 0.5 * width) / focal
+                along = nx * dx + ny * dy + nz
+                if along == 0.0:
+                    continue
+                far = offset / along
+                gap = f4(depth[row, column] - far)
+                if gap <= ZERO:
+                    continue
+                hx, hy, hz = dx * far - x, dy * far - y, far - z
+                u, v = (hx * ux + hy * uy + hz * uz) * by_u, (hx * vx + hy * vy + hz * vz) * by_v
+                if not (-1.0 < u < 1.0 and -1.0 < v < 1.0):
+                    continue
+                i, j = int((1.0 - v) * (0.5 * SIDE)), int((u + 1.0) * (0.5 * SIDE))
+                alpha = f4(frames[frame, i, j, 3]) * opacity * f4(1.0 / 255.0) * min(gap * soft, ONE)
+                if alpha < f4(0.004):
+                    continue
+                kept = ONE - alpha if is_smoke else ONE - alpha * f4(HIDES)
+                for k in range(3):
+                    own = f4(frames[frame, i, j, k]) * (smoke[k] if is_smoke else ONE)
+                    picture[row, column, k] = np.uint8(
+                        min(f4(picture[row, column, k]) * kept + own * alpha + HALF, f4(255.0))
+                    )
+                if alpha > HALF and one[11] >= ZERO:
+                    objects[row, column] = np.int32(one[11])
