@@ -89,6 +89,7 @@ def draw_map(
         axes.plot(east, north, color="#8d8468", linewidth=1, zorder=1)
     drawn = set[str]()
     _draw_areas(axes, truth.get("areas", []))
+    _draw_loose(axes, truth.get("loose", []))
     for thing in truth.get("objects", []):
         kind = thing["kind"]
         colour = next((page.colours[kind] for page in pages if kind in page.colours), OTHER_COLOUR)
@@ -116,6 +117,16 @@ def draw_map(
     axes.set_ylabel("north, m")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, frameon=False)
     return figure
+
+
+def _draw_loose(axes: Any, loose: Sequence[dict[str, Any]]) -> None:
+    """Where loose bodies were at the beginning."""
+    drawn = set[str]()
+    for body in loose:
+        label = body["label"] if body["label"] not in drawn else None
+        drawn.add(body["label"])
+        north, east, _ = body["place_m"]
+        axes.scatter(east, north, s=40, marker="D", color=OTHER_COLOUR, edgecolors="black", label=label, zorder=3)
 
 
 def _draw_areas(axes: Any, areas: Sequence[dict[str, Any]]) -> None:

@@ -20,6 +20,8 @@ from sitl_emu.world.description import Box, Cylinder, Solid, WorldError
 
 FloatArray = npt.NDArray[np.float64]
 
+STREAMS = (1, 2)
+"""Standard output, where older versions speak, and standard error."""
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 
 
@@ -97,15 +99,18 @@ def read_mesh(path: Path, scale: float) -> tuple[list[Vector3], list[int]]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """PyBullet prints the time that it was built at when it is imported, by C's printf, which keeps it in a buffer."""
+    """PyBullet tells the time that it was built at when it is imported, by C's printf, which may keep it in a buffer."""
     sys.stdout.flush()
-    kept = os.dup(1)
+    sys.stderr.flush()
+    kept = {number: os.dup(number) for number in STREAMS}
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+    for number in STREAMS:
+        os.dup2(nowhere, number)
     try:
         yield
     finally:
         ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)
+        for number, stream in kept.items():
+            os.dup2(stream, number)
+            os.close(stream)
         os.close(nowhere)

@@ -2,6 +2,8 @@
 
 import builtins
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -274,6 +276,12 @@ def test_without_pybullet_one_line_says_what_to_do(monkeypatch: pytest.MonkeyPat
         World(read({"name": "x", **part}, "x"), Path())
     assert "pip install pybullet" in str(told.value) and "python3.11" in str(told.value)
     assert "\n" not in str(told.value)
+
+
+def test_pybullet_is_loaded_without_a_word() -> None:
+    script = "from sitl_emu.world import bullet; bullet.load('solids'); print('after')"
+    told = subprocess.run([sys.executable, "-P", "-c", script], capture_output=True, text=True, check=True)
+    assert (told.stdout, told.stderr) == ("after\n", "")
 
 
 def test_a_pose_is_kept_as_it_was_given() -> None:
