@@ -18,6 +18,7 @@ from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
+from sitl_emu.world.kinds.corn_field.sprites import Sprite, library
 from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, STRIP_ROWS, WholeField
 from sitl_emu.world.lens import NADIR
 
@@ -74,6 +75,19 @@ def test_rows_of_a_rectangle_are_painted_to_the_same_pixels_as_all_of_it(first: 
     rows = _FINE.paint(_WEED.north_m - 2.0, _WEED.east_m - 2.0, 250, 250, part)
     assert np.array_equal(rows.ground, _AT_ONCE.ground[slice(*part)])
     assert np.array_equal(rows.canopy, _AT_ONCE.canopy[slice(*part)])
+
+
+def test_no_plant_is_without_height_where_it_covers_the_ground() -> None:
+    """The painter takes what has a height for covered."""
+    for seed in range(6):
+        for plant_height_m, gsd_m in ((0.32, 0.016), (0.62, FIELD_GSD_M)):
+            sprites = sprites_of(seed, plant_height_m, gsd_m)
+            heights = [int(sprite.bgra[sprite.mask > 0, 3].min()) for sprite in sprites if sprite.mask.any()]
+            assert len(heights) > 60 and min(heights) > 0
+
+
+def sprites_of(seed: int, plant_height_m: float, gsd_m: float) -> list[Sprite]:
+    return [sprite for sprites in library(seed, plant_height_m, gsd_m).values() for sprite in sprites]
 
 
 def test_a_field_painted_in_strips_is_the_field_painted_at_once(painter: Painter) -> None:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from sitl_emu.world.kinds.corn_field.crop import KINDS, Plants, grow
 from sitl_emu.world.kinds.corn_field.field import ROW_SPACING_M, SURROUNDINGS_M, CornField
 from sitl_emu.world.kinds.corn_field.objects import FieldObject, outline
-from sitl_emu.world.kinds.corn_field.sprites import Image, Sprite, library
+from sitl_emu.world.kinds.corn_field.sprites import SPRITES_PER_KIND, Image, Sprite, library
 
 SOIL_DARK_BGR, SOIL_LIGHT_BGR = (34.0, 48.0, 62.0), (122.0, 148.0, 172.0)
 GRASS_DARK_BGR, GRASS_LIGHT_BGR = (22.0, 62.0, 44.0), (92.0, 178.0, 142.0)
@@ -72,7 +72,6 @@ class Painter:
     def __init__(self, field: CornField, gsd_m: float, plants: Plants | None = None) -> None:
         """`plants`: what grows in the field (`crop.grow`), where that is known already."""
         self.field, self.gsd_m = field, gsd_m
-        self._sprites = library(field.seed, field.plant_height_m, gsd_m)
         self._plants: Plants = grow(field) if plants is None else plants
         self._buckets = self._sort_into_buckets()
         self._slopes = _slopes(field)
@@ -94,11 +93,20 @@ class Painter:
         self._soil = _ramp(field, SOIL_DARK_BGR, SOIL_LIGHT_BGR)
         self._grass = _ramp(field, GRASS_DARK_BGR, GRASS_LIGHT_BGR)
         self._tint = _tint(field)
-        self._widest_px = max(len(sprite.mask) for sprites in self._sprites.values() for sprite in sprites)
-        for sprites in self._sprites.values():
-            for sprite in sprites:
-                for c in range(3):
-                    np.copyto(sprite.bgra[..., c], cv2.convertScaleAbs(sprite.bgra[..., c], alpha=self._tint[c]))
+        self._sprites = self._tinted_sprites()
+        self._sides = np.array([len(sprite.mask) for sprite in self._sprites])
+        before = np.cumsum([0, *SPRITES_PER_KIND.values()])
+        self._numbers = before[self._plants.kind] + self._plants.variant
+        """Of each plant, the index of its sprite."""
+
+    def _tinted_sprites(self) -> list[Sprite]:
+        """Kind by kind, in the order of KINDS."""
+        by_kind = library(self.field.seed, self.field.plant_height_m, self.gsd_m)
+        sprites = [sprite for kind in KINDS for sprite in by_kind[kind]]
+        for sprite in sprites:
+            for c in range(3):
+                np.copyto(sprite.bgra[..., c], cv2.convertScaleAbs(sprite.bgra[..., c], alpha=self._tint[c]))
+        return sprites
 
     def _sort_into_buckets(self) -> dict[tuple[int, int], npt.NDArray[np.intp]]:
         """Plant indices by 4 m square, in stamping order."""
@@ -125,9 +133,8 @@ class Painter:
         halo = min(math.ceil(math.hypot(*self._shadow_px())) + 1, pad)
         cut = _Cut(north0_m - pad * gsd, east0_m - pad * gsd, pad + first - halo, pad + last + halo, tall, wide)
         ground = self._paint_ground(cut)
-        plants = np.zeros((*ground.shape[:2], 4), np.uint8)
-        cover = np.zeros(ground.shape[:2], np.uint8)
-        self._stamp(plants, cover, cut)
+        plants = self._stamp(cut)
+        cover = np.asarray(cv2.inRange(cv2.extractChannel(plants, 3), 1.0, 255.0), np.uint8)
         ground = self._shadow(ground, cover)
         canopy = cv2.cvtColor(ground, cv2.COLOR_BGR2BGRA)
         canopy[..., 3] = 0
@@ -231,11 +238,14 @@ class Painter:
             mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), sigma), np.uint8)
         return mask[box.rows, :, None].astype(np.float32) / 255.0
 
-    def _stamp(self, plants: Image, cover: Image, cut: _Cut) -> None:
-        gsd = self.gsd_m
-        first_row = math.floor((cut.north0_m + (cut.first - self._widest_px) * gsd) / _BUCKET_M)
+    def _stamp(self, cut: _Cut) -> Image:
+        """All plants (rows, columns, 4), on nothing; where there is one, its height is not 0."""
+        gsd, rows = self.gsd_m, cut.last - cut.first
+        plants = np.zeros((rows, cut.columns, 4), np.uint8)
+        reach = int(self._sides.max())
+        first_row = math.floor((cut.north0_m + (cut.first - reach) * gsd) / _BUCKET_M)
         first_column = math.floor(cut.east0_m / _BUCKET_M)
-        last_row = math.floor((cut.north0_m + (cut.last + self._widest_px) * gsd) / _BUCKET_M)
+        last_row = math.floor((cut.north0_m + (cut.last + reach) * gsd) / _BUCKET_M)
         last_column = math.floor((cut.east0_m + cut.columns * gsd) / _BUCKET_M)
         groups = [
             self._buckets[key]
@@ -243,30 +253,25 @@ class Painter:
             if key in self._buckets
         ]
         if not groups:
-            return
+            return plants
         index = np.sort(np.concatenate(groups))
-        p = self._plants
-        ys = np.floor((p.north_m[index] - cut.north0_m) / gsd).astype(int).tolist()
-        xs = np.floor((p.east_m[index] - cut.east0_m) / gsd).astype(int).tolist()
-        by_kind = [self._sprites[kind] for kind in KINDS]
-        rows = cut.last - cut.first
-        copy_to = cv2.copyTo
-        for y, x, kind, variant in zip(ys, xs, p.kind[index].tolist(), p.variant[index].tolist(), strict=True):
-            sprite: Sprite = by_kind[kind][variant]
-            side = len(sprite.mask)
-            top, left = y - side // 2, x - side // 2
-            if top < 0 or left < 0 or top + side > cut.rows or left + side > cut.columns:
-                # Plants this near the painted rim do not reach the part that is kept.
-                continue
-            top -= cut.first
-            bgra, mask = sprite
-            if top < 0 or top + side > rows:
-                inside = slice(max(-top, 0), rows - top)
-                bgra, mask, top = bgra[inside], mask[inside], max(top, 0)
-                if len(mask) == 0:
-                    continue
-            copy_to(bgra, mask, plants[top : top + len(mask), left : left + side])
-            copy_to(mask, mask, cover[top : top + len(mask), left : left + side])
+        number = self._numbers[index]
+        side = self._sides[number]
+        top = np.floor((self._plants.north_m[index] - cut.north0_m) / gsd).astype(int) - side // 2
+        left = np.floor((self._plants.east_m[index] - cut.east0_m) / gsd).astype(int) - side // 2
+        # Plants nearer to the painted rim than this do not reach the part that is kept.
+        whole = (top >= 0) & (left >= 0) & (top + side <= cut.rows) & (left + side <= cut.columns)
+        seen = whole & (top < cut.last) & (top + side > cut.first)
+        places = (each[seen].tolist() for each in (number, side, top - cut.first, left))
+        copy_to, sprites = cv2.copyTo, self._sprites
+        for number_, side_, y, x in zip(*places, strict=True):
+            bgra, mask = sprites[number_]
+            if y < 0 or y + side_ > rows:
+                inside = slice(max(-y, 0), rows - y)
+                copy_to(bgra[inside], mask[inside], plants[max(y, 0) : y + side_, x : x + side_])
+            else:
+                copy_to(bgra, mask, plants[y : y + side_, x : x + side_])
+        return plants
 
     def _shadow_px(self) -> tuple[float, float]:
         """How far shadows fall, in columns and rows."""

@@ -35,7 +35,10 @@ SPRITES_PER_KIND = {
 
 
 class Sprite(NamedTuple):
-    """`bgra`: colour, and height as alpha (255 is `HEIGHT_SCALE_M`); `mask`: 255 where the sprite covers."""
+    """`bgra`: colour, and height as alpha (255 is `HEIGHT_SCALE_M`); `mask`: 255 where the sprite covers.
+
+    Nowhere under the mask is the height 0.
+    """
 
     bgra: Image
     mask: Image
@@ -94,10 +97,13 @@ class _Canvas:
 
     def spot(self, x: int, y: int, axes: tuple[int, int], angle_deg: float, colour: Bgr) -> None:
         """An elliptic lesion, only where a leaf already is."""
-        blot = np.zeros_like(self.mask)
-        cv2.ellipse(blot, (x, y), axes, angle_deg, 0, 360, 255, -1)
-        where = (blot > 0) & (self.mask > 0)
-        self.bgra[where, :3] = colour
+        reach = max(axes) + 1
+        left, top = max(x - reach, 0), max(y - reach, 0)
+        around = slice(top, y + reach + 1), slice(left, x + reach + 1)
+        mask = self.mask[around]
+        blot = np.zeros_like(mask)
+        cv2.ellipse(blot, (x - left, y - top), axes, angle_deg, 0, 360, 255, -1)
+        self.bgra[around][(blot > 0) & (mask > 0), :3] = colour
 
     def reduce(self, gsd_m: float) -> Sprite:
         """The sprite at a coarser resolution; colour weighted by cover, so that no rim darkens."""
@@ -109,6 +115,7 @@ class _Canvas:
         reduced = cv2.resize(cover, (side, side), interpolation=cv2.INTER_AREA)
         bgra = weighted / np.maximum(reduced, 1e-3)[..., None]
         mask = np.where(reduced > 0.33, 255, 0).astype(np.uint8)
+        # Leaves are drawn with a height of 6 at least: no part of the mask has none.
         return Sprite(np.clip(bgra, 0, 255).astype(np.uint8), mask)
 
 

@@ -18,7 +18,7 @@ from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
 
 FIELD_GSD_M = 0.05
 STRIP_ROWS = 64
-"""Ours: a strip of 200 m takes 40 ms to paint and 8 MB meanwhile; what a UAS sees from 15 m are eight."""
+"""Ours: a strip of 200 m takes 20 ms to paint and 8 MB meanwhile; what a UAS sees from 15 m are eight."""
 
 
 class WholeField:
