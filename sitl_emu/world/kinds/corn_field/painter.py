@@ -66,14 +66,37 @@ class _Box(NamedTuple):
     """The same in the cut's pictures."""
 
 
+class Planted(NamedTuple):
+    """What grows in a field, as painters of all resolutions look it up."""
+
+    plants: Plants
+    sprite: npt.NDArray[np.int16]
+    """Of each plant: its index among the sprites of all kinds, in the order of KINDS."""
+    buckets: dict[tuple[int, int], npt.NDArray[np.int32]]
+    """Plant indices by 4 m square, in stamping order."""
+
+
+def plant(field: CornField) -> Planted:
+    """A field's plants, sorted."""
+    plants = grow(field)
+    before = np.cumsum([0, *SPRITES_PER_KIND.values()])
+    rows = np.floor(plants.north_m / _BUCKET_M).astype(np.int32)
+    columns = np.floor(plants.east_m / _BUCKET_M).astype(np.int32)
+    key = rows * 10_000 + columns
+    order = np.argsort(key, kind="stable").astype(np.int32)
+    starts = np.flatnonzero(np.diff(key[order], prepend=key[order[0]] - 1))
+    groups = np.split(order, starts[1:])
+    buckets = {(int(rows[group[0]]), int(columns[group[0]])): group for group in groups}
+    return Planted(plants, (before[plants.kind] + plants.variant).astype(np.int16), buckets)
+
+
 class Painter:
     """Paints rectangles of one field at one resolution (`gsd_m`, metres a pixel)."""
 
-    def __init__(self, field: CornField, gsd_m: float, plants: Plants | None = None) -> None:
-        """`plants`: what grows in the field (`crop.grow`), where that is known already."""
+    def __init__(self, field: CornField, gsd_m: float, planted: Planted | None = None) -> None:
+        """`planted`: what grows in the field (`plant`), where that is known already."""
         self.field, self.gsd_m = field, gsd_m
-        self._plants: Plants = grow(field) if plants is None else plants
-        self._buckets = self._sort_into_buckets()
+        self._planted = plant(field) if planted is None else planted
         self._slopes = _slopes(field)
         rng = np.random.Generator(np.random.PCG64([field.seed, 0x5011]))
         cells = (
@@ -95,9 +118,6 @@ class Painter:
         self._tint = _tint(field)
         self._sprites = self._tinted_sprites()
         self._sides = np.array([len(sprite.mask) for sprite in self._sprites])
-        before = np.cumsum([0, *SPRITES_PER_KIND.values()])
-        self._numbers = before[self._plants.kind] + self._plants.variant
-        """Of each plant, the index of its sprite."""
 
     def _tinted_sprites(self) -> list[Sprite]:
         """Kind by kind, in the order of KINDS."""
@@ -107,16 +127,6 @@ class Painter:
             for c in range(3):
                 np.copyto(sprite.bgra[..., c], cv2.convertScaleAbs(sprite.bgra[..., c], alpha=self._tint[c]))
         return sprites
-
-    def _sort_into_buckets(self) -> dict[tuple[int, int], npt.NDArray[np.intp]]:
-        """Plant indices by 4 m square, in stamping order."""
-        rows = np.floor(self._plants.north_m / _BUCKET_M).astype(int)
-        columns = np.floor(self._plants.east_m / _BUCKET_M).astype(int)
-        key = rows * 10_000 + columns
-        order = np.argsort(key, kind="stable")
-        starts = np.flatnonzero(np.diff(key[order], prepend=key[order[0]] - 1))
-        groups = np.split(order, starts[1:])
-        return {(int(rows[group[0]]), int(columns[group[0]])): group for group in groups}
 
     def paint(
         self, north0_m: float, east0_m: float, rows: int, columns: int, part: tuple[int, int] | None = None
@@ -241,25 +251,26 @@ class Painter:
     def _stamp(self, cut: _Cut) -> Image:
         """All plants (rows, columns, 4), on nothing; where there is one, its height is not 0."""
         gsd, rows = self.gsd_m, cut.last - cut.first
-        plants = np.zeros((rows, cut.columns, 4), np.uint8)
+        picture = np.zeros((rows, cut.columns, 4), np.uint8)
         reach = int(self._sides.max())
         first_row = math.floor((cut.north0_m + (cut.first - reach) * gsd) / _BUCKET_M)
         first_column = math.floor(cut.east0_m / _BUCKET_M)
         last_row = math.floor((cut.north0_m + (cut.last + reach) * gsd) / _BUCKET_M)
         last_column = math.floor((cut.east0_m + cut.columns * gsd) / _BUCKET_M)
+        plants, sprite, buckets = self._planted
         groups = [
-            self._buckets[key]
+            buckets[key]
             for key in ((i, j) for i in range(first_row, last_row + 1) for j in range(first_column, last_column + 1))
-            if key in self._buckets
+            if key in buckets
         ]
         if not groups:
-            return plants
+            return picture
         index = np.sort(np.concatenate(groups))
-        number = self._numbers[index]
+        number = sprite[index]
         side = self._sides[number]
-        top = np.floor((self._plants.north_m[index] - cut.north0_m) / gsd).astype(int) - side // 2
-        left = np.floor((self._plants.east_m[index] - cut.east0_m) / gsd).astype(int) - side // 2
-        # Plants nearer to the painted rim than this do not reach the part that is kept.
+        top = np.floor((plants.north_m[index] - cut.north0_m) / gsd).astype(int) - side // 2
+        left = np.floor((plants.east_m[index] - cut.east0_m) / gsd).astype(int) - side // 2
+        # Plants that the painted rim would cut are left out; of the tallest, leaf tips would reach the part that is kept.
         whole = (top >= 0) & (left >= 0) & (top + side <= cut.rows) & (left + side <= cut.columns)
         seen = whole & (top < cut.last) & (top + side > cut.first)
         places = (each[seen].tolist() for each in (number, side, top - cut.first, left))
@@ -268,10 +279,10 @@ class Painter:
             bgra, mask = sprites[number_]
             if y < 0 or y + side_ > rows:
                 inside = slice(max(-y, 0), rows - y)
-                copy_to(bgra[inside], mask[inside], plants[max(y, 0) : y + side_, x : x + side_])
+                copy_to(bgra[inside], mask[inside], picture[max(y, 0) : y + side_, x : x + side_])
             else:
-                copy_to(bgra, mask, plants[y : y + side_, x : x + side_])
-        return plants
+                copy_to(bgra, mask, picture[y : y + side_, x : x + side_])
+        return picture
 
     def _shadow_px(self) -> tuple[float, float]:
         """How far shadows fall, in columns and rows."""

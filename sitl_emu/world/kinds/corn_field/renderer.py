@@ -16,10 +16,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.kinds.corn_field.crop import Plants, grow
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.mosaic import TILE_GSD_M, Mosaic
-from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
+from sitl_emu.world.kinds.corn_field.painter import Layers, Painter, Planted, plant
 from sitl_emu.world.kinds.corn_field.sprites import HEIGHT_SCALE_M, Image
 from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, WholeField
 
@@ -57,7 +56,7 @@ class Renderer:
         self._whole = WholeField(field, lambda: self._painter(FIELD_GSD_M), shared_memory)
         self._near = Mosaic(lambda: self._painter(TILE_GSD_M))
         self._painters: dict[float, Painter] = {}
-        self._plants: Plants | None = None
+        self._planted: Planted | None = None
 
     def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
         """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3); the field stands still.
@@ -137,8 +136,8 @@ class Renderer:
 
     def _painter(self, gsd_m: float) -> Painter:
         """Made when there is something to paint: what others have painted needs none."""
-        if self._plants is None:
-            self._plants = grow(self.field)
+        if self._planted is None:
+            self._planted = plant(self.field)
         if gsd_m not in self._painters:
-            self._painters[gsd_m] = Painter(self.field, gsd_m, self._plants)
+            self._painters[gsd_m] = Painter(self.field, gsd_m, self._planted)
         return self._painters[gsd_m]
