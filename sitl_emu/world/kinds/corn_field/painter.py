@@ -270,7 +270,7 @@ class Painter:
         side = self._sides[number]
         top = np.floor((plants.north_m[index] - cut.north0_m) / gsd).astype(int) - side // 2
         left = np.floor((plants.east_m[index] - cut.east0_m) / gsd).astype(int) - side // 2
-        # Plants that the painted rim would cut are left out; of the tallest, leaf tips would reach the part that is kept.
+        # Plants that the painted rim would cut are left out; of the tallest, leaf tips reach the part that is kept.
         whole = (top >= 0) & (left >= 0) & (top + side <= cut.rows) & (left + side <= cut.columns)
         seen = whole & (top < cut.last) & (top + side > cut.first)
         places = (each[seen].tolist() for each in (number, side, top - cut.first, left))
