@@ -99,7 +99,7 @@ def read_mesh(path: Path, scale: float) -> tuple[list[Vector3], list[int]]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """PyBullet tells the time that it was built at when it is imported, by C's printf, which may keep it in a buffer."""
+    """PyBullet tells when it was built as it is imported, by C's printf, which may keep it in a buffer."""
     sys.stdout.flush()
     sys.stderr.flush()
     kept = {number: os.dup(number) for number in STREAMS}
