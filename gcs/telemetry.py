@@ -17,6 +17,11 @@ from sitl_emu.gcs.modes import name_of
 HISTORY = 256
 """Poses kept: 5 s at PX4's 50 Hz."""
 EXTRAPOLATE_US = 100_000
+GIMBAL_EXTRAPOLATE_US = 200_000
+"""A gimbal tells ten times a second where it looks, and holds still for the most part."""
+GIMBAL_DEVICE_ATTITUDE_STATUS = 285
+YAW_LOCK, YAW_IN_VEHICLE, YAW_IN_EARTH_FRAME = 16, 32, 64
+"""GIMBAL_DEVICE_FLAGS."""
 MODE_FLAG_SAFETY_ARMED = 128
 PREARM_CHECK = 0x10000000
 LOOKS_DOWN = 25
@@ -50,6 +55,18 @@ class Attitude(NamedTuple):
 
     time_us: int
     q: tuple[float, float, float, float]
+
+
+class GimbalAttitude(NamedTuple):
+    """GIMBAL_DEVICE_ATTITUDE_STATUS: where what a gimbal carries looks, w first; roll and pitch against the horizon.
+
+    The gimbal's boot time is taken for the vehicle's.
+    """
+
+    time_us: int
+    q: tuple[float, float, float, float]
+    is_north: bool
+    """Whether its yaw counts from north, else from the vehicle's heading."""
 
 
 class Pose(NamedTuple):
@@ -89,6 +106,19 @@ def _hermite(p0: float, v0: float, p1: float, v1: float, dt: float, t: float) ->
     return p0 + (3.0 * t2 - 2.0 * t3) * (p1 - p0) + bend * dt
 
 
+def _turned(yaw_rad: float, q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """An attitude that counts from a heading, to NED."""
+    c, s = math.cos(yaw_rad / 2.0), math.sin(yaw_rad / 2.0)
+    w, x, y, z = q
+    return c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
+
+
+def _gimbal_attitude(msg: mavlink.MAVLink_message) -> GimbalAttitude:
+    w, x, y, z = msg.q
+    is_north = bool(msg.flags & YAW_IN_EARTH_FRAME) or bool(msg.flags & YAW_LOCK and not msg.flags & YAW_IN_VEHICLE)
+    return GimbalAttitude(msg.time_boot_ms * 1000, (w, x, y, z), is_north)
+
+
 METRES_PER_DEG = math.radians(1.0) * 6371000.0
 
 
@@ -120,6 +150,7 @@ class Telemetry:
         self.boot_time_us = 0
         self._places: deque[Place] = deque(maxlen=HISTORY)
         self._attitudes: deque[Attitude] = deque(maxlen=HISTORY)
+        self._gimbals: deque[GimbalAttitude] = deque(maxlen=HISTORY)
 
     @property
     def mode(self) -> str:
@@ -152,7 +183,9 @@ class Telemetry:
         return self.prearm_ok and self.place is not None and self.home is not None
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> None:
-        """Takes what an autopilot (component 1) of our system says; the rest is not looked at."""
+        """Takes what an autopilot (component 1) of our system says, and where a gimbal looks; no more is looked at."""
+        if msg.get_msgId() == GIMBAL_DEVICE_ATTITUDE_STATUS and msg.get_srcSystem() == self.system:
+            self._gimbals.append(_gimbal_attitude(msg))
         if msg.get_srcComponent() != 1 or self.system not in (0, msg.get_srcSystem()):
             return
         kind = msg.get_type()
@@ -206,6 +239,20 @@ class Telemetry:
             one for one in self.ranges if one.orientation == orientation and abs(one.time_us - time_us) <= within_us
         ]
         return min(near, key=lambda one: abs(one.time_us - time_us), default=None)
+
+    def gimbal_at(self, time_us: int, yaw_rad: float) -> tuple[float, float, float, float] | None:
+        """The attitude (to NED) of what the gimbal carries, at a moment at which the vehicle headed for `yaw_rad`.
+
+        None if it is not (or no longer, or not yet) known.
+        """
+        gimbals = self._gimbals
+        if not gimbals or time_us < gimbals[0].time_us or time_us > gimbals[-1].time_us + GIMBAL_EXTRAPOLATE_US:
+            return None
+        at = next((i for i in range(len(gimbals) - 1, -1, -1) if gimbals[i].time_us <= time_us), 0)
+        a, b = gimbals[at], gimbals[min(at + 1, len(gimbals) - 1)]
+        span = b.time_us - a.time_us
+        q = _slerp(a.q, b.q, (time_us - a.time_us) / span) if span > 0 and a.is_north == b.is_north else a.q
+        return q if a.is_north else _turned(yaw_rad, q)
 
     def pose_at(self, time_us: int) -> Pose | None:
         """The pose at a moment of the vehicle's boot time; None if it is not (or no longer, or not yet) known."""

@@ -222,8 +222,8 @@ class Camera:
 
     vendor: str
     model: str
-    mount: Annotated[str, Words(("nadir", "mast"))]
-    """Where it looks in the body, by the names of `sitl_emu/world/camera.py`."""
+    mount: Annotated[str, Words(("nadir", "mast", "gimbal"))]
+    """Where it looks in the body, by the names of `sitl_emu/world/lens.py`; on a gimbal, where that turns it."""
     focal_length_mm: Annotated[float, Limits(0.1)]
     sensor_width_mm: Annotated[float, Limits(0.1)]
     sensor_height_mm: Annotated[float, Limits(0.1)]

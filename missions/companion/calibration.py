@@ -2,8 +2,9 @@
 
 A file of OpenCV's FileStorage (YAML, XML or JSON), as its calibration programs write it: `image_width` and
 `image_height` (or `cameraResolution`), `camera_matrix` (3 x 3), `distortion_coefficients` (or `dist_coeffs`: k1, k2,
-p1, p2, k3; or the first four). Ours is `mount`, which may be left out: forward_m, right_m, down_m, depression_deg. A
-simulated run writes one for each camera into its folder; on hardware it is what calibrating the real camera gave.
+p1, p2, k3; or the first four). Ours is `mount`, which may be left out: forward_m, right_m, down_m, depression_deg, and
+on_gimbal: 1 for a camera on a gimbal's head, which tells where it looks. A simulated run writes one for each camera
+into its folder; on hardware it is what calibrating the real camera gave.
 """
 
 from pathlib import Path
@@ -30,13 +31,16 @@ class Calibration(NamedTuple):
 
 def write(path: Path, camera: CameraModel, mount: Mount) -> None:
     """Write a calibration file. Raises OSError."""
+    figures = {name: value for name, value in mount._asdict().items() if name != "on_gimbal"}
+    if mount.on_gimbal:
+        figures["on_gimbal"] = 1
     matrix = (camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0)
     path.write_text(
         "%YAML:1.0\n---\n"
         f"image_width: {camera.width}\nimage_height: {camera.height}\n"
         + _matrix("camera_matrix", 3, 3, matrix)
         + _matrix("distortion_coefficients", 5, 1, camera.distortion)
-        + "".join(["mount:\n", *(f"   {name}: {value!r}\n" for name, value in mount._asdict().items())])
+        + "".join(["mount:\n", *(f"   {name}: {value!r}\n" for name, value in figures.items())])
     )
 
 
@@ -59,8 +63,7 @@ def read(path: Path) -> Calibration:
         lens = _numbers(path, storage, ("distortion_coefficients", "dist_coeffs"), (4, 5))
         width, height = _size(path, storage)
         mount = storage.getNode("mount")
-        names = Mount._fields
-        place = None if mount.empty() else Mount(*(mount.getNode(name).real() for name in names))
+        place = None if mount.empty() else _mount(mount)
     finally:
         storage.release()
     fx, skew, cx, _, fy, cy, *_ = matrix
@@ -79,6 +82,12 @@ def of(given: Options, mount: Mount) -> tuple[CameraModel, Mount]:
     path = given.file("calibration")
     camera, told = Calibration(CameraModel()) if path is None else read(path)
     return camera, told or mount
+
+
+def _mount(node: Any) -> Mount:
+    forward_m, right_m, down_m, depression_deg = (node.getNode(name).real() for name in Mount._fields[:4])
+    on_gimbal = node.getNode("on_gimbal")
+    return Mount(forward_m, right_m, down_m, depression_deg, not on_gimbal.empty() and bool(on_gimbal.real()))
 
 
 def _size(path: Path, storage: Any) -> tuple[int, int]:

@@ -95,6 +95,8 @@ class Mount(NamedTuple):
     right_m: float
     down_m: float
     depression_deg: float
+    on_gimbal: bool = False
+    """It sits on a gimbal's head there, which tells where it looks (GIMBAL_DEVICE_ATTITUDE_STATUS)."""
 
 
 NADIR = Mount(0.0, 0.0, 0.15, 90.0)
@@ -122,12 +124,13 @@ def body_to_ned(q: Quaternion) -> FloatArray:
     )
 
 
-def camera_pose(position_ned_m: Point, q: Quaternion, mount: Mount) -> CameraPose:
-    """The camera's pose from its vehicle's."""
+def camera_pose(position_ned_m: Point, q: Quaternion, mount: Mount, head: Quaternion | None = None) -> CameraPose:
+    """The camera's pose from its vehicle's, and from the attitude (to NED) of the gimbal's head that carries it."""
     body = body_to_ned(q)
+    turned = body if head is None else body_to_ned(head)
     s, c = math.sin(math.radians(mount.depression_deg)), math.cos(math.radians(mount.depression_deg))
     to_body = np.array(((0.0, -s, c), (1.0, 0.0, 0.0), (0.0, c, s)))
-    return CameraPose(np.asarray(position_ned_m) + body @ np.array(mount[:3]), body @ to_body)
+    return CameraPose(np.asarray(position_ned_m) + body @ np.array(mount[:3]), turned @ to_body)
 
 
 def depth_points(camera: CameraModel, pose: CameraPose, depth_m: npt.NDArray[np.float32]) -> FloatArray:

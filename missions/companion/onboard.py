@@ -143,6 +143,8 @@ class Onboard:
                 self.failsafe = FailsafeWatch(system)
             if self.failsafe is not None:
                 out += [(AUTOPILOT_LINK, asked) for asked in self.failsafe.on_message(now_us, msg)]
+        elif link == AUTOPILOT_LINK and system == msg.get_srcSystem():
+            self.telemetry.on_message(now_us, msg)
         if system == 0 or not is_for_companion(msg, system):
             return False, out
         if link == AUTOPILOT_LINK and msg.get_srcSystem() == system and msg.get_srcComponent() == 1:

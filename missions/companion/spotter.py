@@ -42,19 +42,19 @@ class Spotter:
 
     def wants(self, frame_time_us: int) -> float | None:
         """Metres a pixel of a frame, 0 if that is not known; None if it is not wanted, or the pose then not known."""
-        pose = self._telemetry.pose_at(frame_time_us)
+        pose = self._camera_pose(frame_time_us)
         if pose is None or (self._period_us and frame_time_us < self._due_us):
             return None
         self._due_us = max(self._due_us + self._period_us, frame_time_us)
-        return gsd_m(self._camera, self._camera_pose(pose), self.confirmation.ground_down_m) or 0.0
+        return gsd_m(self._camera, pose, self.confirmation.ground_down_m) or 0.0
 
     def found(self, frame_time_us: int, detections: Sequence[Detection]) -> list[Target]:
         """The targets that are now to be reported, after another frame's detections (also when there are none)."""
-        pose = self._telemetry.pose_at(frame_time_us)
+        pose = self._camera_pose(frame_time_us)
         if pose is None:
             return []
         self.confirmation.accuracy_m = (self._telemetry.eph_m, self._telemetry.epv_m)
-        return self.confirmation.update(frame_time_us, self._camera_pose(pose), detections)
+        return self.confirmation.update(frame_time_us, pose, detections)
 
     def vehicle_at(self, frame_time_us: int) -> Point | None:
         """Where the vehicle was at a moment, in metres NED."""
@@ -65,8 +65,14 @@ class Spotter:
         """Latitude and longitude of a target in degrees."""
         return from_metres(target.north_m, target.east_m, self.origin.lat_deg, self.origin.lon_deg)
 
-    def _camera_pose(self, pose: Pose) -> CameraPose:
-        return camera_pose(self._position(pose), pose.q, self._mount)
+    def _camera_pose(self, frame_time_us: int) -> CameraPose | None:
+        """Of a frame; None where it is not known, of a camera on a gimbal also where that was not heard."""
+        pose, head = self._telemetry.pose_at(frame_time_us), None
+        if pose is not None and self._mount.on_gimbal:
+            head = self._telemetry.gimbal_at(frame_time_us, pose.yaw_rad)
+            if head is None:
+                return None
+        return None if pose is None else camera_pose(self._position(pose), pose.q, self._mount, head)
 
     def _position(self, pose: Pose) -> Point:
         north_m, east_m = to_metres(pose.lat_deg, pose.lon_deg, self.origin.lat_deg, self.origin.lon_deg)

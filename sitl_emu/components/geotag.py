@@ -15,8 +15,8 @@ POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
 SYSTEM_TIME = mavlink.MAVLINK_MSG_ID_SYSTEM_TIME
 GIMBAL_ATTITUDE = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
-MOUNT_PITCH_RAD = {"nadir": math.radians(-90.0), "mast": math.radians(-60.0)}
-"""Camera axes against the body, as `sitl_emu/world/camera.py` mounts them."""
+MOUNT_PITCH_RAD = {"nadir": math.radians(-90.0), "mast": math.radians(-60.0), "gimbal": 0.0}
+"""Camera axes against the body, as `sitl_emu/world/lens.py` mounts them; on a gimbal, until that was heard."""
 
 
 class Geotag(NamedTuple):

@@ -81,6 +81,12 @@ class Gimbal:
         for message in component.messages(data, COMMANDS):
             self._on_command(now_us, message)
 
+    def looks(self, now_us: int) -> Quaternion:
+        """Where it looks at a time: roll and pitch against the horizon, yaw against the vehicle's heading."""
+        dt_s = max(now_us - self._moved_us, 0) * 1e-6
+        roll, pitch, yaw = (self._axis(axis, dt_s) for axis in range(3))
+        return quaternion(roll, pitch, wrapped(yaw - self._heading) if self._locked else yaw)
+
     def keep_alive(self, clock_s: float) -> None:
         """See Component.keep_alive."""
         self._component.keep_alive(clock_s)

@@ -5,8 +5,9 @@ in *wire order*, so that a record packs as it stands. Between simulator and auto
 which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly
 bit-identically. What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and
 RANGING_BEACON to the autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them); to the
-simulator PARAM_VALUE, of the parameters that are about it, and HEARTBEAT, of an autopilot that boots or powers off. The
-latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them too.
+simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off, and
+GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera. The latter come before the HIL_ACTUATOR_CONTROLS of
+their tick, so that lockstep holds for them too.
 """
 
 from collections import deque
@@ -163,6 +164,15 @@ class AutopilotState(NamedTuple):
     system_status: int
 
 
+class GimbalState(NamedTuple):
+    """What GIMBAL_DEVICE_ATTITUDE_STATUS (285) carries of a gimbal: where what it carries looks (w, x, y, z).
+
+    Roll and pitch are against the horizon, yaw against the vehicle's heading; the numbers are float32.
+    """
+
+    q: tuple[float, float, float, float]
+
+
 SIMULATOR_PARAMETERS = (
     "SIH_WIND_E",
     "SIH_WIND_N",
@@ -179,7 +189,7 @@ SIMULATOR_PARAMETERS = (
 STATE_BOOT, STATE_POWEROFF = 1, 7
 """MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
 
-BesideMessage = SimulatorParameter | AutopilotState
+BesideMessage = SimulatorParameter | AutopilotState | GimbalState
 """What an autopilot says beside its answers."""
 SimulatorMessage = (
     HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery | EscTelemetry | RangingBeacon
@@ -189,7 +199,10 @@ HIL_SENSOR_LAYOUT = Layout("Q13fIB")
 HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")
 DISTANCE_SENSOR_LAYOUT = Layout("IHHHBBBBff4fB")
 HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
+GIMBAL_LAYOUT = Layout("I4f3fIHBB")
 CONTROLS = 16
+YAW_IN_VEHICLE_FRAME = 32
+"""Bit of GIMBAL_DEVICE_ATTITUDE_STATUS.flags."""
 
 
 def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
@@ -231,6 +244,17 @@ def unpack_controls(payload: bytes) -> HilActuatorControls:
     """The record of a whole payload."""
     fields = HIL_ACTUATOR_CONTROLS_LAYOUT.unpack(payload)
     return HilActuatorControls(fields[0], fields[1], fields[2:18], fields[18])
+
+
+def pack_gimbal(message: GimbalState) -> bytes:
+    """The payload of GIMBAL_DEVICE_ATTITUDE_STATUS."""
+    return GIMBAL_LAYOUT.pack(0, *message.q, 0.0, 0.0, 0.0, 0, YAW_IN_VEHICLE_FRAME, 0, 0)
+
+
+def unpack_gimbal(payload: bytes) -> GimbalState:
+    """The record of a whole payload."""
+    w, x, y, z = GIMBAL_LAYOUT.unpack(payload)[1:5]
+    return GimbalState((w, x, y, z))
 
 
 Timed = TypeVar("Timed", SimulatorMessage, HilActuatorControls)
@@ -298,8 +322,8 @@ class _MemoryAutopilotEnd:
         return self._inbox.popleft()
 
     def send(self, controls: HilActuatorControls, beside: Sequence[BesideMessage] = ()) -> None:
-        if beside:
-            self._beside += beside
+        for message in beside:
+            self._beside.append(unpack_gimbal(pack_gimbal(message)) if isinstance(message, GimbalState) else message)
         self._outbox.append(actuators_as_on_the_wire(controls))
 
 

@@ -3,10 +3,10 @@
 As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
 HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS,
-beacons as RANGING_BEACON, all of which a real PX4 ignores; an autopilot of ours says PARAM_VALUE and HEARTBEAT before
-an answer (`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records
-arrive with the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this
-runs 250 times a simulated second. No signing, no MAVLink 1.
+beacons as RANGING_BEACON, all of which a real PX4 ignores; an autopilot of ours says PARAM_VALUE, HEARTBEAT and
+GIMBAL_DEVICE_ATTITUDE_STATUS before an answer (`simulator_api.BesideMessage`). Other messages are skipped unread,
+broken frames (wrong CRC) too. Records arrive with the very values that `MemoryChannel` hands over. Packed and parsed by
+prepared struct formats, since this runs 250 times a simulated second. No signing, no MAVLink 1.
 """
 
 import contextlib
@@ -23,6 +23,7 @@ from sitl_emu.core.c_types import Layout
 from sitl_emu.core.framing import frame, header_tail
 from sitl_emu.core.simulator_api import (
     DISTANCE_SENSOR_LAYOUT,
+    GIMBAL_LAYOUT,
     HIL_ACTUATOR_CONTROLS_LAYOUT,
     HIL_GPS_LAYOUT,
     HIL_SENSOR_LAYOUT,
@@ -31,6 +32,7 @@ from sitl_emu.core.simulator_api import (
     ChannelClosed,
     DistanceSensor,
     EscTelemetry,
+    GimbalState,
     HilActuatorControls,
     HilGps,
     HilSensor,
@@ -41,8 +43,10 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
     pack_controls,
     pack_distance,
+    pack_gimbal,
     unpack_controls,
     unpack_distance,
+    unpack_gimbal,
 )
 
 HIL_STATE_QUATERNION_LAYOUT = Layout("Q4ffffiiihhhHHhhh")
@@ -168,8 +172,9 @@ CODECS: dict[type, _Codec] = {
         _pack_state,
         lambda payload: AutopilotState(HEARTBEAT_LAYOUT.unpack(payload)[4]),
     ),
+    GimbalState: _Codec(285, b"\x89", GIMBAL_LAYOUT.size, pack_gimbal, unpack_gimbal),
 }
-FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState)
+FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState)
 FROM_SIMULATOR = tuple(record for record in CODECS if record not in FROM_AUTOPILOT)
 Record = SimulatorMessage | HilActuatorControls | BesideMessage
 

@@ -12,12 +12,14 @@ from pathlib import Path
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.parameters import Value
+from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     AutopilotChannel,
     AutopilotState,
+    GimbalState,
     HilSensor,
     later,
 )
@@ -28,7 +30,7 @@ from sitl_emu.run.link_sockets import LinkSockets, Poll
 from sitl_emu.run.loss_timeouts import loss_timeouts
 from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
 from sitl_emu.run.simulated_parameters import SimulatedParameters
-from sitl_emu.vehicles.description import Camera, Gimbal
+from sitl_emu.vehicles import description
 
 ONBOARD = 1
 """Index of the onboard link."""
@@ -48,8 +50,8 @@ class Hosted:
     instance: int
     airframe: Mapping[str, Value]
     """PX4's parameters that differ from their defaults."""
-    camera: Camera | None = None
-    gimbal: Gimbal | None = None
+    camera: description.Camera | None = None
+    gimbal: description.Gimbal | None = None
     """What the vehicle carries that speaks MAVLink by itself."""
     root: Path | None = None
     """The folder that stands for PX4's file system, as storage.prepare leaves it."""
@@ -63,6 +65,8 @@ class Hosted:
     """Telemetry logs are kept here, `TLOG-LINK.tlog`."""
     mates: int = 1
     """How many autopilots share the process, and so its processor time."""
+    tells_gimbal: bool = False
+    """Whether the simulator is told where the gimbal looks: somebody draws what a camera on it sees."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
 
@@ -111,7 +115,7 @@ class AutopilotHost:
             still = controls._replace(controls=(0.0,) * len(controls.controls), mode=0)
             channel.send(still, [AutopilotState(STATE_POWEROFF)])
         else:
-            channel.send(controls, self._simulated_parameters.changed())
+            channel.send(controls, [*self._simulated_parameters.changed(), *self._gimbal_turned()])
         self.flush()
         if wanted == REBOOT:
             self._reboot()
@@ -165,6 +169,9 @@ class AutopilotHost:
         boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
         self._devices = components.plug_in(hosted, self.autopilot)
+        self._gimbal = next((each for each in self._devices if isinstance(each, Gimbal)), None)
+        self._looked: GimbalState | None = None
+        """Where the simulator was told last that the gimbal looks."""
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
         self._commands_seen = 0
         self.boots += 1
@@ -194,6 +201,16 @@ class AutopilotHost:
         self._commands_seen = commands[-1].number
         wanted = [int(each.param1) for each in new if each.command == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN]
         return wanted[-1] if wanted else None
+
+    def _gimbal_turned(self) -> list[GimbalState]:
+        """Where the gimbal looks, if that has changed since the simulator was told."""
+        if self._gimbal is None or not self._hosted.tells_gimbal:
+            return []
+        looks = GimbalState(self._gimbal.looks(self.autopilot.now_us))
+        if looks == self._looked:
+            return []
+        self._looked = looks
+        return [looks]
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

@@ -35,7 +35,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
             worlds.put_loose(world, asked.loose)
-            ring.write(asked.time_us, camera.render(asked.pose, asked.time_us))
+            ring.write(asked.time_us, camera.render(asked.pose, asked.time_us, asked.head))
             control.send(Rendered(asked.index))
     finally:
         ring.close()

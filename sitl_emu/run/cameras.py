@@ -47,4 +47,4 @@ def model(camera: CameraDescription) -> CameraModel:
 
 def write_calibration(path: Path, camera: CameraDescription) -> None:
     """The file that a companion reads. Raises OSError."""
-    calibration.write(path, model(camera), ModelMount(*mount(camera)))
+    calibration.write(path, model(camera), ModelMount(*mount(camera), camera.on_gimbal))

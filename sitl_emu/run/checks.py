@@ -65,6 +65,14 @@ def _check_camera(vehicle: VehiclePart, where: str) -> None:
         if isinstance(mount, str) and mount not in MOUNTS:
             numbers = "{forward_m: …, right_m: …, down_m: …, depression_deg: …}"
             raise ScenarioError(f"{where}.{field}.mount: {mount!r}: known: {', '.join(MOUNTS)}, or {numbers}")
+    depth, lidar = vehicle.depth_description, vehicle.lidar
+    described = {"camera": vehicle.camera_description, "depth": depth.camera if depth is not None else None}
+    carried = {field: camera.on_gimbal for field, camera in described.items() if camera is not None}
+    carried["lidar"] = lidar is not None and lidar.mount.on_gimbal
+    for field in (field for field, on_gimbal in carried.items() if on_gimbal):
+        if field == "lidar" or vehicles.load(vehicle.model).gimbal is None:
+            why = "a lidar is fixed to the body" if field == "lidar" else f"{vehicle.model} carries no gimbal"
+            raise ScenarioError(f"{where}.{field}.mount: on a gimbal: {why}")
     if (camera := vehicle.camera_description) is not None and any(camera.distortion):
         try:
             source_of(cameras.intrinsics(camera))

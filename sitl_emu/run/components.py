@@ -27,7 +27,8 @@ def plug_in(vehicle: Carrier, autopilot: Autopilot) -> tuple[Camera | Gimbal, ..
         autopilot.mavlink.plug_in("gimbal device", "gimbal", gimbal)
         devices.append(gimbal)
     if vehicle.camera is not None:
-        carried_by = mavlink.MAV_COMP_ID_GIMBAL if vehicle.gimbal is not None else 0
+        on_gimbal = vehicle.gimbal is not None and vehicle.camera.mount == "gimbal"
+        carried_by = mavlink.MAV_COMP_ID_GIMBAL if on_gimbal else 0
         camera = Camera(vehicle.camera, system_id, carried_by)
         autopilot.mavlink.plug_in("camera", "wire", camera)
         devices.append(camera)

@@ -21,10 +21,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
+from sitl_emu.core import attitude
+from sitl_emu.core.attitude import Quaternion
 from sitl_emu.core.radio import RadioLink, RadioSettings
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
+    GimbalState,
     HilActuatorControls,
     SimulatorChannel,
     SimulatorMessage,
@@ -42,6 +45,8 @@ TICKS_PER_SECOND = 250
 BARRIER_TICKS = 5
 TRUTH_TICKS = 25
 MODE_FLAG_SAFETY_ARMED = 128
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+"""Where a gimbal looks that was not heard of yet: straight ahead."""
 OFF = (0.0,) * 16
 """HIL_ACTUATOR_CONTROLS.controls of an autopilot that drives nothing."""
 
@@ -104,6 +109,7 @@ class FeedInRun:
     control: Control
     rate_hz: float
     latency_us: int
+    on_gimbal: bool = False
     rendered: int = 0
     under_way: deque[FrameTaken] = field(default_factory=deque)
     """Frames asked for and not yet delivered."""
@@ -141,6 +147,8 @@ class VehicleInRun:
     frames_dropped: int = 0
     lost: set[str] = field(default_factory=set)
     """Which of its processes, "autopilot" or "companion", a fault has killed."""
+    gimbal: GimbalState | None = None
+    """Where its gimbal looks; None until it was told, or where it has none."""
     outside: bool = False
     """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
 
@@ -212,7 +220,7 @@ class Conductor:
                 self._take_answer(place, vehicle)
             for feed in vehicle.feeds:
                 if ticks >= feed.due_tick():
-                    self._take_frame(feed, vehicle.simulator.pose())
+                    self._take_frame(feed, vehicle)
         if ticks % TRUTH_TICKS == 0:
             for vehicle in vehicles:
                 self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
@@ -258,6 +266,8 @@ class Conductor:
         for message in vehicle.channel.beside():
             if isinstance(message, SimulatorParameter):
                 self._simulation.set_parameter(place, *message)
+            elif isinstance(message, GimbalState):
+                vehicle.gimbal = message
             elif message.system_status == STATE_BOOT:
                 self._tell(vehicle, "autopilot rebooted")
             elif message.system_status == STATE_POWEROFF:
@@ -349,12 +359,14 @@ class Conductor:
             delivered[other.name] = len(arrived)
         return delivered
 
-    def _take_frame(self, feed: FeedInRun, pose: Any) -> None:
+    def _take_frame(self, feed: FeedInRun, vehicle: VehicleInRun) -> None:
         index = feed.rendered
         feed.rendered += 1
+        pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
+        head = _head(vehicle.gimbal, where) if feed.on_gimbal else None
         loose = tuple(LooseAt(plain(body), place, q) for body, place, q in self._simulation.loose_poses())
-        feed.control.send(Render(index, self.now_us, where, loose))
+        feed.control.send(Render(index, self.now_us, where, head, loose))
         feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
 
     def _arrived(self, feed: FeedInRun, now_us: int) -> list[FrameTaken]:
@@ -369,6 +381,12 @@ class Conductor:
     def _wait_for_frame(self, feed: FeedInRun, index: int) -> None:
         while feed.finished < index:
             feed.finished = feed.control.expect(Rendered).index
+
+
+def _head(gimbal: GimbalState | None, pose: BodyPose) -> Quaternion:
+    """The attitude (to NED) of what a vehicle's gimbal carries: it turns with the vehicle's heading alone."""
+    turned = gimbal.q if gimbal is not None else LEVEL
+    return attitude.product(attitude.quaternion(0.0, 0.0, attitude.heading(pose.q)), turned)
 
 
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:

@@ -49,7 +49,8 @@ class CameraDescription:
     place_m: tuple[float, float, float]
     """Forward, right and down from the body's origin."""
     depression_deg: float
-    """How far below the horizon it looks, forward."""
+    """How far below the horizon it looks, forward; of no meaning on a gimbal."""
+    on_gimbal: bool = False
     rate_hz: float
     latency_s: float
     """How long a frame is under way to the companion."""
@@ -112,6 +113,7 @@ class FeedData:
 
     feed: str
     """"camera", "depth" or "lidar"."""
+    on_gimbal: bool = False
     fd: int
     rate_hz: float
     latency_s: float

@@ -18,6 +18,7 @@ from sitl_emu.core.simulator_api import (
     STATE_POWEROFF,
     AutopilotChannel,
     BesideMessage,
+    GimbalState,
     HilActuatorControls,
     MemoryChannel,
     SimulatorParameter,
@@ -114,6 +115,8 @@ class Fleet:
         member = self._flying[place]
         if isinstance(message, SimulatorParameter):
             self._simulation.set_parameter(place, *message)
+        elif isinstance(message, GimbalState):
+            pass  # nobody draws what it looks at
         elif message.system_status == STATE_BOOT:
             self._rebooted = True
             if member.renew is not None:

@@ -111,6 +111,8 @@ class Render(NamedTuple):
     index: int  # type: ignore[assignment]
     time_us: int
     pose: BodyPose
+    head: tuple[float, float, float, float] | None = None
+    """Attitude of the gimbal's head that carries it: quaternion (w, x, y, z), to NED; None: none does."""
     loose: tuple[LooseAt, ...] = ()
 
 

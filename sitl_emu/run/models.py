@@ -34,8 +34,10 @@ def as_set(data: ModelData) -> Vehicle:
 def _rendered(data: Camera, camera: CameraDescription) -> Camera:
     """The vehicle's MAVLink camera, which says of itself what is rendered: the sensor keeps its width."""
     width_mm = data.sensor_width_mm
+    body_mount = data.mount if data.mount != "gimbal" else "nadir"
     return dataclasses.replace(
         data,
+        mount="gimbal" if camera.on_gimbal else body_mount,
         resolution_h_px=camera.width_px,
         resolution_v_px=camera.height_px,
         frame_rate_hz=camera.rate_hz,

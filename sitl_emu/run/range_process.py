@@ -52,7 +52,7 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
             worlds.put_loose(world, asked.loose)
-            ring.write(asked.time_us, sensor.measure(asked.pose, asked.time_us))
+            ring.write(asked.time_us, sensor.measure(asked.pose, asked.time_us, asked.head))
             control.send(Rendered(asked.index))
     finally:
         ring.close()

@@ -31,6 +31,8 @@ from sitl_emu.world.conditions import Changes, LightChange, WindChange
 from sitl_emu.world.lens import MOUNTS, Distortion, Mount
 
 SUFFIX = ".yaml"
+GIMBAL_MOUNT = "gimbal"
+"""The one of MOUNTS that turns."""
 FARTHEST_M = 10_000.0
 LONGEST_RUN_S = 7 * 86400.0
 
@@ -71,6 +73,8 @@ class MountPart(Part):
     right_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
     down_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
     depression_deg: Annotated[float, Field(ge=-90, le=90)] = 90.0
+    on_gimbal: bool = False
+    """Its place is the gimbal's head, which says where it looks: `depression_deg` is of no meaning then."""
 
 
 class DistortionPart(Part):
@@ -235,7 +239,7 @@ class VehiclePart(Part):
         data = vehicles.load(self.model).camera
         own = cameras.intrinsics_of_data(data)
         width_px, height_px = given.resolution or (own.width, own.height)
-        place = _mount(given.mount or (data.mount if data is not None else "nadir"))
+        place, on_gimbal = _mount(given.mount or (data.mount if data is not None else "nadir"))
         return CameraDescription(
             width_px=width_px,
             height_px=height_px,
@@ -243,6 +247,7 @@ class VehiclePart(Part):
             distortion=Distortion(**given.distortion.model_dump()),
             place_m=place[:3],
             depression_deg=place.depression_deg,
+            on_gimbal=on_gimbal,
             rate_hz=given.rate_hz,
             latency_s=given.latency_s,
         )
@@ -253,7 +258,7 @@ class VehiclePart(Part):
         given = self.depth
         if given is None:
             return None
-        place = _mount(given.mount)
+        place, on_gimbal = _mount(given.mount)
         camera = CameraDescription(
             width_px=given.resolution[0],
             height_px=given.resolution[1],
@@ -261,6 +266,7 @@ class VehiclePart(Part):
             distortion=Distortion(),
             place_m=place[:3],
             depression_deg=place.depression_deg,
+            on_gimbal=on_gimbal,
             rate_hz=given.rate_hz,
             latency_s=given.latency_s,
         )
@@ -272,7 +278,7 @@ class VehiclePart(Part):
         given = self.lidar
         if given is None:
             return None
-        place = _mount(given.mount)
+        place, _ = _mount(given.mount)
         figures = given.model_dump(exclude={"mount"})
         return LidarDescription(**figures, place_m=place[:3], depression_deg=place.depression_deg)
 
@@ -285,8 +291,12 @@ class VehiclePart(Part):
         return folder / f"{self.name}-camera.yaml" if self.camera is not None else None
 
 
-def _mount(mount: str | MountPart) -> Mount:
-    return MOUNTS[mount] if isinstance(mount, str) else Mount(**mount.model_dump())
+def _mount(mount: str | MountPart) -> tuple[Mount, bool]:
+    """Where a camera sits, and whether that is on the gimbal."""
+    if isinstance(mount, str):
+        return MOUNTS[mount], mount == GIMBAL_MOUNT
+    depression_deg = 0.0 if mount.on_gimbal else mount.depression_deg
+    return Mount(mount.forward_m, mount.right_m, mount.down_m, depression_deg), mount.on_gimbal
 
 
 class WindPart(Part):

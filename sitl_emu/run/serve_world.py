@@ -17,6 +17,7 @@ from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     ChannelClosed,
+    GimbalState,
     HilActuatorControls,
     SimulatorParameter,
 )
@@ -87,6 +88,8 @@ def _serve(
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
+                elif isinstance(message, GimbalState):
+                    pass  # nobody draws what it looks at
                 elif message.system_status == STATE_BOOT:
                     say(f"{models[place]}: its autopilot was rebooted")
                 elif message.system_status == STATE_POWEROFF:

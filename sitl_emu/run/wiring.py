@@ -209,6 +209,7 @@ class Feed(NamedTuple):
     """"camera", "depth" or "lidar"."""
     rate_hz: float
     latency_s: float
+    on_gimbal: bool
     module: str
     config: Callable[..., ProcessConfig]
     """Takes what all processes are told, and the ring."""
@@ -219,13 +220,15 @@ def _feeds_of(vehicle: VehiclePart) -> list[Feed]:
     feeds = list[Feed]()
     if camera is not None:
         make: Callable[..., ProcessConfig] = partial(CameraConfig, camera=camera)
-        feeds.append(Feed("camera", camera.rate_hz, camera.latency_s, "camera_process", make))
+        feeds.append(Feed("camera", camera.rate_hz, camera.latency_s, camera.on_gimbal, "camera_process", make))
     if depth is not None:
         make = partial(RangeConfig, depth=depth)
-        feeds.append(Feed("depth", depth.camera.rate_hz, depth.camera.latency_s, "range_process", make))
+        feeds.append(
+            Feed("depth", depth.camera.rate_hz, depth.camera.latency_s, depth.camera.on_gimbal, "range_process", make)
+        )
     if lidar is not None:
         make = partial(RangeConfig, lidar=lidar)
-        feeds.append(Feed("lidar", lidar.rate_hz, lidar.latency_s, "range_process", make))
+        feeds.append(Feed("lidar", lidar.rate_hz, lidar.latency_s, False, "range_process", make))
     return feeds
 
 
@@ -294,7 +297,15 @@ def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: li
         if isinstance(config, CameraConfig):
             config = replace(config, shared_fd=sockets.shared_fd())
         processes.append(Process(f"{feed.name} {vehicle.name}", feed.module, config, end))
-        told.append(FeedData(feed=feed.name, fd=world_end.fileno(), rate_hz=feed.rate_hz, latency_s=feed.latency_s))
+        told.append(
+            FeedData(
+                feed=feed.name,
+                on_gimbal=feed.on_gimbal,
+                fd=world_end.fileno(),
+                rate_hz=feed.rate_hz,
+                latency_s=feed.latency_s,
+            )
+        )
     return tuple(told)
 
 

@@ -162,7 +162,13 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
     if data.companion_fd is not None:
         vehicle.companion = inherited(data.companion_fd, f"companion {name}")
     vehicle.feeds = [
-        FeedInRun(each.feed, inherited(each.fd, f"{each.feed} {name}"), each.rate_hz, round(each.latency_s * 1e6))
+        FeedInRun(
+            each.feed,
+            inherited(each.fd, f"{each.feed} {name}"),
+            each.rate_hz,
+            round(each.latency_s * 1e6),
+            each.on_gimbal,
+        )
         for each in data.feeds
     ]
     if data.radio_fd is not None:

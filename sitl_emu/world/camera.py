@@ -1,8 +1,9 @@
-"""A strapdown camera in the simulated world: a pure function of world seed, time and pose.
+"""A camera in the simulated world: a pure function of world seed, time and pose.
 
 What it is (picture size, field of view, distortion, mount) stands in `lens.py`. A lens with distortion takes its
 picture from an undistorted one, as much larger as it sees further, by a map that is worked out once. The picture's top
-is forward. The camera follows the body's attitude; there is no gimbal, rolling shutter or motion blur. The sensor adds
+is forward. The camera follows the body's attitude, or that of the gimbal's head it sits on; there is no rolling shutter
+or motion blur. The sensor adds
 a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
 """
 
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of
 
 FloatArray = npt.NDArray[np.float64]
+Quaternion = tuple[float, float, float, float]
 Image = npt.NDArray[np.uint8]
 """(height, width, channels), BGR first."""
 
@@ -125,25 +127,28 @@ class Camera:
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
         self._scene = scene
-        self._seen_from: tuple[Pose, int] | None = None
+        self._seen_from: tuple[Pose, Quaternion, int] | None = None
         self._seen: Image | None = None
 
-    def render(self, pose: Posed, time_us: int) -> Image:
-        """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR."""
-        picture = self._on_sensor(Pose(pose.north_m, pose.east_m, pose.down_m, pose.q), time_us)
+    def render(self, pose: Posed, time_us: int, head: Quaternion | None = None) -> Image:
+        """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR.
+
+        `head`: attitude (to NED) of the gimbal's head that carries the camera; None: it is fixed to the body.
+        """
+        place = Pose(pose.north_m, pose.east_m, pose.down_m, pose.q)
+        picture = self._on_sensor(place, pose.q if head is None else head, time_us)
         mixed = zlib.crc32(time_us.to_bytes(8, "little"), self._noise_seed[1])
         top, left = mixed % 64, (mixed >> 8) % 64
         height, width = picture.shape[:2]
         noise = self._noise[top : top + height, left : left + width]
         return np.asarray(cv2.addWeighted(picture, 1.0, noise, 1.0, -16.0), np.uint8)
 
-    def _on_sensor(self, pose: Pose, time_us: int) -> Image:
+    def _on_sensor(self, pose: Pose, head: Quaternion, time_us: int) -> Image:
         """What the lens throws on the sensor. A vehicle that stands still before what stands still sees it again."""
-        seen_from = (pose, time_us if self._scene.moves else 0)
+        seen_from = (pose, head, time_us if self._scene.moves else 0)
         if self._seen is None or seen_from != self._seen_from:
-            rotation = body_to_ned(pose.q)
-            position = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ self._lever
-            picture = self._renderer.draw(position, rotation @ self._to_body, time_us * 1e-6)
+            position = np.array((pose.north_m, pose.east_m, pose.down_m)) + body_to_ned(pose.q) @ self._lever
+            picture = self._renderer.draw(position, body_to_ned(head) @ self._to_body, time_us * 1e-6)
             if self._source is not None:
                 picture = np.asarray(
                     cv2.remap(picture, self._source.map_x, self._source.map_y, cv2.INTER_LINEAR), np.uint8

@@ -64,7 +64,9 @@ NADIR = Mount(0.0, 0.0, 0.15, 90.0)
 """Below the UAS, looking straight down."""
 MAST = Mount(0.2, 0.0, -1.8, 60.0)
 """On the UGV: 2 m above the ground where the vehicle's origin is 0.2 m above it."""
-MOUNTS = {"nadir": NADIR, "mast": MAST}
+GIMBAL = Mount(0.0, 0.0, 0.15, 0.0)
+"""On the head of a gimbal below the UAS, which says where it looks."""
+MOUNTS = {"nadir": NADIR, "mast": MAST, "gimbal": GIMBAL}
 
 
 def distorted(x: FloatArray, y: FloatArray, lens: Distortion) -> tuple[FloatArray, FloatArray]:

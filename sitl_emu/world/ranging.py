@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.camera import FloatArray, Posed, body_to_ned, camera_to_body
+from sitl_emu.world.camera import FloatArray, Posed, Quaternion, body_to_ned, camera_to_body
 from sitl_emu.world.lens import Intrinsics, Mount
 from sitl_emu.world.rays import Hits
 
@@ -63,10 +63,10 @@ class DepthCamera:
         self._lengths = np.linalg.norm(rays, axis=0)
         self._rays = camera_to_body(mount) @ (rays / self._lengths)
 
-    def measure(self, pose: Posed, time_us: int) -> Depth:
-        """What it measures from a body's pose at a time."""
+    def measure(self, pose: Posed, time_us: int, head: Quaternion | None = None) -> Depth:
+        """What it measures from a body's pose at a time; `head`: attitude (to NED) of the gimbal's head it sits on."""
         reach_m = self._reach_m * float(self._lengths.max())
-        depth = _ranges(self._world.raycast, pose, self._lever, self._rays, time_us, reach_m) / self._lengths
+        depth = _ranges(self._world.raycast, pose, head, self._lever, self._rays, time_us, reach_m) / self._lengths
         depth[depth > self._reach_m] = math.inf
         return np.asarray(self._noise.added(depth, time_us), np.float32).reshape(self._shape)
 
@@ -97,18 +97,28 @@ class ScanningLidar:
         s, c = math.sin(math.radians(mount.depression_deg)), math.cos(math.radians(mount.depression_deg))
         self._rays = np.array(((c, 0.0, -s), (0.0, 1.0, 0.0), (s, 0.0, c))) @ rays
 
-    def measure(self, pose: Posed, time_us: int) -> Points:
-        """The points of one scan from a body's pose at a time; rays that meet nothing within reach give none."""
-        ranges = _ranges(self._world.echoes, pose, self._lever, self._rays, time_us, self._scan.farthest_m)
+    def measure(self, pose: Posed, time_us: int, head: Quaternion | None = None) -> Points:
+        """The points of one scan from a body's pose at a time; rays that meet nothing within reach give none.
+
+        It sits on no gimbal: `head` is None.
+        """
+        ranges = _ranges(self._world.echoes, pose, head, self._lever, self._rays, time_us, self._scan.farthest_m)
         met = (ranges >= self._scan.nearest_m) & (ranges <= self._scan.farthest_m)
         measured = self._noise.added(ranges, time_us)[met]
         return np.asarray(self._lever + measured[:, None] * self._rays.T[met], np.float32)
 
 
-def _ranges(cast: Cast, pose: Posed, lever: FloatArray, rays: FloatArray, time_us: int, reach_m: float) -> FloatArray:
-    """Lengths (n,) of rays (3, n; body axes) from a place on a body; inf where nothing is met."""
-    rotation = body_to_ned(pose.q)
-    origin = np.array((pose.north_m, pose.east_m, pose.down_m)) + rotation @ lever
-    directions = np.ascontiguousarray((rotation @ rays).T)
+def _ranges(
+    cast: Cast,
+    pose: Posed,
+    head: Quaternion | None,
+    lever: FloatArray,
+    rays: FloatArray,
+    time_us: int,
+    reach_m: float,
+) -> FloatArray:
+    """Lengths (n,) of rays (3, n) from a place on a body, in its axes or its gimbal's; inf where nothing is met."""
+    origin = np.array((pose.north_m, pose.east_m, pose.down_m)) + body_to_ned(pose.q) @ lever
+    directions = np.ascontiguousarray((body_to_ned(pose.q if head is None else head) @ rays).T)
     hits = cast(np.broadcast_to(origin, directions.shape), directions, time_us * 1e-6, reach_m)
     return np.asarray(hits.range_m, np.float64)

@@ -1,10 +1,6 @@
 """Depth and points in a run, from the world's rays to a companion in lockstep, against the truth at their time."""
 
 import csv
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +10,12 @@ import yaml
 
 from sitl_emu.missions.companion import calibration
 from sitl_emu.missions.companion.camera_model import body_points, camera_pose, depth_points
-from tests.missions.runs import FIRST_INSTANCE
+from tests.missions.installed import run_in_yard
 from tests.typed import present
 
-ROOT = Path(__file__).parents[2]
-LIMIT_S = 110.0
 ROOF_M, WALL_NORTH_M = 4.0, 39.8
 WITHIN_M = 0.1
-VEHICLE = {
+VEHICLE: dict[str, object] = {
     "name": "iris",
     "model": "iris",
     "start": "home",
@@ -32,32 +26,9 @@ VEHICLE = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of `measure_house`, found as an installed package's mission is: by its entry point."""
+    """A run of `measure_house`."""
     made = tmp_path_factory.mktemp("feeds")
-    shutil.copy(Path(__file__).with_name("measure_house.py"), made)
-    shutil.copy(ROOT / "examples/own_world/yard.yaml", made)
-    (made / "measure_house-1.dist-info").mkdir()
-    (made / "measure_house-1.dist-info/METADATA").write_text("Metadata-Version: 2.1\nName: measure-house\nVersion: 1\n")
-    entry = "[sitl_emu.missions]\nmeasure-house = measure_house:MISSION\n"
-    (made / "measure_house-1.dist-info/entry_points.txt").write_text(entry)
-    companion = {"mission": "measure-house", "options": {"folder": str(made)}}
-    scenario = {
-        "name": "feeds",
-        "world": "yard.yaml",
-        "time_limit_s": 150,
-        "vehicles": [VEHICLE | {"companion": companion}],
-    }
-    (made / "feeds.yaml").write_text(yaml.safe_dump(scenario))
-    command = ["run", str(made / "feeds.yaml"), "--speed", "max", "--out", str(made / "run")]
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "sitl_emu", *command, "--instance", str(FIRST_INSTANCE)],
-        env={**os.environ, "PYTHONPATH": str(made)},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    run_in_yard(made, "measure_house", VEHICLE)
     return made
 
 

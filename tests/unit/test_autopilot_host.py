@@ -12,12 +12,14 @@ from sitl_emu import vehicles
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
+from sitl_emu.core.attitude import euler, quaternion
 from sitl_emu.core.simulator_api import (
     SIMULATOR_PARAMETERS,
     STATE_BOOT,
     STATE_POWEROFF,
     AutopilotState,
     BesideMessage,
+    GimbalState,
     HilActuatorControls,
     MemoryChannel,
     SimulatorParameter,
@@ -35,10 +37,10 @@ REBOOT, SHUT_DOWN = 1, 2
 
 
 class Bench:
-    """A hosted iris in its simulator, commanded without the wire."""
+    """A hosted vehicle in its simulator, commanded without the wire."""
 
-    def __init__(self, folder: Path) -> None:
-        vehicle = vehicles.load("iris")
+    def __init__(self, folder: Path, model: str = "iris", *, tells_gimbal: bool = False) -> None:
+        vehicle = vehicles.load(model)
         storage.prepare(folder / "root")
         self.poll: HostPoll = Poll()
         hosted = Hosted(
@@ -49,6 +51,7 @@ class Bench:
             root=folder / "root",
             start_us=START_US,
             tlog=folder / "iris",
+            tells_gimbal=tells_gimbal,
         )
         self.host = AutopilotHost(hosted, self.poll)
         self.simulator = VehicleSimulator(vehicle, HOME, 1, FlatGround())
@@ -71,6 +74,26 @@ class Bench:
         filled = [*params, *[math.nan] * (7 - len(params))]
         message = mavlink.MAVLink_command_long_message(INSTANCE + 1, 1, command, 0, *filled)
         self.host.autopilot.on_datagram(GCS, message.pack(self._station))
+
+
+def test_the_simulator_is_told_where_the_gimbal_looks_once_and_whenever_it_turns(tmp_path: Path) -> None:
+    """Only where somebody draws what its camera sees; in the simulator's frame, by the heading."""
+    for tells in (True, False):
+        bench = Bench(tmp_path / str(tells), "m600", tells_gimbal=tells)
+        bench.tick(500)
+        looks = [message for message in bench.beside if isinstance(message, GimbalState)]
+        assert len(looks) == tells, "it looks down all the while"
+        if tells:
+            assert euler(looks[0].q)[1] == pytest.approx(-math.pi / 2, abs=1e-3)
+            bench.beside.clear()
+            gimbal = bench.host._gimbal
+            assert gimbal is not None
+            gimbal._set_attitude(quaternion(0.0, -0.5, 0.0), (math.nan,) * 3, 0)
+            bench.tick(400)
+            looks = [message for message in bench.beside if isinstance(message, GimbalState)]
+            assert 100 < len(looks) < 250, "at each tick on its way: 61 degrees at 90 a second"
+            assert euler(looks[-1].q)[1] == pytest.approx(-0.5, abs=1e-3)
+        bench.host.close()
 
 
 @pytest.fixture

@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from sitl_emu.core.attitude import heading, product, quaternion
 from sitl_emu.missions.companion import calibration, camera_model
 from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose, project
 from sitl_emu.missions.companion.geolocation import on_level_ground, pixel_ray
@@ -17,7 +18,7 @@ from sitl_emu.missions.companion.options import Options
 from sitl_emu.run import cameras, models
 from sitl_emu.run.configs import CameraDescription
 from sitl_emu.world.camera import Camera, Pose
-from sitl_emu.world.lens import MAST, NADIR, Distortion, Intrinsics, LensError, source_of, undistorted
+from sitl_emu.world.lens import MAST, NADIR, Distortion, Intrinsics, LensError, Mount, source_of, undistorted
 from tests.typed import present
 from tests.unit.test_scenario_settings import scenario
 
@@ -136,7 +137,45 @@ def test_the_file_holds_what_the_renderer_draws(tmp_path: Path) -> None:
     drawn = cameras.intrinsics(described)
     assert (model.width, model.height, model.distortion) == (1280, 720, (-0.1, 0.0, 0.0, 0.001, 0.0))
     assert (model.fx, model.fy) == (drawn.focal_px, drawn.focal_px), "to the last bit"
-    assert tuple(mount) == tuple(cameras.mount(described)) == (0.1, 0.0, 0.2, 70.0)
+    assert tuple(mount) == (*cameras.mount(described), False) == (0.1, 0.0, 0.2, 70.0, False)
+
+
+def test_a_camera_on_a_gimbal_is_known_as_such_to_all_who_read_its_description(tmp_path: Path) -> None:
+    by_data = scenario(tmp_path, {"model": "m600", "camera": {}}).vehicles[0]
+    numbers = {"forward_m": 0.1, "down_m": 0.3, "on_gimbal": True}
+    by_numbers = scenario(tmp_path, {"model": "m600", "camera": {"mount": numbers}}).vehicles[0]
+    for vehicle, place in ((by_data, (0.0, 0.0, 0.15, 0.0)), (by_numbers, (0.1, 0.0, 0.3, 0.0))):
+        described = present(vehicle.camera_description)
+        assert described.on_gimbal and cameras.mount(described) == place
+        cameras.write_calibration(tmp_path / "on.yaml", described)
+        assert calibration.read(tmp_path / "on.yaml").mount == (*place, True)
+        assert present(models.as_set(vehicle.model_data).camera).mount == "gimbal"
+    fixed = scenario(tmp_path, {"model": "m600", "camera": {"mount": "nadir"}}).vehicles[0]
+    assert not present(fixed.camera_description).on_gimbal
+    assert present(models.as_set(fixed.model_data).camera).mount == "nadir", "and its MAVLink camera says so"
+
+
+@given(
+    roll=st.floats(-0.4, 0.4), pitch=st.floats(-0.4, 0.4), yaw=st.floats(-3.1, 3.1),
+    look=st.tuples(st.floats(-0.3, 0.3), st.floats(-1.57, -0.8), st.floats(-1.0, 1.0)),
+)  # fmt: skip
+@settings(max_examples=25)
+def test_what_a_camera_on_a_gimbal_sees_is_where_the_companion_expects_it(
+    roll: float, pitch: float, yaw: float, look: tuple[float, float, float]
+) -> None:
+    """Whatever the body does, the picture follows the gimbal's head; only its place moves with the body."""
+    body, told = quaternion(roll, pitch, yaw), quaternion(*look)
+    head = product(quaternion(0.0, 0.0, heading(body)), told)
+    seen_by, mount = Intrinsics(320, 256, 80.0), camera_model.Mount(0.1, 0.0, 0.3, 0.0, True)
+    focal = seen_by.focal_px
+    model = CameraModel(320, 256, focal, focal, 159.5, 127.5)
+    seen_from = camera_pose((1.0, -0.5, -UP_M), body, mount, head)
+    middle = on_level_ground(pixel_ray(model, seen_from, 150.0, 120.0), 0.0)
+    assume(middle is not None)
+    camera = Camera(Dots([present(middle)[:2]]), Mount(*mount[:4]), seen_by)
+    image = camera.render(Pose(1.0, -0.5, -UP_M, body), 0, head)
+    rows, columns = np.nonzero(image[..., 0] > 100)
+    assert (columns.mean(), rows.mean()) == pytest.approx((150.0, 120.0), abs=0.5)
 
 
 def test_the_mavlink_camera_says_what_is_rendered(tmp_path: Path) -> None:
@@ -194,11 +233,13 @@ def test_a_wrong_file_is_told(tmp_path: Path, text: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("camera", "said"),
     [
-        ({"mount": "nose"}, "camera.mount: 'nose': known: nadir, mast, or {forward_m: …"),
+        ({"mount": "nose"}, "camera.mount: 'nose': known: nadir, mast, gimbal, or {forward_m: …"),
         (
             {"mount": {"forward": 1}},
             "camera.mount.forward: unknown field; allowed here: forward_m, right_m, down_m, dep",
         ),
+        ({"mount": "gimbal"}, "camera.mount: on a gimbal: iris carries no gimbal"),
+        ({"mount": {"on_gimbal": True}}, "camera.mount: on a gimbal: iris carries no gimbal"),
         ({"mount": 5}, "camera.mount: 5: must be a name, or a mapping with the fields forward_m"),
         ({"resolution": [636, 480]}, "camera.resolution.0: 636: Input should be a multiple of 8"),
         ({"resolution": 640}, "camera.resolution: 640: Input should be a valid"),

@@ -1,5 +1,6 @@
 """The camera of a vehicle: MAVLink's camera protocol v2 as transcripts on simulated time."""
 
+import dataclasses
 import itertools
 import math
 from typing import Any
@@ -18,7 +19,7 @@ ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 REQUEST_MESSAGE, IMAGE_START, IMAGE_STOP, VIDEO_START, VIDEO_STOP = 512, 2000, 2001, 2500, 2501
 SET_MODE, SET_ZOOM, SET_FOCUS, RESET, FORMAT = 530, 531, 532, 529, 526
 CAMERA = 100
-DATA = present(vehicles.load("m600").camera)
+DATA = dataclasses.replace(present(vehicles.load("m600").camera), mount="nadir")
 assert DATA is not None
 
 

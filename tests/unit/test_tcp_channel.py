@@ -17,6 +17,7 @@ from sitl_emu.core.simulator_api import (
     BesideMessage,
     ChannelClosed,
     DistanceSensor,
+    GimbalState,
     HilActuatorControls,
     HilGps,
     HilSensor,
@@ -74,13 +75,14 @@ records = st.one_of(
     ),
     st.builds(SimulatorParameter, st.sampled_from(SIMULATOR_PARAMETERS), f32),
     st.builds(AutopilotState, unsigned(8)),
+    st.builds(GimbalState, quaternions),
 )  # fmt: skip
 
 
 def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
-    if isinstance(record, SimulatorParameter | AutopilotState):
+    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState):
         return record
     return as_on_the_wire(record)
 
@@ -265,6 +267,7 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
         SimulatorParameter("SIH_WIND_N", 2.5),
         SimulatorParameter("SIM_GPS_USED", 3.0),
         AutopilotState(STATE_BOOT),
+        GimbalState((0.5, 0.5, -0.5, 0.5)),
     ]
     sensor = HilSensor._make((4000, *[0.0] * 13, 0, 0))
     simulator.send([sensor])
@@ -274,6 +277,19 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
     assert list(simulator.beside()) == said
     assert not simulator.beside()
     for end in ends or ():
+        end.close()
+
+
+def test_memory_rounds_a_gimbals_attitude_as_the_wire_does() -> None:
+    ends, memory, heard = pair(), MemoryChannel(), list[BesideMessage]()
+    for simulator, autopilot in (ends, (memory.simulator, memory.autopilot)):
+        simulator.send([HilSensor._make((4000, *[0.0] * 13, 0, 0))])
+        autopilot.receive()
+        autopilot.send(HilActuatorControls(4000, 1, (0.0,), 0), [GimbalState((0.1, 0.2, 0.3, 0.9))])
+        simulator.receive()
+        heard += simulator.beside()
+    assert heard[0] == heard[1] != GimbalState((0.1, 0.2, 0.3, 0.9))
+    for end in ends:
         end.close()
 
 

@@ -1,0 +1,93 @@
+"""The gimbal moves the picture: frames of a run beside what is drawn from the truth, and what a companion believes."""
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from sitl_emu.core.attitude import euler, heading, product, quaternion
+from sitl_emu.run import worlds
+from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.lens import Intrinsics, Mount
+from tests.missions.installed import YARD, run_in_yard
+from tests.missions.look_around import LOOKS
+
+VEHICLE: dict[str, object] = {
+    "name": "uas",
+    "model": "m600",
+    "start": "home",
+    "camera": {"resolution": [160, 120], "rate_hz": 10},
+}
+WITHIN_DEG = 1.5
+"""So well the companion knows where its camera looks: of it up to a degree is the autopilot's own heading error."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("gimbal")
+    run_in_yard(made, "look_around", VEHICLE)
+    return made
+
+
+def truths(folder: Path) -> dict[int, Pose]:
+    with (folder / "run/truth-uas.csv").open() as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    return {
+        round(row["time_s"] * 1e6): Pose(
+            row["north_m"], row["east_m"], row["down_m"], (row["qw"], row["qx"], row["qy"], row["qz"])
+        )
+        for row in rows
+    }
+
+
+def head_of(pose: Pose, pitch_deg: float, yaw_deg: float) -> Any:
+    level = quaternion(0.0, 0.0, heading(pose.q))
+    return product(level, quaternion(0.0, math.radians(pitch_deg), math.radians(yaw_deg)))
+
+
+def angle_deg(a: Any, b: Any) -> float:
+    return 2.0 * math.degrees(math.acos(min(1.0, abs(sum(p * q for p, q in zip(a, b, strict=True))))))
+
+
+def test_each_frame_shows_what_lies_where_the_gimbal_looked(folder: Path) -> None:
+    heads, truth = json.loads((folder / "heads.json").read_text()), truths(folder)
+    camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
+    assert len(heads) == len(LOOKS) + 1
+    for (pitch_deg, yaw_deg), time_us in zip(LOOKS, map(int, heads), strict=False):
+        pose, frame = truth[time_us], cv2.imread(str(folder / f"{time_us}.png"))
+        assert frame is not None
+        seen = frame.astype(float)
+        drawn = camera.render(pose, time_us, head_of(pose, pitch_deg, yaw_deg)).astype(float)
+        assert np.abs(seen - drawn).mean() < 4.0, (
+            "the truth of the files is rounded, and the sensor's noise is the same"
+        )
+        others = [look for look in LOOKS if look != (pitch_deg, yaw_deg)]
+        for other in others:
+            wrong = camera.render(pose, time_us, head_of(pose, *other)).astype(float)
+            assert np.abs(seen - wrong).mean() > 3.0 * np.abs(seen - drawn).mean()
+
+
+def test_the_companion_knows_by_mavlink_where_its_camera_looked(folder: Path) -> None:
+    heads, truth = json.loads((folder / "heads.json").read_text()), truths(folder)
+    *held, (moving_us, moving) = heads.items()
+    for (pitch_deg, yaw_deg), (time_us, head) in zip(LOOKS, held, strict=True):
+        off_deg = angle_deg(head, head_of(truth[int(time_us)], pitch_deg, yaw_deg))
+        assert off_deg < WITHIN_DEG
+    pitch_deg = math.degrees(euler(moving)[1])
+    assert -89.0 < pitch_deg < -31.0, "on its way"
+    camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
+    frame = cv2.imread(str(folder / f"{moving_us}.png"))
+    assert frame is not None
+    drawn = camera.render(truth[int(moving_us)], int(moving_us), tuple(moving)).astype(float)
+    held_still = camera.render(truth[int(moving_us)], int(moving_us), head_of(truth[int(moving_us)], *LOOKS[-1]))
+    off = np.abs(frame.astype(float) - drawn).mean()
+    assert off < 4.0 and np.abs(frame.astype(float) - held_still).mean() > 2.0 * off, "the picture moved with it"
+
+
+def test_the_calibration_file_says_that_it_hangs_on_the_gimbal(folder: Path) -> None:
+    assert "on_gimbal: 1" in (folder / "run/uas-camera.yaml").read_text()
