@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 
+from sitl_emu import compiled
 from sitl_emu.autopilot import parameters
 from sitl_emu.autopilot.commands.table import (
     COMMANDS,
@@ -267,6 +268,7 @@ def _numbered(name: str) -> str:
 
 
 if __name__ == "__main__":
+    compiled.leave()
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page())
     print(f"wrote {PAGE.relative_to(ROOT)}")

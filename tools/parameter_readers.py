@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sitl_emu import vehicles
+from sitl_emu import compiled, vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
@@ -101,7 +101,9 @@ def _named_in(package: str) -> dict[str, set[str]]:
 
 @contextmanager
 def recorded() -> Iterator[Readers]:
-    """Parameters that are read meanwhile, and by which modules."""
+    """Parameters that are read meanwhile, and by which modules. Raises RuntimeError in compiled code."""
+    if compiled.in_use():
+        raise RuntimeError("compiled modules have no frames that tell who asks: set SITL_EMU_PURE=1")
     readers: Readers = defaultdict(set)
     original = Parameters.__getitem__
 
@@ -210,5 +212,6 @@ def _fall_into_failsafes(flight: Flight) -> None:
 
 
 if __name__ == "__main__":
+    compiled.leave()
     for name, modules in sorted(readers().items()):
         print(f"{name:24}{', '.join(sorted(modules))}")

@@ -52,7 +52,7 @@ from sitl_emu.autopilot.mavlink.services import (
 )
 from sitl_emu.autopilot.mavlink.services.service import Service
 from sitl_emu.autopilot.mavlink.signature import LinkSigning, SigningStreams
-from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.mavlink.wire import Device, Wire
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman

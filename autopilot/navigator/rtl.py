@@ -158,8 +158,8 @@ class Rtl:
         self._return_alt_m = self._return_altitude_m()
         state.cruising_speed_m_s = -1.0
         above_m = self._return_alt_m - self._destination.alt_m
-        amsl_m, above_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
-        text = f"RTL: start return at {amsl_m} m ({above_m} m above destination)\t"
+        amsl_m, above_whole_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
+        text = f"RTL: start return at {amsl_m} m ({above_whole_m} m above destination)\t"
         if not state.traits.flies:
             self._phase = Phase.LAND
             self._fly_phase()

@@ -12,7 +12,7 @@ their tick, so that lockstep holds for them too.
 
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from sitl_emu.core.c_types import Layout
 
@@ -262,11 +262,12 @@ Timed = TypeVar("Timed", SimulatorMessage, HilActuatorControls)
 
 def later(message: Timed, by_us: int) -> Timed:
     """The record with its time moved: to the clock of an autopilot that boots while its simulator runs, or back."""
+    moved: Any = message
     if isinstance(message, DistanceSensor):
-        return message._replace(time_boot_ms=message.time_boot_ms + by_us // 1000)
-    if isinstance(message, SimulatedBattery):
-        return message
-    return message._replace(time_usec=message.time_usec + by_us)
+        moved = moved._replace(time_boot_ms=message.time_boot_ms + by_us // 1000)
+    elif not isinstance(message, SimulatedBattery):
+        moved = moved._replace(time_usec=moved.time_usec + by_us)
+    return cast(Timed, moved)
 
 
 class ChannelClosed(Exception):

@@ -14,7 +14,6 @@ from sitl_emu.core.simulator_api import (
     BesideMessage,
     HilActuatorControls,
     HilSensor,
-    SimulatorMessage,
     SimulatorParameter,
 )
 from sitl_emu.run.fleet import Fleet, Host, Member
@@ -79,9 +78,15 @@ def simulator(place: int = 0) -> VehicleSimulator:
     return VehicleSimulator(vehicles.load("iris"), HOME, 1, FlatGround(), start_east_m=east_m, name=f"{place}")
 
 
-class Broken(VehicleSimulator):
-    def tick(self, controls: HilActuatorControls | None) -> list[SimulatorMessage]:
-        raise OverflowError("no such place")
+class Abyss:
+    """Ground that there is only as long as nobody flies."""
+
+    flown = False
+
+    def height_m(self, north_m: float, east_m: float) -> float:
+        if self.flown:
+            raise OverflowError("no such place")
+        return 0.0
 
 
 def breaks(_host: FakeHost) -> Sequence[BesideMessage]:
@@ -120,7 +125,9 @@ def test_a_fault_of_an_autopilot_is_reported_and_its_mates_fly_on(capsys: pytest
 def test_a_fault_of_a_simulator_takes_only_its_vehicle_out(capsys: pytest.CaptureFixture[str]) -> None:
     one, other = FakeHost(), FakeHost()
     launch = Launch(one, other)
-    launch.simulation.replace(1, Broken(vehicles.load("iris"), HOME, 1, FlatGround(), start_east_m=10.0))
+    abyss = Abyss()
+    launch.simulation.replace(1, VehicleSimulator(vehicles.load("iris"), HOME, 1, abyss, start_east_m=10.0))
+    abyss.flown = True
     launch.fly(10)
     assert (one.ticks, other.ticks, other.closed) == (10, 0, 1)
     assert "OverflowError: no such place" in capsys.readouterr().err

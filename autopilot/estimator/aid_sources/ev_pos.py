@@ -45,7 +45,7 @@ class VisionPosition:
         was_active = self._bias_active
         self._predict_bias()
         measured, variance = self._measure(sample, turn)
-        valid = math.isfinite(sum(measured) + sum(variance))
+        valid = math.isfinite(sum((*measured, *variance)))
         place = (ekf.state.pn, ekf.state.pe)
         if valid and self._bias_active and not was_active:
             if good:

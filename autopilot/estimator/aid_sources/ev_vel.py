@@ -45,7 +45,7 @@ class VisionVelocity:
             and int(value["EKF2_EV_CTRL"]) & VELOCITY
             and flags.tilt_align
             and math.hypot(*sample.vel) <= value["EKF2_VEL_LIM"]
-            and math.isfinite(sum(self._measured) + sum(self._variance))
+            and math.isfinite(sum((*self._measured, *self._variance)))
         )
         realigned = (flags.ev_yaw and not ekf.was_ev_yaw) or flags.yaw_align != ekf.was_yaw_aligned
         gate = max(value["EKF2_EVV_GATE"], 1.0)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -14,7 +14,7 @@ from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_FAILED, CommandResult
 from sitl_emu.autopilot.mavlink import rates, silent_streams
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -12,7 +12,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MA
 from sitl_emu.autopilot.mavlink import silent_streams
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services import message_interval
-from sitl_emu.autopilot.mavlink.streams import Stream
+from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 

@@ -15,72 +15,7 @@ import pkgutil
 from types import ModuleType
 from typing import Any
 
-from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.encoder import Encoder
-from sitl_emu.autopilot.mavlink.link import Link
-
 Fields = tuple[Any, ...]
-
-
-class Stream:
-    """A stream module at work for one vehicle; payloads made in one tick are shared by the links."""
-
-    def __init__(self, name: str, context: Context, encoder: Encoder) -> None:
-        """`name` is the MAVLink message's; raises ModuleNotFoundError if there is no such stream."""
-        module: Any = modules()[name]
-        self.name = name
-        self.codec = encoder.codec(module.ID)
-        self._fields = module.fields
-        self._stamp = getattr(module, "stamp", None)
-        self._since = getattr(module, "since", None)
-        self._requested = getattr(module, "requested", None)
-        self._per_link = bool(getattr(module, "PER_LINK", False))
-        self._context = context
-        self._made_us = -1
-        self._payloads: tuple[bytes, ...] = ()
-        self._sent_stamps: dict[str, int] = {}
-
-    def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
-        """What to send on a link now; empty if nothing, or nothing new."""
-        if self._per_link:
-            return (self.codec.pack(*self._fields(now_us, self._context, link)),)
-        if self._since is not None:
-            self._sent_stamps[link.name], messages = self._since(self._context, self._sent_stamps.get(link.name, 0))
-            return tuple(self.codec.pack(*fields) for fields in messages)
-        if self._stamp is not None:
-            stamp = self._stamp(now_us, self._context)
-            if self._sent_stamps.get(link.name) == stamp:
-                return ()
-            self._sent_stamps[link.name] = stamp
-        return self.latest(now_us)
-
-    def forget(self, link: Link) -> None:
-        """What was sent on a link is no longer known: the stream was switched off there."""
-        self._sent_stamps.pop(link.name, None)
-
-    def latest(self, now_us: int) -> tuple[bytes, ...]:
-        """The message as it is now, new or not; empty if there is nothing to say."""
-        if self._made_us != now_us:
-            self._made_us = now_us
-            fields = self._fields(now_us, self._context)
-            if fields is None:
-                self._payloads = ()
-            elif isinstance(fields, list):
-                self._payloads = tuple(self.codec.pack(*part) for part in fields)
-            else:
-                self._payloads = (self.codec.pack(*fields),)
-        return self._payloads
-
-    def requested(self, now_us: int, link: Link, param2: float) -> tuple[bytes, ...] | None:
-        """The messages that REQUEST_MESSAGE wants, as of now (a command may have come since the last tick).
-
-        None: there is nothing to say, or nothing new since the last time that it was said on the link.
-        """
-        if self._requested is not None:
-            messages = self._requested(now_us, self._context, param2)
-            return None if messages is None else tuple(self.codec.pack(*fields) for fields in messages)
-        self._made_us = -1
-        return self.payloads(now_us, link) or None
 
 
 @functools.cache

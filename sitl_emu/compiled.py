@@ -1,0 +1,131 @@
+"""Compiled forms of the modules that run in every tick, found instead of the very sources that they were made from.
+
+`make setup` compiles them with mypyc where there is a C compiler (tools/compile_hot_modules.py). What was made lies in
+the environment (`sys.prefix`), in a folder named by a digest of the sources: whoever changes one of these runs plain
+Python again, until it is compiled anew. Both fly the same to the last bit (tests/flight/test_compiled.py).
+SITL_EMU_PURE=1 in the environment: plain Python.
+"""
+
+import hashlib
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+PACKAGE = "sitl_emu"
+HOT: dict[str, tuple[str, ...]] = {
+    "autopilot": (
+        "autopilot.py",
+        "commander/[!_]*.py",
+        "commander/arming_checks/*.py",
+        "control/actuator_group_test.py",
+        "control/actuator_test.py",
+        "control/control.py",
+        "control/control_allocator.py",
+        "control/hover_thrust_estimator.py",
+        "control/mc_*.py",
+        "control/multicopter.py",
+        "control/peripherals.py",
+        "control/takeoff.py",
+        "estimator/*.py",
+        "estimator/aid_sources/*.py",
+        "land_detector/*.py",
+        "logger/logger.py",
+        "mavlink/encoder.py",
+        "mavlink/link.py",
+        "mavlink/mavlink.py",
+        "mavlink/rates.py",
+        "mavlink/stream.py",
+        "mavlink/streams/[!_]*.py",
+        "modes/auto.py",
+        "modes/flight_modes.py",
+        "modes/flight_task.py",
+        "modes/heading_smoothing.py",
+        "modes/position_smoothing.py",
+        "modes/trajectory_constraints.py",
+        "modes/vectors.py",
+        "modes/velocity_smoothing.py",
+        "navigator/navigator.py",
+        "sensors/battery_estimator.py",
+        "sensors/imu_integrator.py",
+        "sensors/sensors.py",
+        "sensors/vehicle_imu.py",
+    ),
+    "core": ("attitude.py", "geodesy.py", "simulator_api.py"),
+    "vehicles": ("battery.py", "dynamics.py", "multicopter.py", "rigid_body.py"),
+    "world": ("atmosphere.py", "noise.py", "sensors/*.py", "simulator.py", "wind.py"),
+}
+"""Files by room: what a hovering tick spends its time in (tools/bench_tick.py)."""
+FOLDER = Path(sys.prefix) / "lib" / "sitl_emu_compiled"
+LIST = "modules.txt"
+"""In a folder of compiled modules: their names, one a line."""
+
+
+def sources(rooms: dict[str, Path]) -> dict[str, Path]:
+    """The files of HOT by module name, sorted; `rooms`: the folder of each room."""
+    found = {}
+    for room, patterns in HOT.items():
+        for pattern in patterns:
+            for path in rooms[room].glob(pattern):
+                parts = path.relative_to(rooms[room]).with_suffix("").parts
+                if parts[-1] != "__init__":
+                    found[".".join((PACKAGE, room, *parts))] = path
+    return dict(sorted(found.items()))
+
+
+def folder(files: dict[str, Path]) -> Path:
+    """Where the compiled forms of these sources belong, for this Python. Raises OSError."""
+    digest = hashlib.blake2b(sys.implementation.cache_tag.encode(), digest_size=12)
+    for name, path in files.items():
+        digest.update(name.encode())
+        digest.update(path.read_bytes())
+    return FOLDER / digest.hexdigest()
+
+
+class Finder(MetaPathFinder):
+    """Finds the modules of a folder of compiled ones."""
+
+    def __init__(self, place: Path) -> None:
+        self._place = place
+        self._names = frozenset((place / LIST).read_text().split())
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """As importlib asks."""
+        if fullname not in self._names:
+            return None
+        file = self._place.joinpath(*fullname.split(".")).with_suffix(EXTENSION_SUFFIXES[0])
+        return importlib.util.spec_from_file_location(fullname, file)
+
+
+def in_use() -> bool:
+    """Whether this process runs compiled modules."""
+    return any(isinstance(finder, Finder) for finder in sys.meta_path)
+
+
+def leave() -> None:
+    """Begin this command again as plain Python, if it runs compiled modules: for tools that look into them."""
+    if in_use():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "SITL_EMU_PURE": "1"})
+
+
+def install() -> None:
+    """Have the compiled modules found from now on, where there are some of just these sources."""
+    if os.environ.get("SITL_EMU_PURE") or not FOLDER.is_dir():
+        return
+    specs = {room: importlib.util.find_spec(f"{PACKAGE}.{room}") for room in HOT}
+    rooms = {
+        room: Path(spec.submodule_search_locations[0])
+        for room, spec in specs.items()
+        if spec is not None and spec.submodule_search_locations
+    }
+    try:
+        place = folder(sources(rooms))
+        sys.meta_path.insert(0, Finder(place))
+    except (OSError, KeyError):  # none were made of these sources, or some of them are missing
+        return

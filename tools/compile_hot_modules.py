@@ -1,0 +1,106 @@
+"""Compile the modules that run in every tick with mypyc, for this Python and these sources (sitl_emu/compiled.py).
+
+    python tools/compile_hot_modules.py        # in the checkout, a minute on two cores; `make setup` calls it
+
+Needs mypy, setuptools, a C compiler and Python's headers. Without them all runs as plain Python, slower and otherwise
+the same; then this says what is missing, and is content.
+"""
+
+import os
+import shutil
+import sys
+import sysconfig
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from sitl_emu import compiled
+
+ROOT = Path(__file__).resolve().parents[1]
+LIBRARY = "sitl_emu"
+"""mypyc puts all modules into one library, LIBRARY + `__mypyc`, and a file for each that hands it out."""
+OPTIMISATION = "1"
+"""-O2 makes no faster ticks and takes half as long again."""
+LENIENT = ["--disable-error-code=has-type"]
+"""mypyc takes files in another order than mypy and knows no types of what is decorated yet; mypy itself checks it."""
+FLAGS = ["-ffp-contract=off", "-w"]
+"""No fused multiply-add, where a processor has it: the same numbers as Python's. mypyc's C is full of unused names."""
+
+
+def missing() -> str:
+    """What compiling lacks here; empty: nothing."""
+    if shutil.which("cc") is None:
+        return "no C compiler (apt install gcc)"
+    if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+        return "no headers of Python (apt install python3-dev)"
+    return ""
+
+
+def translate(files: list[str], folder: Path) -> list[Any]:
+    """The extensions to build (setuptools'), their C files under `folder`. Exits where mypyc refuses."""
+    from mypyc.build import mypycify
+
+    return list(
+        mypycify(
+            ["--config-file", "pyproject.toml", *LENIENT, *files],
+            opt_level=OPTIMISATION,
+            debug_level="0",
+            multi_file=True,
+            target_dir=str(folder),
+            group_name=LIBRARY,
+        )
+    )
+
+
+def build(extensions: list[Any], folder: Path, place: Path) -> None:
+    """Compile all C files side by side, objects under `folder`, and link the modules into `place`."""
+    from setuptools._distutils.ccompiler import new_compiler
+    from setuptools._distutils.sysconfig import customize_compiler
+
+    compiler = new_compiler()
+    customize_compiler(compiler)
+    include = [sysconfig.get_path("include")]
+
+    def compiled_source(source: str, extension: Any) -> str:
+        arguments = [*extension.extra_compile_args, *FLAGS]
+        paths = [*include, *extension.include_dirs]
+        (made,) = compiler.compile([source], str(folder), include_dirs=paths, extra_postargs=arguments)
+        return str(made)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = [[pool.submit(compiled_source, source, ext) for source in ext.sources] for ext in extensions]
+        for extension, objects in zip(extensions, jobs, strict=True):
+            file = place.joinpath(*extension.name.split(".")).with_suffix(sysconfig.get_config_var("EXT_SUFFIX"))
+            file.parent.mkdir(parents=True, exist_ok=True)
+            compiler.link_shared_object([job.result() for job in objects], str(file))
+
+
+def main() -> None:
+    """Compile, unless that is done already, and forget what was compiled of other sources."""
+    os.chdir(ROOT)
+    lacking = missing()
+    if lacking:
+        print(f"{lacking}: the autopilot runs as plain Python, at two thirds of its speed", file=sys.stderr)
+        return
+    files = compiled.sources({room: ROOT / "sitl_emu" / room for room in compiled.HOT})
+    place = compiled.folder(files)
+    if place.is_dir():
+        return
+    print(f"compiling {len(files)} modules that run in every tick, about a minute...", flush=True)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as scratch:
+        made = Path(scratch) / "made"
+        extensions = translate([str(path.relative_to(ROOT)) for path in files.values()], Path(scratch) / "c")
+        build(extensions, Path(scratch) / "o", made)
+        (made / compiled.LIST).write_text("".join(f"{extension.name}\n" for extension in extensions))
+        shutil.rmtree(compiled.FOLDER, ignore_errors=True)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(made, place.with_suffix(".new"))
+        place.with_suffix(".new").rename(place)
+    print(f"compiled in {time.monotonic() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
