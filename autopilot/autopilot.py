@@ -88,7 +88,7 @@ class Autopilot:
         self.navigator = Navigator(
             *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing
         )
-        self.flight_modes = FlightModes(*shared)
+        self.flight_modes = FlightModes(*shared, self.texts.of("flight_mode_manager"), self.texts.events.send)
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared)

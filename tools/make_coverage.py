@@ -206,7 +206,7 @@ def _modes() -> Iterator[str]:
         "Every mode of PX4 has its name and number; these are flown. In another, a multicopter has no setpoint and "
         "descends, a rover goes on with what it had; termination stops the motors."
     )
-    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER)).tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), lambda *_: None, lambda *_: None).tasks
     rows = []
     for state, mode in FLIGHT_MODES.items():
         flown = [

@@ -8,6 +8,7 @@ and termination publish no setpoint.
 import math
 
 from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Task
 from sitl_emu.autopilot.modes.auto import Auto
 from sitl_emu.autopilot.modes.descend import Descend
@@ -32,7 +33,7 @@ AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
 class FlightModes:
     """Writer of trajectory_setpoint, vehicle_constraints, landing_gear and orbit_status."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
         self._parameters = parameters
         auto = Auto(topics, parameters)
@@ -42,7 +43,7 @@ class FlightModes:
             Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
             Task.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
             Task.DESCEND: Descend(topics, parameters),
-            Task.ORBIT: Orbit(topics, parameters),
+            Task.ORBIT: Orbit(topics, parameters, say, send),
             Task.FOLLOW_TARGET: FollowTargetTask(topics, parameters),
             Task.OFFBOARD: Offboard(topics, parameters),
         }

@@ -145,8 +145,8 @@ class OrbitStatus(NamedTuple):
 
     timestamp: int = 0
     radius: float = NAN
-    frame: int = 5
-    """MAV_FRAME_GLOBAL_INT."""
+    frame: int = 0
+    """MAV_FRAME_GLOBAL, as FlightTaskOrbit.cpp has it, though degrees are sent as integers."""
     lat: float = NAN
     lon: float = NAN
     alt: float = NAN

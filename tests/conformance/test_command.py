@@ -161,6 +161,40 @@ def test_a_command_that_nobody_knows(station: Any) -> None:
     assert station.command(31000) == UNSUPPORTED
 
 
+ORBIT_TASK = "PX4 src/modules/flight_mode_manager/tasks/Orbit/FlightTaskOrbit.cpp"
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers("MAV_CMD_DO_ORBIT", "ORBIT_EXECUTION_STATUS", source=f"{ORBIT_TASK}: the frame is 0")
+def test_an_orbit_is_told(station: Any) -> None:
+    """Also by a vehicle that stands on the ground."""
+    try:
+        assert station.command(number_of("DO_ORBIT"), 5.0, 2.0, 0.0, 0.0, *(math.nan,) * 3) == ACCEPTED
+        status = station.receive("ORBIT_EXECUTION_STATUS")
+        assert (status.frame, status.radius >= 1.0) == (common.MAV_FRAME_GLOBAL, True)
+    finally:
+        station.set_mode(*HOLD)
+
+
+@pytest.mark.vehicle("MAV_TYPE_HEXAROTOR", "MAV_TYPE_QUADROTOR")
+@pytest.mark.covers(
+    "MAV_CMD_DO_ORBIT", "STATUSTEXT", source=f"{ORBIT_TASK}: a radius of less than 1 m is accepted, told, and not flown"
+)
+def test_an_orbit_that_is_too_small_is_told(station: Any) -> None:
+    number = number_of("DO_ORBIT")
+    told: set[int | str] = set()
+    station.mav.command_long_send(station.system, 1, number, 0, *(0.0,) * 7)
+    try:
+        while len(told) < 2 and (message := station.receive(["COMMAND_ACK", "STATUSTEXT"])) is not None:
+            if message.get_type() == "STATUSTEXT":
+                told |= {message.text} & {"Orbit radius limit exceeded\t"}
+            elif message.command == number:
+                told.add(message.result)
+        assert told == {ACCEPTED, "Orbit radius limit exceeded\t"}
+    finally:
+        station.set_mode(*HOLD)
+
+
 @pytest.mark.parametrize(("name", "params", "result"), [about(*case) for case in WITH_PARAMETERS])
 def test_parameters_decide(station: Any, name: str, params: tuple[float, ...], result: int) -> None:
     assert station.command(number_of(name), *params) == result

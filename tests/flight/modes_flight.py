@@ -59,7 +59,8 @@ class Flight:
         shared = (self.topics, self.parameters)
         self.sensors, self.estimator = Sensors(*shared), Estimator(*shared)
         self.land_detector = LandDetector(*shared, VehicleKind.MULTICOPTER.traits)
-        self.modes, self.control = FlightModes(*shared), MulticopterControl(*shared, lambda *_: None)
+        self.modes = FlightModes(*shared, lambda *_: None, lambda *_: None)
+        self.control = MulticopterControl(*shared, lambda *_: None)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround())
         self.controls: HilActuatorControls | None = None
         self.ticks = 0

@@ -85,7 +85,7 @@ def test_an_orbit_of_15_m() -> None:
     flight.begin()
     centre = flight.setpoint((0.0, 0.0, 10.0))
     command = VehicleCommand(DO_ORBIT, 15.0, 3.0, 0.0, 0.0, centre.lat, centre.lon, centre.alt)
-    flight.topics.vehicle_commands = (CommandRecord(1, 0, command),)
+    flight.topics.vehicle_commands = (CommandRecord(1, flight.ticks * 4000, command),)
     flight.mode(NavState.ORBIT)
     flight.fly(30.0)
     late = flight.rows[-100:]

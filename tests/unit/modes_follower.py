@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.modes.flight_modes import FlightModes
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -39,7 +40,9 @@ class Follower:
     def __init__(self, up: float = 10.0, nav_state: NavState = NavState.AUTO_LOITER, **changes: float) -> None:
         self.topics = Topics()
         self.parameters = Parameters(VehicleKind.MULTICOPTER, changes)
-        self.modes = FlightModes(self.topics, self.parameters)
+        self.texts = Texts()
+        say = self.texts.of("flight_mode_manager")
+        self.modes = FlightModes(self.topics, self.parameters, say, self.texts.events.send)
         self.now_us = 1_000_000
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)
         self.topics.takeoff_status = TakeoffStatus(state=TakeoffState.FLIGHT)

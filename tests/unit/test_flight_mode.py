@@ -117,5 +117,5 @@ def test_who_is_flown_by_sticks_needs_them() -> None:
 def test_every_task_and_drive_mode_has_a_mode() -> None:
     assert {mode.task for mode in FLIGHT_MODES.values()} == {None, *Task}
     assert {mode.drive_mode for mode in FLIGHT_MODES.values()} == {None, *DriveMode}
-    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER)).tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), lambda *_: None, lambda *_: None).tasks
     assert set(tasks) == modes_where(lambda mode: mode.task is not None)
