@@ -365,7 +365,7 @@ class Conductor:
         pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
         head = _head(vehicle.gimbal, where) if feed.on_gimbal else None
-        loose = tuple(LooseAt(plain(body), place, q) for body, place, q in self._simulation.loose_poses())
+        loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
         feed.control.send(Render(index, self.now_us, where, head, loose))
         feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
 

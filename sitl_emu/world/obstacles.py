@@ -34,6 +34,8 @@ class LoosePose(NamedTuple):
     """Of its centre of mass, NED, m."""
     q: Quaternion
     """Body (north, east, down, as it was described) to NED."""
+    centre_m: Vector3 = (0.0, 0.0, 0.0)
+    """The centre of mass, in the body: from the middle of a box or cylinder, the origin of a hull or mesh."""
 
 
 class Pushable(Protocol):

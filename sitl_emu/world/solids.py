@@ -151,12 +151,13 @@ class Solids:
     def loose_poses(self) -> list[LoosePose]:
         """Where all loose bodies are."""
         return [
-            LoosePose(body.described, (body.north_m, body.east_m, body.down_m), body.q) for body in self._loose.bodies
+            LoosePose(body.described, (body.north_m, body.east_m, body.down_m), body.q, body.shape.centre_m)
+            for body in self._loose.bodies
         ]
 
     def put_loose(self, poses: Sequence[LoosePose]) -> None:
         """Put loose bodies where another process's are: those of the description, and what was released there."""
-        for described, place, q in poses:
+        for described, place, q, _ in poses:
             body = self._by_name.get(described.name) or self._add_loose(described, place, q)
             self._put(body, place, q)
 

@@ -147,7 +147,7 @@ class World:
         if self.solids is not None and (poses := self.solids.loose_poses()):
             made["loose"] = [
                 {"name": described.name, "label": described.label, "place_m": [north, east, -down], "q": list(q)}
-                for described, (north, east, down), q in poses
+                for described, (north, east, down), q, _ in poses
             ]
         if areas := self._true_areas(time_s):
             made["areas"] = areas

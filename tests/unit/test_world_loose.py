@@ -18,6 +18,7 @@ from sitl_emu.world.description import Box, Cylinder, Hull, Loose, WorldError, l
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.loose import LooseBody
 from sitl_emu.world.obstacles import LoosePose
+from sitl_emu.world.render.scene import MeshScene
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.terrain import HeightMap
@@ -26,6 +27,7 @@ from sitl_emu.world.world import World
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 GRAVITY = gravity_m_s2(HOME.lat_deg)
 PARCEL = Loose("parcel", 0.0, 0.0, mass_kg=2.0, box=Box((0.4, 0.3, 0.2)))
+DOWN = np.array([(0.0, 0.0, 1.0)])
 SPUN = (3.0, -2.0, 1.0)
 
 
@@ -295,18 +297,27 @@ def test_a_pose_is_kept_as_it_was_given() -> None:
 
 def test_another_process_sees_what_was_released_here() -> None:
     """As a camera's does: it has the world file, and is told the poses."""
-    here, there = world_of(), World(read({"name": "x"}, "x"), Path())
-    simulation = simulated(here)
+    walker = {
+        "label": "person", "north_m": 0, "east_m": 4, "radius_m": 0.3, "height_m": 1.8,
+        "path": [{"at_s": 0, "north_m": 0, "east_m": 4}, {"at_s": 9, "north_m": 0, "east_m": 13}],
+    }  # fmt: skip
+    here, there = world_of(), World(read({"name": "x", "things": [walker]}, "x"), Path())
+    simulation, scene = simulated(here), there.scene()
+    assert isinstance(scene, MeshScene)
+    renderer, looking_down = scene.renderer(64, 64, 32.0), np.array(((0.0, -1, 0), (1, 0, 0), (0, 0, 1)))
+    renderer.look(np.array((3.0, 2.0, -8.0)), looking_down, 0.0)
+    corners = tuple((n, e, u) for n in (1.0, 1.6) for e in (-0.3, 0.3) for u in (0.0, 0.4))
     simulation.release(PARCEL, (3.0, 2.0, -5.0), spin=SPUN)
-    renderer, looking_down = there.scene().renderer(64, 64, 32.0), np.array(((0.0, -1, 0), (1, 0, 0), (0, 0, 1)))
-    before = renderer.draw(np.array((3.0, 2.0, -8.0)), looking_down, 0.0)
+    simulation.release(Loose("lump", 0.0, 0.0, mass_kg=9.0, hull=Hull(corners)), (-5.0, 0.0, -2.0))
     for seconds in (0.2, 4.0):
         run(simulation, seconds)
-        told = [LooseAt(plain(body), place, q) for body, place, q in simulation.loose_poses()]
+        told = [LooseAt(plain(pose.described), pose.place, pose.q) for pose in simulation.loose_poses()]
         there.put_loose([LoosePose(loose_of(each.described), each.place, each.q) for each in told])
-        assert there.solids is not None
-        (one,), (other,) = there.solids.loose_poses(), simulation.loose_poses()
-        assert one.place == other.place and one.q == pytest.approx(other.q, abs=1e-15)
-    assert there.scene().moves
-    after = renderer.draw(np.array((body_of(here).north_m, body_of(here).east_m, -2.0)), looking_down, 4.2)
-    assert int(after[32, 32, 2]) > int(before[32, 32, 2]) + 40, "brown cardboard instead of grass"
+        for name in ("parcel", "lump"):
+            body = body_of(here, name)
+            seen = renderer.look(np.array((body.north_m, body.east_m, body.down_m - 2.0)), looking_down, seconds)
+            assert scene.names[seen.objects[32, 32]] == name
+            hit = there.raycast(np.array([(body.north_m, body.east_m, body.down_m - 2.0)]), DOWN, seconds, 9.0)
+            assert hit.name == [name] and seen.depth_m[32, 32] == pytest.approx(hit.range_m[0], abs=0.03)
+    walks = renderer.look(np.array((0.0, 8.0, -4.0)), looking_down, 4.0)
+    assert scene.moves and scene.names[walks.objects[32, 32]] == "person", "whoever moves is where it was"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.world.camera import body_to_ned
-from sitl_emu.world.description import GROUND, Solid, Thing, WorldDescription
+from sitl_emu.world.description import GROUND, Loose, Solid, Thing, WorldDescription
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.render import furniture, plants, solid_mesh, surface_mesh, terrain_mesh
 from sitl_emu.world.render.ground_map import Frame, frame_of
@@ -44,12 +44,19 @@ class Built:
     frame: Frame
     """The part of the world that has a ground map."""
     movers: list[Mover]
+    loose: dict[str, int]
+    """Instances of loose bodies, by name."""
     terrain: Terrain
+    folder: Path
     middle: F64
     """Of all but the far land, and its reach."""
     reach_m: float
     first_fire: int
     """The first fire's object."""
+
+    def add_loose(self, body: Loose) -> None:
+        """One that has been released since. Raises WorldError."""
+        self.loose[body.name] = _add_solid(self.stage, body, self.terrain, self.folder, 0)
 
     def lay(self, meshes: Meshes, things: Instances, mover: Mover, north_m: float, east_m: float) -> None:
         """Lay a flat thing on the ground at a place."""
@@ -72,8 +79,9 @@ def build(described: WorldDescription, terrain: Terrain, folder: Path) -> Built:
     north, east = _lines(described, terrain)
     _add_terrain(stage, terrain, north, east)
     movers: list[Mover] = []
-    for number, solid in enumerate((*described.solids, *described.loose)):
+    for number, solid in enumerate(described.solids):
         _add_solid(stage, solid, terrain, folder, described.seed + number)
+    loose = {body.name: _add_solid(stage, body, terrain, folder, described.seed) for body in described.loose}
     for number, thing in enumerate(described.things):
         mover = _add_thing(stage, thing, terrain, described.seed + number)
         if mover is not None:
@@ -90,7 +98,7 @@ def build(described: WorldDescription, terrain: Terrain, folder: Path) -> Built:
     middle = np.array((0.5 * (north[0] + north[-1]), 0.5 * (east[0] + east[-1]), 0.0))
     middle[2] = -terrain.height_m(float(middle[0]), float(middle[1]))
     reach = 0.5 * math.hypot(float(north[-1] - north[0]), float(east[-1] - east[0]))
-    return Built(stage, frame, movers, terrain, middle, reach, first_fire)
+    return Built(stage, frame, movers, loose, terrain, folder, middle, reach, first_fire)
 
 
 # --- ground -----------------------------------------------------------------------------------------------------------
@@ -164,7 +172,8 @@ def _ground(triangles: npt.NDArray[np.int32]) -> Model:
 # --- what stands and lies ---------------------------------------------------------------------------------------------
 
 
-def _add_solid(stage: Stage, solid: Solid, terrain: Terrain, folder: Path, seed: int) -> None:
+def _add_solid(stage: Stage, solid: Solid, terrain: Terrain, folder: Path, seed: int) -> int:
+    """Its instance."""
     model = solid_mesh.mesh_of(solid, folder, seed)
     lift = terrain.height_m(solid.north_m, solid.east_m) + solid.above_ground_m
     if solid.box is not None:
@@ -174,7 +183,7 @@ def _add_solid(stage: Stage, solid: Solid, terrain: Terrain, folder: Path, seed:
     q = quaternion(*(math.radians(angle) for angle in (solid.roll_deg, solid.pitch_deg, solid.heading_deg)))
     flags = 0 if solid.mesh is not None else CULLED
     number = stage.add_object(solid.name, solid.label)
-    stage.place(stage.add_model(model), number, (solid.north_m, solid.east_m, -lift), body_to_ned(q), flags)
+    return stage.place(stage.add_model(model), number, (solid.north_m, solid.east_m, -lift), body_to_ned(q), flags)
 
 
 def _add_thing(stage: Stage, thing: Thing, terrain: Terrain, seed: int) -> Mover | None:

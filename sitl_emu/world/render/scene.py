@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world import ground
+from sitl_emu.world.camera import body_to_ned
 from sitl_emu.world.description import WorldDescription, WorldError
 from sitl_emu.world.moving import place_at, velocity_at
+from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, sprites, textures
 from sitl_emu.world.render.kernel import F32, I32, U8
 from sitl_emu.world.render.maps import GroundMap, SunMap
@@ -18,6 +20,7 @@ from sitl_emu.world.render.model import turned
 from sitl_emu.world.render.raster import Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import PLANE, Picture, Surfaces, shade
 from sitl_emu.world.render.sky import air_of
+from sitl_emu.world.solids import Solids
 
 F64 = npt.NDArray[np.float64]
 ERROR_PX = 0.35
@@ -34,6 +37,7 @@ class Seen(Protocol):
 
     description: WorldDescription
     terrain: ground.Terrain
+    solids: Solids | None
 
 
 class View(NamedTuple):
@@ -74,7 +78,7 @@ class MeshScene:
     def _lit(self, colours: GroundMap) -> Surfaces:
         """Everything to look up: textures, and what sun and sky reach of all that stands still."""
         built = self.built
-        moving = {mover.instance for mover in built.movers}
+        moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
         fine = self.things.first_level
         relief = light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
@@ -98,7 +102,7 @@ class MeshScene:
     def moves(self) -> bool:
         """See camera.Scene."""
         described = self.world.description
-        return bool(self.built.movers or described.water or described.fires)
+        return bool(self.built.movers or described.water or described.fires or self._loose())
 
     @property
     def names(self) -> list[str]:
@@ -115,7 +119,8 @@ class MeshScene:
         return MeshRenderer(self, width, height, focal_px)
 
     def set_time(self, time_s: float) -> None:
-        """Put what moves where it is then."""
+        """Put what moves where it is then, and loose bodies where they are now."""
+        self._put_loose()
         for mover in self.built.movers:
             thing, row = mover.thing, mover.instance
             north, east = place_at(thing, time_s)
@@ -126,6 +131,20 @@ class MeshScene:
                 self.things.place[row] = (north, east, -self.world.terrain.height_m(north, east))
             else:
                 self.built.lay(self.meshes, self.things, mover, north, east)
+
+    def _loose(self) -> list[LoosePose]:
+        return [] if self.world.solids is None else self.world.solids.loose_poses()
+
+    def _put_loose(self) -> None:
+        """Also those that have been released since the scene was built."""
+        poses = self._loose()
+        if new := [pose.described for pose in poses if pose.described.name not in self.built.loose]:
+            for body in new:
+                self.built.add_loose(body)
+            self.meshes, self.things = self.built.stage.packed()
+        for pose in poses:
+            row, turn = self.built.loose[pose.described.name], body_to_ned(pose.q)
+            self.things.rotation[row], self.things.place[row] = turn, np.array(pose.place) - turn @ pose.centre_m
 
     def photo_from_above(self) -> U8:
         """The area's rectangle, north up, uint8 RGB, a pixel every PHOTO_GSD_M."""
