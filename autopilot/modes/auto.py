@@ -138,13 +138,10 @@ class Auto:
         yaw = self._wanted_yaw(current, local)
 
         height_m = distance_to_ground_m(local, topics.home_position)
-        if kind == SetpointType.LAND:
-            self.gear = GEAR_DOWN
-        elif height_m > GEAR_UP_ABOVE_M:
-            self.gear = GEAR_UP
         previous, target, then = self._waypoints
         feed_forward = NAN3
         if kind == SetpointType.LAND:
+            self.gear = GEAR_DOWN
             if math.isnan(self._land_heading):
                 self._land_heading = yaw
             yaw = self._land_heading
@@ -152,6 +149,8 @@ class Auto:
             feed_forward = (NAN, NAN, descent_speed(self._land, height_m, range_m))
             target = (target[0], target[1], NAN)
         else:
+            if height_m > GEAR_UP_ABOVE_M:
+                self.gear = GEAR_UP
             self._land_heading = NAN
 
         self._check_braking()
@@ -169,11 +168,7 @@ class Auto:
         self._yaw_aligned = abs(wrap_pi(yaw - local.heading)) < self._yaw_tolerance
         heading.update(yaw, dt_s)
         self._yaw = yaw
-        constraints = VehicleConstraints(
-            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
-            max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
-            smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
-        )
+        constraints = self._constraints()
         if kind == SetpointType.IDLE:
             acceleration = (0.0, 0.0, THRUST_OFF_M_S2)
             return TrajectorySetpoint(now_us, NAN3, NAN3, acceleration, heading.heading, heading.rate), constraints
@@ -192,6 +187,13 @@ class Auto:
         )
 
     # --- limits ------------------------------------------------------------------------------------------
+
+    def _constraints(self) -> VehicleConstraints:
+        return VehicleConstraints(
+            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
+            max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
+            self._smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
+        )
 
     def _set_limits(self, current: PositionSetpoint, taking_off: bool) -> None:
         smoothing = self._smoothing

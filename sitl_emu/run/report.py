@@ -59,7 +59,7 @@ def write(
     parts = [
         f"<h1>{html.escape(summary['scenario'])}, seed {summary['seed']}</h1>",
         f"<p class={verdict}><b>Outcome: {html.escape(summary['outcome'])}</b></p>",
-        "".join(f"<p>{html.escape(line)}</p>" for line in score.lines(summary)),
+        "".join(f"<p>{html.escape(line)}</p>" for line in score.lines(summary) + score.details(summary)),
     ]
     if any(track.time_s for track in tracks.values()):
         parts += [

@@ -140,9 +140,6 @@ def exit_status(summary: dict[str, Any]) -> int:
 def lines(summary: dict[str, Any]) -> list[str]:
     """The figures for people."""
     told = list[str](summary["lines"])
-    for vehicle, status in summary["companions"].items():
-        counts = [f"{count} {what}" for what, count in status.get("counts", {}).items() if count]
-        told += [f"{vehicle}: {'; '.join(counts)}"] if counts else []
     told += [f"injected fault: {fault}" for fault in summary["faults"]]
     told += [f"fault not injected, as its event did not come: {fault}" for fault in summary["faults_left"]]
     if summary["speed_factor"] is not None:
@@ -155,3 +152,12 @@ def lines(summary: dict[str, Any]) -> list[str]:
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 3)
+
+
+def details(summary: dict[str, Any]) -> list[str]:
+    """What a companion has counted, for whoever looks closer."""
+    counted = {
+        vehicle: [f"{count} {what}" for what, count in status.get("counts", {}).items() if count]
+        for vehicle, status in summary["companions"].items()
+    }
+    return [f"{vehicle}: {'; '.join(counts)}" for vehicle, counts in counted.items() if counts]
