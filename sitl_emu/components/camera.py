@@ -1,16 +1,17 @@
 """A camera that speaks the MAVLink camera protocol v2: component 100, a state machine on simulated time.
 
 https://mavlink.io/en/services/camera.html. An image is its CAMERA_IMAGE_CAPTURED record, with the position and attitude
-that the autopilot, asked at that moment, gave (GLOBAL_POSITION_INT, ATTITUDE_QUATERNION): nothing is rendered here, no
-file is kept, and no video stream is served, which VIDEO_STREAM_INFORMATION says. Settings, modes, storage and the
-counting of images behave as on a real camera; a command that is repeated with the same sequence number takes no second
-image.
+that the autopilot, asked at that moment, gave (GLOBAL_POSITION_INT, ATTITUDE_QUATERNION). Nothing is rendered here:
+where somebody does that (`card`), he is asked for a picture when the shutter opens (`triggers`), and the record, which
+then names a file, is told when that is there. No video stream is served, which VIDEO_STREAM_INFORMATION says. Settings,
+modes, storage and the counting of images behave as on a real camera; a command that is repeated with the same sequence
+number takes no second image.
 """
 
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from sitl_emu.components.camera_messages import (
     Settings,
@@ -22,7 +23,7 @@ from sitl_emu.components.camera_messages import (
     video_stream_status,
 )
 from sitl_emu.components.component import COMMANDS, Command, Component
-from sitl_emu.components.geotag import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, CameraPose
+from sitl_emu.components.geotag import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, CameraPose, Geotag
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
 
@@ -43,7 +44,7 @@ STREAM_INFORMATION = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION
 STREAM_STATUS = mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_STATUS
 FOV_STATUS = mavlink.MAVLINK_MSG_ID_CAMERA_FOV_STATUS
 
-CAPTURED = 1
+CAPTURED, NOT_CAPTURED = 1, 0
 NO_FILE = b""
 KEPT_IMAGES = 1000
 """Records of the newest images, for who asks again (MAV_CMD_REQUEST_MESSAGE with their index)."""
@@ -56,14 +57,35 @@ ZOOM_UPDATE_US = 100_000
 NEVER_US = 1 << 62
 
 
+class PictureFiles(Protocol):
+    """A card (`card.Card`)."""
+
+    def next_number(self) -> int: ...  # noqa: D102
+    def url(self, number: int) -> bytes: ...  # noqa: D102
+    def tag(self, number: int, tag: Geotag, utc_us: int) -> None: ...  # noqa: D102
+
+
 class Camera:
     """The camera of one vehicle."""
 
     WANTED = COMMANDS | {POSITION, ATTITUDE, SYSTEM_TIME}
 
-    def __init__(self, data: CameraData, system_id: int, gimbal_device_id: int = 0) -> None:
-        """`system_id` is the vehicle's; `gimbal_device_id` is the gimbal that carries it, 0 for none."""
-        self._data = data
+    def __init__(
+        self, data: CameraData, system_id: int, gimbal_device_id: int = 0, card: PictureFiles | None = None
+    ) -> None:
+        """`system_id` is the vehicle's; `gimbal_device_id` is the gimbal that carries it, 0 for none.
+
+        `card`: where pictures are kept; None: there are none.
+        """
+        self._data, self._card = data, card
+        self.triggers: list[int] = []
+        """Numbers of pictures that are to be drawn as the camera sees now; emptied by who draws them."""
+        self._exposed = 0
+        """The number of the picture whose record is in the making, 0 for none."""
+        self._drawn: dict[int, bool] = {}
+        """Pictures that are there (or could not be drawn) before their records."""
+        self._undrawn: dict[int, tuple[Any, Geotag]] = {}
+        """Records that wait for their pictures."""
         self._component = Component(system_id, mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_TYPE_CAMERA)
         self._gimbal = gimbal_device_id
         self._wanted = self.WANTED | {GIMBAL_ATTITUDE} if gimbal_device_id else self.WANTED
@@ -135,6 +157,13 @@ class Camera:
                 self._pose.on_message(message)
             elif message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1:
                 self._on_autopilot(now_us, message)
+
+    def picture_taken(self, now_us: int, number: int, ok: bool) -> None:
+        """A picture that was asked for is on the card; or not `ok`: there will be none. Raises OSError."""
+        if number in self._undrawn:
+            self._tell(now_us, *self._undrawn.pop(number), number, ok)
+        elif number == self._exposed:
+            self._drawn[number] = ok
 
     def keep_alive(self, clock_s: float) -> None:
         """See Component.keep_alive."""
@@ -249,6 +278,9 @@ class Camera:
         if self._left == 0:
             self._interval_s = 0.0
         self._pose.forget()
+        if self._card is not None:
+            self._exposed = self._card.next_number()
+            self.triggers.append(self._exposed)
         self._asked_us = now_us
         self._ready_us = now_us + round(self._data.interval_min_s * 1e6)
         self._ask_where()
@@ -267,7 +299,23 @@ class Camera:
         tag, boot_unix_us = self._pose.geotag(), self._pose.boot_unix_us
         utc_us = boot_unix_us + taken_us if boot_unix_us else 0
         time_ms, index = taken_us // 1000, self._image_count - 1
-        image = mavlink.MAVLink_camera_image_captured_message(time_ms, utc_us, 0, *tag, index, CAPTURED, NO_FILE)
+        number = self._exposed
+        url = NO_FILE if self._card is None else self._card.url(number)
+        image = mavlink.MAVLink_camera_image_captured_message(time_ms, utc_us, 0, *tag, index, CAPTURED, url)
+        if self._card is not None and number not in self._drawn:
+            self._undrawn[number] = (image, tag)
+        else:
+            self._tell(now_us, image, tag, number, self._drawn.pop(number, True))
+
+    def _tell(self, now_us: int, image: Any, tag: Geotag, number: int, ok: bool) -> None:
+        """The record of an image whose picture is there, or which has none."""
+        if not ok:
+            index, where = image.image_index, (image.lat, image.lon, image.alt, image.relative_alt, image.q)
+            image = mavlink.MAVLink_camera_image_captured_message(
+                image.time_boot_ms, image.time_utc, 0, *where, index, NOT_CAPTURED, NO_FILE
+            )
+        elif self._card is not None:
+            self._card.tag(number, tag, image.time_utc)
         self._images.append(image)
         self._send(image)
         self.due_us = now_us

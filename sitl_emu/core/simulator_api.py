@@ -1,13 +1,13 @@
 """The seam: PX4's simulator API messages as records, and the channels that carry them.
 
-Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following),
-in *wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`,
-which is memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly
-bit-identically. What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and
-RANGING_BEACON to the autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them); to the
-simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off, and
-GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera. The latter come before the HIL_ACTUATOR_CONTROLS of
-their tick, so that lockstep holds for them too.
+Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following), in
+*wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`, which is
+memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly bit-identically.
+What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and RANGING_BEACON to the
+autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them), and CAMERA_IMAGE_CAPTURED; to
+the simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off,
+GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, and CAMERA_TRIGGER, of a camera that takes a picture.
+The latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them.
 """
 
 from collections import deque
@@ -173,6 +173,20 @@ class GimbalState(NamedTuple):
     q: tuple[float, float, float, float]
 
 
+class CameraTrigger(NamedTuple):
+    """What CAMERA_TRIGGER (112) carries of a camera that opens its shutter: the picture's number on its card."""
+
+    number: int
+
+
+class PictureTaken(NamedTuple):
+    """What CAMERA_IMAGE_CAPTURED (263) carries of a picture that was asked for by CAMERA_TRIGGER: its file is there."""
+
+    number: int
+    ok: bool
+    """Else it could not be drawn."""
+
+
 SIMULATOR_PARAMETERS = (
     "SIH_WIND_E",
     "SIH_WIND_N",
@@ -189,10 +203,17 @@ SIMULATOR_PARAMETERS = (
 STATE_BOOT, STATE_POWEROFF = 1, 7
 """MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
 
-BesideMessage = SimulatorParameter | AutopilotState | GimbalState
+BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraTrigger
 """What an autopilot says beside its answers."""
 SimulatorMessage = (
-    HilSensor | HilGps | DistanceSensor | HilStateQuaternion | SimulatedBattery | EscTelemetry | RangingBeacon
+    HilSensor
+    | HilGps
+    | DistanceSensor
+    | HilStateQuaternion
+    | SimulatedBattery
+    | EscTelemetry
+    | RangingBeacon
+    | PictureTaken
 )
 
 HIL_SENSOR_LAYOUT = Layout("Q13fIB")
@@ -265,7 +286,7 @@ def later(message: Timed, by_us: int) -> Timed:
     moved: Any = message
     if isinstance(message, DistanceSensor):
         moved = moved._replace(time_boot_ms=message.time_boot_ms + by_us // 1000)
-    elif not isinstance(message, SimulatedBattery):
+    elif not isinstance(message, SimulatedBattery | PictureTaken):
         moved = moved._replace(time_usec=moved.time_usec + by_us)
     return cast(Timed, moved)
 

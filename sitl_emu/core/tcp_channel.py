@@ -2,11 +2,12 @@
 
 As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
-HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS,
-beacons as RANGING_BEACON, all of which a real PX4 ignores; an autopilot of ours says PARAM_VALUE, HEARTBEAT and
-GIMBAL_DEVICE_ATTITUDE_STATUS before an answer (`simulator_api.BesideMessage`). Other messages are skipped unread,
-broken frames (wrong CRC) too. Records arrive with the very values that `MemoryChannel` hands over. Packed and parsed by
-prepared struct formats, since this runs 250 times a simulated second. No signing, no MAVLink 1.
+HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS, beacons as
+RANGING_BEACON, pictures as CAMERA_IMAGE_CAPTURED, all of which a real PX4 ignores; an autopilot of ours says
+PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS and CAMERA_TRIGGER before an answer
+(`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records arrive with
+the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this runs 250 times
+a simulated second. No signing, no MAVLink 1.
 """
 
 import contextlib
@@ -29,6 +30,7 @@ from sitl_emu.core.simulator_api import (
     HIL_SENSOR_LAYOUT,
     AutopilotState,
     BesideMessage,
+    CameraTrigger,
     ChannelClosed,
     DistanceSensor,
     EscTelemetry,
@@ -37,6 +39,7 @@ from sitl_emu.core.simulator_api import (
     HilGps,
     HilSensor,
     HilStateQuaternion,
+    PictureTaken,
     RangingBeacon,
     SimulatedBattery,
     SimulatorMessage,
@@ -57,6 +60,8 @@ ESCS_PER_MESSAGE = 4
 RANGING_BEACON_LAYOUT = Layout("QIiifIIIHHBBBBB")
 PARAM_VALUE_LAYOUT = Layout("fHH16sB")
 HEARTBEAT_LAYOUT = Layout("I5B")
+CAMERA_TRIGGER_LAYOUT = Layout("QI")
+CAMERA_IMAGE_CAPTURED_LAYOUT = Layout("QI4i4fiBb205s")
 
 MAGIC = 0xFD
 HEADER_BYTES = 10
@@ -135,6 +140,23 @@ def _unpack_parameter(payload: bytes) -> SimulatorParameter:
     return SimulatorParameter(name.rstrip(b"\0").decode(errors="replace"), value)
 
 
+def _pack_trigger(message: CameraTrigger) -> bytes:
+    return CAMERA_TRIGGER_LAYOUT.pack(0, message.number)
+
+
+def _unpack_trigger(payload: bytes) -> CameraTrigger:
+    return CameraTrigger(CAMERA_TRIGGER_LAYOUT.unpack(payload)[1])
+
+
+def _pack_picture(message: PictureTaken) -> bytes:
+    return CAMERA_IMAGE_CAPTURED_LAYOUT.pack(*(0,) * 6, *(0.0,) * 4, message.number, 0, message.ok, b"")
+
+
+def _unpack_picture(payload: bytes) -> PictureTaken:
+    fields = CAMERA_IMAGE_CAPTURED_LAYOUT.unpack(payload)
+    return PictureTaken(fields[10], fields[12] == 1)
+
+
 def _pack_state(message: AutopilotState) -> bytes:
     return HEARTBEAT_LAYOUT.pack(0, MAV_TYPE_GENERIC, MAV_AUTOPILOT_PX4, 0, message.system_status, MAVLINK_VERSION)
 
@@ -172,9 +194,11 @@ CODECS: dict[type, _Codec] = {
         _pack_state,
         lambda payload: AutopilotState(HEARTBEAT_LAYOUT.unpack(payload)[4]),
     ),
+    CameraTrigger: _Codec(112, b"\xae", CAMERA_TRIGGER_LAYOUT.size, _pack_trigger, _unpack_trigger),
+    PictureTaken: _Codec(263, b"\x85", CAMERA_IMAGE_CAPTURED_LAYOUT.size, _pack_picture, _unpack_picture),
     GimbalState: _Codec(285, b"\x89", GIMBAL_LAYOUT.size, pack_gimbal, unpack_gimbal),
 }
-FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState)
+FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState, CameraTrigger)
 FROM_SIMULATOR = tuple(record for record in CODECS if record not in FROM_AUTOPILOT)
 Record = SimulatorMessage | HilActuatorControls | BesideMessage
 

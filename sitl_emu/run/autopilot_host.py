@@ -12,6 +12,8 @@ from pathlib import Path
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.parameters import Value
+from sitl_emu.components.camera import Camera
+from sitl_emu.components.card import Card
 from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.simulator_api import (
@@ -19,8 +21,11 @@ from sitl_emu.core.simulator_api import (
     STATE_POWEROFF,
     AutopilotChannel,
     AutopilotState,
+    CameraTrigger,
     GimbalState,
     HilSensor,
+    PictureTaken,
+    SimulatorMessage,
     later,
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
@@ -67,6 +72,8 @@ class Hosted:
     """How many autopilots share the process, and so its processor time."""
     tells_gimbal: bool = False
     """Whether the simulator is told where the gimbal looks: somebody draws what a camera on it sees."""
+    pictures: bool = False
+    """Whether the simulator draws what the camera takes pictures of, into `root`."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
 
@@ -80,6 +87,8 @@ class AutopilotHost:
         self.off = False
         """It was shut down: nothing may be called any more but `close`."""
         self.boots = 0
+        makers = (hosted.camera.vendor, hosted.camera.model) if hosted.camera is not None else ("", "")
+        self._card = Card(hosted.root, *makers) if hosted.pictures and hosted.root is not None else None
         self._began_us: int | None = 0
         """The simulator's time at this boot; None until the first tick after a reboot tells it."""
         self._power_on(0)
@@ -105,6 +114,8 @@ class AutopilotHost:
             self._began_us = sensor.time_usec - TICK_US
         if began_us := self._began_us:
             messages = [later(message, -began_us) for message in messages]
+        if self._card is not None:
+            self._take_in_pictures(messages)
         controls = autopilot.step(messages)
         if began_us:
             controls = later(controls, began_us)
@@ -115,7 +126,7 @@ class AutopilotHost:
             still = controls._replace(controls=(0.0,) * len(controls.controls), mode=0)
             channel.send(still, [AutopilotState(STATE_POWEROFF)])
         else:
-            channel.send(controls, [*self._simulated_parameters.changed(), *self._gimbal_turned()])
+            channel.send(controls, [*self._simulated_parameters.changed(), *self._gimbal_turned(), *self._triggers()])
         self.flush()
         if wanted == REBOOT:
             self._reboot()
@@ -168,8 +179,9 @@ class AutopilotHost:
             self.autopilot.parameters.set(name, value)
         boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
-        self._devices = components.plug_in(hosted, self.autopilot)
+        self._devices = components.plug_in(hosted, self.autopilot, self._card)
         self._gimbal = next((each for each in self._devices if isinstance(each, Gimbal)), None)
+        self._camera = next((each for each in self._devices if isinstance(each, Camera)), None)
         self._looked: GimbalState | None = None
         """Where the simulator was told last that the gimbal looks."""
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
@@ -211,6 +223,18 @@ class AutopilotHost:
             return []
         self._looked = looks
         return [looks]
+
+    def _triggers(self) -> list[CameraTrigger]:
+        """The pictures that the camera takes now."""
+        if self._card is None or self._camera is None or not self._camera.triggers:
+            return []
+        numbers, self._camera.triggers = self._camera.triggers, []
+        return [CameraTrigger(number) for number in numbers]
+
+    def _take_in_pictures(self, messages: list[SimulatorMessage]) -> None:
+        for message in messages:
+            if isinstance(message, PictureTaken) and self._camera is not None:
+                self._camera.picture_taken(self.autopilot.now_us, *message)
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

@@ -38,6 +38,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             gcs=config.gcs,
             start_us=config.start_us,
             tlog=folder / config.name,
+            pictures=config.model.camera is not None,
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
             by_number=(ONBOARD,) if config.lockstep else (),
         )

@@ -1,20 +1,27 @@
-"""The process of one camera in a run: told a time and a pose, it renders a frame into shared memory and says so.
+"""The process of one camera: told a time and a pose, it renders a frame into shared memory and says so.
 
-A frame is a pure function of world, seed, time and pose, so it does not matter when it is rendered.
+It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card. A frame is a pure function
+of world, seed, time and pose, so it does not matter when it is rendered.
 """
 
 import os
+from pathlib import Path
 
+import cv2
+
+from sitl_emu.components.card import FOLDER, file_name
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.messages import Ready, Render, Rendered
+from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered
 from sitl_emu.run.process import StartError, main, settle
-from sitl_emu.world.camera import Camera
+from sitl_emu.world.camera import Camera, Image
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import LensError
 
+JPEG_QUALITY = 92
+"""Ours: a picture of 640 x 480 takes some 100 kB."""
 YIELDING = 5
 """Niceness: a frame has a tenth of a simulated second to be done, while all wait for a tick."""
 
@@ -27,18 +34,31 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         scene = world.scene(config.shared_fd)
         camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
         width, height = camera.intrinsics[:2]
-        ring = RingWriter(config.ring.name, Format(Kind.IMAGE, Encoding.BGR8, height, width), config.ring.slots)
+        what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
+        ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
     try:
         settle()
         control.send(Ready())
-        while isinstance(asked := control.receive(), Render):
+        while isinstance(asked := control.receive(), Render | Photograph):
             worlds.put_loose(world, asked.loose)
-            ring.write(asked.time_us, camera.render(asked.pose, asked.time_us, asked.head))
-            control.send(Rendered(asked.index))
+            image = camera.render(asked.pose, asked.time_us, asked.head)
+            if isinstance(asked, Photograph):
+                _keep(image, Path(config.card) / FOLDER / file_name(asked.number))
+                control.send(Photographed(asked.number))
+            elif ring is not None:
+                ring.write(asked.time_us, image)
+                control.send(Rendered(asked.index))
     finally:
-        ring.close()
+        if ring is not None:
+            ring.close()
+
+
+def _keep(image: Image, path: Path) -> None:
+    """Write a picture. Raises OSError."""
+    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    path.write_bytes(data.tobytes())
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from sitl_emu.missions.companion.camera_model import CameraModel
 from sitl_emu.missions.companion.camera_model import Distortion as ModelDistortion
 from sitl_emu.missions.companion.camera_model import Mount as ModelMount
 from sitl_emu.run.configs import CameraDescription
-from sitl_emu.vehicles.description import Camera
-from sitl_emu.world.lens import Distortion, Intrinsics, Mount
+from sitl_emu.vehicles.description import Camera, Vehicle
+from sitl_emu.world.lens import MOUNTS, Distortion, Intrinsics, Mount
 
 PLAIN = Intrinsics()
 """Of a vehicle whose data list no camera."""
@@ -24,6 +24,23 @@ def intrinsics_of_data(camera: Camera | None) -> Intrinsics:
         return PLAIN
     hfov_deg = 2.0 * math.degrees(math.atan2(camera.sensor_width_mm, 2.0 * camera.focal_length_mm))
     return Intrinsics(camera.resolution_h_px, camera.resolution_v_px, hfov_deg)
+
+
+def of_data(vehicle: Vehicle) -> CameraDescription:
+    """A vehicle's camera as its data have it, for pictures alone; the vehicle has one."""
+    assert vehicle.camera is not None
+    own, place = intrinsics_of_data(vehicle.camera), MOUNTS[vehicle.camera.mount]
+    return CameraDescription(
+        width_px=own.width,
+        height_px=own.height,
+        hfov_deg=own.hfov_deg,
+        distortion=Distortion(),
+        place_m=place[:3],
+        depression_deg=place.depression_deg,
+        on_gimbal=vehicle.camera.mount == "gimbal",
+        rate_hz=vehicle.camera.frame_rate_hz,
+        latency_s=0.0,
+    )
 
 
 def intrinsics(camera: CameraDescription) -> Intrinsics:

@@ -21,20 +21,35 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
-from sitl_emu.core import attitude
 from sitl_emu.core.attitude import Quaternion
 from sitl_emu.core.radio import RadioLink, RadioSettings
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
+    CameraTrigger,
     GimbalState,
     HilActuatorControls,
+    PictureTaken,
     SimulatorChannel,
     SimulatorMessage,
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.messages import BodyPose, FrameTaken, LooseAt, Message, Read, Render, Rendered, Sent, Step, Stepped
+from sitl_emu.run.messages import (
+    BodyPose,
+    FrameTaken,
+    LooseAt,
+    Message,
+    Photograph,
+    Photographed,
+    Read,
+    Render,
+    Rendered,
+    Sent,
+    Step,
+    Stepped,
+)
+from sitl_emu.run.poses import head_of
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import plain
 from sitl_emu.world.obstacles import LoosePose
@@ -44,9 +59,9 @@ TICK_US = 4000
 TICKS_PER_SECOND = 250
 BARRIER_TICKS = 5
 TRUTH_TICKS = 25
+PICTURE_US = 200_000
+"""From a MAVLink camera's shutter to its file: ours, as long as a frame and its JPEG take in wall time, and more."""
 MODE_FLAG_SAFETY_ARMED = 128
-LEVEL = (1.0, 0.0, 0.0, 0.0)
-"""Where a gimbal looks that was not heard of yet: straight ahead."""
 OFF = (0.0,) * 16
 """HIL_ACTUATOR_CONTROLS.controls of an autopilot that drives nothing."""
 
@@ -83,6 +98,7 @@ class Control(Protocol):
     """An end of a control channel."""
 
     def send(self, message: Message) -> None: ...  # noqa: D102
+    def receive(self) -> Message: ...  # noqa: D102
     def expect(self, kind: type[Kind]) -> Kind: ...  # noqa: D102
 
 
@@ -115,6 +131,10 @@ class FeedInRun:
     """Frames asked for and not yet delivered."""
     finished: int = -1
     """Index of the last frame that its process has done."""
+    photographs: deque[tuple[int, int]] = field(default_factory=deque)
+    """Pictures of the MAVLink camera asked for: number, and when the autopilot is told that they are there."""
+    photographed: int = 0
+    """Number of the last of these that its process has done."""
 
     def due_tick(self) -> int:
         """The tick at which the next frame is taken."""
@@ -211,7 +231,7 @@ class Conductor:
         sensed = self._simulation.tick([vehicle.controls for vehicle in vehicles])
         for vehicle, messages in zip(vehicles, sensed, strict=True):
             if not vehicle.off:
-                vehicle.channel.send(messages)
+                vehicle.channel.send([*self._pictures(vehicle), *messages])
         self.ticks = ticks = self.ticks + 1
         for impact in self._simulation.impacts():
             self._note(impact)
@@ -268,6 +288,8 @@ class Conductor:
                 self._simulation.set_parameter(place, *message)
             elif isinstance(message, GimbalState):
                 vehicle.gimbal = message
+            elif isinstance(message, CameraTrigger):
+                self._take_picture(vehicle, message.number)
             elif message.system_status == STATE_BOOT:
                 self._tell(vehicle, "autopilot rebooted")
             elif message.system_status == STATE_POWEROFF:
@@ -362,12 +384,37 @@ class Conductor:
     def _take_frame(self, feed: FeedInRun, vehicle: VehicleInRun) -> None:
         index = feed.rendered
         feed.rendered += 1
+        feed.control.send(Render(index, self.now_us, *self._seen_from(feed, vehicle)))
+        feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
+
+    def _seen_from(
+        self, feed: FeedInRun, vehicle: VehicleInRun
+    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...]]:
+        """Where a vehicle is, where its gimbal looks if that carries the feed, and where loose bodies are."""
         pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        head = _head(vehicle.gimbal, where) if feed.on_gimbal else None
+        head = head_of(vehicle.gimbal, where.q) if feed.on_gimbal else None
         loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
-        feed.control.send(Render(index, self.now_us, where, head, loose))
-        feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
+        return where, head, loose
+
+    def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
+        """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""
+        camera = next((feed for feed in vehicle.feeds if feed.feed == "camera"), None)
+        if camera is None:
+            return
+        camera.control.send(Photograph(number, self.now_us, *self._seen_from(camera, vehicle)))
+        camera.photographs.append((number, self.now_us + PICTURE_US))
+
+    def _pictures(self, vehicle: VehicleInRun) -> list[SimulatorMessage]:
+        """What the autopilot is told now of pictures that are there; waits until they are drawn."""
+        taken = list[SimulatorMessage]()
+        for feed in vehicle.feeds:
+            while feed.photographs and feed.photographs[0][1] <= self.now_us:
+                number, _ = feed.photographs.popleft()
+                while feed.photographed < number:
+                    self._hear(feed)
+                taken.append(PictureTaken(number, True))
+        return taken
 
     def _arrived(self, feed: FeedInRun, now_us: int) -> list[FrameTaken]:
         """The frames that reach the companion at this barrier; waits until they are made."""
@@ -380,13 +427,15 @@ class Conductor:
 
     def _wait_for_frame(self, feed: FeedInRun, index: int) -> None:
         while feed.finished < index:
-            feed.finished = feed.control.expect(Rendered).index
+            self._hear(feed)
 
-
-def _head(gimbal: GimbalState | None, pose: BodyPose) -> Quaternion:
-    """The attitude (to NED) of what a vehicle's gimbal carries: it turns with the vehicle's heading alone."""
-    turned = gimbal.q if gimbal is not None else LEVEL
-    return attitude.product(attitude.quaternion(0.0, 0.0, attitude.heading(pose.q)), turned)
+    @staticmethod
+    def _hear(feed: FeedInRun) -> None:
+        message = feed.control.receive()
+        if isinstance(message, Rendered):
+            feed.finished = message.index
+        elif isinstance(message, Photographed):
+            feed.photographed = message.number
 
 
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:

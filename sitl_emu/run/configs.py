@@ -227,7 +227,10 @@ class CameraConfig(ProcessConfig):
     world: str
     """The world's file, in the run's folder."""
     camera: CameraDescription
-    ring: RingData
+    ring: RingData | None
+    """None: nobody reads its frames; it takes pictures alone."""
+    card: str = ""
+    """The folder that stands for the autopilot's file system, in which its pictures are kept."""
     shared_fd: int | None = None
     """Memory for what the cameras of a run can share: a memfd that all inherit."""
 

@@ -18,15 +18,17 @@ from sitl_emu.core.simulator_api import (
     STATE_POWEROFF,
     AutopilotChannel,
     BesideMessage,
+    CameraTrigger,
     GimbalState,
     HilActuatorControls,
     MemoryChannel,
+    PictureTaken,
     SimulatorParameter,
 )
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation
-from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.simulator import Pose, VehicleSimulator
 
 NO_CONTROLS = HilActuatorControls(0, 1, (0.0,) * 16, 0)
 """What drives a vehicle whose autopilot has failed: its motors stand still."""
@@ -43,6 +45,16 @@ class Host(Protocol):
     def read(self, link: int) -> None: ...  # noqa: D102
     def keep_time(self) -> None: ...  # noqa: D102
     def close(self) -> None: ...  # noqa: D102
+
+
+class Photographer(Protocol):
+    """Who draws pictures (`photographer`)."""
+
+    gimbals: dict[int, GimbalState]
+    complaints: list[str]
+
+    def take(self, place: int, number: int, time_us: int, pose: Pose) -> None: ...  # noqa: D102
+    def taken(self) -> list[tuple[int, PictureTaken]]: ...  # noqa: D102
 
 
 class Wait(Protocol):
@@ -67,9 +79,18 @@ class Fleet:
     """Vehicles that are ticked together until all have ended."""
 
     def __init__(
-        self, members: Sequence[Member], simulation: Simulation, wait: Wait, say: Callable[[str], None]
+        self,
+        members: Sequence[Member],
+        simulation: Simulation,
+        wait: Wait,
+        say: Callable[[str], None],
+        photographer: Photographer | None = None,
     ) -> None:
-        """`simulation` holds the simulators of `members`, in their order; `say` tells who ended or crashed."""
+        """`simulation` holds the simulators of `members`, in their order; `say` tells who ended or crashed.
+
+        `photographer`: who draws the pictures that their cameras take, if anybody does.
+        """
+        self._photographer = photographer
         self._simulation, self._wait, self._say = simulation, wait, say
         self._flying = dict(enumerate(members))
         self._names = [member.name for member in members]
@@ -98,6 +119,11 @@ class Fleet:
         sensed = self._simulation.tick(self._controls)
         for impact in self._simulation.impacts():
             self._say(told(impact, self._names))
+        if self._photographer is not None:
+            for place, taken in self._photographer.taken():
+                sensed[place].insert(0, taken)
+            while self._photographer.complaints:
+                self._say(self._photographer.complaints.pop())
         for place, member in list(self._flying.items()):
             channel = self._channels[place]
             try:
@@ -115,8 +141,8 @@ class Fleet:
         member = self._flying[place]
         if isinstance(message, SimulatorParameter):
             self._simulation.set_parameter(place, *message)
-        elif isinstance(message, GimbalState):
-            pass  # nobody draws what it looks at
+        elif isinstance(message, GimbalState | CameraTrigger):
+            self._picture(place, message)
         elif message.system_status == STATE_BOOT:
             self._rebooted = True
             if member.renew is not None:
@@ -125,6 +151,15 @@ class Fleet:
         elif message.system_status == STATE_POWEROFF:
             del self._flying[place]
             self._say(f"{member.name} was shut down")
+
+    def _picture(self, place: int, message: GimbalState | CameraTrigger) -> None:
+        if self._photographer is None:
+            return
+        if isinstance(message, GimbalState):
+            self._photographer.gimbals[place] = message
+        else:
+            simulator = self._simulation.simulators[place]
+            self._photographer.take(place, message.number, simulator.time_usec, simulator.pose())
 
     def _serve(self, pacer: Pacer) -> None:
         """Until the next tick is due, hand what arrives to the autopilots, which answer."""

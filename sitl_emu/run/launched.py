@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.events import events
@@ -20,8 +20,12 @@ from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import trim_heap
 from sitl_emu.run.site import Site
+from sitl_emu.vehicles import Vehicle
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
+
+if TYPE_CHECKING:
+    from sitl_emu.run.photographer import Photographer
 
 
 class Launched(NamedTuple):
@@ -94,7 +98,10 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         ]
         simulators = [renewal() for renewal in renewals]
         simulation = Simulation(simulators, crew.site.solids, crew.site.areas, isolated=True)
-        fleet = Fleet(members, simulation, poll, say)
+        photographer = _photographer(crew)
+        if photographer is not None:
+            stack.enter_context(contextlib.closing(photographer))
+        fleet = Fleet(members, simulation, poll, say, photographer)
         try:
             fleet.fly(Pacer(crew.speed), lambda: launcher is not None and os.getppid() != launcher)
         finally:
@@ -114,8 +121,29 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
         speed=crew.speed,
         tlog=crew.tlog / f"{data.model}-{vehicle.instance}" if crew.tlog is not None else None,
         mates=len(crew.vehicles),
+        tells_gimbal=_is_drawn(crew, data) and data.camera is not None and data.camera.mount == "gimbal",
+        pictures=_is_drawn(crew, data),
     )
     return AutopilotHost(hosted, poll)
+
+
+def _is_drawn(crew: Crew, data: Vehicle) -> bool:
+    """Whether what a vehicle's camera takes pictures of is drawn: in a world there is something to see."""
+    return crew.site.world is not None and data.camera is not None
+
+
+def _photographer(crew: Crew) -> "Photographer | None":
+    """Who draws the pictures of a crew; None where nothing is to be drawn. Raises OSError."""
+    data = [models.load(vehicle.model) for vehicle in crew.vehicles]
+    drawn = {place: each for place, each in enumerate(data) if _is_drawn(crew, each)}
+    if crew.site.world is None or not drawn:
+        return None
+    from sitl_emu.run.photographer import Photographer, Sitter
+
+    vehicles = crew.vehicles
+    names = {place: f"{each.model}-{vehicles[place].instance}" for place, each in drawn.items()}
+    sitters = {place: Sitter(names[place], each, vehicles[place].root) for place, each in drawn.items()}
+    return Photographer(crew.site.world, sitters)
 
 
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:

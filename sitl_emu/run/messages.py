@@ -8,7 +8,7 @@ any → world           `Waiting`: set up, but for what others must have ready; 
 any → world           `Ready`: set up
 autopilot → world     `Sent` after every fifth tick; answered by `Read`
 world → companion     `Step`; answered by `Stepped`
-world → a feed        `Render`; answered by `Rendered`
+world → a feed        `Render`; answered by `Rendered`. `Photograph`, to a camera; answered by `Photographed`
 world → any           `End`: the run is over
 world → launcher      `Listening`, `Progress`, `EventTold`, `Over`
 launcher → world      `Stop`, `CommandEnded`
@@ -122,6 +122,23 @@ class Rendered(NamedTuple):
     index: int  # type: ignore[assignment]
 
 
+class Photograph(NamedTuple):
+    """A camera is to draw a picture of its MAVLink camera's card, as JPEG."""
+
+    number: int
+    time_us: int
+    pose: BodyPose
+    head: tuple[float, float, float, float] | None
+    """As of `Render`."""
+    loose: tuple[LooseAt, ...] = ()
+
+
+class Photographed(NamedTuple):
+    """It is there."""
+
+    number: int
+
+
 class Listening(NamedTuple):
     """The world stands, and waits for its autopilots."""
 
@@ -222,8 +239,21 @@ FromWorld = Listening | Progress | EventTold | Kill | Over
 """To the launcher."""
 FromLauncher = Stop | CommandEnded | Killed
 Message = (
-    Waiting | Start | Ready | End | Sent | Read | Step | Stepped | Render | Rendered | FromWorld | FromLauncher
-)  # fmt: skip
+    Waiting
+    | Start
+    | Ready
+    | End
+    | Sent
+    | Read
+    | Step
+    | Stepped
+    | Render
+    | Rendered
+    | Photograph
+    | Photographed
+    | FromWorld
+    | FromLauncher
+)
 KINDS: dict[str, Any] = {kind.__name__: kind for kind in typing.get_args(Message)}
 
 

@@ -16,6 +16,7 @@ from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
+    CameraTrigger,
     ChannelClosed,
     GimbalState,
     HilActuatorControls,
@@ -88,8 +89,8 @@ def _serve(
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
-                elif isinstance(message, GimbalState):
-                    pass  # nobody draws what it looks at
+                elif isinstance(message, GimbalState | CameraTrigger):
+                    pass  # nobody draws what is seen
                 elif message.system_status == STATE_BOOT:
                     say(f"{models[place]}: its autopilot was rebooted")
                 elif message.system_status == STATE_POWEROFF:

@@ -1,6 +1,6 @@
 """Where the vehicles of `launch` and `world` stand: side by side, from the home of their world eastwards."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.ground import FlatGround, Terrain
@@ -8,6 +8,9 @@ from sitl_emu.world.home import Home
 from sitl_emu.world.obstacles import Areas, Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
 from sitl_emu.world.wind import Wind
+
+if TYPE_CHECKING:
+    from sitl_emu.world.world import World
 
 SPACING_M = 3.0
 
@@ -25,6 +28,8 @@ class Site(NamedTuple):
     """What stands there."""
     areas: Areas | None = None
     """Its water and foliage."""
+    world: "World | None" = None
+    """The world itself; None where there is nothing to see."""
 
     def simulator(self, vehicle: Vehicle, place: int, seed: int, name: str) -> VehicleSimulator:
         """The simulator of a vehicle at the `place`th place of the row, at rest."""
@@ -55,4 +60,4 @@ def in_world(name: str, seed: int) -> Site:
     world = worlds.build(name, seed, {})
     home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
-    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas)
+    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas, world)

@@ -295,7 +295,8 @@ def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: li
             ring=RingData(name=rings[feed.name], slots=max(FEWEST_SLOTS, under_way + MORE_SLOTS)),
         )
         if isinstance(config, CameraConfig):
-            config = replace(config, shared_fd=sockets.shared_fd())
+            card = wanted.folder / ROOTFS / vehicle.name
+            config = replace(config, shared_fd=sockets.shared_fd(), card=str(card))
         processes.append(Process(f"{feed.name} {vehicle.name}", feed.module, config, end))
         told.append(
             FeedData(

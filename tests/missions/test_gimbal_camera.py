@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from sitl_emu.core.attitude import euler, heading, product, quaternion
 from sitl_emu.run import worlds
@@ -23,6 +24,8 @@ VEHICLE: dict[str, object] = {
     "start": "home",
     "camera": {"resolution": [160, 120], "rate_hz": 10},
 }
+GPS = 0x8825
+"""EXIF's IFD of where a picture was taken."""
 WITHIN_DEG = 1.5
 """So well the companion knows where its camera looks: of it up to a degree is the autopilot's own heading error."""
 
@@ -87,6 +90,33 @@ def test_the_companion_knows_by_mavlink_where_its_camera_looked(folder: Path) ->
     held_still = camera.render(truth[int(moving_us)], int(moving_us), head_of(truth[int(moving_us)], *LOOKS[-1]))
     off = np.abs(frame.astype(float) - drawn).mean()
     assert off < 4.0 and np.abs(frame.astype(float) - held_still).mean() > 2.0 * off, "the picture moved with it"
+
+
+def test_a_picture_taken_over_mavlink_is_a_file_of_what_the_camera_saw(folder: Path) -> None:
+    truth, run = truths(folder), folder / "run"
+    camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
+    lines = [json.loads(line) for line in (run / "events.jsonl").read_text().splitlines()]
+    told = [line for line in lines if line["event"] == "picture"]
+    assert [line["text"] for line in told] == [f"mftp://[;comp=1]/camera/IMG_{n:04d}.jpg" for n in (1, 2, 3)]
+    for line, look in zip(told, LOOKS, strict=True):
+        path = run / "rootfs/uas" / line["text"].partition("]/")[2]
+        pose = min(truth.items(), key=lambda row: abs(row[0] - line["time_us"]))[1]
+        seen = cv2.imread(str(path))
+        assert seen is not None and seen.shape == (120, 160, 3)
+        off = {
+            other: np.abs(seen.astype(float) - camera.render(pose, line["time_us"], head_of(pose, *other))).mean()
+            for other in LOOKS
+        }
+        assert off[look] < 5.0 and min(off, key=lambda other: off[other]) == look
+        with Image.open(path) as image:
+            gps = image.getexif().get_ifd(GPS)
+        for name, number in (("lat", 2), ("lon", 4)):
+            degrees, minutes, seconds = map(float, gps[number])
+            assert degrees + minutes / 60 + seconds / 3600 == pytest.approx(line[name] / 1e7, abs=1e-7)
+
+
+def test_a_picture_can_be_fetched_by_its_url_over_mavlink_ftp(folder: Path) -> None:
+    assert (folder / "fetched.jpg").read_bytes() == (folder / "run/rootfs/uas/camera/IMG_0002.jpg").read_bytes()
 
 
 def test_the_calibration_file_says_that_it_hangs_on_the_gimbal(folder: Path) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from sitl_emu import vehicles
-from sitl_emu.components.camera import Camera
+from sitl_emu.components.camera import Camera, PictureFiles
+from sitl_emu.components.geotag import Geotag
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
 from tests.typed import present
@@ -26,9 +27,9 @@ assert DATA is not None
 class Rig(Peer):
     """An autopilot with a camera on a wire, and a ground station on its first link."""
 
-    def __init__(self, data: CameraData = DATA) -> None:
+    def __init__(self, data: CameraData = DATA, card: PictureFiles | None = None) -> None:
         super().__init__()
-        self.camera = Camera(data, system_id=1)
+        self.camera = Camera(data, system_id=1, card=card)
         self.mavlink.plug_in("camera", "wire", self.camera)
         self.fly()
         self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
@@ -89,6 +90,72 @@ def test_the_data_of_the_vehicle_are_told() -> None:
     assert information.focal_length == pytest.approx(3.2)
     assert information.flags & mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM
     assert bytes(information.vendor_name).rstrip(b"\0") == b"sitl-emu"
+
+
+class FakeCard:
+    """Keeps what it was told."""
+
+    def __init__(self) -> None:
+        self.last, self.tagged = 6, list[tuple[int, Geotag, int]]()
+
+    def next_number(self) -> int:
+        self.last += 1
+        return self.last
+
+    def url(self, number: int) -> bytes:
+        return f"mftp://[;comp=1]/camera/{number}.jpg".encode()
+
+    def tag(self, number: int, tag: Geotag, utc_us: int) -> None:
+        self.tagged.append((number, tag, utc_us))
+
+
+def test_where_pictures_are_drawn_an_image_is_told_when_its_file_is_there() -> None:
+    card = FakeCard()
+    rig = Rig(card=card)
+    result, said = rig.ask(IMAGE_START, 0, 0, 1, 1)
+    assert result == ACCEPTED and names(said) == [] and rig.camera.triggers == [7]
+    assert not only(rig.run(2.0), "CAMERA_IMAGE_CAPTURED") and not card.tagged
+    rig.camera.picture_taken(rig.now_us, 7, True)
+    (image,) = only(rig.run(0.1), "CAMERA_IMAGE_CAPTURED")
+    assert (image.image_index, image.capture_result, image.file_url) == (0, 1, "mftp://[;comp=1]/camera/7.jpg")
+    ((number, tag, utc_us),) = card.tagged
+    assert number == 7 and (tag.lat, tag.lon, tag.alt) == (image.lat, image.lon, image.alt) and utc_us == image.time_utc
+    assert tag.lat == round(rig.topics.vehicle_global_position.lat * 1e7)
+
+
+def test_a_picture_may_be_there_before_the_autopilot_has_said_where_it_was_taken() -> None:
+    card = FakeCard()
+    camera = Camera(DATA, 1, card=card)
+    wire: Any = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    start = mavlink.MAVLink_command_long_message(1, CAMERA, IMAGE_START, 0, 0, 0, 1, 1, 0, 0, 0)
+    camera.on_datagram(1000, bytes(start.pack(wire)))
+    camera.picture_taken(2000, 7, True)
+    camera.picture_taken(2000, 5, True)  # of before a reboot
+    assert not card.tagged
+    camera.on_time(300_000)
+    assert [number for number, _, _ in card.tagged] == [7], "no geotag came, so there is none"
+
+
+def test_a_picture_that_could_not_be_drawn_is_no_file() -> None:
+    card = FakeCard()
+    rig = Rig(card=card)
+    rig.ask(IMAGE_START, 0, 0, 1, 1)
+    rig.run(0.5)
+    rig.camera.picture_taken(rig.now_us, 7, False)
+    (image,) = only(rig.run(0.1), "CAMERA_IMAGE_CAPTURED")
+    assert (image.capture_result, image.file_url, card.tagged) == (0, "", [])
+
+
+def test_a_series_gives_each_picture_a_number_and_tells_them_in_order() -> None:
+    card = FakeCard()
+    rig = Rig(card=card)
+    rig.ask(IMAGE_START, 0, 0.5, 3, 1)
+    rig.run(2.0)
+    assert rig.camera.triggers == [7, 8, 9]
+    for number in rig.camera.triggers:
+        rig.camera.picture_taken(rig.now_us, number, True)
+    told = only(rig.run(0.1), "CAMERA_IMAGE_CAPTURED")
+    assert [image.image_index for image in told] == [0, 1, 2] and [each[0] for each in card.tagged] == [7, 8, 9]
 
 
 def test_one_image_is_tagged_with_where_the_autopilot_is() -> None:

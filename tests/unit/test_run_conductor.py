@@ -8,15 +8,29 @@ from typing import Any, NamedTuple, TypeVar
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
     BesideMessage,
+    CameraTrigger,
     GimbalState,
     HilActuatorControls,
     HilSensor,
+    PictureTaken,
     SimulatorMessage,
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.conductor import Conductor, Control, FeedInRun, VehicleInRun
-from sitl_emu.run.messages import FrameTaken, Message, Read, Render, Rendered, Sent, Step, Stepped
+from sitl_emu.run.messages import (
+    BodyPose,
+    FrameTaken,
+    Message,
+    Photograph,
+    Photographed,
+    Read,
+    Render,
+    Rendered,
+    Sent,
+    Step,
+    Stepped,
+)
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import Loose
 from sitl_emu.world.obstacles import LoosePose
@@ -68,10 +82,12 @@ class FakeChannel:
     def __init__(self, says: dict[int, BesideMessage] | None = None) -> None:
         self.time = 0
         self._says = says or {}
+        self.pictures: list[tuple[int, PictureTaken]] = []
 
     def send(self, messages: list[SimulatorMessage]) -> None:
         assert isinstance(messages[-1], HilSensor)
         self.time = messages[-1].time_usec
+        self.pictures += [(self.time, message) for message in messages if isinstance(message, PictureTaken)]
 
     def receive(self) -> HilActuatorControls:
         return HilActuatorControls(self.time, 1, (0.0,), 128 if self.time >= 40000 else 0)
@@ -90,6 +106,10 @@ class FakeControl:
 
     def send(self, message: Message) -> None:
         self.told.append(message)
+
+    def receive(self) -> Message:
+        answer: Message = next(self._answers)
+        return answer
 
     def expect(self, kind: type[Kind]) -> Kind:
         answer = next(self._answers)
@@ -227,6 +247,22 @@ def test_a_camera_on_a_gimbal_is_drawn_as_that_looks_at_the_frames_time() -> Non
     run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 50)
     assert [asked.head for asked in told(fixed.control, Render)] == [None] * 3
     assert [asked.head for asked in told(carried.control, Render)] == [(1.0, 0.0, 0.0, 0.0), turned.q, turned.q]
+
+
+def test_a_picture_is_drawn_as_things_are_when_the_shutter_opens_and_told_at_a_set_time() -> None:
+    """200 ms later, whatever it takes to draw it; frames between are not mixed up with it."""
+    answers = [Rendered(0), Photographed(3), Rendered(1), Rendered(2), Rendered(3)]
+    one = vehicle("one", [reply()] * 30, north_m=7.0, says={80_000: CameraTrigger(3)})
+    camera = FeedInRun("camera", FakeControl(iter(answers)), 15.0, 0)
+    one.feeds = [camera]
+    channel = one.channel
+    assert isinstance(channel, FakeChannel)
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 75)
+    assert isinstance(camera.control, FakeControl)
+    asked = [message for message in camera.control.told if isinstance(message, Photograph)]
+    assert [each[:4] for each in asked] == [(3, 80_000, BodyPose(7.0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0)), None)]
+    assert [body.place for body in asked[0].loose] == [(1.0, 2.0, -3.0)]
+    assert channel.pictures == [(284_000, PictureTaken(3, True))], "with the first sensors after 80 + 200 ms"
 
 
 def test_arming_is_seen_in_the_actuator_controls() -> None:

@@ -15,6 +15,7 @@ from sitl_emu.core.simulator_api import (
     AutopilotChannel,
     AutopilotState,
     BesideMessage,
+    CameraTrigger,
     ChannelClosed,
     DistanceSensor,
     GimbalState,
@@ -23,6 +24,7 @@ from sitl_emu.core.simulator_api import (
     HilSensor,
     HilStateQuaternion,
     MemoryChannel,
+    PictureTaken,
     SimulatedBattery,
     SimulatorChannel,
     SimulatorParameter,
@@ -76,13 +78,15 @@ records = st.one_of(
     st.builds(SimulatorParameter, st.sampled_from(SIMULATOR_PARAMETERS), f32),
     st.builds(AutopilotState, unsigned(8)),
     st.builds(GimbalState, quaternions),
+    st.builds(CameraTrigger, unsigned(32)),
+    st.builds(PictureTaken, unsigned(31), st.booleans()),
 )  # fmt: skip
 
 
 def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
-    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState):
+    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState | CameraTrigger):
         return record
     return as_on_the_wire(record)
 
@@ -268,6 +272,7 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
         SimulatorParameter("SIM_GPS_USED", 3.0),
         AutopilotState(STATE_BOOT),
         GimbalState((0.5, 0.5, -0.5, 0.5)),
+        CameraTrigger(7),
     ]
     sensor = HilSensor._make((4000, *[0.0] * 13, 0, 0))
     simulator.send([sensor])
