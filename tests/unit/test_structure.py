@@ -31,6 +31,7 @@ SOCKET_FILES = {
     "sitl_emu/run/control.py",
     "sitl_emu/run/wiring.py",
     "sitl_emu/run/children.py",
+    "sitl_emu/run/photographer.py",
     "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",
     "missions/companion/links.py",
