@@ -15,6 +15,8 @@ YARD = Path(__file__).parents[2] / "examples/own_world/yard.yaml"
 INSTANCE = 41
 SYSTEM, CAMERA = INSTANCE + 1, 100
 IMAGE_START_CAPTURE = 2000
+REJECTED = 1
+"""MAV_RESULT_TEMPORARILY_REJECTED."""
 LIMIT_S = 60.0
 
 
@@ -31,7 +33,11 @@ def wait(link: Any, kind: str) -> Any:
 
 def take_picture(link: Any, number: int) -> Any:
     """CAMERA_IMAGE_CAPTURED of a picture."""
-    link.mav.command_long_send(SYSTEM, CAMERA, IMAGE_START_CAPTURE, 0, 0, 0, 1, number, 0, 0, 0)
+    result = REJECTED
+    while result == REJECTED:  # so soon after the last one
+        link.mav.command_long_send(SYSTEM, CAMERA, IMAGE_START_CAPTURE, 0, 0, 0, 1, number, 0, 0, 0)
+        result = wait(link, "COMMAND_ACK").result
+    assert result == 0
     return wait(link, "CAMERA_IMAGE_CAPTURED")
 
 
