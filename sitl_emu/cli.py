@@ -203,23 +203,49 @@ def launch(
     raise typer.Exit(status)
 
 
-@app.command(short_help="Serve the simulator alone, for a real PX4, say.")
+@app.command(short_help="Serve the simulator alone, for a real PX4, say; or preview a world.")
 def world(
-    name: Annotated[str, typer.Argument(metavar="WORLD", help="A world: a kind (corn_field, flat) or a file (.yaml).")],
-    vehicle: Annotated[
-        list[str], typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="WORLD",
+            help="A world: a kind (corn_field, urban_flood, ...) or a file (.yaml); or `preview`, and then a world.",
+        ),
     ],
+    previewed: Annotated[
+        str | None, typer.Argument(metavar="[WORLD]", help="After `preview`: the world to be seen.", show_default=False)
+    ] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
+    ] = None,
     instance: Annotated[
         int, typer.Option(min=0, max=LAST_INSTANCE, metavar="I", help="Instance (and so port) of the first vehicle.")
     ] = 0,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other field and noise.")] = 1,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Of `preview`: the folder to write. [default: preview-WORLD]")
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Of `preview`: an option of the kind; may be given several times."),
+    ] = None,
+    at: Annotated[float, typer.Option(min=0.0, metavar="S", help="Of `preview`: the simulated time, s.")] = 20.0,
 ) -> None:
     """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
 
     It starts when every vehicle's autopilot has connected, and ends when one leaves. Our own autopilot connects too:
     `python -P -m sitl_emu.autopilot --help`.
+
+    `world preview WORLD` writes pictures from above, from the side and from the street, a map and the truth.
     """
+    if name == "preview":
+        _preview(previewed, seed, option or [], out, at)
+        return
+    if previewed is not None:
+        _refuse(f"world {name}: what is {previewed!r} for? `sitl-emu world preview {name}` shows a world")
+    if not vehicle:
+        _refuse(f"world {name}: name at least one vehicle in it: --vehicle iris")
     wanted, factor = _wanted(vehicle, instance), _speed(speed)
 
     from sitl_emu.run.serve_world import serve_world
@@ -230,6 +256,27 @@ def world(
     except Trouble as error:
         _refuse(str(error))
     raise typer.Exit(status)
+
+
+def _preview(name: str | None, seed: int, options: list[str], out: Path | None, time_s: float) -> None:
+    import yaml
+
+    from sitl_emu.run import preview
+    from sitl_emu.run.trouble import Trouble
+
+    if name is None:
+        _refuse("world preview: name a world, such as `sitl-emu world preview urban_flood`")
+    given = {}
+    for each in options:
+        key, _, value = each.partition("=")
+        try:
+            given[key] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            _refuse(f"--option {each}: write NAME=VALUE, such as size_m=120")
+    try:
+        preview.preview(name, seed, given, out or Path(f"preview-{Path(name).stem}"), time_s, _say)
+    except (Trouble, OSError) as error:
+        _refuse(str(error))
 
 
 @app.command(short_help="Measure an autopilot against PX4, by the conformance tests.")

@@ -101,7 +101,8 @@ class Solids:
 
     def _standing(self, thing: Thing, time_s: float) -> tuple[Vector3, Quaternion]:
         north, east = place_at(thing, time_s)
-        return (north, east, -self._ground(north, east) - 0.5 * thing.height_m), (1.0, 0.0, 0.0, 0.0)
+        lift = self._ground(north, east) + thing.above_ground_m + 0.5 * thing.height_m
+        return (north, east, -lift), (1.0, 0.0, 0.0, 0.0)
 
     def add_body(self, body: Body) -> int:
         """A vehicle's spheres; its number for `touching`. It is no obstacle to others."""

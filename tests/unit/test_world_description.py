@@ -169,7 +169,7 @@ def test_a_generated_world_is_kept_with_its_terrain(tmp_path: Path) -> None:
 
 
 def test_kinds_are_the_packages_that_there_are() -> None:
-    assert kinds.names() == ["corn_field", "flat"]
+    assert kinds.names() == ["corn_field", "debris_field", "flat", "urban_flood", "wildfire_perimeter"]
     assert isinstance(worlds.build("flat", 1, {}).terrain, FlatGround)
 
 

@@ -88,7 +88,7 @@ class Thing:
 
     With a height it is an upright cylinder that can be met; with none it lies on the ground. Its outline is
     r(a) = radius_m · (1 + Σ amplitude · cos(k a + phase)), k counted from 2, a from north over east. With a `path` it
-    moves, evenly from waypoint to waypoint, and, if it `repeats`, begins again at the end.
+    moves, evenly from waypoint to waypoint, and, if it `repeats`, begins again at the end. It looks where it goes.
     """
 
     label: str
@@ -96,6 +96,10 @@ class Thing:
     east_m: Annotated[float, FARTHEST]
     radius_m: Annotated[float, Limits(0.001, 10_000.0)]
     height_m: Annotated[float, Limits(0.0, 1000.0)] = 0.0
+    heading_deg: Annotated[float, Limits(-360.0, 360.0)] = 0.0
+    """Where it looks while it stands."""
+    above_ground_m: Annotated[float, FARTHEST] = 0.0
+    """Of the underside of one with a height: on a roof, or afloat."""
     target: bool = False
     name: str = ""
     colour: Colour = (0.75, 0.20, 0.18)

@@ -190,11 +190,11 @@ def _add_thing(stage: Stage, thing: Thing, terrain: Terrain, seed: int) -> Mover
     """Its mover, if it has a path."""
     number = stage.add_object(thing.name or thing.label, thing.label)
     down = -terrain.height_m(thing.north_m, thing.east_m)
-    rng = np.random.default_rng((seed, thing.seed, 5))
     plan = None
     if thing.height_m > 0.0:
-        turn = turned(float(rng.uniform(0.0, 2.0 * math.pi)))
-        row = stage.place(stage.add_model(_standing(thing, seed)), number, (thing.north_m, thing.east_m, down), turn)
+        at = (thing.north_m, thing.east_m, down - thing.above_ground_m)
+        turn = turned(math.radians(thing.heading_deg))
+        row = stage.place(stage.add_model(_standing(thing, seed)), number, at, turn)
     else:
         plan, triangles = surface_mesh.patch_plan(thing)
         corners = surface_mesh.draped(plan, terrain, thing.north_m, thing.east_m) - (0.0, 0.0, down)

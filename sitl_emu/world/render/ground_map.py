@@ -89,6 +89,19 @@ def fractal(rng: np.random.Generator, frame: Frame, broadest_m: float, finest_m:
     return np.asarray(total[: frame.rows, : frame.columns] * np.float32(1.25 / math.sqrt(power)), np.float32)
 
 
+class Part(NamedTuple):
+    """Some texels of a map."""
+
+    window: tuple[slice, slice]
+    mask: npt.NDArray[np.bool_]
+    """Of the window."""
+
+
+EVERYWHERE = (slice(None), slice(None))
+OWN_PATCHES = np.array((1.12, 1.03, 0.9), np.float32)
+"""What broad patches of a colour of one's own go towards, as factors."""
+
+
 class Painter:
     """Paints one map, south-west corner first."""
 
@@ -101,38 +114,40 @@ class Painter:
         self.colours = np.zeros((frame.rows, frame.columns, 3), np.float32)
         self.details = np.zeros((frame.rows, frame.columns), np.uint8)
 
-    def use(self, name: str, where: npt.NDArray[np.bool_] | None, colour: Sequence[float] | None = None) -> None:
-        """Paint a land use, everywhere or within a mask; `colour`: its mean, if not the land use's own."""
+    def use(self, name: str, where: "Part | None" = None, colour: Sequence[float] | None = None) -> None:
+        """Paint a land use, everywhere or within a part; `colour`: its mean, if not the land use's own."""
         look, mean = LOOKS[name], np.array(LAND_USES[name] if colour is None else colour, np.float32)
-        patches = (
-            np.array(look.patches, np.float32) if colour is None else mean * np.array((1.12, 1.03, 0.9), np.float32)
-        )
-        rows = np.arange(self.frame.rows) if where is None else np.flatnonzero(where.any(axis=1))
-        if len(rows) == 0:
-            return
-        part = slice(int(rows[0]), int(rows[-1]) + 1)
+        towards = np.array(look.patches, np.float32) if colour is None else mean * OWN_PATCHES
+        part = EVERYWHERE if where is None else where.window
         share = np.clip(0.5 + 0.38 * self.broad[part] + 0.22 * self.other[part], 0, 1) * np.float32(look.patchy)
         bright = 1.0 + look.fine * self.fine[part] + 0.6 * look.fine * self.other[part]
-        painted = (mean + share[..., None] * (patches - mean)) * bright[..., None]
+        painted = (mean + share[..., None] * (towards - mean)) * bright[..., None]
         if where is None:
             self.colours[part], self.details[part] = painted, LAYER[look.detail]
         else:
-            np.copyto(self.colours[part], painted, where=where[part][..., None])
-            self.details[part][where[part]] = LAYER[look.detail]
+            np.copyto(self.colours[part], painted, where=where.mask[..., None])
+            np.copyto(self.details[part], np.uint8(LAYER[look.detail]), where=where.mask)
 
-    def polygon(self, corners: Sequence[tuple[float, float]], wobbles: bool) -> npt.NDArray[np.bool_]:
+    def polygon(self, corners: Sequence[tuple[float, float]], wobbles: bool) -> "Part":
         """The texels within a polygon (north, east)."""
         frame = self.frame
-        mask = np.zeros((frame.rows, frame.columns), np.uint8)
-        pixels = [
-            ((e - frame.east0_m) / frame.gsd_m - 0.5, (n - frame.north0_m) / frame.gsd_m - 0.5) for n, e in corners
-        ]
-        cv2.fillPoly(mask, [np.round(np.array(pixels) * 16).astype(np.int32)], 255, cv2.LINE_8, 4)
-        if wobbles:
-            # The border strays where a blurred mask is cut at a height that noise tells
-            soft = cv2.GaussianBlur(mask, (0, 0), WOBBLE_M / frame.gsd_m).astype(np.float32)
-            return np.asarray(soft > 127.5 + 50.0 * self.other + 30.0 * self.fine)
-        return mask > 0
+        pixels = np.array(
+            [((e - frame.east0_m) / frame.gsd_m - 0.5, (n - frame.north0_m) / frame.gsd_m - 0.5) for n, e in corners]
+        )
+        margin = math.ceil(4.0 * WOBBLE_M / frame.gsd_m) if wobbles else 1
+        low = np.clip(np.floor(pixels.min(axis=0)) - margin, 0, (frame.columns, frame.rows)).astype(int)
+        high = np.clip(np.ceil(pixels.max(axis=0)) + margin + 1, 0, (frame.columns, frame.rows)).astype(int)
+        window = slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
+        mask = np.zeros((max(high[1] - low[1], 0), max(high[0] - low[0], 0)), np.uint8)
+        if not mask.size:
+            return Part(window, mask > 0)
+        cv2.fillPoly(mask, [np.round((pixels - low) * 16).astype(np.int32)], 255, cv2.LINE_8, 4)
+        if not wobbles:
+            return Part(window, mask > 0)
+        # The border strays where a blurred mask is cut at a height that noise tells
+        soft = cv2.GaussianBlur(mask, (0, 0), WOBBLE_M / frame.gsd_m).astype(np.float32)
+        strays = np.clip(50.0 * self.other[window] + 30.0 * self.fine[window], -110.0, 110.0)
+        return Part(window, np.asarray(soft > 127.5 + strays))
 
     def photo(self, picture: U8, ground: Ground) -> None:
         """Lay a photo (BGR, north up) where it belongs."""
@@ -156,7 +171,7 @@ def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> Painte
     ground, seed = described.ground, described.seed
     painter = Painter(frame, seed)
     if ground.use:
-        painter.use(ground.use, None)
+        painter.use(ground.use)
     else:
         painter.use(_nearest_use(ground.colour), None, ground.colour)
     if photo is not None:

@@ -70,14 +70,14 @@ def _tree(stage: Stage, cover: Cover, crown: float, seed: int) -> tuple[int, int
     def of(tufts: int) -> Model:
         return furniture.tree(cover.height_m, crown, seed, tufts, is_conifer, low)
 
-    return stage.add_model(of(210), (of(80), 0.05 * crown), (of(34), 0.15 * crown), (of(14), 0.35 * crown))
+    return stage.add_model(of(210), (of(80), 0.025 * crown), (of(34), 0.07 * crown), (of(14), 0.16 * crown))
 
 
 def _patch(stage: Stage, cover: Cover, seed: int) -> tuple[int, int]:
     def of(share: float) -> Model:
         return _leaves(cover, seed, share)
 
-    return stage.add_model(of(1.0), (of(0.4), 0.05), (of(0.12), 0.15))
+    return stage.add_model(of(1.0), (of(0.45), 0.018), (of(0.18), 0.045), (of(0.06), 0.10))
 
 
 def _leaves(cover: Cover, seed: int, share: float) -> Model:

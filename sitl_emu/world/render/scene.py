@@ -128,7 +128,7 @@ class MeshScene:
             if any(speed):
                 self.things.rotation[row] = turned(math.atan2(speed[1], speed[0]))
             if mover.plan is None:
-                self.things.place[row] = (north, east, -self.world.terrain.height_m(north, east))
+                self.things.place[row] = (north, east, -self.world.terrain.height_m(north, east) - thing.above_ground_m)
             else:
                 self.built.lay(self.meshes, self.things, mover, north, east)
 

@@ -161,7 +161,7 @@ def ripples(
     here = grey(textures, NOISE, level, u, v)
     rise_e += grey(textures, NOISE, level, u + step, v) - here
     rise_n += grey(textures, NOISE, level, u, v + step) - here
-    calm = f4(0.004) / (ONE + footprint * f4(6.0))
+    calm = f4(0.0024) / (ONE + footprint * f4(6.0))
     return rise_n * calm, rise_e * calm
 
 

@@ -23,8 +23,8 @@ F64 = npt.NDArray[np.float64]
 SIDE = 64
 FLAMES, HEAPS, PUFFS = 16, 8, 8
 """Pictures of each: tongues first, then heaps, then puffs."""
-MOST_FLAMES = 320
-MOST_PUFFS = 240
+MOST_FLAMES = 240
+MOST_PUFFS = 140
 SPREADS_S = 1800.0
 """For how long from the start flames are ready for a front that moves."""
 REACH_M = 400.0
@@ -183,7 +183,7 @@ def _smoke(fire: Fire, described: WorldDescription, terrain: Terrain, camera: Pi
     steps = np.linspace(0.0, smoke.height_m, 25)
     plumes = np.array([fires.plume(fire, described.wind, time_s, float(height)) for height in steps])
     drift = np.stack([np.interp(rises, steps, plumes[:, column]) for column in range(4)], axis=1)
-    radius = 1.3 * fire.flame_height_m + 1.2 + 2.2 * drift[:, 2]
+    radius = 1.5 * fire.flame_height_m + 1.5 + 2.8 * drift[:, 2]
     ground = heights(terrain, n, e)
     made = np.zeros((len(k), SPRITE))
     made[:, :3] = np.stack((n + drift[:, 0], e + drift[:, 1], -ground - rises - 0.6 * fire.flame_height_m), axis=1)
@@ -195,7 +195,7 @@ def _smoke(fire: Fire, described: WorldDescription, terrain: Terrain, camera: Pi
     made[:, 3:6] = radius[:, None] * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
     made[:, 6:9] = radius[:, None] * (-np.sin(turn)[:, None] * side + np.cos(turn)[:, None] * other)
     thick = 1.0 - np.exp(-drift[:, 3] * 2.0 * radius)
-    made[:, 9] = np.clip(0.75 * thick, 0.0, 0.7) * np.minimum(1.0, 6.0 * share) * np.minimum(1.0, 4.0 * (1.0 - share))
+    made[:, 9] = np.clip(0.8 * thick, 0.0, 0.65) * np.minimum(1.0, 6.0 * share) * np.minimum(1.0, 4.0 * (1.0 - share))
     made[:, 10] = FLAMES + HEAPS + k % PUFFS
     made[:, 11] = -1
     near = np.linalg.norm(made[:, :3] - camera.position, axis=1) < REACH_M

@@ -20,7 +20,7 @@ RING_M = 0.4
 """About how far the rings of a patch lie apart, so that it follows the ground."""
 MOST_RINGS = 24
 WATER_CELL_M = 8.0
-"""Sides of water's triangles are cut until they are no longer than this."""
+"""Sides of water's triangles are cut until they are no longer than this, or a fiftieth of it all."""
 
 
 def outline(thing: Thing, angle: npt.NDArray[np.floating]) -> F64:
@@ -57,7 +57,8 @@ def draped(plan: F64, terrain: Terrain, north_m: float, east_m: float) -> F64:
 def water(polygon: Sequence[Corner], material: int, colour: Colour, murk_1_m: float) -> Model:
     """A level surface at height 0; its first texture coordinate is the water's extinction of light."""
     corners, triangles = triangulated(polygon)
-    corners, triangles = subdivided(corners, triangles, WATER_CELL_M)
+    widest = float(np.ptp(corners, axis=0).max())
+    corners, triangles = subdivided(corners, triangles, max(WATER_CELL_M, widest / 50.0))
     points = np.concatenate((corners, np.zeros((len(corners), 1))), axis=1)
     made = of_triangles(points, triangles, material, colour)
     made.uv[:] = (murk_1_m, 0.0)

@@ -24,6 +24,8 @@ MOST_POINTS = 1_200_000
 FAR_M = (20.0, 60.0, 160.0, 400.0, 1000.0, 2500.0, 7000.0, 20000.0)
 """Where land beyond the terrain has its lines."""
 
+HANGS_M = 8.0
+
 
 class Chunk(NamedTuple):
     """One chunk: the place it is counted from, and for each level its corners about that place and its error in m."""
@@ -106,4 +108,13 @@ def far_land(terrain: Terrain, north: F64, east: F64) -> tuple[F64, I32]:
     inside = (row >= count) & (row < len(n) - 1 - count) & (column >= count) & (column < len(e) - 1 - count)
     a = (row * len(e) + column)[~inside]
     b, c, d = a + 1, a + len(e), a + len(e) + 1
-    return corners, np.stack((a, b, c, b, d, c), axis=1).reshape(-1, 3).astype(np.int32)
+    triangles = np.stack((a, b, c, b, d, c), axis=1).reshape(-1, 3)
+    # Around the rectangle it hangs down, as its lines there are straighter than the terrain's edge
+    rows, columns = np.arange(count, len(n) - count), np.arange(count, len(e) - count)
+    rim = [row * len(e) + columns[0] for row in rows] + [rows[-1] * len(e) + column for column in columns[1:]]
+    rim += [row * len(e) + columns[-1] for row in rows[-2::-1]] + [rows[0] * len(e) + k for k in columns[-2:0:-1]]
+    low = len(corners) + np.arange(len(rim))
+    corners = np.concatenate((corners, corners[rim] + (0.0, 0.0, HANGS_M)))
+    here, there, below = np.array(rim), np.roll(rim, -1), np.roll(low, -1)
+    skirt = np.concatenate((np.stack((here, low, there), axis=1), np.stack((there, low, below), axis=1)))
+    return corners, np.concatenate((triangles, skirt)).astype(np.int32)

@@ -46,6 +46,9 @@ def _with_tint(colour: npt.NDArray[np.floating], tint: npt.NDArray[np.floating] 
 
 def _factors(relief: F32, strength: float, colour: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> U8:
     """A ground's texture: brighter and darker about 1, with a cast towards a colour where it is bright."""
+    # Nothing broad: that would be seen to repeat from high above
+    wrapped = np.pad(relief, 48, mode="wrap")
+    relief = relief - cv2.GaussianBlur(wrapped, (0, 0), 14.0)[48:-48, 48:-48]
     bright = strength * np.clip(relief, -2.5, 2.5)[..., None]
     cast = 1.0 + bright * np.array(colour, np.float32)
     cast /= cast.mean(axis=(0, 1))
@@ -81,7 +84,7 @@ def soil(rng: Rng) -> U8:
     """Clods and crumbs."""
     clods = cloudy(rng, 24, 5)
     lit = clods - np.roll(clods, (3, 3), axis=(0, 1))
-    return _factors(0.5 * clods + 1.6 * lit, 0.17)
+    return _factors(0.5 * clods + 1.4 * lit, 0.12)
 
 
 def asphalt(rng: Rng) -> U8:
@@ -254,8 +257,8 @@ def tiles(rng: Rng) -> U8:
     down = y * rows - row
     across = along - np.floor(along)
     field = 0.82 + 0.06 * shades + 0.10 * np.sin(np.pi * across) - 0.30 * (down > 0.86) + 0.05 * down
-    field += 0.035 * cloudy(rng, 4, 5)
-    moss = np.clip(cloudy(rng, 5, 6) - 1.3, 0, 1)
+    field += 0.02 * cloudy(rng, 12, 4)
+    moss = 0.5 * np.clip(cloudy(rng, 9, 5) - 1.6, 0, 1)
     colour = np.repeat(field[..., None], 3, axis=2)
     colour = colour * (1 - moss[..., None]) + moss[..., None] * np.array((0.36, 0.38, 0.25), np.float32)
     return _with_tint(colour, 1 - 0.8 * moss)

@@ -1,0 +1,99 @@
+"""Generated worlds: the same from the same seed, files that can be read again, and what their options do."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sitl_emu.run import preview, worlds
+from sitl_emu.world import kinds
+from sitl_emu.world.description import WorldError, load
+from sitl_emu.world.render.scene import MeshScene
+from sitl_emu.world.world import World
+
+KINDS = ["urban_flood", "debris_field", "wildfire_perimeter"]
+LABELS = {
+    "urban_flood": {"building", "roof", "water", "car", "truck", "person", "stop_sign"},
+    "debris_field": {"debris slab", "debris wall", "debris rubble", "car", "truck", "person", "stop_sign"},
+    "wildfire_perimeter": {"fire", "canopy", "grass", "car", "truck", "person", "stop_sign"},
+}
+pytestmark = pytest.mark.timeout(300)
+
+
+def made(kind: str, seed: int = 1, **options: object) -> World:
+    generated = kinds.kind(kind).generate(seed, options)
+    return World(generated.description, Path(), generated.terrain)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_seed_makes_one_world_and_another_another(kind: str, tmp_path: Path) -> None:
+    one, again, other = made(kind), made(kind), made(kind, 2)
+    assert one.description == again.description and one.description != other.description
+    heights = [world.ground(33.0, 71.0) for world in (one, again, other)]
+    assert heights[0] == heights[1] != heights[2]
+    kept = worlds.keep(one, tmp_path)
+    assert load(kept) == one.description, "a run's folder keeps it"
+    assert worlds.kept(str(kept)).ground(33.0, 71.0) == pytest.approx(heights[0], abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_everything_in_it_has_a_label_and_is_seen(kind: str) -> None:
+    scene = MeshScene(made(kind), Path())
+    assert LABELS[kind] <= set(scene.labels)
+    corners = np.array(scene.world.description.area_m)
+    n, e = corners.mean(axis=0)
+    looking_down = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    place = np.array((n, e, -scene.world.terrain.height_m(n, e) - 100.0))
+    view = scene.renderer(640, 480, 320.0).look(place, looking_down, 20.0)
+    seen = {scene.labels[number] for number in np.unique(view.objects)}
+    few = {"stop_sign", "person", "car", "truck"}
+    assert LABELS[kind] - few <= seen and seen & few
+    assert view.picture.std() > 15.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_options_count_and_wrong_ones_are_named(kind: str) -> None:
+    none, many = made(kind, persons=0), made(kind, persons=9)
+    persons = [[thing for thing in world.description.things if thing.label == "person"] for world in (none, many)]
+    assert [len(each) for each in persons] == [0, 9]
+    with pytest.raises(WorldError, match=f"world {kind}: size_m: 5; must be a number from"):
+        made(kind, size_m=5)
+    with pytest.raises(WorldError, match=f"world {kind} has no option 'siz'; it knows size_m"):
+        made(kind, siz=5)
+    with pytest.raises(WorldError, match=r"persons: 1\.5; must be a whole number"):
+        made(kind, persons=1.5)
+
+
+def test_floods_stand_in_the_low_streets_and_persons_keep_their_heads_above_water() -> None:
+    world = made("urban_flood", seed=3)
+    (flood,) = world.description.water
+    size = world.description.area_m[2][0]
+    assert world.ground(8.0, size - 8.0) < flood.level_m < world.ground(size - 8.0, 8.0)
+    for thing in world.description.things:
+        if thing.label == "person":
+            head = world.ground(thing.north_m, thing.east_m) + thing.above_ground_m + thing.height_m
+            assert head > flood.level_m + 0.4
+
+
+def test_persons_on_roofs_stand_there_for_physics_too() -> None:
+    world = made("urban_flood")
+    high = [thing for thing in world.description.things if thing.label == "person" and thing.above_ground_m > 5.0]
+    assert high
+    for thing in high:
+        above = np.array([(thing.north_m, thing.east_m, -60.0)])
+        hits = world.raycast(above, np.array([(0.0, 0.0, 1.0)]), 0.0, 100.0)
+        top = world.ground(thing.north_m, thing.east_m) + thing.above_ground_m + thing.height_m
+        assert hits.name == [thing.name] and 60.0 - float(hits.range_m[0]) == pytest.approx(top, abs=0.01)
+
+
+def test_a_preview_is_pictures_a_map_and_the_truth(tmp_path: Path) -> None:
+    said: list[str] = []
+    preview.preview("debris_field", 1, {"rubble": 20, "ruins": 1}, tmp_path / "seen", 0.0, said.append)
+    pictures = {path.name for path in (tmp_path / "seen").glob("*.png")}
+    assert pictures == {
+        "nadir_05m.png", "nadir_15m.png", "nadir_30m.png", "nadir_60m.png", "oblique.png", "street.png", "map.png"
+    }  # fmt: skip
+    assert {"truth.json", "world.yaml", "terrain.npy"} <= {path.name for path in (tmp_path / "seen").iterdir()}
+    assert len(said) == 1
+    with pytest.raises(worlds.WorldError, match="there is no world 'moon'"):
+        preview.preview("moon", 1, {}, tmp_path / "moon", 0.0, said.append)
