@@ -248,6 +248,16 @@ def test_hills_show_no_gaps_between_levels_of_detail() -> None:
         assert float(np.percentile(error, 99)) < 0.01
 
 
+def test_no_gap_shows_where_the_height_map_ends() -> None:
+    """Its last row rises and falls within what the far land, with its coarser lines, has as one straight line."""
+    wavy = np.repeat(0.4 * np.sin(np.arange(61.0) / 3.0)[:, None], 61, axis=1)
+    world = World(read({"name": "x"}, "x"), NOWHERE, HeightMap(wavy, -60.0, -60.0, 2.0))
+    looker = MeshScene(world, NOWHERE).renderer(640, 480, 320.0)
+    for heading in (90.0, 270.0):
+        seen = looker.look(*looking(0.0, 0.0, 16.0, heading, 20.0), 0.0)
+        assert (seen.objects[240:] == 0).all() and np.isfinite(seen.depth_m[160:]).all()
+
+
 # --- light ------------------------------------------------------------------------------------------------------------
 
 
