@@ -132,6 +132,8 @@ class VehicleData:
     """The name of a place of the world, or numbers."""
     autopilot_fd: int | None
     """None for an autopilot from outside."""
+    components: bool = False
+    """Whether camera and gimbal speak to an autopilot from outside."""
     companion_fd: int | None = None
     radio_fd: int | None = None
     feeds: tuple[FeedData, ...] = ()

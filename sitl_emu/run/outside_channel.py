@@ -7,8 +7,9 @@ all while it is disarmed (modules/simulation/simulator_mavlink sends when actuat
 
 from collections.abc import Sequence
 
-from sitl_emu.core.simulator_api import BesideMessage, HilActuatorControls, SimulatorMessage
+from sitl_emu.core.simulator_api import BesideMessage, HilActuatorControls, HilSensor, PictureTaken, SimulatorMessage
 from sitl_emu.core.tcp_channel import TcpSimulatorChannel
+from sitl_emu.run.carried import Carried
 from sitl_emu.vehicles import Vehicle
 
 FIRST_ANSWER_S = 0.02
@@ -21,8 +22,10 @@ OFF = HilActuatorControls(0, 0, (0.0,) * 16, 0)
 class OutsideChannel:
     """The simulator's end of a channel, for an autopilot that may be silent: then its last outputs hold."""
 
-    def __init__(self, channel: TcpSimulatorChannel, vehicle: Vehicle) -> None:
-        self._channel = channel
+    def __init__(self, channel: TcpSimulatorChannel, vehicle: Vehicle, carried: Carried | None = None) -> None:
+        """`carried`: camera and gimbal that speak to it, stepped with each tick."""
+        self._channel, self._carried = channel, carried
+        self._said: Sequence[BesideMessage] = ()
         self._answers_every_tick = vehicle.propulsion is not None
         self._patience_s = FIRST_ANSWER_S if self._answers_every_tick else KEEPING_UP_S
         self._last = OFF
@@ -31,6 +34,9 @@ class OutsideChannel:
     def send(self, messages: list[SimulatorMessage]) -> None:
         """One tick's messages. Raises ChannelClosed."""
         self._channel.send(messages)
+        if self._carried is not None and isinstance(sensor := messages[-1], HilSensor):
+            pictures = [message for message in messages if isinstance(message, PictureTaken)]
+            self._said = self._carried.step(sensor.time_usec, pictures)
 
     def receive(self) -> HilActuatorControls:
         """The answer, or the last one where none comes soon. Raises ChannelClosed."""
@@ -42,5 +48,6 @@ class OutsideChannel:
         return self._last
 
     def beside(self) -> Sequence[BesideMessage]:
-        """What came beside."""
-        return self._channel.beside()
+        """What came beside, and what is carried has to say."""
+        said, self._said = self._said, ()
+        return [*self._channel.beside(), *said]

@@ -193,6 +193,8 @@ class AutopilotPart(Part):
 
     command: Annotated[list[str], Field(min_length=1)]
     env: dict[str, str | int | float] = {}
+    components: bool = False
+    """Whether the vehicle's camera and gimbal speak to it, on PX4's payload and gimbal links."""
 
     @property
     def environment(self) -> dict[str, str]:

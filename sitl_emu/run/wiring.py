@@ -186,6 +186,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         lockstep=_in_lockstep(vehicle),
         start=place if isinstance(place, str) else StartPlace(**place.model_dump()),
         autopilot_fd=autopilot_fd,
+        components=vehicle.autopilot is not None and vehicle.autopilot.components,
         companion_fd=companion_fd,
         radio_fd=radio.fileno() if radio is not None else None,
         feeds=feeds,

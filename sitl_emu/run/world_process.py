@@ -15,10 +15,12 @@ from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import models, worlds
+from sitl_emu.run.carried import Carried
 from sitl_emu.run.conductor import BARRIER_TICKS, Conductor, FeedInRun, VehicleInRun
-from sitl_emu.run.configs import VehicleData, WorldConfig
+from sitl_emu.run.configs import ROOTFS, VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
+from sitl_emu.run.link_sockets import PortInUseError
 from sitl_emu.run.messages import (
     CommandEnded,
     End,
@@ -110,7 +112,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
         simulators = [_simulator(vehicle, world, config.seed) for vehicle in config.vehicles]
         simulation = Simulation(simulators, world.solids, world.areas)
         members = [
-            _vehicle(vehicle, simulator, listener)
+            _vehicle(vehicle, simulator, listener, Path(config.folder))
             for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
         ]
         _wait_until_ready(members)
@@ -144,12 +146,13 @@ def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
     )
 
 
-def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener) -> VehicleInRun:
+def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener, folder: Path) -> VehicleInRun:
     name = data.name
     if data.autopilot_fd is None:
         channel = listener.accept(START_LIMIT_S)
         channel.limit_answers(BARRIER_LIMIT_S)
-        vehicle = VehicleInRun(name, simulator, OutsideChannel(channel, simulator.vehicle), outside=True)
+        outside = OutsideChannel(channel, simulator.vehicle, _carried(data, simulator, folder))
+        vehicle = VehicleInRun(name, simulator, outside, outside=True)
     else:
         autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
         autopilot.expect(Waiting)
@@ -174,6 +177,17 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
     if data.radio_fd is not None:
         vehicle.peer = RadioSocket(socket.socket(fileno=data.radio_fd))
     return vehicle
+
+
+def _carried(data: VehicleData, simulator: VehicleSimulator, folder: Path) -> Carried | None:
+    """Camera and gimbal for an autopilot from outside, where it is to have them. Raises StartError."""
+    if not data.components:
+        return None
+    root = folder / ROOTFS / data.name if data.model.camera is not None else None
+    try:
+        return Carried(simulator.vehicle, data.instance, root)
+    except PortInUseError as error:
+        raise StartError(str(error)) from None
 
 
 def _wait_until_ready(members: list[VehicleInRun]) -> None:

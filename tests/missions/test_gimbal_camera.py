@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import euler, heading, product, quaternion
 from sitl_emu.run import worlds
 from sitl_emu.world.camera import Camera, Pose
@@ -121,3 +122,22 @@ def test_a_picture_can_be_fetched_by_its_url_over_mavlink_ftp(folder: Path) -> N
 
 def test_the_calibration_file_says_that_it_hangs_on_the_gimbal(folder: Path) -> None:
     assert "on_gimbal: 1" in (folder / "run/uas-camera.yaml").read_text()
+
+
+def test_beside_an_autopilot_from_outside_gimbal_and_camera_are_at_the_far_ends_of_its_links(tmp_path: Path) -> None:
+    """Ours, without devices of its own, stands in for a real PX4."""
+    airframe = vehicles.FOLDER / "m600/airframe.json"
+    arguments = ["--airframe", str(airframe), "--instance", "{instance}", "--root", "{rootfs}"]
+    command = ["{python}", "-P", "-m", "sitl_emu.autopilot", *arguments]
+    run = run_in_yard(tmp_path, "look_around", VEHICLE | {"autopilot": {"command": command, "components": True}})
+    truth, heads = truths(tmp_path), json.loads((tmp_path / "heads.json").read_text())
+    for look, (time_us, head) in zip(LOOKS, list(heads.items())[:-1], strict=True):
+        assert angle_deg(head, head_of(truth[int(time_us)], *look)) < WITHIN_DEG
+    camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
+    time_us = int(list(heads)[1])
+    frame = np.asarray(cv2.imread(str(tmp_path / f"{time_us}.png"))).astype(float)
+    off = [
+        np.abs(frame - camera.render(truth[time_us], time_us, head_of(truth[time_us], *look))).mean() for look in LOOKS
+    ]
+    assert off[1] == min(off) < 5.0
+    assert (run / "rootfs/uas/camera/IMG_0003.jpg").read_bytes()[:2] == b"\xff\xd8"
