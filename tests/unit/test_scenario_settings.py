@@ -101,7 +101,7 @@ def test_a_model_of_ones_own_is_found_from_the_working_directory(
             r"vehicles.0.depth.fov: unknown field; allowed here: mount, resolution, hfov_deg, reach_m",
         ),
         ({"depth": {"resolution": [4, 48]}}, r"depth.resolution.0: 4: Input should be greater than or equal to 8"),
-        ({"depth": {"mount": "nose"}}, r"vehicles.0.depth.mount: 'nose': known: nadir, mast, or {forward_m: "),
+        ({"depth": {"mount": "nose"}}, r"vehicles.0.depth.mount: 'nose': known: nadir, mast, gimbal, or {forward_m: "),
         ({"lidar": {"range_m": [9, 2]}}, r"vehicles.0.lidar.range_m: \[9, 2\]: the nearest range, then the farthest"),
         (
             {"lidar": {"mount": {"up_m": 2}}},
