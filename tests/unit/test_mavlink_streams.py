@@ -16,6 +16,7 @@ from sitl_emu.autopilot.topics import (
     GeofenceResult,
     HomePosition,
     LandingTargetPose,
+    ManualControlSetpoint,
     ObstacleDistance,
     PositionControllerStatus,
     VehicleLandDetected,
@@ -271,15 +272,26 @@ def test_every_stream_can_be_requested(name: str) -> None:
     assert ack.result == (DENIED if name in NOT_YET | OF_PAYLOADS | OF_SERVICES else ACCEPTED)
 
 
-def test_a_message_without_anything_new_is_denied() -> None:
-    """As from PX4, whose stream sends a fix once."""
+@pytest.mark.parametrize(("number", "name"), [(24, "GPS_RAW_INT"), (29, "SCALED_PRESSURE")])
+def test_a_message_without_anything_new_is_denied(number: int, name: str) -> None:
+    """As from PX4, whose stream sends a fix, or a sample, once."""
     peer = Peer()
     peer.fly_and_run(0.3)
-    peer.send(command_long(SET_MESSAGE_INTERVAL, 24, -1.0))
-    results = [only(peer.send(command_long(REQUEST_MESSAGE, 24)), "COMMAND_ACK")[0].result for _ in range(2)]
+    peer.send(command_long(SET_MESSAGE_INTERVAL, number, -1.0))
+    results = [only(peer.send(command_long(REQUEST_MESSAGE, number)), "COMMAND_ACK")[0].result for _ in range(2)]
     assert results == [ACCEPTED, DENIED]
     peer.fly_and_run(0.13)
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 24)), "GPS_RAW_INT")
+    assert only(peer.send(command_long(REQUEST_MESSAGE, number)), name)
+
+
+def test_sticks_are_told_once_until_they_speak_again() -> None:
+    """As PX4, also the sticks that there are not (streams/MANUAL_CONTROL.hpp)."""
+    peer = Peer()
+    peer.fly_and_run(0.3)
+    for roll in (0.0, 0.5):
+        results = [only(peer.send(command_long(REQUEST_MESSAGE, 69)), "COMMAND_ACK")[0].result for _ in range(2)]
+        assert results == [ACCEPTED, DENIED]
+        peer.topics.manual_control_setpoint = ManualControlSetpoint(peer.now_us, True, roll=roll)
 
 
 def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:

@@ -10,6 +10,11 @@ ALL_AUX = 0b1111_1100
 """enabled_extensions: every auxiliary stick, there or not."""
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once, until the sticks speak again or fall silent."""
+    return context.topics.manual_control_setpoint.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields:
     """X pitch, y roll, r yaw and aux in thousandths; z throttle 0..1000; two bits of `buttons` for each switch."""
     topics = context.topics

@@ -8,6 +8,11 @@ from sitl_emu.core.c_types import rounded
 ID = mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once per sample."""
+    return context.topics.sensor_baro.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """HPa and cdegC; there is no differential pressure."""
     baro = context.topics.sensor_baro
