@@ -9,14 +9,15 @@ from pathlib import Path
 
 import cv2
 
+from sitl_emu import vehicles
 from sitl_emu.components.card import FOLDER, file_name
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered
+from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, VehicleAt
 from sitl_emu.run.process import StartError, main, settle
-from sitl_emu.world.camera import Camera, Image
+from sitl_emu.world.camera import Camera, Image, OtherVehicle, Pose, ShowsVehicles
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import LensError
 
@@ -43,6 +44,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         control.send(Ready())
         while isinstance(asked := control.receive(), Render | Photograph):
             worlds.put_loose(world, asked.loose)
+            if isinstance(scene, ShowsVehicles):
+                scene.put_vehicles([_other(each) for each in asked.others])
             image = camera.render(asked.pose, asked.time_us, asked.head)
             if isinstance(asked, Photograph):
                 _keep(image, Path(config.card) / FOLDER / file_name(asked.number))
@@ -53,6 +56,10 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     finally:
         if ring is not None:
             ring.close()
+
+
+def _other(seen: VehicleAt) -> OtherVehicle:
+    return OtherVehicle(seen.name, vehicles.load(seen.model), Pose(*seen.pose), seen.turning)
 
 
 def _keep(image: Image, path: Path) -> None:

@@ -48,6 +48,7 @@ from sitl_emu.run.messages import (
     Sent,
     Step,
     Stepped,
+    VehicleAt,
 )
 from sitl_emu.run.poses import head_of
 from sitl_emu.world.contacts import Impact
@@ -171,6 +172,8 @@ class VehicleInRun:
     """Where its gimbal looks; None until it was told, or where it has none."""
     outside: bool = False
     """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
+    model: str = ""
+    """For those who look at it, as `sitl_emu.vehicles.load` takes it; empty: nobody sees it."""
 
 
 class Conductor:
@@ -389,13 +392,14 @@ class Conductor:
 
     def _seen_from(
         self, feed: FeedInRun, vehicle: VehicleInRun
-    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...]]:
-        """Where a vehicle is, where its gimbal looks if that carries the feed, and where loose bodies are."""
+    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...], tuple[VehicleAt, ...]]:
+        """Where a vehicle is, where its gimbal looks if that carries the feed, where loose bodies and others are."""
         pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
         head = head_of(vehicle.gimbal, where.q) if feed.on_gimbal else None
         loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
-        return where, head, loose
+        others = tuple(_seen(other) for other in self.vehicles if other is not vehicle and other.model)
+        return where, head, loose, others
 
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""
@@ -441,3 +445,10 @@ class Conductor:
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:
     a, b = one.simulator.pose(), other.simulator.pose()
     return math.dist((a.north_m, a.east_m, a.down_m), (b.north_m, b.east_m, b.down_m))
+
+
+def _seen(vehicle: VehicleInRun) -> VehicleAt:
+    pose = vehicle.simulator.pose()
+    where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
+    turning = vehicle.armed and not vehicle.off and not vehicle.crashed
+    return VehicleAt(vehicle.name, vehicle.model, where, turning)

@@ -105,6 +105,17 @@ class LooseAt(NamedTuple):
     q: tuple[float, float, float, float]
 
 
+class VehicleAt(NamedTuple):
+    """Another vehicle, as a camera may see it."""
+
+    name: str
+    model: str
+    """As `sitl_emu.vehicles.load` takes it."""
+    pose: BodyPose
+    turning: bool
+    """Whether its motors turn."""
+
+
 class Render(NamedTuple):
     """A camera, depth camera or lidar is to make a frame."""
 
@@ -114,6 +125,7 @@ class Render(NamedTuple):
     head: tuple[float, float, float, float] | None = None
     """Attitude of the gimbal's head that carries it: quaternion (w, x, y, z), to NED; None: none does."""
     loose: tuple[LooseAt, ...] = ()
+    others: tuple[VehicleAt, ...] = ()
 
 
 class Rendered(NamedTuple):
@@ -131,6 +143,7 @@ class Photograph(NamedTuple):
     head: tuple[float, float, float, float] | None
     """As of `Render`."""
     loose: tuple[LooseAt, ...] = ()
+    others: tuple[VehicleAt, ...] = ()
 
 
 class Photographed(NamedTuple):

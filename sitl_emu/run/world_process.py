@@ -162,6 +162,7 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
         vehicle = VehicleInRun(name, simulator, channel)
         autopilot.expect(Ready)
         vehicle.autopilot = autopilot if data.lockstep else None
+    vehicle.model = data.model.model
     if data.companion_fd is not None:
         vehicle.companion = inherited(data.companion_fd, f"companion {name}")
     vehicle.feeds = [

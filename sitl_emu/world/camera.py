@@ -9,12 +9,14 @@ a slight blur, vignetting and noise from tiles that are drawn once and chosen by
 
 import math
 import zlib
-from typing import NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -59,6 +61,25 @@ class Pose(NamedTuple):
     east_m: float
     down_m: float
     q: tuple[float, float, float, float]
+
+
+class OtherVehicle(NamedTuple):
+    """A vehicle that a camera of another one may see."""
+
+    name: str
+    vehicle: Vehicle
+    pose: Pose
+    turning: bool
+    """Whether its motors turn."""
+
+
+@runtime_checkable
+class ShowsVehicles(Protocol):
+    """A scene that has vehicles in its pictures."""
+
+    def put_vehicles(self, others: Sequence[OtherVehicle]) -> None:
+        """Put vehicles where they are; those that were there before and are not named have gone."""
+        ...
 
 
 class Posed(Protocol):

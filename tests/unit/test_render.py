@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion import camera_model
-from sitl_emu.world.camera import Camera, Pose, body_to_ned, camera_to_body
+from sitl_emu.world.camera import Camera, OtherVehicle, Pose, ShowsVehicles, body_to_ned, camera_to_body
 from sitl_emu.world.description import read
 from sitl_emu.world.lens import Distortion, Intrinsics, Mount
-from sitl_emu.world.render import furniture, model, surface_mesh, terrain_mesh
+from sitl_emu.world.render import furniture, model, surface_mesh, terrain_mesh, vehicle_mesh
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene
 from sitl_emu.world.terrain import HeightMap, hills
 from sitl_emu.world.world import World
@@ -283,6 +284,51 @@ def test_edges_are_smooth() -> None:
     slope, start = np.polyfit(columns, covered, 1)
     assert abs(slope) == pytest.approx(math.tan(math.radians(5.0)), abs=0.005)
     assert np.abs(covered - slope * columns - start).max() < 0.2, "no stairs"
+
+
+# --- other vehicles ---------------------------------------------------------------------------------------------------
+
+
+def test_other_vehicles_are_seen_where_they_are_with_shadows_and_turning_propellers() -> None:
+    scene = MeshScene(world_of(ground={"use": "concrete"}, light={"azimuth_deg": 90, "elevation_deg": 45}), NOWHERE)
+    shows: object = scene
+    assert isinstance(shows, ShowsVehicles)
+    moves = [scene.moves]
+    looker = scene.renderer(640, 480, 320.0)
+    above = np.array((0.0, 0.0, -12.0))
+    empty = looker.look(above, DOWN, 0.0)
+    iris = OtherVehicle("two", vehicles.load("iris"), Pose(2.0, 1.0, -4.0, quaternion(0.0, 0.0, 0.5)), True)
+    scene.put_vehicles([iris])
+    seen = looker.look(above, DOWN, 0.0)
+    moves.append(scene.moves)
+    assert moves == [False, True]
+    number = scene.names.index("two")
+    assert scene.labels[number] == "vehicle"
+    y, x = np.nonzero(seen.objects == number)
+    assert (x.mean(), y.mean()) == pytest.approx((320.0 + 320.0 * 1.0 / 8.0, 240.0 - 320.0 * 2.0 / 8.0), abs=2.0)
+    assert seen.depth_m[seen.objects == number].mean() == pytest.approx(8.0, abs=0.2)
+    darker = empty.picture[:, :, 1].astype(int) - seen.picture[:, :, 1] > 25
+    y, x = np.nonzero(darker & (seen.objects != number))
+    assert len(x) > 15
+    # The sun stands in the east, 45 degrees high: the shadow lies 4 m west of it
+    assert (x.mean(), y.mean()) == pytest.approx((320.0 + 320.0 * -3.0 / 12.0, 240.0 - 320.0 * 2.0 / 12.0), abs=4.0)
+    later = looker.look(above, DOWN, 0.0011)
+    assert 20 < int((later.objects != seen.objects).sum()) < 400, "blades have turned"
+    scene.put_vehicles([iris._replace(turning=False)])
+    still = [looker.look(above, DOWN, time_s).objects for time_s in (0.0, 0.0011)]
+    assert np.array_equal(still[0], still[1])
+    scene.put_vehicles([])
+    gone = looker.look(above, DOWN, 0.0)
+    assert np.array_equal(gone.picture, empty.picture)
+
+
+@pytest.mark.parametrize("name", vehicles.models())
+def test_every_vehicle_has_a_look_of_its_own_size(name: str) -> None:
+    look = vehicle_mesh.look_of(vehicles.load(name))
+    vehicle = vehicles.load(name)
+    assert len(look.propellers) == (len(vehicle.propulsion.rotors) if vehicle.propulsion else 0)
+    reach = max([look.body.radius_m, *(float(np.linalg.norm(each.at)) for each in look.propellers)])
+    assert 0.15 < reach < 2.5
 
 
 # --- the same bytes ---------------------------------------------------------------------------------------------------

@@ -75,7 +75,7 @@ def _scaled(model: Model, by: float) -> Model:
     return Model(corners, model.uv, model.triangles, model.normals, model.materials, model.tints)
 
 
-def _wheel(radius: float, width: float) -> Model:
+def wheel(radius: float, width: float) -> Model:
     """Its axle east to west, about its middle."""
     tyre = lathe(((0.0, -width / 2), (radius * 0.9, -width / 2), (radius, -width / 4), (radius, width / 4),
                   (radius * 0.9, width / 2), (0.0, width / 2)), 14, CLOTH, RUBBER)  # fmt: skip
@@ -131,7 +131,7 @@ def car(length_m: float, colour: Colour) -> Model:
                       for dn in (-0.035, 0.035) for de in (0.0, 0.02) for e, h, dt in ends]  # fmt: skip
             parts.append(hull(pillar, PAINT, colour))
         for north in (1.35, -1.33):
-            parts.append(moved(_wheel(0.32, 0.21), (north, side * 0.77, -0.32)))
+            parts.append(moved(wheel(0.32, 0.21), (north, side * 0.77, -0.32)))
         lamp = [(2.17, side * 0.60, -0.66), (2.17, side * 0.78, -0.66), (2.19, side * 0.60, -0.56),
                 (2.12, side * 0.84, -0.57), (2.0, side * 0.7, -0.6)]  # fmt: skip
         parts.append(hull(lamp, CLOTH, (0.95, 0.95, 0.92)))
@@ -151,8 +151,8 @@ def truck(length_m: float, colour: Colour) -> Model:
     for side in (-1.0, 1.0):
         pane = hull([(2.9, side * 1.05, -1.35), (2.15, side * 1.06, -1.35), (2.75, side * 1.045, -2.15),
                      (2.15, side * 1.045, -2.15), (2.5, side * 1.0, -1.7)], GLASS)  # fmt: skip
-        parts += [pane, moved(_wheel(0.46, 0.3), (2.4, side * 0.92, -0.46))]
-        parts += [moved(_wheel(0.46, 0.3), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
+        parts += [pane, moved(wheel(0.46, 0.3), (2.4, side * 0.92, -0.46))]
+        parts += [moved(wheel(0.46, 0.3), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
         parts.append(moved(box((0.05, 0.3, 0.16), CLOTH, (0.95, 0.95, 0.9)), (3.47, side * 0.8, -0.75)))
     return _scaled(merged(parts), length_m / 7.0)
 

@@ -1,6 +1,7 @@
 """Any world as something that cameras look at (camera.Scene): its geometry built once, its pictures from any place."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -9,15 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world import ground
-from sitl_emu.world.camera import body_to_ned
+from sitl_emu.world.camera import OtherVehicle, body_to_ned
 from sitl_emu.world.description import WorldDescription, WorldError
 from sitl_emu.world.moving import place_at, velocity_at
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, sprites, textures
+from sitl_emu.world.render.guests import Guests
 from sitl_emu.world.render.kernel import F32, I32, U8
 from sitl_emu.world.render.maps import GroundMap, SunMap
 from sitl_emu.world.render.model import turned
-from sitl_emu.world.render.raster import Buffers, Drawn, Pinhole, project, rasterise, select
+from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import PLANE, Picture, Surfaces, shade
 from sitl_emu.world.render.sky import air_of
 from sitl_emu.world.solids import Solids
@@ -64,6 +66,7 @@ class MeshScene:
                 raise WorldError(f"ground.orthophoto: {folder / name}: can't be read as a picture")
             photo = np.asarray(read, np.uint8)
         self.built = build.build(described, world.terrain, folder)
+        self.guests = Guests(self.built.stage)
         self.meshes, self.things = self.built.stage.packed()
         painter = ground_map.paint(described, self.built.frame, photo)
         self.air = air_of(described.light)
@@ -102,7 +105,27 @@ class MeshScene:
     def moves(self) -> bool:
         """See camera.Scene."""
         described = self.world.description
-        return bool(self.built.movers or described.water or described.fires or self._loose())
+        return bool(self.built.movers or described.water or described.fires or self._loose() or self.guests.rows)
+
+    def put_vehicles(self, others: Sequence[OtherVehicle]) -> None:
+        """See camera.ShowsVehicles."""
+        self.guests.others = tuple(others)
+
+    def moving_sun(self, camera: Pinhole) -> SunMap:
+        """What moves, as the sun sees it, about the place that a camera looks at; `side` 0: nothing does."""
+        rows = [mover.instance for mover in self.built.movers] + [*self.built.loose.values(), *self.guests.rows]
+        seen = np.array([row for row in rows if not self.things.flags[row] & HIDDEN], np.int32)
+        if len(seen) == 0:
+            return self.surfaces.moving_sun
+        ahead = camera.rotation[:, 2]
+        height = -camera.position[2] - self.world.terrain.height_m(*camera.position[:2])
+        away = float(np.clip(height / max(ahead[2], 0.05), 4.0, 60.0))
+        middle = camera.position + away * ahead
+        reach = min(1.3 * away, 60.0)
+        near = np.linalg.norm(self.things.place[seen] - middle, axis=1) < 4.0 * reach + 50.0
+        sun = light_maps.sun_map(self.air.rows[0].astype(np.float64), middle, reach, light_maps.MOVING_SIDE)
+        light_maps.draw(sun, self.meshes, self.things, seen[near], self.things.first_level)
+        return sun
 
     @property
     def names(self) -> list[str]:
@@ -119,8 +142,11 @@ class MeshScene:
         return MeshRenderer(self, width, height, focal_px)
 
     def set_time(self, time_s: float) -> None:
-        """Put what moves where it is then, and loose bodies where they are now."""
+        """Put what moves where it is then, and loose bodies and other vehicles where they are now."""
+        if self.guests.meet():
+            self.meshes, self.things = self.built.stage.packed()
         self._put_loose()
+        self.guests.put(self.things, time_s)
         for mover in self.built.movers:
             thing, row = mover.thing, mover.instance
             north, east = place_at(thing, time_s)
@@ -191,12 +217,13 @@ class MeshRenderer:
             np.empty((height, width), np.float32),
             np.empty((height, width), np.int32),
         )
+        surfaces = scene.surfaces._replace(moving_sun=scene.moving_sun(camera))
         shade(
             self._buffers,
             self._drawn,
             scene.meshes,
             scene.things,
-            scene.surfaces,
+            surfaces,
             camera,
             air,
             picture,
