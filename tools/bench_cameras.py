@@ -1,8 +1,8 @@
 """Memory and first frame of the cameras of one world, as `sitl-emu run` starts them.
 
-    python tools/bench_cameras.py [CAMERAS] [--size M] [--mount nadir|mast]
+    python tools/bench_cameras.py [CAMERAS] [--world KIND] [--size M] [--mount nadir|mast]
 
-A corn field of M × M metres (200) is built, and a process started for each camera (4). Together they look at all of it:
+A world (a `corn_field`) of M × M metres (200) is built, and a process started for each camera (4). Together they look at all of it:
 each starts on the ground and flies over a strip of its own at 15 m, a picture every 5 m, lines 12 m apart; on a mast
 it stays at the ground. It tells their memory as it grows and at its greatest; when the first and the last camera had
 its first frame, after all were started together; and what a frame costs.
@@ -33,7 +33,7 @@ SEED = 7
 STANDING_M = 0.2
 """About the height of a body on its legs or wheels."""
 ABOVE_M = {"nadir": 15.0, "mast": STANDING_M}
-"""Of an agriculture survey, and of a rover."""
+"""Of a survey, and of a rover."""
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 LINES_M, STEP_M = 12.0, 5.0
 PERIOD_US = 66_667
@@ -146,11 +146,12 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("cameras", type=int, nargs="?", default=4)
+    parser.add_argument("--world", default="corn_field", metavar="KIND", help="a kind with the option size_m")
     parser.add_argument("--size", type=float, default=200.0, metavar="M")
     parser.add_argument("--mount", choices=sorted(MOUNTS), default="nadir")
     wanted = parser.parse_args()
-    world = worlds.build("corn_field", SEED, {"size_m": [wanted.size, wanted.size]})
-    print(f"{wanted.cameras} cameras ({wanted.mount}) in one corn field of {wanted.size:g} x {wanted.size:g} m")
+    world = worlds.build(wanted.world, SEED, {"size_m": [wanted.size, wanted.size]})
+    print(f"{wanted.cameras} cameras ({wanted.mount}) in one {wanted.world} of {wanted.size:g} x {wanted.size:g} m")
     with tempfile.TemporaryDirectory() as folder:
         began_s = time.monotonic()
         with cameras(world, wanted.cameras, wanted.mount, Path(folder)) as (children, channels):
