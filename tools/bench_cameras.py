@@ -2,12 +2,12 @@
 
     python tools/bench_cameras.py [CAMERAS] [--world KIND] [--size M] [--mount nadir|mast]
 
-A world (a `corn_field`) of M × M metres (200) is built, and a process started for each camera (4). Together they look at all of it:
-each starts on the ground and flies over a strip of its own at 15 m, a picture every 5 m, lines 12 m apart; on a mast
-it stays at the ground. It tells their memory as it grows and at its greatest; when the first and the last camera had
-its first frame, after all were started together; and what a frame costs.
-PSS counts a page that n processes share as 1/n in each, so that the sum is what all take of the machine. It is sampled
-(/proc/PID/smaps_rollup, Linux) every 20 ms: the greatest that was seen.
+A world (a `corn_field`) of M × M metres (200) is built, and a process started for each camera (4). Together they look
+at all of it: each starts on the ground and flies over a strip of its own at 15 m, a picture every 5 m, lines 12 m
+apart; on a mast it stays at the ground. It tells their memory as it grows and at its greatest; when the first and the
+last camera had its first frame, after all were started together; and what a frame costs. PSS counts a page that n
+processes share as 1/n in each, so that the sum is what all take of the machine. It is sampled (/proc/PID/smaps_rollup,
+Linux) every 20 ms: the greatest that was seen.
 """
 
 import argparse
