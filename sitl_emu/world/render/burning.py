@@ -1,5 +1,8 @@
 """When a fire's front comes where, for the ground's colour and for its flames."""
 
+import math
+
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -10,6 +13,7 @@ from sitl_emu.world.render.maps import FireMap
 
 F64 = npt.NDArray[np.float64]
 CELL_M = 0.5
+RAGGED_M = 3.0
 NEVER = 1e9
 """In seconds."""
 
@@ -38,7 +42,7 @@ def arrival_s(fire: Fire, described: WorldDescription, north: F64, east: F64) ->
 def map_of(described: WorldDescription, frame: Frame) -> FireMap:
     """Of all fires, over the ground map's part of the world."""
     if not described.fires:
-        return FireMap(np.zeros((1, 1, 2), np.float32), np.zeros(3, np.float32))
+        return FireMap(np.zeros((1, 1, 3), np.float32), np.zeros(3, np.float32))
     cell = max(CELL_M, frame.gsd_m)
     rows, columns = round(frame.rows * frame.gsd_m / cell), round(frame.columns * frame.gsd_m / cell)
     north = frame.north0_m + cell * (np.arange(rows) + 0.5)
@@ -50,5 +54,8 @@ def map_of(described: WorldDescription, frame: Frame) -> FireMap:
         sooner = times < begins
         begins[sooner] = times[sooner]
         ends[sooner] = times[sooner] + (fire.burns_s or NEVER)
+    # A front that comes within so many metres may already be seen here: borders are ragged (embers in shade.py)
+    reach = 2 * math.ceil(RAGGED_M / cell) + 1
+    soonest = cv2.erode(begins.astype(np.float32), np.ones((reach, reach), np.uint8))
     corner = np.array((frame.north0_m, frame.east0_m, cell), np.float32)
-    return FireMap(np.stack((begins, ends), axis=2).astype(np.float32), corner)
+    return FireMap(np.stack((begins, ends, soonest), axis=2).astype(np.float32), corner)

@@ -18,9 +18,11 @@ from sitl_emu.world.render.maps import GroundMap
 from sitl_emu.world.render.textures import LAYER
 
 FINEST_M = 0.1
-MOST_TEXELS = 2400
+MOST_TEXELS = 2000
 """Along a side; a larger world has coarser texels."""
 LEVELS = 7
+STRIP = 128
+"""Rows that are painted at once."""
 WOBBLE_M = 0.5
 """How far the borders of natural land uses stray from their polygons, about."""
 
@@ -102,6 +104,11 @@ OWN_PATCHES = np.array((1.12, 1.03, 0.9), np.float32)
 """What broad patches of a colour of one's own go towards, as factors."""
 
 
+def _strips(first: int, end: int) -> list[tuple[int, int]]:
+    """Rows, not too many at once: what is worked out on the way takes memory."""
+    return [(row, min(row + STRIP, end)) for row in range(first, end, STRIP)]
+
+
 class Painter:
     """Paints one map, south-west corner first."""
 
@@ -118,15 +125,22 @@ class Painter:
         """Paint a land use, everywhere or within a part; `colour`: its mean, if not the land use's own."""
         look, mean = LOOKS[name], np.array(LAND_USES[name] if colour is None else colour, np.float32)
         towards = np.array(look.patches, np.float32) if colour is None else mean * OWN_PATCHES
-        part = EVERYWHERE if where is None else where.window
+        window = EVERYWHERE if where is None else where.window
+        for first, end in _strips(*window[0].indices(self.frame.rows)[:2]):
+            mask = None if where is None else where.mask[first - where.window[0].start : end - where.window[0].start]
+            self._paint((slice(first, end), window[1]), look, mean, towards, mask)
+
+    def _paint(
+        self, part: tuple[slice, slice], look: Look, mean: F32, towards: F32, mask: npt.NDArray[np.bool_] | None
+    ) -> None:
         share = np.clip(0.5 + 0.38 * self.broad[part] + 0.22 * self.other[part], 0, 1) * np.float32(look.patchy)
         bright = 1.0 + look.fine * self.fine[part] + 0.6 * look.fine * self.other[part]
         painted = (mean + share[..., None] * (towards - mean)) * bright[..., None]
-        if where is None:
+        if mask is None:
             self.colours[part], self.details[part] = painted, LAYER[look.detail]
         else:
-            np.copyto(self.colours[part], painted, where=where.mask[..., None])
-            np.copyto(self.details[part], np.uint8(LAYER[look.detail]), where=where.mask)
+            np.copyto(self.colours[part], painted, where=mask[..., None])
+            np.copyto(self.details[part], np.uint8(LAYER[look.detail]), where=mask)
 
     def polygon(self, corners: Sequence[tuple[float, float]], wobbles: bool) -> "Part":
         """The texels within a polygon (north, east)."""
@@ -199,7 +213,9 @@ def _nearest_use(colour: Sequence[float]) -> str:
 def packed(painter: Painter) -> GroundMap:
     """For the shading, with coarser levels."""
     frame = painter.frame
-    colours = np.clip(np.round(painter.colours * 255.0), 0, 255).astype(np.uint8)
+    colours = np.empty(painter.colours.shape, np.uint8)
+    for first, end in _strips(0, frame.rows):
+        colours[first:end] = np.clip(np.round(painter.colours[first:end] * 255.0), 0, 255)
     far = painter.colours.mean(axis=(0, 1))
     parts, starts, sizes, start = [], [], [], 0
     details = painter.details

@@ -14,7 +14,7 @@ from sitl_emu.world.render.maps import SUN_OFFSET, Relief, SunMap, draw_sun_map
 from sitl_emu.world.render.raster import Buffers, Instances, Meshes
 
 F64 = npt.NDArray[np.float64]
-SUN_SIDE = 3072
+SUN_SIDE = 2560
 SUN_FINEST_M = 0.04
 MOVING_SIDE = 640
 SHUT_FROM_SKY_M = (0.8, 3.5)

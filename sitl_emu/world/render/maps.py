@@ -61,10 +61,13 @@ class Relief(NamedTuple):
 
 
 class FireMap(NamedTuple):
-    """When each cell of the ground begins to burn, and when it has burnt out, s; 1 x 1: there is no fire."""
+    """When each cell of the ground begins to burn, when it has burnt out, and when the first one near it begins, s.
+
+    1 x 1: there is no fire.
+    """
 
     grid: F32
-    """(rows, columns, 2)"""
+    """(rows, columns, 3)"""
     frame: F32
     """North and east of its corner, metres a cell."""
 

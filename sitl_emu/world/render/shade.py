@@ -125,6 +125,10 @@ def embers(
     grid, frame = surfaces.fire.grid, surfaces.fire.frame
     if grid.shape[0] < 2:
         return ZERO, ZERO, ZERO
+    row, column = np.int64((north - frame[0]) / frame[2]), np.int64((east - frame[1]) / frame[2])
+    inside = 0 <= row < grid.shape[0] and 0 <= column < grid.shape[1]
+    if not inside or grid[row, column, 2] > f4(air.time_s):
+        return ZERO, ZERO, ZERO
     level = level_of(footprint * f4(512.0 / 19.0), 8)
     wild = texel(surfaces.textures, NOISE, level, east * f4(1 / 19.0), north * f4(1 / 19.0))
     level = level_of(footprint * f4(512.0 / 1.7), 8)

@@ -364,12 +364,13 @@ LAYER = {name: number for number, name in enumerate(DRAWN)}
 
 def build(seed: int) -> Textures:
     """All textures of a world, with their coarser levels."""
-    layers = [draw(np.random.default_rng((seed, number))) for number, draw in enumerate(DRAWN.values())]
-    parts, starts, start = [], [], 0
-    for _ in range(LEVELS):
-        starts.append(start)
-        parts += [layer.reshape(-1).view(np.uint32) for layer in layers]
-        start += sum(layer.size // 4 for layer in layers)
-        half = layers[0].shape[0] // 2
-        layers = [cv2.resize(layer, (half, half), interpolation=cv2.INTER_AREA) for layer in layers]
-    return Textures(np.concatenate(parts), np.array(starts, np.int32))
+    sides = [SIDE >> level for level in range(LEVELS)]
+    starts = np.cumsum([0, *(len(DRAWN) * side * side for side in sides)])
+    texels = np.empty(int(starts[-1]), np.uint32)
+    for number, draw in enumerate(DRAWN.values()):
+        layer = draw(np.random.default_rng((seed, number)))
+        for start, side in zip(starts, sides, strict=False):
+            first = int(start) + number * side * side
+            texels[first : first + side * side] = np.ascontiguousarray(layer).reshape(-1).view(np.uint32)
+            layer = np.asarray(cv2.resize(layer, (side // 2, side // 2), interpolation=cv2.INTER_AREA), np.uint8)
+    return Textures(texels, starts[:-1].astype(np.int32))
