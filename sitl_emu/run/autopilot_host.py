@@ -37,8 +37,8 @@ from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.vehicles import description
 
-ONBOARD = 1
-"""Index of the onboard link."""
+ONBOARD, PAYLOAD = 1, 2
+"""Indexes of the onboard links to the companion and to the payload."""
 TICK_US = 4000
 STANDBY = 3
 BOOT_LIMIT_US = 20_000_000

@@ -1,8 +1,9 @@
 """The process of one autopilot in a run: its host, between the simulator at TCP 4560+i and whoever is on its links.
 
 It steps whenever HIL_SENSOR comes. In lockstep with a companion of ours it says after every fifth tick how many
-datagrams it sent on the onboard link, and reads as many as it is told; ground station, payload and gimbal links, and
-the onboard link of any other companion, are answered at once. What passes on its links is logged (.tlog), stamped with
+datagrams it sent on the onboard link, and reads as many as it is told, and so on the payload link where its vehicle's
+sensors tell it of obstacles; ground station, payload and gimbal links, and the onboard link of any other companion, are
+answered at once. What passes on its links is logged (.tlog), stamped with
 the scenario's start date plus simulated time. Shut down, it waits in silence for the end of the run.
 """
 
@@ -12,7 +13,7 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import ports
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
-from sitl_emu.run.autopilot_host import ONBOARD, AutopilotHost, Hosted, HostPoll, wait_for_tick
+from sitl_emu.run.autopilot_host import ONBOARD, PAYLOAD, AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
@@ -40,7 +41,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             tlog=folder / config.name,
             pictures=config.model.camera is not None,
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
-            by_number=(ONBOARD,) if config.lockstep else (),
+            by_number=_by_number(config),
         )
         host = AutopilotHost(hosted, poll)
     except (storage.StorageError, PortInUseError) as error:
@@ -57,6 +58,12 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
         host.close()
 
 
+def _by_number(config: AutopilotConfig) -> tuple[int, ...]:
+    if not config.lockstep:
+        return ()
+    return (ONBOARD, PAYLOAD) if config.tells_obstacles else (ONBOARD,)
+
+
 def _fly(host: AutopilotHost, poll: HostPoll, channel: TcpAutopilotChannel, control: ControlChannel | None) -> None:
     """Tick by tick; `control` where the autopilot takes part in barriers. Ends by ChannelClosed alone."""
     ticks = 0
@@ -66,7 +73,10 @@ def _fly(host: AutopilotHost, poll: HostPoll, channel: TcpAutopilotChannel, cont
         ticks += 1
         if control is not None and ticks % BARRIER_TICKS == 0 and not host.off:
             control.send(Sent(host.take_sent(ONBOARD)))
-            host.read(ONBOARD, control.expect(Read).datagrams)
+            told = control.expect(Read)
+            host.read(ONBOARD, told.datagrams)
+            if told.obstacles:
+                host.read(PAYLOAD, told.obstacles)
     channel.receive()  # nothing comes any more
 
 

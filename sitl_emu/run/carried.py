@@ -55,6 +55,11 @@ class Carried:
         self._sockets = LinkSockets(self._ends)
         self._looked: GimbalState | None = None
 
+    @property
+    def on_payload_link(self) -> list[bytes] | None:
+        """What is to be sent to the autopilot on its payload link; None where nobody has the far end."""
+        return self._camera.outbox if self._camera is not None else None
+
     def step(self, now_us: int, pictures: list[PictureTaken]) -> list[BesideMessage]:
         """Hear and speak, once a tick; what an autopilot of ours would say of them beside its answer."""
         for index, end in enumerate(self._ends):

@@ -5,7 +5,8 @@ autopilot, then every HIL_ACTUATOR_CONTROLS is collected. Every fifth tick is a 
 
 1. every autopilot says how many datagrams it sent to its companion since the last barrier, and waits;
 2. every companion has answered its last step: datagrams for its autopilot and for the peer radio, status, events;
-3. every autopilot is told how many datagrams of its companion to read before its next tick;
+3. every autopilot is told how many datagrams of its companion to read before its next tick, and how many of its
+   sensors, which tell it of obstacles;
 4. what companions sent by radio is read, and what the radio delivers by now is sent on;
 5. every companion is told to step: the time, and how many datagrams and which frames to read before it does.
 
@@ -40,6 +41,7 @@ from sitl_emu.run.messages import (
     FrameTaken,
     LooseAt,
     Message,
+    ObstaclesSeen,
     Photograph,
     Photographed,
     Read,
@@ -110,6 +112,15 @@ class PeerSocket(Protocol):
     def send(self, data: bytes) -> None: ...  # noqa: D102
 
 
+class ObstacleLink(Protocol):
+    """Tells an autopilot of obstacles."""
+
+    def tell(self, frame: FrameTaken, obstacles: ObstaclesSeen) -> None: ...  # noqa: D102
+    def send(self, now_us: int) -> int:
+        """Send what was told, and the heartbeat that is due; how many datagrams."""
+        ...
+
+
 class Recorder(Protocol):
     """Where events and true tracks are kept."""
 
@@ -136,6 +147,8 @@ class FeedInRun:
     """Pictures of the MAVLink camera asked for: number, and when the autopilot is told that they are there."""
     photographed: int = 0
     """Number of the last of these that its process has done."""
+    obstacles: dict[int, ObstaclesSeen] = field(default_factory=dict)
+    """What frames that are not yet delivered show, by their index."""
 
     def due_tick(self) -> int:
         """The tick at which the next frame is taken."""
@@ -174,6 +187,8 @@ class VehicleInRun:
     """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
     model: str = ""
     """For those who look at it, as `sitl_emu.vehicles.load` takes it; empty: nobody sees it."""
+    obstacle_link: ObstacleLink | None = None
+    """None where none of its feeds tells the autopilot of obstacles."""
 
 
 class Conductor:
@@ -310,12 +325,15 @@ class Conductor:
         sent_by_autopilot = [self._sent_by_autopilot(vehicle) for vehicle in self.vehicles]
         replies = [self._collect(vehicle) for vehicle in self.vehicles]
         self._end_the_doomed()
+        arrived = [self._arrived(vehicle, now_us) for vehicle in self.vehicles]
         for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
+            of_obstacles = 0
+            if vehicle.obstacle_link is not None and not vehicle.off:
+                of_obstacles = vehicle.obstacle_link.send(now_us)
             if vehicle.autopilot is not None:
-                vehicle.autopilot.send(Read(for_autopilot))
+                vehicle.autopilot.send(Read(for_autopilot, of_obstacles))
         delivered = self._radio(now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)})
-        for vehicle, from_autopilot in zip(self.vehicles, sent_by_autopilot, strict=True):
-            frames = tuple(frame for feed in vehicle.feeds for frame in self._arrived(feed, now_us))
+        for vehicle, from_autopilot, frames in zip(self.vehicles, sent_by_autopilot, arrived, strict=True):
             if vehicle.companion is not None:
                 from_peer = delivered.get(vehicle.name, 0)
                 vehicle.companion.send(Step(now_us, from_autopilot, from_peer, frames))
@@ -420,14 +438,20 @@ class Conductor:
                 taken.append(PictureTaken(number, True))
         return taken
 
-    def _arrived(self, feed: FeedInRun, now_us: int) -> list[FrameTaken]:
-        """The frames that reach the companion at this barrier; waits until they are made."""
+    def _arrived(self, vehicle: VehicleInRun, now_us: int) -> tuple[FrameTaken, ...]:
+        """The frames that reach the companion at this barrier, and what they show the autopilot's; waits until they
+        are made.
+        """
         frames = list[FrameTaken]()
-        while feed.under_way and feed.under_way[0].time_us + feed.latency_us <= now_us:
-            frame = feed.under_way.popleft()
-            self._wait_for_frame(feed, frame.index)
-            frames.append(frame)
-        return frames
+        for feed in vehicle.feeds:
+            while feed.under_way and feed.under_way[0].time_us + feed.latency_us <= now_us:
+                frame = feed.under_way.popleft()
+                self._wait_for_frame(feed, frame.index)
+                frames.append(frame)
+                obstacles = feed.obstacles.pop(frame.index, None)
+                if obstacles is not None and vehicle.obstacle_link is not None:
+                    vehicle.obstacle_link.tell(frame, obstacles)
+        return tuple(frames)
 
     def _wait_for_frame(self, feed: FeedInRun, index: int) -> None:
         while feed.finished < index:
@@ -438,6 +462,8 @@ class Conductor:
         message = feed.control.receive()
         if isinstance(message, Rendered):
             feed.finished = message.index
+            if message.obstacles is not None:
+                feed.obstacles[message.index] = message.obstacles
         elif isinstance(message, Photographed):
             feed.photographed = message.number
 

@@ -65,6 +65,8 @@ class DepthDescription:
     reach_m: float
     noise_m: float
     """Standard deviation."""
+    tells_obstacles: bool
+    """By OBSTACLE_DISTANCE, to the autopilot."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +88,8 @@ class LidarDescription:
     rate_hz: float
     latency_s: float
     """How long a scan is under way to the companion."""
+    tells_obstacles: bool
+    """By OBSTACLE_DISTANCE, to the autopilot."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,6 +141,8 @@ class VehicleData:
     companion_fd: int | None = None
     radio_fd: int | None = None
     feeds: tuple[FeedData, ...] = ()
+    tells_obstacles: bool = False
+    """Whether one of its feeds does, to the autopilot."""
 
     @property
     def fds(self) -> list[int]:
@@ -212,6 +218,8 @@ class AutopilotConfig(ProcessConfig):
     lockstep: bool
     gcs: tuple[str, int] | None
     """Host and port of the ground station; None: on this machine."""
+    tells_obstacles: bool = False
+    """Whether it is told of obstacles, on its payload link."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -251,6 +259,12 @@ class RangeConfig(ProcessConfig):
     ring: RingData
     depth: DepthDescription | None = None
     lidar: LidarDescription | None = None
+
+    @property
+    def tells_obstacles(self) -> bool:
+        """Whether the autopilot is told of obstacles."""
+        described = self.depth or self.lidar
+        return described is not None and described.tells_obstacles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -55,6 +55,8 @@ class Read(NamedTuple):
     """What an autopilot is to read of its companion before its next tick."""
 
     datagrams: int
+    obstacles: int = 0
+    """Datagrams on its payload link, of those who tell it of obstacles."""
 
 
 class FrameTaken(NamedTuple):
@@ -128,10 +130,20 @@ class Render(NamedTuple):
     others: tuple[VehicleAt, ...] = ()
 
 
+class ObstaclesSeen(NamedTuple):
+    """What a frame shows of the obstacles around, as OBSTACLE_DISTANCE has it; cm."""
+
+    distances: tuple[int, ...]
+    nearest: int
+    farthest: int
+
+
 class Rendered(NamedTuple):
     """It has made it."""
 
     index: int  # type: ignore[assignment]
+    obstacles: ObstaclesSeen | None = None
+    """None where the autopilot is not told of any, or none can be seen."""
 
 
 class Photograph(NamedTuple):

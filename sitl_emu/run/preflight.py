@@ -63,6 +63,8 @@ def _check_ports(scenario: Scenario, first_instance: int) -> None:
         ]
         if vehicle.companion is not None and vehicle.companion.mission is not None:
             needed.append((socket.SOCK_DGRAM, LOOPBACK, ports.onboard(instance).remote, "companion"))
+        if vehicle.tells_obstacles:
+            needed.append((socket.SOCK_DGRAM, LOOPBACK, ports.payload(instance).remote, "depth camera or lidar"))
         for kind, address, port, user in needed:
             with socket.socket(socket.AF_INET, kind) as tried:
                 if kind == socket.SOCK_STREAM:

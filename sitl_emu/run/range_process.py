@@ -9,7 +9,7 @@ from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWrit
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import DepthDescription, LidarDescription, RangeConfig
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.messages import Ready, Render, Rendered
+from sitl_emu.run.messages import ObstaclesSeen, Ready, Render, Rendered
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import Mount
@@ -52,8 +52,10 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
             worlds.put_loose(world, asked.loose)
-            ring.write(asked.time_us, sensor.measure(asked.pose, asked.time_us, asked.head))
-            control.send(Rendered(asked.index))
+            measured = sensor.measure(asked.pose, asked.time_us, asked.head)
+            ring.write(asked.time_us, measured)
+            seen = sensor.obstacles(measured, asked.pose, asked.head) if config.tells_obstacles else None
+            control.send(Rendered(asked.index, ObstaclesSeen._make(seen) if seen is not None else None))
     finally:
         ring.close()
 

@@ -128,6 +128,8 @@ class DepthPart(Part):
     """Standard deviation."""
     rate_hz: Annotated[float, Field(gt=0, le=60)] = 5.0
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+    tells_obstacles: bool = True
+    """OBSTACLE_DISTANCE to the autopilot, of each image or scan."""
 
 
 class LidarPart(Part):
@@ -149,6 +151,8 @@ class LidarPart(Part):
     """Standard deviation."""
     rate_hz: Annotated[float, Field(gt=0, le=60)] = 5.0
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
+    tells_obstacles: bool = True
+    """OBSTACLE_DISTANCE to the autopilot, of each image or scan."""
 
     @field_validator("range_m")
     @classmethod
@@ -272,7 +276,8 @@ class VehiclePart(Part):
             rate_hz=given.rate_hz,
             latency_s=given.latency_s,
         )
-        return DepthDescription(camera=camera, reach_m=given.reach_m, noise_m=given.noise_m)
+        figures = given.model_dump(include={"reach_m", "noise_m", "tells_obstacles"})
+        return DepthDescription(camera=camera, **figures)
 
     @property
     def lidar_description(self) -> LidarDescription | None:
@@ -283,6 +288,11 @@ class VehiclePart(Part):
         place, _ = _mount(given.mount)
         figures = given.model_dump(exclude={"mount"})
         return LidarDescription(**figures, place_m=place[:3], depression_deg=place.depression_deg)
+
+    @property
+    def tells_obstacles(self) -> bool:
+        """Whether one of its feeds tells the autopilot of obstacles."""
+        return any(part is not None and part.tells_obstacles for part in (self.depth, self.lidar))
 
     def depth_calibration(self, folder: Path) -> Path | None:
         """The calibration file of the depth camera in a run's folder; None where there is none."""

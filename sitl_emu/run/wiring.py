@@ -190,6 +190,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         companion_fd=companion_fd,
         radio_fd=radio.fileno() if radio is not None else None,
         feeds=feeds,
+        tells_obstacles=vehicle.tells_obstacles,
     )
     return Member(data, processes, outside, command)
 
@@ -256,6 +257,7 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
         instance=instance,
         lockstep=_in_lockstep(vehicle),
         gcs=wanted.gcs,
+        tells_obstacles=vehicle.tells_obstacles,
     )
     processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))
     return world_end.fileno()

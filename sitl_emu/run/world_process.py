@@ -39,6 +39,7 @@ from sitl_emu.run.messages import (
     VehicleProgress,
     Waiting,
 )
+from sitl_emu.run.obstacle_socket import ObstacleSocket
 from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
@@ -147,11 +148,12 @@ def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
 
 
 def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener, folder: Path) -> VehicleInRun:
-    name = data.name
+    name, carried = data.name, None
     if data.autopilot_fd is None:
         channel = listener.accept(START_LIMIT_S)
         channel.limit_answers(BARRIER_LIMIT_S)
-        outside = OutsideChannel(channel, simulator.vehicle, _carried(data, simulator, folder))
+        carried = _carried(data, simulator, folder)
+        outside = OutsideChannel(channel, simulator.vehicle, carried)
         vehicle = VehicleInRun(name, simulator, outside, outside=True)
     else:
         autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
@@ -175,6 +177,12 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
         )
         for each in data.feeds
     ]
+    if data.tells_obstacles:
+        try:
+            sender = carried.on_payload_link if carried is not None else None
+            vehicle.obstacle_link = ObstacleSocket(data.instance, sender)
+        except OSError as error:
+            raise StartError(f"UDP port {ports.payload(data.instance).remote}: {error.strerror}") from None
     if data.radio_fd is not None:
         vehicle.peer = RadioSocket(socket.socket(fileno=data.radio_fd))
     return vehicle

@@ -13,6 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.core.attitude import heading
+from sitl_emu.world import proximity
 from sitl_emu.world.camera import FloatArray, Posed, Quaternion, body_to_ned, camera_to_body
 from sitl_emu.world.lens import Intrinsics, Mount
 from sitl_emu.world.rays import Hits
@@ -70,6 +72,15 @@ class DepthCamera:
         depth[depth > self._reach_m] = math.inf
         return np.asarray(self._noise.added(depth, time_us), np.float32).reshape(self._shape)
 
+    def obstacles(self, depth: Depth, pose: Posed, head: Quaternion | None = None) -> proximity.Obstacles | None:
+        """What a picture shows of the obstacles around; None where it shows nothing near the horizon."""
+        yaw = heading(pose.q)
+        looked = (proximity.levelled(body_to_ned(pose.q if head is None else head), yaw) @ self._rays).T
+        met = np.isfinite(depth.ravel())
+        lengths = (np.asarray(depth, np.float64).ravel() * self._lengths)[met]
+        points = proximity.levelled(body_to_ned(pose.q), yaw) @ self._lever + lengths[:, None] * looked[met]
+        return proximity.around(points, looked, 0.0, self._reach_m)
+
 
 class Scan(NamedTuple):
     """Where a scanning lidar looks, and how far."""
@@ -106,6 +117,12 @@ class ScanningLidar:
         met = (ranges >= self._scan.nearest_m) & (ranges <= self._scan.farthest_m)
         measured = self._noise.added(ranges, time_us)[met]
         return np.asarray(self._lever + measured[:, None] * self._rays.T[met], np.float32)
+
+    def obstacles(self, points: Points, pose: Posed, head: Quaternion | None = None) -> proximity.Obstacles | None:
+        """What a scan shows of the obstacles around; None where it shows nothing near the horizon."""
+        level = proximity.levelled(body_to_ned(pose.q), heading(pose.q))
+        looked, seen = (level @ self._rays).T, points.astype(np.float64) @ level.T
+        return proximity.around(seen, looked, self._scan.nearest_m, self._scan.farthest_m)
 
 
 def _ranges(

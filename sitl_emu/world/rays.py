@@ -30,7 +30,7 @@ def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, 
     """Ranges at which rays first pass below the ground, to a millimetre; inf where they do not within `reach_m`."""
     if isinstance(terrain, FlatGround):
         height = terrain.height_m(0.0, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             ranges = (-height - origins[:, 2]) / directions[:, 2]
         return np.where((ranges >= 0.0) & (ranges <= reach_m), ranges, np.inf)
     below = np.zeros(len(origins))

@@ -14,8 +14,16 @@ YARD = Path(__file__).parents[2] / "examples/own_world/yard.yaml"
 LIMIT_S = 118.0
 
 
-def run_in_yard(folder: Path, module: str, vehicle: dict[str, object], **changes: object) -> Path:
-    """Run the mission of MODULE.py beside this file in examples/own_world, its option `folder` being this one.
+def run_in_yard(
+    folder: Path,
+    module: str,
+    vehicle: dict[str, object],
+    options: dict[str, object] | None = None,
+    status: int = 0,
+    **changes: object,
+) -> Path:
+    """Run the mission of MODULE.py beside this file in examples/own_world, its option `folder` being this one, or with
+    other options. The exit status must be `status`.
 
     Gives the run's folder.
     """
@@ -26,7 +34,7 @@ def run_in_yard(folder: Path, module: str, vehicle: dict[str, object], **changes
     packed.mkdir()
     (packed / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {program}\nVersion: 1\n")
     (packed / "entry_points.txt").write_text(f"[sitl_emu.missions]\n{program} = {module}:MISSION\n")
-    companion = {"mission": program, "options": {"folder": str(folder)}}
+    companion = {"mission": program, "options": {"folder": str(folder)} if options is None else options}
     scenario = {
         "name": program,
         "world": "yard.yaml",
@@ -43,5 +51,5 @@ def run_in_yard(folder: Path, module: str, vehicle: dict[str, object], **changes
         timeout=LIMIT_S,
         check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == status, done.stdout + done.stderr
     return folder / "run"

@@ -22,6 +22,7 @@ from sitl_emu.run.messages import (
     BodyPose,
     FrameTaken,
     Message,
+    ObstaclesSeen,
     Photograph,
     Photographed,
     Read,
@@ -236,6 +237,37 @@ def test_each_feed_has_a_rate_and_a_latency_of_its_own() -> None:
     ]
     conductor.finish()
     assert (lidar.finished, depth.finished) == (lidar.rendered - 1, depth.rendered - 1) == (1, 0)
+
+
+class FakeObstacleLink:
+    """Keeps what was told; sends that at once, and a heartbeat with it."""
+
+    def __init__(self) -> None:
+        self.told = list[tuple[FrameTaken, ObstaclesSeen]]()
+        self._unsent = 0
+
+    def tell(self, frame: FrameTaken, obstacles: ObstaclesSeen) -> None:
+        self.told.append((frame, obstacles))
+        self._unsent += 1
+
+    def send(self, now_us: int) -> int:
+        sent, self._unsent = self._unsent + 1, 0
+        return sent
+
+
+def test_an_autopilot_is_told_what_a_frame_shows_of_obstacles_when_it_has_arrived() -> None:
+    one, seen = vehicle("one", [reply(autopilot=3)] * 20), ObstaclesSeen((100,) * 72, 50, 4000)
+    made = (Rendered(index, seen if index != 1 else None) for index in range(10))
+    one.feeds = [FeedInRun("lidar", FakeControl(made), 10.0, 40_000)]
+    one.obstacle_link = link = FakeObstacleLink()
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 85)
+    assert link.told == [
+        (FrameTaken("lidar", 0, 100_000), seen),
+        (FrameTaken("lidar", 2, 300_000), seen),
+    ], "the second shows nothing"
+    read = {20_000 * (barrier + 1): each.obstacles for barrier, each in enumerate(told(one.autopilot, Read))}
+    assert [now_us for now_us, datagrams in read.items() if datagrams == 2] == [140_000, 340_000]
+    assert sorted(set(read.values())) == [1, 2]
 
 
 def test_a_camera_on_a_gimbal_is_drawn_as_that_looks_at_the_frames_time() -> None:
