@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
+from sitl_emu.vehicles.image_sensor import PLAIN, SENSORS, ImageSensor
 from sitl_emu.vehicles.record import Limits, Words
 
 Vector3 = tuple[float, float, float]
@@ -237,6 +238,8 @@ class Camera:
     """Time that an image takes; no two are taken faster."""
     zoom_max: Annotated[float, Limits(1.0)] = 1.0
     """Focal length at full zoom over that at none."""
+    sensor: Annotated[str | ImageSensor, Words(SENSORS)] = PLAIN
+    """Its name, or a table: an OV5648 that differs in these figures."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,8 @@
 """The process of one camera: told a time and a pose, it renders a frame into shared memory and says so.
 
 It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card. A frame is a pure function
-of world, seed, time and pose, so it does not matter when it is rendered.
+of world, seed, time, pose and motion, so it does not matter when it is rendered. Automatic exposure with a time
+constant adds the frames before it, which are the same in every run.
 """
 
 import os
@@ -17,8 +18,9 @@ from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, VehicleAt
 from sitl_emu.run.process import StartError, main, settle
-from sitl_emu.world.camera import Camera, Image, OtherVehicle, Pose, ShowsVehicles
+from sitl_emu.world.camera import STILL, Camera, Image, OtherVehicle, Pose, ShowsVehicles
 from sitl_emu.world.description import WorldError
+from sitl_emu.world.imaging.motion import Motion
 from sitl_emu.world.lens import LensError
 
 JPEG_QUALITY = 92
@@ -33,7 +35,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     try:
         world = worlds.kept(config.world)
         scene = world.scene(config.shared_fd)
-        camera = Camera(scene, cameras.mount(config.camera), cameras.intrinsics(config.camera), config.name)
+        described = config.camera
+        camera = Camera(scene, cameras.mount(described), cameras.intrinsics(described), config.name, described.sensor)
         width, height = camera.intrinsics[:2]
         what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
         ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
@@ -46,7 +49,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
             worlds.put_loose(world, asked.loose)
             if isinstance(scene, ShowsVehicles):
                 scene.put_vehicles([_other(each) for each in asked.others])
-            image = camera.render(asked.pose, asked.time_us, asked.head)
+            motion = Motion(*asked.motion) if asked.motion is not None else STILL
+            image = camera.render(asked.pose, asked.time_us, asked.head, motion)
             if isinstance(asked, Photograph):
                 _keep(image, Path(config.card) / FOLDER / file_name(asked.number))
                 control.send(Photographed(asked.number))

@@ -11,7 +11,9 @@ from sitl_emu.missions.companion.camera_model import CameraModel
 from sitl_emu.missions.companion.camera_model import Distortion as ModelDistortion
 from sitl_emu.missions.companion.camera_model import Mount as ModelMount
 from sitl_emu.run.configs import CameraDescription
+from sitl_emu.vehicles import image_sensor
 from sitl_emu.vehicles.description import Camera, Vehicle
+from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.lens import MOUNTS, Distortion, Intrinsics, Mount
 
 PLAIN = Intrinsics()
@@ -40,7 +42,15 @@ def of_data(vehicle: Vehicle) -> CameraDescription:
         on_gimbal=vehicle.camera.mount == "gimbal",
         rate_hz=vehicle.camera.frame_rate_hz,
         latency_s=0.0,
+        sensor=sensor(None, vehicle.camera),
     )
+
+
+def sensor(given: str | ImageSensor | None, data: Camera | None) -> ImageSensor | None:
+    """The image sensor that a scenario gives, else that of the vehicle's data; None: the plain one."""
+    if given is None:
+        given = data.sensor if data is not None else image_sensor.PLAIN
+    return image_sensor.named(given) if isinstance(given, str) else given
 
 
 def intrinsics(camera: CameraDescription) -> Intrinsics:

@@ -37,6 +37,7 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.messages import (
+    BodyMotion,
     BodyPose,
     FrameTaken,
     LooseAt,
@@ -410,14 +411,15 @@ class Conductor:
 
     def _seen_from(
         self, feed: FeedInRun, vehicle: VehicleInRun
-    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...], tuple[VehicleAt, ...]]:
-        """Where a vehicle is, where its gimbal looks if that carries the feed, where loose bodies and others are."""
+    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...], tuple[VehicleAt, ...], BodyMotion]:
+        """Where a vehicle is, where its gimbal looks if that carries the feed, loose bodies, others, how it moves."""
         pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
         head = head_of(vehicle.gimbal, where.q) if feed.on_gimbal else None
         loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
         others = tuple(_seen(other) for other in self.vehicles if other is not vehicle and other.model)
-        return where, head, loose, others
+        motion = BodyMotion((pose.vn_m_s, pose.ve_m_s, pose.vd_m_s), pose.rate_rad_s)
+        return where, head, loose, others, motion
 
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""

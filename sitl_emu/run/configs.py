@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.vehicles import record
+from sitl_emu.vehicles.image_sensor import ImageSensor
 
 ROOTFS = "rootfs"
 """In the run's folder: the file systems of its autopilots, a folder each, named as the vehicle."""
@@ -54,6 +55,8 @@ class CameraDescription:
     rate_hz: float
     latency_s: float
     """How long a frame is under way to the companion."""
+    sensor: ImageSensor | None = None
+    """None: the plain one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

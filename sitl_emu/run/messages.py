@@ -97,6 +97,13 @@ class BodyPose(NamedTuple):
     q: tuple[float, float, float, float]
 
 
+class BodyMotion(NamedTuple):
+    """How a vehicle moves: velocity NED, m/s, and angular rate in body axes FRD, rad/s."""
+
+    velocity_m_s: tuple[float, float, float]
+    rate_rad_s: tuple[float, float, float]
+
+
 class LooseAt(NamedTuple):
     """Where a loose body is."""
 
@@ -128,6 +135,8 @@ class Render(NamedTuple):
     """Attitude of the gimbal's head that carries it: quaternion (w, x, y, z), to NED; None: none does."""
     loose: tuple[LooseAt, ...] = ()
     others: tuple[VehicleAt, ...] = ()
+    motion: BodyMotion | None = None
+    """None: it stands still."""
 
 
 class ObstaclesSeen(NamedTuple):
@@ -156,6 +165,7 @@ class Photograph(NamedTuple):
     """As of `Render`."""
     loose: tuple[LooseAt, ...] = ()
     others: tuple[VehicleAt, ...] = ()
+    motion: BodyMotion | None = None
 
 
 class Photographed(NamedTuple):

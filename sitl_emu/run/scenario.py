@@ -14,6 +14,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    PlainValidator,
     Tag,
     ValidationError,
     ValidationInfo,
@@ -27,6 +28,8 @@ from sitl_emu.missions import registry
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import CameraDescription, DepthDescription, Fault, FaultData, LidarDescription, ModelData
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.vehicles import record
+from sitl_emu.vehicles.image_sensor import OV5648, SENSORS, ImageSensor
 from sitl_emu.world.conditions import Changes, LightChange, WindChange
 from sitl_emu.world.lens import MOUNTS, Distortion, Mount
 
@@ -90,6 +93,15 @@ class DistortionPart(Part):
 PictureSide = Annotated[int, Field(ge=64, le=4096, multiple_of=8)]
 
 
+def _sensor(value: object) -> str | ImageSensor | None:
+    """An image sensor's name or figures. Raises ValueError."""
+    if value is None or isinstance(value, ImageSensor) or value in SENSORS:
+        return value
+    if isinstance(value, dict):
+        return record.read(ImageSensor, value, "sensor")
+    raise ValueError(f"known: {', '.join(SENSORS)}, or a table of what is other than in an {OV5648}")
+
+
 class CameraPart(Part):
     """A camera of a vehicle. A frame taken at t reaches the companion at t + latency_s.
 
@@ -102,6 +114,8 @@ class CameraPart(Part):
     hfov_deg: Annotated[float, Field(ge=5, le=150)] | None = None
     """Horizontal field of view, without distortion."""
     distortion: DistortionPart = DistortionPart()
+    sensor: Annotated[str | ImageSensor | None, PlainValidator(_sensor)] = None
+    """A name, or a table of what is other than in an OV5648."""
     rate_hz: Annotated[float, Field(gt=0, le=60)] = 15.0
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1
 
@@ -256,6 +270,7 @@ class VehiclePart(Part):
             on_gimbal=on_gimbal,
             rate_hz=given.rate_hz,
             latency_s=given.latency_s,
+            sensor=cameras.sensor(given.sensor, data),
         )
 
     @property

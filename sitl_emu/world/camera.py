@@ -2,22 +2,27 @@
 
 What it is (picture size, field of view, distortion, mount) stands in `lens.py`. A lens with distortion takes its
 picture from an undistorted one, as much larger as it sees further, by a map that is worked out once. The picture's top
-is forward. The camera follows the body's attitude, or that of the gimbal's head it sits on; there is no rolling shutter
-or motion blur. The sensor adds
-a slight blur, vignetting and noise from tiles that are drawn once and chosen by time.
+is forward. The camera follows the body's attitude, or that of the gimbal's head it sits on. The plain sensor adds a
+slight blur, vignetting and noise from tiles that are drawn once and chosen by time, and knows neither rolling shutter
+nor motion blur. `imaging/` works by a real one's figures (`vehicles/image_sensor.py`).
 """
 
 import math
 import zlib
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.vehicles.image_sensor import ImageSensor
+from sitl_emu.world.imaging.motion import Motion, drift
 from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of
+
+if TYPE_CHECKING:
+    from sitl_emu.world.imaging.imager import Imager
 
 FloatArray = npt.NDArray[np.float64]
 Quaternion = tuple[float, float, float, float]
@@ -47,6 +52,10 @@ class Scene(Protocol):
     @property
     def moves(self) -> bool:
         """Whether it looks otherwise at another time."""
+        ...
+
+    def ground_m(self, north_m: float, east_m: float) -> float:
+        """How high the ground is."""
         ...
 
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
@@ -120,61 +129,105 @@ def camera_to_body(mount: Mount) -> FloatArray:
     return np.array(((0.0, -s, c), (1.0, 0.0, 0.0), (0.0, c, s)))
 
 
+STILL = Motion()
+
+
 class Camera:
-    """One camera on one vehicle. `name` gives it a noise of its own. Raises LensError for a lens that can't be."""
+    """One camera on one vehicle. `name` gives it a noise of its own. Raises LensError for a lens that can't be.
+
+    `sensor`: None for the plain one.
+    """
 
     def __init__(
-        self, scene: Scene, mount: Mount = NADIR, intrinsics: Intrinsics | None = None, name: str = "camera"
+        self,
+        scene: Scene,
+        mount: Mount = NADIR,
+        intrinsics: Intrinsics | None = None,
+        name: str = "camera",
+        sensor: ImageSensor | None = None,
     ) -> None:
         self.mount = mount
         self.intrinsics = intrinsics if intrinsics is not None else Intrinsics()
-        width, height = self.intrinsics.width, self.intrinsics.height
         # One thread: a run has a camera process per camera, and cores to share.
         cv2.setNumThreads(1)
-        self._source = source_of(self.intrinsics) if any(self.intrinsics.distortion) else None
-        size = (width, height) if self._source is None else (self._source.width, self._source.height)
-        self._renderer = scene.renderer(*size, self.intrinsics.focal_px)
+        self._sensor: Imager | Plain
+        if sensor is not None:
+            from sitl_emu.world.imaging import imager  # numba, for whoever asks for it
+
+            self._sensor = imager.Imager(self.intrinsics, sensor, scene.seed, name)
+        else:
+            self._sensor = Plain(self.intrinsics, scene.seed, name)
+        width, height = self._sensor.source
+        self._renderer = scene.renderer(width, height, self.intrinsics.focal_px)
         self._to_body = camera_to_body(mount)
         self._lever = np.array(mount[:3])
-        self._noise_seed = [scene.seed, zlib.crc32(name.encode())]
+        self._scene = scene
+        self._seen_from: tuple[Pose, Quaternion, int] | None = None
+        self._seen: Image | None = None
+
+    def render(self, pose: Posed, time_us: int, head: Quaternion | None = None, motion: Motion = STILL) -> Image:
+        """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR.
+
+        `head`: attitude (to NED) of the gimbal's head that carries the camera; None: it is fixed to the body. `motion`:
+        of the body, which the plain sensor does not heed.
+        """
+        place = Pose(pose.north_m, pose.east_m, pose.down_m, pose.q)
+        seen = self._drawn(place, pose.q if head is None else head, time_us)
+        if isinstance(self._sensor, Plain):
+            return self._sensor.picture(seen, time_us)
+        to_ned = body_to_ned(place.q)
+        head_to_ned = body_to_ned(head) if head is not None else None
+        camera_to_ned = (to_ned if head_to_ned is None else head_to_ned) @ self._to_body
+        north_m, east_m, down_m = (float(each) for each in self._place(place))
+        height_m = -down_m - self._scene.ground_m(north_m, east_m)
+        moving = drift(motion, to_ned, head_to_ned, camera_to_ned, self._lever, height_m)
+        return self._sensor.picture(seen, moving, time_us)
+
+    def _place(self, pose: Pose) -> FloatArray:
+        place: FloatArray = np.array((pose.north_m, pose.east_m, pose.down_m)) + body_to_ned(pose.q) @ self._lever
+        return place
+
+    def _drawn(self, pose: Pose, head: Quaternion, time_us: int) -> Image:
+        """What is before the sensor. A vehicle that stands still before what stands still sees it again."""
+        seen_from = (pose, head, time_us if self._scene.moves else 0)
+        if self._seen is None or seen_from != self._seen_from:
+            drawn = self._renderer.draw(self._place(pose), body_to_ned(head) @ self._to_body, time_us * 1e-6)
+            self._seen = self._sensor.through_lens(drawn) if isinstance(self._sensor, Plain) else drawn
+            self._seen_from = seen_from
+        return self._seen
+
+
+class Plain:
+    """The plain sensor of one camera: lens, a slight blur, vignetting, and noise from tiles. Raises LensError."""
+
+    def __init__(self, intrinsics: Intrinsics, seed: int, name: str) -> None:
+        width, height = intrinsics.width, intrinsics.height
+        self._lens = source_of(intrinsics) if any(intrinsics.distortion) else None
+        self.source = (width, height) if self._lens is None else (self._lens.width, self._lens.height)
+        """(width, height) of the picture to be drawn for it."""
+        self._noise_seed = [seed, zlib.crc32(name.encode())]
         rng = np.random.Generator(np.random.PCG64(self._noise_seed))
         # One tile larger than the picture by a margin: a frame takes its window at an offset drawn from its time.
         shape = (height + 64, width + 64, 3)
         grains = rng.normal(scale=3.0, size=shape)
         self._noise = np.clip(np.round(grains + 16.0), 0, 32).astype(np.uint8)
         y, x = np.mgrid[0:height, 0:width]
-        off_axis = np.hypot(x - (width - 1) / 2, y - (height - 1) / 2) / self.intrinsics.focal_px
+        off_axis = np.hypot(x - (width - 1) / 2, y - (height - 1) / 2) / intrinsics.focal_px
         # A quarter of the cosine-fourth law: a lens of this angle is built to soften it.
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
-        self._scene = scene
-        self._seen_from: tuple[Pose, Quaternion, int] | None = None
-        self._seen: Image | None = None
 
-    def render(self, pose: Posed, time_us: int, head: Quaternion | None = None) -> Image:
-        """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR.
+    def through_lens(self, drawn: Image) -> Image:
+        """What the lens throws on the sensor of a picture of `source` size."""
+        if self._lens is not None:
+            drawn = np.asarray(cv2.remap(drawn, self._lens.map_x, self._lens.map_y, cv2.INTER_LINEAR), np.uint8)
+        blurred = cv2.GaussianBlur(drawn, (3, 3), 0.6)
+        return np.asarray(cv2.multiply(blurred, self._vignette, scale=1.0 / 255.0), np.uint8)
 
-        `head`: attitude (to NED) of the gimbal's head that carries the camera; None: it is fixed to the body.
-        """
-        place = Pose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        picture = self._on_sensor(place, pose.q if head is None else head, time_us)
+    def picture(self, seen: Image, time_us: int) -> Image:
+        """What the sensor sends of that at a time."""
         mixed = zlib.crc32(time_us.to_bytes(8, "little"), self._noise_seed[1])
         top, left = mixed % 64, (mixed >> 8) % 64
-        height, width = picture.shape[:2]
+        height, width = seen.shape[:2]
         noise = self._noise[top : top + height, left : left + width]
-        return np.asarray(cv2.addWeighted(picture, 1.0, noise, 1.0, -16.0), np.uint8)
-
-    def _on_sensor(self, pose: Pose, head: Quaternion, time_us: int) -> Image:
-        """What the lens throws on the sensor. A vehicle that stands still before what stands still sees it again."""
-        seen_from = (pose, head, time_us if self._scene.moves else 0)
-        if self._seen is None or seen_from != self._seen_from:
-            position = np.array((pose.north_m, pose.east_m, pose.down_m)) + body_to_ned(pose.q) @ self._lever
-            picture = self._renderer.draw(position, body_to_ned(head) @ self._to_body, time_us * 1e-6)
-            if self._source is not None:
-                picture = np.asarray(
-                    cv2.remap(picture, self._source.map_x, self._source.map_y, cv2.INTER_LINEAR), np.uint8
-                )
-            picture = cv2.GaussianBlur(picture, (3, 3), 0.6)
-            self._seen = np.asarray(cv2.multiply(picture, self._vignette, scale=1.0 / 255.0), np.uint8)
-            self._seen_from = seen_from
-        return self._seen
+        return np.asarray(cv2.addWeighted(seen, 1.0, noise, 1.0, -16.0), np.uint8)

@@ -70,6 +70,8 @@ class Pose(NamedTuple):
     ve_m_s: float
     vd_m_s: float
     q: Quaternion
+    rate_rad_s: tuple[float, float, float]
+    """Of the body, in its axes FRD."""
     lat_deg: float
     lon_deg: float
     alt_amsl_m: float
@@ -219,7 +221,7 @@ class VehicleSimulator:
         lat, lon = self._projection.reproject(body.north_m, body.east_m)
         return Pose(
             self.time_usec, body.north_m, body.east_m, body.down_m, body.vn_m_s, body.ve_m_s, body.vd_m_s, body.q,
-            lat, lon, self.home.alt_amsl_m - body.down_m,
+            (body.p_rad_s, body.q_rad_s, body.r_rad_s), lat, lon, self.home.alt_amsl_m - body.down_m,
         )  # fmt: skip
 
     def truth(self) -> HilStateQuaternion:

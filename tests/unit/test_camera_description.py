@@ -38,6 +38,9 @@ class Dots:
     def __init__(self, dots_m: list[tuple[float, float]]) -> None:
         self.dots_m = dots_m
 
+    def ground_m(self, north_m: float, east_m: float) -> float:
+        return 0.0
+
     def renderer(self, width: int, height: int, focal_px: float) -> "DotRenderer":
         return DotRenderer(self.dots_m, width, height, focal_px)
 

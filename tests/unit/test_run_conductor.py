@@ -44,7 +44,11 @@ class FakePose(NamedTuple):
     north_m: float
     east_m: float = 0.0
     down_m: float = 0.0
+    vn_m_s: float = 3.0
+    ve_m_s: float = 0.0
+    vd_m_s: float = 0.0
     q: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    rate_rad_s: tuple[float, float, float] = (0.0, 0.0, 0.5)
 
 
 class FakeSimulator:

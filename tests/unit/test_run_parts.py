@@ -13,6 +13,7 @@ from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
 from sitl_emu.run.messages import (
+    BodyMotion,
     BodyPose,
     End,
     EventTold,
@@ -83,6 +84,7 @@ MESSAGES: list[Message] = [
         (0.5, -0.5, 0.5, 0.5),
         (LooseAt({"name": "a", "mass_kg": 0.1}, (1.0, 2.0, -0.3), (0.5, 0.5, 0.5, 0.5)),),
         (VehicleAt("ugv", "rover", BodyPose(1.0, 2.0, -0.2, (1.0, 0.0, 0.0, 0.0)), True),),
+        BodyMotion((1.0, 0.0, -0.1), (0.0, 0.0, 0.5)),
     ),
     Listening({"outline": [[0.0, 1.0]], "objects": []}, (47.397742, 8.545594, 489.4, 0.0)),
     Progress(1.0, 0.5, {"uas": VehicleProgress(True, None, (1.0, 2.0, 3.0), None)}),

@@ -137,6 +137,10 @@ class MeshScene:
         """Of objects, by number."""
         return self.built.stage.labels
 
+    def ground_m(self, north_m: float, east_m: float) -> float:
+        """See camera.Scene."""
+        return self.world.terrain.height_m(north_m, east_m)
+
     def renderer(self, width: int, height: int, focal_px: float) -> "MeshRenderer":
         """See camera.Scene."""
         return MeshRenderer(self, width, height, focal_px)

@@ -18,6 +18,10 @@ class FieldScene:
         """See camera.Scene."""
         return self.field.seed
 
+    def ground_m(self, north_m: float, east_m: float) -> float:
+        """See camera.Scene."""
+        return self.field.terrain.height_m(north_m, east_m)
+
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
         """See camera.Scene."""
         return Renderer(self.field, width, height, focal_px, self._shared_memory)
