@@ -4,14 +4,16 @@ Renderer, companion (as a calibration file in the run's folder) and MAVLink came
 """
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from sitl_emu.missions.companion import calibration
 from sitl_emu.missions.companion.camera_model import CameraModel
 from sitl_emu.missions.companion.camera_model import Distortion as ModelDistortion
 from sitl_emu.missions.companion.camera_model import Mount as ModelMount
 from sitl_emu.run.configs import CameraDescription
-from sitl_emu.vehicles import image_sensor
+from sitl_emu.vehicles import image_sensor, record
 from sitl_emu.vehicles.description import Camera, Vehicle
 from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.lens import MOUNTS, Distortion, Intrinsics, Mount
@@ -46,11 +48,13 @@ def of_data(vehicle: Vehicle) -> CameraDescription:
     )
 
 
-def sensor(given: str | ImageSensor | None, data: Camera | None) -> ImageSensor | None:
-    """The image sensor that a scenario gives, else that of the vehicle's data; None: the plain one."""
-    if given is None:
-        given = data.sensor if data is not None else image_sensor.PLAIN
-    return image_sensor.named(given) if isinstance(given, str) else given
+def sensor(given: str | Mapping[str, Any] | None, data: Camera | None) -> ImageSensor | None:
+    """The image sensor that a scenario gives, else the data's; None: the plain one. Raises VehicleError."""
+    if isinstance(given, Mapping):
+        return record.read(ImageSensor, given, "sensor")
+    own = data.sensor if data is not None else image_sensor.PLAIN
+    chosen = own if given is None else given
+    return image_sensor.named(chosen) if isinstance(chosen, str) else chosen
 
 
 def intrinsics(camera: CameraDescription) -> Intrinsics:

@@ -93,12 +93,13 @@ class DistortionPart(Part):
 PictureSide = Annotated[int, Field(ge=64, le=4096, multiple_of=8)]
 
 
-def _sensor(value: object) -> str | ImageSensor | None:
-    """An image sensor's name or figures. Raises ValueError."""
-    if value is None or isinstance(value, ImageSensor) or value in SENSORS:
-        return value
+def _sensor(value: Any) -> str | dict[str, Any] | None:
+    """An image sensor's name or figures, as they are. Raises ValueError."""
     if isinstance(value, dict):
-        return record.read(ImageSensor, value, "sensor")
+        record.read(ImageSensor, value, "sensor")
+        return value
+    if value is None or value in SENSORS:
+        return None if value is None else str(value)
     raise ValueError(f"known: {', '.join(SENSORS)}, or a table of what is other than in an {OV5648}")
 
 
@@ -114,7 +115,7 @@ class CameraPart(Part):
     hfov_deg: Annotated[float, Field(ge=5, le=150)] | None = None
     """Horizontal field of view, without distortion."""
     distortion: DistortionPart = DistortionPart()
-    sensor: Annotated[str | ImageSensor | None, PlainValidator(_sensor)] = None
+    sensor: Annotated[str | dict[str, Any] | None, PlainValidator(_sensor)] = None
     """A name, or a table of what is other than in an OV5648."""
     rate_hz: Annotated[float, Field(gt=0, le=60)] = 15.0
     latency_s: Annotated[float, Field(ge=0, le=2)] = 0.1

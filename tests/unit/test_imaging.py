@@ -250,7 +250,10 @@ def test_a_gimbals_head_turns_with_the_heading_alone() -> None:
 
 def test_scenario_and_vehicle_say_which_sensor(tmp_path: Path) -> None:
     def described(given: object) -> CameraDescription:
-        made = present(scenario(tmp_path, {"camera": {"sensor": given}}).vehicles[0].camera_description)
+        whole = scenario(tmp_path, {"camera": {"sensor": given}})
+        kept = whole.model_dump(mode="json")["vehicles"][0]["camera"]["sensor"]
+        assert kept == given, "the run's folder keeps it as it was written"
+        made = present(whole.vehicles[0].camera_description)
         assert record.read(CameraDescription, _plain(made), "camera") == made, (
             "and it comes to the camera's process as it was"
         )
