@@ -62,7 +62,7 @@ def test_messages_cross_a_control_channel_whole_and_in_order() -> None:
     here.send(Rendered(1))
     assert there.poll() == Rendered(1)
     here.send(Rendered(2))
-    with pytest.raises(TypeError, match=r"the world said Rendered\(index=2\), where Ready was due"):
+    with pytest.raises(TypeError, match=r"the world said Rendered\(index=2, .*\), where Ready was due"):
         there.expect(Ready)
     here.close()
     there.close()
