@@ -6,6 +6,8 @@ Needs mypy, setuptools, a C compiler and Python's headers. Without them all runs
 the same; then this says what is missing, and is content.
 """
 
+import contextlib
+import io
 import os
 import shutil
 import sys
@@ -22,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = "sitl_emu"
 """mypyc puts all modules into one library, LIBRARY + `__mypyc`, and a file for each that hands it out."""
 OPTIMISATION = "1"
-"""-O2 makes no faster ticks and takes half as long again."""
+"""Ours: a short set-up counts for more than what -O2 may add."""
 LENIENT = ["--disable-error-code=has-type"]
 """mypyc takes files in another order than mypy and knows no types of what is decorated yet; mypy itself checks it."""
 FLAGS = ["-ffp-contract=off", "-w"]
@@ -39,19 +41,24 @@ def missing() -> str:
 
 
 def translate(files: list[str], folder: Path) -> list[Any]:
-    """The extensions to build (setuptools'), their C files under `folder`. Exits where mypyc refuses."""
+    """The extensions to build (setuptools'), their C files under `folder`. Exits where mypyc refuses, and says why."""
     from mypyc.build import mypycify
 
-    return list(
-        mypycify(
-            ["--config-file", "pyproject.toml", *LENIENT, *files],
-            opt_level=OPTIMISATION,
-            debug_level="0",
-            multi_file=True,
-            target_dir=str(folder),
-            group_name=LIBRARY,
-        )
-    )
+    told = io.StringIO()  # mypyc also warns of what only costs it speed
+    try:
+        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
+            extensions = mypycify(
+                ["--config-file", "pyproject.toml", *LENIENT, *files],
+                opt_level=OPTIMISATION,
+                debug_level="0",
+                multi_file=True,
+                target_dir=str(folder),
+                group_name=LIBRARY,
+            )
+    except SystemExit:
+        print(told.getvalue(), file=sys.stderr)
+        raise
+    return list(extensions)
 
 
 def build(extensions: list[Any], folder: Path, place: Path) -> None:
