@@ -1,0 +1,156 @@
+"""What is to be seen in a frame, as the renderer knows it: boxes of things, and of areas such as water or a fire.
+
+A thing (car, person) has a box of what is seen and one of all of it, and the share that others hide. An area (water,
+rubble, flames) is what pixels show: those nearer to each other than `Area.gap_m` are one region, whose box is that of
+its part in the picture, however far the area reaches beyond. A region too small to be asked for is there all the same,
+as `is_ignored`: whoever finds it is neither right nor wrong.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.world.render.kernel import F32, F64, I32
+from sitl_emu.world.render.raster import NEAR_M, NOTHING, Buffers, Drawn, Pinhole, project, rasterise
+from sitl_emu.world.render.scene import MeshScene, View
+
+Mask = npt.NDArray[np.bool_]
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom in pixels; right and bottom are the first that it does not reach."""
+
+
+class Area(NamedTuple):
+    """A class of areas."""
+
+    label: str
+    of: str
+    """Objects whose label begins with this are parts of it."""
+    gap_m: float
+    """Parts nearer than this are one region."""
+    least_m2: float
+    """What is seen of a smaller one is ignored."""
+    least_hiding: float = 0.0
+    """Water that hides less than this share of the ground below it is not counted: one sees the ground."""
+
+
+SMALLEST_SHARE = 1.0 / 32.0
+"""Of the picture's height: boxes with a shorter side are ignored."""
+
+
+class Seen(NamedTuple):
+    """One thing or region in a frame."""
+
+    label: str
+    name: str
+    """The object's; of a region, its area's label."""
+    box: Box
+    """Of what is seen."""
+    whole_box: Box | None
+    """Of all of it, also what is hidden or beyond the picture; None: an area, or partly behind the camera."""
+    pixels: int
+    """How many show it."""
+    hidden: float
+    """The share that others hide of what the picture would show of it alone; 0 for areas."""
+    is_cut: bool
+    """It reaches the picture's edge."""
+    is_ignored: bool
+
+
+def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area]) -> list[Seen]:
+    """All regions of all areas, area by area, from top to bottom."""
+    return [seen for area in areas for seen in _regions(area, mask_of(scene, view, camera, area), view, camera)]
+
+
+def mask_of(scene: MeshScene, view: View, camera: Pinhole, area: Area) -> Mask:
+    """(height, width): the pixels that show an area."""
+    part = np.array([label.startswith(area.of) for label in scene.labels] + [False])
+    mask = part[view.objects]  # SKY is -1, the last
+    for water in scene.world.description.water if area.least_hiding > 0.0 else ():
+        number = scene.names.index(water.name)
+        rows, columns = np.nonzero(view.objects == number)
+        north, east, _ = _places(view.depth_m, camera, rows, columns)
+        depth = water.level_m - _heights(scene, north, east)
+        mask[rows, columns] &= 1.0 - np.exp(-2.0 * water.murk_1_m * depth) >= area.least_hiding
+    return np.asarray(mask)
+
+
+def _heights(scene: MeshScene, north: F64, east: F64) -> F64:
+    terrain = scene.world.terrain
+    many = getattr(terrain, "heights_m", None)
+    return many(north, east) if many else np.full(len(north), terrain.height_m(0.0, 0.0))
+
+
+def _places(depth: F32, camera: Pinhole, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> F64:
+    """(3, n), NED: where pixels' rays end."""
+    z = depth[rows, columns].astype(np.float64)
+    x = (columns + 0.5 - 0.5 * camera.width) / camera.focal_px * z
+    y = (rows + 0.5 - 0.5 * camera.height) / camera.focal_px * z
+    return np.asarray(camera.rotation @ np.stack((x, y, z)) + camera.position[:, None])
+
+
+def _regions(area: Area, mask: Mask, view: View, camera: Pinhole) -> list[Seen]:
+    if not mask.any():
+        return []
+    metres = view.depth_m / camera.focal_px
+    reach = max(round(0.5 * area.gap_m / float(np.median(metres[mask]))), 1)
+    # A level kernel of odd size: grown by half the gap to each side, parts that are nearer touch
+    grown = cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    count, number = cv2.connectedComponents(grown, connectivity=8)
+    found = []
+    for k in range(1, count):
+        own = mask & (number == k)
+        box = _box(own)
+        shown_m2 = float((metres[own].astype(np.float64) ** 2).sum())
+        is_small = min(box[2] - box[0], box[3] - box[1]) < SMALLEST_SHARE * camera.height
+        found.append(Seen(area.label, area.label, box, None, int(own.sum()), 0.0, _is_cut(box, camera),
+                          shown_m2 < area.least_m2 or is_small))  # fmt: skip
+    return found
+
+
+def _box(mask: Mask) -> Box:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1)
+
+
+def _is_cut(box: Box, camera: Pinhole) -> bool:
+    return box[0] <= 0 or box[1] <= 0 or box[2] >= camera.width or box[3] >= camera.height
+
+
+def things_in(scene: MeshScene, view: View, camera: Pinhole, classes: Mapping[str, str]) -> list[Seen]:
+    """Things and solids of which at least a pixel is seen; `classes`: by the objects' label, what they are called."""
+    counts = np.bincount(view.objects[view.objects >= 0], minlength=len(scene.labels))
+    found = []
+    for number in np.flatnonzero(counts):
+        label = classes.get(scene.labels[number])
+        instances = np.flatnonzero(scene.things.objects == number).astype(np.int32)
+        if label is None or len(instances) == 0:
+            continue
+        box = _box(view.objects == number)
+        whole, alone = _alone(scene, camera, instances)
+        pixels = int(counts[number])
+        hidden = max(1.0 - pixels / max(alone, 1), 0.0)
+        is_small = min(box[2] - box[0], box[3] - box[1]) < SMALLEST_SHARE * camera.height
+        cut = _is_cut(box if whole is None else whole, camera)
+        found.append(Seen(label, scene.names[number], box, whole, pixels, hidden, cut, is_small))
+    return found
+
+
+def _alone(scene: MeshScene, camera: Pinhole, instances: I32) -> tuple[Box | None, int]:
+    """The box of all corners of an object's finest meshes, and how many pixels it would fill if it were alone."""
+    levels = scene.things.first_level[instances]
+    sizes = scene.meshes.levels[levels, 1] - scene.meshes.levels[levels, 0]
+    first = (np.cumsum(sizes) - sizes).astype(np.int32)
+    corners = int(sizes.sum())
+    drawn = Drawn(instances, levels, first, np.zeros((corners, 3), np.float32), np.zeros((corners, 3)))
+    count = camera.width * camera.height
+    out = Buffers(np.zeros(count, np.float32), np.zeros(count, np.int32), np.zeros(count, np.int32))
+    project(scene.meshes, scene.things, camera, drawn, len(instances))
+    rasterise(scene.meshes, scene.things, camera, drawn, len(instances), out, np.empty((4, 3)))
+    pixels = int((out.slot != NOTHING).sum())
+    if not (drawn.seen[:, 2] > NEAR_M).all():
+        return None, pixels
+    (left, top), (right, bottom) = drawn.projected[:, :2].min(axis=0), drawn.projected[:, :2].max(axis=0)
+    return (float(left), float(top), float(right), float(bottom)), pixels
