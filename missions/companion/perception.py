@@ -1,6 +1,7 @@
 """How a mission's program sees, as options: its detector, which classes it looks for, how often, and what confirms one.
 
-- `detector`: a name that the program knows, or MODULE:FACTORY of a detector of one's own, called without arguments.
+- `detector`: a name that the program knows, a network's .onnx file (`yolo.py`), or MODULE:FACTORY of a detector of
+  one's own, called without arguments.
 - `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, or a JSON file of them. Scores are multiplied by the
   weight, and a class that is not named is not looked for. Without it every class counts in full.
 - `look_rate_hz`: at most so many frames a second go to the detector; 0: every one.
@@ -18,6 +19,7 @@ from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Detection, Detector
 from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 
 
 class Perception(NamedTuple):
@@ -70,11 +72,16 @@ def perception_of(
 
 
 def _detector(name: str, detectors: Mapping[str, Callable[[], Detector]]) -> Detector:
-    """By a name that is known, or MODULE:FACTORY."""
+    """By a name that is known, a network's file, or MODULE:FACTORY."""
     if name in detectors:
         return detectors[name]()
+    if name.endswith(".onnx"):
+        try:
+            return OnnxDetector(name)
+        except ModelError as error:
+            raise ValueError(f"option detector: {error}") from None
     module, colon, factory = name.partition(":")
-    allowed = f"allowed: {', '.join(detectors)}, or MODULE:FACTORY of a detector of your own"
+    allowed = f"allowed: {', '.join(detectors)}, FILE.onnx, or MODULE:FACTORY of a detector of your own"
     if not colon:
         raise ValueError(f"option detector: {name!r}; {allowed}")
     try:

@@ -77,7 +77,10 @@ def test_a_detector_of_ones_own_is_found_by_module_and_name(tmp_path: Path, monk
 @pytest.mark.parametrize(
     ("options", "wanted"),
     [
-        ({"detector": "fire"}, "option detector: 'fire'; allowed: fires, or MODULE:FACTORY of a detector of your own"),
+        (
+            {"detector": "fire"},
+            "option detector: 'fire'; allowed: fires, FILE.onnx, or MODULE:FACTORY of a detector of your own",
+        ),
         ({"detector": "no_such:Thing"}, "option detector: 'no_such:Thing': ModuleNotFoundError"),
         ({"detector": "json:JSONDecoder"}, "'json:JSONDecoder': AttributeError: .* has no attribute 'labels'"),
         (

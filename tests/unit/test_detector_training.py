@@ -1,0 +1,180 @@
+"""Pictures changed for training, the data set's tables and splits; with PyTorch also assignment, loss and learning."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sitl_emu.missions.companion.yolo import decoded, middles
+from sitl_emu.world.render.truth import Seen
+from tools.detector import augment, data, dataset, variation
+
+STILL = augment.Strength(0.0, 0.0, 0.0, (1.0, 1.0), 0.0, 0.0, 0.0, (1.0, 1.0), 0.0)
+ROWS = np.array([[1, 20, 10, 60, 40, 1]], np.float32)
+
+
+def marked() -> augment.Sample:
+    """A white box on black."""
+    image = np.zeros((96, 128, 3), np.uint8)
+    image[10:40, 20:60] = 255
+    return image, ROWS.copy()
+
+
+def test_without_strength_nothing_changes() -> None:
+    image, rows = augment.sample(lambda _: marked(), 0, 1, STILL, np.random.default_rng(1))
+    assert np.array_equal(image, marked()[0]) and np.allclose(rows, ROWS, atol=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_boxes_go_with_the_pictures(seed: int) -> None:
+    how = STILL._replace(flip=0.5, rotation_deg=15.0, scale=(0.8, 1.2), shift=0.02)
+    rng = np.random.default_rng(seed)
+    image, rows = augment.sample(lambda _: marked(), 0, 1, how, rng)
+    white = image[:, :, 0] > 200
+    ys, xs = np.flatnonzero(white.any(axis=1)), np.flatnonzero(white.any(axis=0))
+    # The ellipse's box lies within that of the turned corners, and not far
+    assert np.allclose(rows[0, 1:5], (xs[0], ys[0], xs[-1] + 1, ys[-1] + 1), atol=9.0)
+
+
+def test_four_in_one_keeps_boxes_on_what_they_mark() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        image, rows = augment.sample(lambda _: marked(), 0, 4, STILL._replace(mosaic=1.0), rng)
+        for _, left, top, right, bottom, kind in rows:
+            if kind == 1:
+                assert image[int(top) : int(bottom), int(left) : int(right)].min() == 255
+
+
+def test_of_what_is_cut_away_little_is_ignored_and_nothing_is_gone() -> None:
+    rows = np.array([[0, 0, 0, 100, 100, 1], [0, 90, 0, 190, 100, 1], [0, 200, 0, 300, 100, 1]], np.float32)
+    inner = augment.cut(rows, 0, 0, 100, 100)
+    assert inner[:, 5].tolist() == [1.0, augment.IGNORED] and inner[1, 1:5].tolist() == [90, 0, 100, 100]
+
+
+def test_the_same_seed_gives_the_same_picture() -> None:
+    a, b = (augment.sample(lambda _: marked(), 0, 4, augment.Strength(), np.random.default_rng(5)) for _ in range(2))
+    assert np.array_equal(a[0], b[0]) and np.array_equal(a[1], b[1])
+
+
+# --- the data set -----------------------------------------------------------------------------------------------------
+
+
+def test_worlds_are_dealt_70_15_15_kind_by_kind() -> None:
+    plan = dataset.Plan(Path(), images=60 * 24, held_out=48)
+    jobs = dataset.jobs(plan)
+    for kind in range(len(variation.KINDS)):
+        usual = [job for job in jobs if job.family == "usual" and job.number % len(variation.KINDS) == kind]
+        assert Counter(job.split for job in usual) == {"train": 14, "val": 3, "test": 3}
+    assert Counter(job.split for job in jobs if job.family != "usual") == {"asset": 2, "light": 2}
+    assert len({job.name for job in jobs}) == len(jobs)
+
+
+def seen(label: str, ignored: bool = False) -> Seen:
+    return Seen(label, label, (16.0, 12.0, 48.0, 24.0), None, 300, 0.0, False, ignored)
+
+
+def test_yolo_lines_are_shares_of_the_picture_without_what_is_ignored() -> None:
+    text = dataset.yolo_text([seen("fire_region"), seen("water_body", ignored=True)], 64, 48)
+    assert text == "2 0.500000 0.375000 0.500000 0.250000\n"
+
+
+def test_tables_are_read_back_at_the_networks_size(tmp_path: Path) -> None:
+    import cv2
+
+    plan = dataset.Plan(tmp_path, images=1, held_out=0, per_world=1, width=64, height=48)
+    (job,) = dataset.jobs(plan)
+    for folder in ("parts", "labels/train", "images/train"):
+        (tmp_path / folder).mkdir(parents=True)
+    shot = variation.Shot(0, 0, 12.0, 0, 0, 0, 1.0)
+    frames = [{"file": "a.jpg", "seen": [seen("debris_field")._asdict()], "shot": shot._asdict()}]
+    part = {"kind": "debris_field", "haze_1_m": 0.001, "sun_deg": 40.0, "frames": frames}
+    (tmp_path / "parts" / f"{job.name}.json").write_text(json.dumps(part))
+    cv2.imwrite(str(tmp_path / "images/train/a.jpg"), np.zeros((48, 64, 3), np.uint8))
+    assert dataset.tables(plan, [job])["train"] == 1
+    split = data.load(tmp_path, "train", 128, 128)
+    assert split.labels == dataset.CLASSES
+    assert split.rows[0].tolist() == [[1, 32, 16 + 24, 96, 16 + 48, data.REAL]]
+    assert split.truth(0).labels.tolist() == [1] and split.about[0]["above_m"] == 12.0
+
+
+def test_a_world_is_the_same_each_time_and_families_differ() -> None:
+    one, two = (variation.world(1, "usual", 7) for _ in range(2))
+    assert one.description == two.description
+    usual, other = variation.world(1, "usual", 7).description, variation.world(1, "asset", 7).description
+    assert any(each.hull for each in usual.solids)
+    assert not any(each.hull for each in other.solids if each.label.startswith("debris"))
+    assert variation.world(1, "light", 7).description.light.elevation_deg < 16 < usual.light.elevation_deg
+
+
+# --- learning ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_network_is_as_large_as_yolov8n() -> None:
+    pytest.importorskip("torch")
+    from tools.detector.net import Network
+
+    assert 2.8e6 < sum(each.numel() for each in Network(3).parameters()) < 3.3e6
+
+
+def test_anchors_are_where_the_detector_expects_them() -> None:
+    pytest.importorskip("torch")
+    from tools.detector.net import anchors
+
+    assert np.array_equal(anchors(64, 96)[0].numpy(), middles(64, 96))
+
+
+def test_an_anchor_stands_for_the_box_it_fits_and_none_in_what_is_ignored_counts() -> None:
+    torch = pytest.importorskip("torch")
+    from tools.detector.loss import assign
+    from tools.detector.net import anchors
+
+    at, strides = anchors(64, 64)
+    boxes = torch.cat((at - strides[:, None], at + strides[:, None]), -1)[None]
+    scores = torch.full((1, len(at), 2), 0.5)
+    targets = torch.tensor([[[1, 0, 0, 16, 16, 1.0], [0, 32, 32, 64, 64, 2.0], [0, 0, 0, 0, 0, 0]]])
+    found = assign(scores, boxes, at, targets)
+    chosen = at[found.is_positive[0]]
+    assert len(chosen) and (chosen < 16).all()
+    best = int(found.score[0, :, 1].argmax())
+    assert at[best].tolist() in ([4, 4], [12, 4], [4, 12], [12, 12], [8, 8])
+    assert float(found.score[0, :, 0].max()) == 0.0
+    inner = ((at > 32) & (at < 64)).all(1)
+    assert not found.counts[0][inner].any() and found.counts[0][~inner].all()
+
+
+def test_complete_overlap_is_one_for_the_same_box_and_below_overlap_otherwise() -> None:
+    torch = pytest.importorskip("torch")
+    from tools.detector.loss import complete_overlap, overlap
+
+    a, b = torch.tensor([[0.0, 0, 10, 10]]), torch.tensor([[5.0, 0, 25, 10]])
+    assert float(complete_overlap(a, a)) == pytest.approx(1.0, abs=1e-5)
+    assert float(complete_overlap(a, b)) < float(overlap(a, b)) == pytest.approx(0.2, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_it_learns_two_pictures_by_heart() -> None:
+    torch = pytest.importorskip("torch")
+    torch.set_num_threads(1)  # threads that wait for each other on a busy machine take ten times as long
+    from tools.detector.loss import loss
+    from tools.detector.net import Deployed, Network, anchors
+
+    torch.manual_seed(0)
+    network = Network(3, 0.25)
+    images = torch.zeros(2, 3, 64, 96)
+    images[0, 0, 10:50, 20:70] = images[1, 2, 20:60, 5:40] = 1
+    targets = torch.tensor([[[0, 20, 10, 70, 50, 1.0]], [[1, 5, 20, 40, 60, 1]]])
+    optimiser = torch.optim.SGD(network.parameters(), 0.02, 0.9, nesterov=True)
+    for _ in range(250):
+        total, _ = loss(network(images), targets, *anchors(64, 96))
+        optimiser.zero_grad()
+        total.backward()
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
+        optimiser.step()
+    with torch.no_grad():
+        out = Deployed(network.eval(), 64, 96)(images).numpy()
+    for figures, target in zip(out, targets, strict=True):
+        found = decoded(figures, middles(64, 96), 0.3, 0.6)
+        assert found.labels.tolist() == [int(target[0, 0])]
+        assert np.allclose(found.boxes[0], target[0, 1:5].numpy(), atol=3.0)

@@ -1,0 +1,97 @@
+"""The detector's data, training and scores, each by one command; `python -m tools.detector COMMAND --help`."""
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+DEFAULT = Path("runs/detector")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; its exit status."""
+    parser = argparse.ArgumentParser(prog="python -m tools.detector", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    _dataset(commands.add_parser("dataset", help="draw frames of many worlds, with boxes"))
+    _train(commands.add_parser("train", help="train the network, or go on (needs the extra `train`)"))
+    _export(commands.add_parser("export", help="write a trained network as ONNX (needs the extra `train`)"))
+    _evaluate(commands.add_parser("evaluate", help="score an ONNX file on all sets, as tables and a picture"))
+    given = parser.parse_args(arguments)
+    try:
+        given.run(given)
+    except (OSError, ValueError, ImportError) as error:
+        print(f"{given.command}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _dataset(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, default=DEFAULT / "data")
+    parser.add_argument("--images", type=int, default=4200)
+    parser.add_argument("--held-out", type=int, default=360)
+    parser.add_argument("--size", type=int, nargs=2, default=(640, 480), metavar=("WIDTH", "HEIGHT"))
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.set_defaults(run=_run_dataset)
+
+
+def _run_dataset(given: argparse.Namespace) -> None:
+    from tools.detector import dataset
+
+    width, height = given.size
+    plan = dataset.Plan(given.out, given.images, given.held_out, width=width, height=height, seed=given.seed)
+    print(dataset.draw(plan, given.processes))
+
+
+def _train(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--data", type=Path, default=DEFAULT / "data")
+    parser.add_argument("--out", type=Path, default=DEFAULT / "training")
+    parser.add_argument("--epochs", type=int, default=100)
+    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--width", type=float, default=1.0, help="of the network: 1 is 3 million parameters")
+    parser.add_argument("--size", type=int, nargs=2, default=(416, 320), metavar=("WIDTH", "HEIGHT"))
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=0, help="processes that change pictures")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
+    parser.set_defaults(run=_run_train)
+
+
+def _run_train(given: argparse.Namespace) -> None:
+    from tools.detector import train
+
+    width, height = given.size
+    train.train(train.Settings(
+        given.data, given.out, given.epochs, given.batch, given.width, width, height, seed=given.seed,
+        workers=given.workers, minutes=given.minutes,
+    ))  # fmt: skip
+
+
+def _export(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--checkpoint", type=Path, default=DEFAULT / "training" / "best.pt")
+    parser.add_argument("--out", type=Path, default=DEFAULT / "detector.onnx")
+    parser.set_defaults(run=_run_export)
+
+
+def _run_export(given: argparse.Namespace) -> None:
+    from tools.detector import train
+
+    train.export(given.checkpoint, given.out)
+
+
+def _evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--model", type=Path, default=DEFAULT / "detector.onnx")
+    parser.add_argument("--data", type=Path, default=DEFAULT / "data")
+    parser.add_argument("--out", type=Path, default=DEFAULT / "scores")
+    parser.set_defaults(run=_run_evaluate)
+
+
+def _run_evaluate(given: argparse.Namespace) -> None:
+    from tools.detector import evaluate
+
+    evaluate.evaluate(given.model, given.data, given.out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

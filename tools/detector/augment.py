@@ -1,0 +1,125 @@
+"""Pictures with their boxes, changed at random: the second paper's augmentations, and those of real cameras besides.
+
+The paper's: flips, 15 degrees of rotation, 20 per cent of brightness and contrast, scales of 0.8 to 1.2, four pictures
+in one. Besides: white balance, gamma, blur, noise, JPEG. Boxes are rows (n, 6): class, left, top, right, bottom, kind.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+Image = npt.NDArray[np.uint8]
+Rows = npt.NDArray[np.float32]
+Sample = tuple[Image, Rows]
+Rng = np.random.Generator
+PAD = (114, 114, 114)
+LEAST_SHARE = 0.15
+"""Of a box that must be left where a picture is cut; less of it is ignored."""
+IGNORED = 2.0
+
+
+class Strength(NamedTuple):
+    """How much is changed. All 0 and 1: nothing."""
+
+    flip: float = 0.5
+    rotation_deg: float = 15.0
+    light: float = 0.2
+    scale: tuple[float, float] = (0.8, 1.2)
+    shift: float = 0.1
+    mosaic: float = 0.8
+    white_balance: float = 0.15
+    gamma: tuple[float, float] = (0.7, 1.4)
+    camera: float = 0.3
+    """How often each of blur, noise and JPEG comes."""
+
+
+def sample(pick: Callable[[int], Sample], number: int, count: int, how: Strength, rng: Rng) -> Sample:
+    """Picture `number` of `count`, with others where it becomes one of four."""
+    if rng.random() < how.mosaic:
+        others = [number, *(int(k) for k in rng.integers(count, size=3))]
+        image, rows = _mosaic([_turned(*pick(k), how, rng) for k in others], rng)
+    else:
+        image, rows = _turned(*pick(number), how, rng)
+    return _seen(image, how, rng), rows
+
+
+def _turned(image: Image, rows: Rows, how: Strength, rng: Rng) -> Sample:
+    """Flipped, rotated, scaled and moved."""
+    height, width = image.shape[:2]
+    angle = math.radians(float(rng.uniform(-how.rotation_deg, how.rotation_deg)))
+    scale = math.exp(float(rng.uniform(*np.log(how.scale))))
+    mirror_x, mirror_y = (-1.0 if rng.random() < how.flip else 1.0 for _ in range(2))
+    turn = scale * np.array(((math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))))
+    turn = turn @ np.diag((mirror_x, mirror_y))
+    middle = np.array((width, height)) / 2
+    shift = middle - turn @ middle + rng.uniform(-how.shift, how.shift, 2) * (width, height)
+    matrix = np.concatenate((turn, shift[:, None]), axis=1)
+    moved = cv2.warpAffine(image, matrix, (width, height), flags=cv2.INTER_LINEAR, borderValue=PAD)
+    return np.asarray(moved, np.uint8), _moved(rows, turn, shift, width, height)
+
+
+def _moved(rows: Rows, turn: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], width: int, height: int) -> Rows:
+    """Boxes of the ellipses in boxes: nearer to what lies in them than boxes of the turned corners."""
+    middle = 0.5 * (rows[:, 1:3] + rows[:, 3:5]) @ turn.T + shift
+    half = 0.5 * (rows[:, 3:5] - rows[:, 1:3])
+    reach = np.sqrt((half**2) @ (turn.T**2))
+    return cut(np.concatenate((rows[:, :1], middle - reach, middle + reach, rows[:, 5:]), axis=1), 0, 0, width, height)
+
+
+def cut(rows: npt.NDArray[np.floating], left: float, top: float, right: float, bottom: float) -> Rows:
+    """What of boxes lies in a window; those of which little is left are ignored from now on."""
+    area = (rows[:, 3:5] - rows[:, 1:3]).prod(axis=1)
+    inner = rows.astype(np.float32)
+    inner[:, 1:5] = np.clip(rows[:, 1:5], (left, top, left, top), (right, bottom, right, bottom))
+    sides = inner[:, 3:5] - inner[:, 1:3]
+    inner[(sides.prod(axis=1) < LEAST_SHARE * area) | (sides.min(axis=1) < 6.0), 5] = IGNORED
+    return inner[(sides > 1.0).all(axis=1)]
+
+
+def _mosaic(four: list[Sample], rng: Rng) -> Sample:
+    """Four pictures about a point near the middle, each with the part that lies about its own."""
+    height, width = four[0][0].shape[:2]
+    x, y = (int(side * rng.uniform(0.3, 0.7)) for side in (width, height))
+    windows = ((0, 0, x, y), (x, 0, width, y), (0, y, x, height), (x, y, width, height))
+    whole = np.empty_like(four[0][0])
+    rows = []
+    for (image, own), (left, top, right, bottom) in zip(four, windows, strict=True):
+        dx, dy = int(rng.integers(width - (right - left) + 1)), int(rng.integers(height - (bottom - top) + 1))
+        whole[top:bottom, left:right] = image[dy : dy + bottom - top, dx : dx + right - left]
+        moved = own.copy()
+        moved[:, 1:5] += (left - dx, top - dy) * 2
+        rows.append(cut(moved, left, top, right, bottom))
+    return whole, np.concatenate(rows)
+
+
+def _seen(image: Image, how: Strength, rng: Rng) -> Image:
+    """As another camera would see it."""
+    bright, contrast = rng.uniform(-how.light, how.light, 2)
+    balance = rng.uniform(1 - how.white_balance, 1 + how.white_balance, 3)
+    gamma = math.exp(float(rng.uniform(*np.log(how.gamma))))
+    level = np.arange(256) / 255.0
+    curve = ((level**gamma - 0.5) * (1 + contrast) + 0.5) * (1 + bright)
+    table = np.clip(curve[:, None] * balance * 255.0, 0, 255).round().astype(np.uint8)
+    image = np.asarray(cv2.LUT(image, table[None]), np.uint8)
+    if rng.random() < how.camera:
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), float(rng.uniform(0.4, 1.4))), np.uint8)
+    if rng.random() < how.camera:
+        image = noisy(image, float(rng.uniform(1, 9)), rng)
+    if rng.random() < how.camera:
+        image = squeezed(image, int(rng.integers(30, 95)))
+    return image
+
+
+def noisy(image: Image, sigma: float, rng: Rng) -> Image:
+    """With noise of a standard deviation."""
+    return np.clip(image + rng.normal(scale=sigma, size=image.shape), 0, 255).astype(np.uint8)
+
+
+def squeezed(image: Image, quality: int) -> Image:
+    """Through JPEG."""
+    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.uint8)

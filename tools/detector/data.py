@@ -1,0 +1,58 @@
+"""A split of a data set in memory, at the network's input size."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.missions.companion.yolo import fitted
+from tools.detector.scores import Truth
+
+Image = npt.NDArray[np.uint8]
+REAL, IGNORED = 1.0, 2.0
+
+
+class Split(NamedTuple):
+    """Pictures and what is in them."""
+
+    labels: tuple[str, ...]
+    names: tuple[str, ...]
+    images: list[Image]
+    """(height, width, 3), BGR."""
+    rows: list[npt.NDArray[np.float32]]
+    """(n, 6) each: class, left, top, right, bottom in pixels, and kind."""
+    about: list[dict[str, Any]]
+    """What `dataset` wrote of each: height above ground, sun, haze."""
+
+    def truth(self, number: int) -> Truth:
+        """As `scores` reads it."""
+        rows = self.rows[number]
+        return Truth(rows[:, 1:5], rows[:, 0].astype(np.int64), rows[:, 5] == IGNORED)
+
+
+def load(folder: Path, split: str, width: int, height: int, most: int | None = None) -> Split:
+    """Read a split (COCO, `SPLIT.json` beside `images/SPLIT/`). Raises OSError, ValueError."""
+    table = json.loads((folder / f"{split}.json").read_text())
+    categories = sorted(table["categories"], key=lambda each: int(each["id"]))
+    number = {each["id"]: k for k, each in enumerate(categories)}
+    rows: dict[int, list[list[float]]] = {each["id"]: [] for each in table["images"]}
+    for each in table["annotations"]:
+        left, top, wide, high = each["bbox"]
+        kind = IGNORED if each.get("iscrowd") else REAL
+        rows[each["image_id"]].append([number[each["category_id"]], left, top, left + wide, top + high, kind])
+    images, moved, names = [], [], []
+    for each in table["images"][:most]:
+        path = folder / "images" / split / each["file_name"]
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        if image is None:
+            raise ValueError(f"{path}: can't be read as a picture")
+        fit = fitted(np.asarray(image, np.uint8), width, height)
+        own = np.array(rows[each["id"]], np.float32).reshape(-1, 6)
+        own[:, 1:5] = own[:, 1:5] * fit.scale + (fit.left, fit.top) * 2
+        images.append(fit.image)
+        moved.append(own)
+        names.append(each["file_name"])
+    return Split(tuple(each["name"] for each in categories), tuple(names), images, moved, table["images"][:most])

@@ -1,0 +1,164 @@
+"""Scores an exported network on what no training saw, as the second paper's Table 2 does, and how it breaks.
+
+Writes `scores.json`, `scores.md` and `misses.png`, the page of the worst misses and false finds. Precision, recall and
+F1 of all sets are those at the score where the validation split's mean F1 is highest.
+"""
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.missions.companion.inference import be_repeatable
+from sitl_emu.missions.companion.yolo import Found, OnnxDetector, overlaps
+from tools.detector import data
+from tools.detector.augment import noisy, squeezed
+from tools.detector.scores import Score, Truth, confusion, score
+
+Image = npt.NDArray[np.uint8]
+SETS = ("val", "test", "asset", "light")
+LEAST = 0.01
+"""Score from which detections count for average precision."""
+COLUMNS, ROWS = 5, 4
+WIDTH, HEIGHT = 416, 320
+"""Of pictures as they are read; the model fits them to its own input."""
+
+
+def evaluate(model: Path, folder: Path, out: Path) -> None:
+    """Write all tables and the page. Raises OSError, ValueError."""
+    be_repeatable()
+    out.mkdir(parents=True, exist_ok=True)
+    detector = OnnxDetector(model)
+    splits = {name: data.load(folder, name, WIDTH, HEIGHT) for name in SETS}
+    found = {name: [detector.found(image, LEAST) for image in split.images] for name, split in splits.items()}
+    truths = {name: [split.truth(k) for k in range(len(split.images))] for name, split in splits.items()}
+    classes = len(detector.labels)
+    at = score(found["val"], truths["val"], classes).at
+    scores = {name: score(found[name], truths[name], classes, at) for name in SETS}
+    drops = {name: score([detector.found(change(image), LEAST) for image in splits["test"].images], truths["test"],
+                         classes, at) for name, change in changes().items()}  # fmt: skip
+    heights = _by_height(found["test"], truths["test"], splits["test"], classes, at)
+    table = confusion(found["test"], truths["test"], classes, at)
+    result = {"model": model.name, "input": [detector.width, detector.height], "at": at,
+              "images": {name: len(split.images) for name, split in splits.items()},
+              "sets": {name: _plain(one, detector.labels) for name, one in scores.items()},
+              "changed": {name: _plain(one, detector.labels) for name, one in drops.items()},
+              "by_height_m": {name: _plain(one, detector.labels) for name, one in heights.items()},
+              "confusion": {"labels": [*detector.labels, "nothing"], "rows": table.tolist()},
+              "frames_s": round(_speed(detector, splits["test"].images), 1)}  # fmt: skip
+    (out / "scores.json").write_text(json.dumps(result, indent=1) + "\n")
+    text = markdown(result)
+    (out / "scores.md").write_text(text)
+    cv2.imwrite(str(out / "misses.png"), misses(splits["test"], found["test"], truths["test"], at))
+    print(text)
+
+
+def changes() -> Mapping[str, Callable[[Image], Image]]:
+    """What another camera does to a picture."""
+    rng = np.random.default_rng(5)
+    return {
+        "warm +15 %": lambda image: balanced(image, 1.15),
+        "cold -15 %": lambda image: balanced(image, 0.85),
+        "gamma 0.7": lambda image: curved(image, 0.7),
+        "gamma 1.4": lambda image: curved(image, 1.4),
+        "JPEG 40": lambda image: squeezed(image, 40),
+        "blur 1.5 px": lambda image: np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), np.uint8),
+        "noise 8": lambda image: noisy(image, 8.0, rng),
+    }
+
+
+def balanced(image: Image, red: float) -> Image:
+    """Red by a factor, blue by its inverse."""
+    return np.clip(image * np.array((1 / red, 1.0, red)), 0, 255).round().astype(np.uint8)
+
+
+def curved(image: Image, gamma: float) -> Image:
+    """Each figure to a power."""
+    table = (np.arange(256) / 255.0) ** gamma * 255.0
+    return np.asarray(cv2.LUT(image, table.round().astype(np.uint8)), np.uint8)
+
+
+def _by_height(found: list[Found], truths: list[Truth], split: data.Split, classes: int, at: float) -> dict[str, Score]:
+    rows = {}
+    for low, high in ((5, 10), (10, 20), (20, 30), (30, 40)):
+        chosen = [k for k, about in enumerate(split.about) if low <= about.get("above_m", math.nan) < high]
+        rows[f"{low}-{high}"] = score([found[k] for k in chosen], [truths[k] for k in chosen], classes, at)
+    return rows
+
+
+def _plain(one: Score, labels: tuple[str, ...]) -> dict[str, Any]:
+    rows = {label: {name: round(value, 4) for name, value in row._asdict().items()}
+            for label, row in zip(labels, one.classes, strict=True)}  # fmt: skip
+    return {"map50": round(one.map50, 4), "map50_95": round(one.map50_95, 4), "classes": rows}
+
+
+def _speed(detector: OnnxDetector, images: list[Image]) -> float:
+    """Frames a second of CPU time of this thread, which is one core's."""
+    detector.found(images[0], LEAST)
+    began = time.thread_time()
+    for image in images[:60]:
+        detector.found(image, LEAST)
+    return min(len(images), 60) / (time.thread_time() - began)
+
+
+def markdown(result: Mapping[str, Any]) -> str:
+    """The tables, to be read."""
+    lines = [f"Precision, recall and F1 at a score of {result['at']:.2f}, IoU 0.5; input {result['input']}; "
+             f"{result['frames_s']} frames a second of one core.", "",
+             "| set | class | precision | recall | F1 | mAP@0.5 | mAP@0.5:0.95 | to find |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- |"]  # fmt: skip
+    for name, one in result["sets"].items():
+        for label, row in one["classes"].items():
+            lines.append(f"| {name} | {label} | {row['precision']:.2f} | {row['recall']:.2f} | {row['f1']:.2f} | "
+                         f"{row['ap50']:.3f} | {row['ap50_95']:.3f} | {row['truths']} |")  # fmt: skip
+        lines.append(f"| {name} | all of {result['images'][name]} pictures | | | | {one['map50']:.3f} | "
+                     f"{one['map50_95']:.3f} | |")  # fmt: skip
+    lines += ["", "| test pictures, changed | mAP@0.5 |", "| --- | --- |"]
+    lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["changed"].items()]
+    lines += ["", "| test pictures by height (m) | mAP@0.5 |", "| --- | --- |"]
+    lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["by_height_m"].items()]
+    labels = result["confusion"]["labels"]
+    lines += ["", "| there is \\ found | " + " | ".join(labels) + " |", "| --- " * (len(labels) + 1) + "|"]
+    lines += [f"| {label} | " + " | ".join(str(count) for count in row) + " |"
+              for label, row in zip(labels, result["confusion"]["rows"], strict=True)]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def misses(split: data.Split, found: list[Found], truths: list[Truth], at: float) -> Image:
+    """The pictures with most that is wrong: white what there is, grey what is ignored, red what was found."""
+    ranked = sorted(range(len(found)), key=lambda k: (-_wrong(found[k], truths[k], at), k))[: COLUMNS * ROWS]
+    cells = [_drawn(split.images[k], found[k], truths[k], split, at) for k in ranked]
+    cells += [np.zeros_like(cells[0])] * (COLUMNS * ROWS - len(cells))
+    return np.vstack([np.hstack(cells[row * COLUMNS : (row + 1) * COLUMNS]) for row in range(ROWS)])
+
+
+def _wrong(found: Found, truth: Truth, at: float) -> float:
+    """Truths without a find, by 1 less the best overlap, and finds that overlap no truth, by their score."""
+    real = truth.boxes[~truth.ignored]
+    kept = found.scores >= at
+    table = overlaps(real, found.boxes[kept]) if kept.any() and len(real) else np.zeros((len(real), int(kept.sum())))
+    missed = sum(1.0 - (row.max() if len(row) else 0.0) for row in table)
+    every = overlaps(truth.boxes, found.boxes[kept])
+    false = sum(float(s) for s, column in zip(found.scores[kept], every.T, strict=True) if column.max(initial=0) < 0.5)
+    return float(missed + false)
+
+
+def _drawn(image: Image, found: Found, truth: Truth, split: data.Split, at: float) -> Image:
+    image = image.copy()
+    for box, ignored in zip(truth.boxes, truth.ignored, strict=True):
+        left, top, right, bottom = (round(float(side)) for side in box)
+        colour = (130, 130, 130) if ignored else (255, 255, 255)
+        cv2.rectangle(image, (left, top), (right - 1, bottom - 1), colour, 2)
+    for box, value, label in zip(found.boxes, found.scores, found.labels, strict=True):
+        if value >= at:
+            left, top, right, bottom = (round(float(side)) for side in box)
+            cv2.rectangle(image, (left, top), (right - 1, bottom - 1), (60, 60, 255), 1)
+            text = f"{split.labels[label]} {value:.2f}"
+            cv2.putText(image, text, (left + 2, top + 12), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (60, 60, 255), 1)
+    return image

@@ -1,0 +1,257 @@
+"""Trains the network: the second paper's settings by default, on a GPU if there is one, over any number of sittings.
+
+Each epoch ends in `last.pt`, from which the next sitting goes on; `best.pt` is the one with the highest mAP@0.5 on the
+validation split. What is validated and kept is a moving average of the weights. An epoch's order and changes come from
+the seed and its number alone.
+"""
+
+import json
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from sitl_emu.missions.companion.yolo import Found, decoded, middles
+from tools.detector import augment, data
+from tools.detector.loss import loss
+from tools.detector.net import Deployed, Network, anchors
+from tools.detector.scores import Score, score
+
+MOMENTUM, WARM_MOMENTUM = 0.937, 0.8
+LAST_RATE = 0.01
+"""Of the first, at the end."""
+AVERAGES_STEPS = 2000.0
+PLAIN_SHARE = 0.1
+"""Of the epochs, at the end, without four pictures in one."""
+MOST_GRADIENT = 10.0
+
+
+class Settings(NamedTuple):
+    """Of a training. The figures are the second paper's; batch, width and input size are ours."""
+
+    data: Path
+    out: Path
+    epochs: int = 100
+    batch: int = 16
+    width: float = 1.0
+    input_width: int = 416
+    input_height: int = 320
+    rate: float = 0.01
+    decay: float = 5e-4
+    warm_epochs: float = 3.0
+    seed: int = 1
+    workers: int = 0
+    minutes: float = math.inf
+    """A sitting ends after the epoch in which they are over."""
+
+
+class Pictures(torch.utils.data.Dataset[tuple[Tensor, Tensor]]):
+    """A training split, changed anew each epoch."""
+
+    def __init__(self, split: data.Split, how: augment.Strength, seed: int) -> None:
+        self.split, self.how, self.seed = split, how, seed
+
+    def __len__(self) -> int:
+        return len(self.split.images)
+
+    def __getitem__(self, key: tuple[int, int]) -> tuple[Tensor, Tensor]:
+        """By epoch and number."""
+        cv2.setNumThreads(1)
+        rng = np.random.default_rng((self.seed, *key))
+        image, rows = augment.sample(self._pick, key[1], len(self), self.how, rng)
+        return torch.from_numpy(np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))), torch.from_numpy(rows)
+
+    def _pick(self, number: int) -> augment.Sample:
+        return self.split.images[number], self.split.rows[number]
+
+
+def joined(samples: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
+    """Pictures (n, 3, h, w) uint8 and targets (n, m, 6), filled up with rows of 0."""
+    targets = torch.zeros(len(samples), max(max(len(rows) for _, rows in samples), 1), 6)
+    for own, (_, rows) in zip(targets, samples, strict=True):
+        own[: len(rows)] = rows
+    return torch.stack([image for image, _ in samples]), targets
+
+
+class Sitting:
+    """A training at work."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        torch.manual_seed(settings.seed)
+        self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        size = settings.input_width, settings.input_height
+        self.train, self.val = (data.load(settings.data, name, *size) for name in ("train", "val"))
+        self.network = Network(len(self.train.labels), settings.width).to(self.device)
+        self.average = Network(len(self.train.labels), settings.width).to(self.device).eval()
+        self.average.load_state_dict(self.network.state_dict())
+        self.optimiser = torch.optim.SGD(_groups(self.network, settings.decay), settings.rate, MOMENTUM, nesterov=True)
+        self.epoch, self.step, self.best, self.seconds = 0, 0, -1.0, 0.0
+        self.history: list[dict[str, Any]] = []
+        self.anchors = anchors(settings.input_height, settings.input_width, self.device)
+
+    # --- an epoch -----------------------------------------------------------------------------------------------------
+
+    def batches(self) -> Iterator[tuple[Tensor, Tensor]]:
+        """One epoch's."""
+        settings = self.settings
+        plain = self.epoch >= settings.epochs * (1 - PLAIN_SHARE)
+        how = augment.Strength(mosaic=0.0) if plain else augment.Strength()
+        pictures = Pictures(self.train, how, settings.seed)
+        order = np.random.default_rng((settings.seed, self.epoch)).permutation(len(pictures))
+        return iter(torch.utils.data.DataLoader(
+            pictures, settings.batch, sampler=[(self.epoch, int(k)) for k in order], num_workers=settings.workers,
+            collate_fn=joined, drop_last=len(pictures) > settings.batch, pin_memory=self.device.type == "cuda",
+        ))  # fmt: skip
+
+    def run_epoch(self) -> dict[str, Any]:
+        """Learn from every picture once, and say how good it is then."""
+        began = time.monotonic()
+        self.network.train()
+        parts = torch.zeros(3, device=self.device)
+        count = 0
+        steps = max(len(self.train.images) // self.settings.batch, 1)
+        for images, targets in self.batches():
+            self._set_rate(steps)
+            parts += self._learn(images.to(self.device, non_blocking=True), targets.to(self.device))
+            count += 1
+            if count % 20 == 0:
+                print(f"\repoch {self.epoch + 1}: {count} of {steps}", end="", flush=True)
+        learnt = time.monotonic() - began
+        found = validated(self.average, self.val, self.device)
+        row = {"epoch": self.epoch + 1, "loss": [round(float(part) / count, 4) for part in parts],
+               "map50": round(found.map50, 4), "map50_95": round(found.map50_95, 4),
+               "classes": [round(one.ap50, 3) for one in found.classes],
+               "seconds": round(time.monotonic() - began, 1), "images_s": round(len(self.train.images) / learnt, 1)
+               }  # fmt: skip
+        self.epoch += 1
+        self.seconds += time.monotonic() - began
+        self.history.append(row)
+        return row
+
+    def _learn(self, images: Tensor, targets: Tensor) -> Tensor:
+        x = images.float() / 255.0
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda"):
+            raw = self.network(x.contiguous(memory_format=torch.channels_last))
+        total, parts = loss(raw, targets, *self.anchors)
+        self.optimiser.zero_grad(set_to_none=True)
+        total.backward()
+        nn.utils.clip_grad_norm_(self.network.parameters(), MOST_GRADIENT)
+        self.optimiser.step()
+        self.step += 1
+        self._follow()
+        return parts
+
+    def _set_rate(self, steps: int) -> None:
+        settings = self.settings
+        at = self.step / steps
+        warm = min(at / settings.warm_epochs, 1.0) if settings.warm_epochs else 1.0
+        cosine = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(at / settings.epochs, 1.0)))
+        for group in self.optimiser.param_groups:
+            group["lr"] = settings.rate * cosine * warm
+            group["momentum"] = WARM_MOMENTUM + (MOMENTUM - WARM_MOMENTUM) * warm
+
+    @torch.no_grad()
+    def _follow(self) -> None:
+        """The average follows the weights, the more slowly the longer it has."""
+        kept = 0.9999 * (1 - math.exp(-self.step / AVERAGES_STEPS))
+        new = self.network.state_dict()
+        for name, old in self.average.state_dict().items():
+            if old.is_floating_point():
+                old.mul_(kept).add_(new[name], alpha=1 - kept)
+            else:
+                old.copy_(new[name])
+
+    # --- sittings -----------------------------------------------------------------------------------------------------
+
+    def go_on(self) -> None:
+        """Take up where the last sitting ended, if there was one. Raises ValueError."""
+        path = self.settings.out / "last.pt"
+        if not path.exists():
+            return
+        kept = torch.load(path, map_location=self.device, weights_only=True)
+        if kept["settings"] != self._told():
+            raise ValueError(f"{path} was trained with other settings: {kept['settings']}; name another folder")
+        self.network.load_state_dict(kept["network"])
+        self.average.load_state_dict(kept["average"])
+        self.optimiser.load_state_dict(kept["optimiser"])
+        self.epoch, self.step, self.best, self.seconds, self.history = (
+            kept[name] for name in ("epoch", "step", "best", "seconds", "history")
+        )
+
+    def keep(self) -> None:
+        """Write what the next sitting needs, and the best so far."""
+        row = self.history[-1]
+        is_best, self.best = row["map50"] > self.best, max(self.best, row["map50"])
+        kept = {"settings": self._told(), "network": self.network.state_dict(), "average": self.average.state_dict(),
+                "optimiser": self.optimiser.state_dict(), "epoch": self.epoch, "step": self.step, "best": self.best,
+                "seconds": self.seconds, "history": self.history, "labels": list(self.train.labels)}  # fmt: skip
+        torch.save(kept, self.settings.out / "new.pt")
+        (self.settings.out / "new.pt").replace(self.settings.out / "last.pt")
+        if is_best:
+            kept.pop("optimiser")
+            torch.save(kept, self.settings.out / "best.pt")
+        (self.settings.out / "history.json").write_text(json.dumps(self.history, indent=1) + "\n")
+
+    def _told(self) -> dict[str, Any]:
+        apart = ("data", "out", "workers", "minutes")
+        return {name: value for name, value in self.settings._asdict().items() if name not in apart}
+
+
+def _groups(network: nn.Module, decay: float) -> list[dict[str, Any]]:
+    """Weights of convolutions decay, biases and norms don't."""
+    plain = [each for each in network.parameters() if each.ndim == 1]
+    others = [each for each in network.parameters() if each.ndim > 1]
+    return [{"params": others, "weight_decay": decay}, {"params": plain, "weight_decay": 0.0}]
+
+
+@torch.no_grad()
+def validated(network: Network, split: data.Split, device: torch.device, batch: int = 32) -> Score:
+    """What a network finds in a split, scored."""
+    height, width = split.images[0].shape[:2]
+    deployed, at = Deployed(network, height, width).to(device).eval(), middles(height, width)
+    found: list[Found] = []
+    for first in range(0, len(split.images), batch):
+        images = np.stack(split.images[first : first + batch])[..., ::-1].transpose(0, 3, 1, 2)
+        out = deployed(torch.from_numpy(np.ascontiguousarray(images)).to(device).float() / 255.0)
+        found += [decoded(each, at, 0.01, 0.6) for each in out.float().cpu().numpy()]
+    return score(found, [split.truth(k) for k in range(len(split.images))], len(split.labels))
+
+
+def train(settings: Settings) -> None:
+    """One sitting. Raises OSError, ValueError."""
+    settings.out.mkdir(parents=True, exist_ok=True)
+    sitting = Sitting(settings)
+    sitting.go_on()
+    print(f"{sum(each.numel() for each in sitting.network.parameters()):,} parameters, "
+          f"{len(sitting.train.images)} pictures, on {sitting.device}, from epoch {sitting.epoch + 1}")  # fmt: skip
+    began = time.monotonic()
+    while sitting.epoch < settings.epochs and time.monotonic() - began < 60 * settings.minutes:
+        print("\r" + json.dumps(sitting.run_epoch()), flush=True)
+        sitting.keep()
+
+
+def export(checkpoint: Path, path: Path) -> None:
+    """Write a checkpoint's average as ONNX, with its labels. Raises OSError."""
+    import onnx
+
+    kept = torch.load(checkpoint, map_location="cpu", weights_only=True)
+    height, width = kept["settings"]["input_height"], kept["settings"]["input_width"]
+    network = Network(len(kept["labels"]), kept["settings"]["width"])
+    network.load_state_dict(kept["average"])
+    deployed = Deployed(network, height, width).eval()
+    torch.onnx.export(
+        deployed, (torch.zeros(1, 3, height, width),), str(path), input_names=["image"], output_names=["found"],
+        external_data=False, dynamo=True,
+    )  # fmt: skip
+    model = onnx.load(str(path))
+    told = {"labels": json.dumps(kept["labels"]), "epochs": str(kept["epoch"]), "seconds": f"{kept['seconds']:.0f}",
+            "settings": json.dumps(kept["settings"])}  # fmt: skip
+    onnx.helper.set_model_props(model, told)
+    onnx.save(model, str(path))
