@@ -1,4 +1,4 @@
-"""The command line: `sitl-emu run`, `launch`, `world` and `conformance`.
+"""The command line: `sitl-emu run`, `launch`, `world`, `detect` and `conformance`.
 
 Whatever a command needs is imported when it is called.
 """
@@ -275,6 +275,32 @@ def _preview(name: str | None, seed: int, options: list[str], out: Path | None, 
             _refuse(f"--option {each}: write NAME=VALUE, such as size_m=120")
     try:
         preview.preview(name, seed, given, out or Path(f"preview-{Path(name).stem}"), time_s, _say)
+    except (Trouble, OSError) as error:
+        _refuse(str(error))
+
+
+@app.command(short_help="Show what a trained network sees in a video, pictures or a camera.")
+def detect(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A video file, a folder of pictures named by their time in µs, rtsp://… or /dev/videoN.",
+        ),
+    ],
+    model: Annotated[Path, typer.Option(metavar="FILE", help="The network: an .onnx file that tools/detector made.")],
+    score: Annotated[float, typer.Option(min=0.01, max=1.0, metavar="S", help="From which finds are shown.")] = 0.25,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")] = Path("detected"),
+    frames: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Stop after so many. [default: when the source ends]")
+    ] = None,
+) -> None:
+    """Write each frame with boxes, labels and scores into a folder, and all finds as lines of JSON."""
+    from sitl_emu.run import detect as detecting
+    from sitl_emu.run.trouble import Trouble
+
+    try:
+        detecting.detect(source, model, score, out, frames, _say)
     except (Trouble, OSError) as error:
         _refuse(str(error))
 
