@@ -82,7 +82,8 @@ def test_the_companion_knows_by_mavlink_where_its_camera_looked(folder: Path) ->
     for (pitch_deg, yaw_deg), (time_us, head) in zip(LOOKS, held, strict=True):
         off_deg = angle_deg(head, head_of(truth[int(time_us)], pitch_deg, yaw_deg))
         assert off_deg < WITHIN_DEG
-    pitch_deg = math.degrees(euler(moving)[1])
+    w, x, y, z = moving
+    pitch_deg = math.degrees(euler((w, x, y, z))[1])
     assert -89.0 < pitch_deg < -31.0, "on its way"
     camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
     frame = cv2.imread(str(folder / f"{moving_us}.png"))
