@@ -8,8 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.events import events
@@ -72,7 +71,9 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     `on_begun` is called when all ports are open. `launcher` is the process that forked this one, whose death ends it as
     well.
     """
-    signal.signal(signal.SIGTERM, _interrupt)
+    # Looked at between ticks: an exception that is raised wherever a signal falls may be lost there.
+    asked_to_end = list[int]()
+    signal.signal(signal.SIGTERM, lambda number, _frame: asked_to_end.append(number))
     _allow_files()
     poll: HostPoll = Poll()
     status = 0
@@ -103,7 +104,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
             stack.enter_context(contextlib.closing(photographer))
         fleet = Fleet(members, simulation, poll, say, photographer)
         try:
-            fleet.fly(Pacer(crew.speed), lambda: launcher is not None and os.getppid() != launcher)
+            fleet.fly(Pacer(crew.speed), lambda: bool(asked_to_end) or launcher not in (None, os.getppid()))
         finally:
             status = 1 if fleet.failed else 0
     return status
@@ -155,7 +156,3 @@ def _allow_files() -> None:
     """Let the process open as many files as the system allows it: a vehicle takes four sockets and its logs."""
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
-
-
-def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt
