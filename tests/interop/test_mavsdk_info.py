@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-import pytest
 from mavsdk.plugins.info import Info, InfoError
 
 from tests.interop.mavsdk_vehicle import SPEED, Vehicle, until
@@ -20,16 +19,16 @@ def test_it_is_px4_1_18_with_an_id_of_its_own(vehicle: Vehicle) -> None:
 
 
 def test_the_speed_factor_is_that_of_launch(vehicle: Vehicle) -> None:
+    """MAVSDK's means a few arrivals: of a vehicle that catches up on a busy machine it reads more for a moment."""
     info = Info(vehicle.system)
 
-    def is_known(_: Any) -> bool:
+    def is_that_of_launch(_: Any) -> bool:
         try:
-            return math.isfinite(info.get_speed_factor())
+            return math.isclose(info.get_speed_factor(), float(SPEED), rel_tol=0.2)
         except InfoError:  # not received yet
             return False
 
-    until(vehicle.telemetry, "odometry", is_known)
-    assert info.get_speed_factor() == pytest.approx(float(SPEED), rel=0.5)
+    until(vehicle.telemetry, "odometry", is_that_of_launch)
 
 
 def test_flight_information_comes_by_itself(vehicle: Vehicle) -> None:
