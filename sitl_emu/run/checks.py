@@ -9,7 +9,9 @@ from sitl_emu import vehicles
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Setting
 from sitl_emu.run import cameras, models, worlds
-from sitl_emu.run.scenario import FaultPart, Scenario, ScenarioError, VehiclePart
+from sitl_emu.run.scenario import Scenario, ScenarioError
+from sitl_emu.run.scenario_parts.faults import FaultPart
+from sitl_emu.run.scenario_parts.vehicle import VehiclePart
 from sitl_emu.world.lens import MOUNTS, LensError, source_of
 from sitl_emu.world.world import World
 

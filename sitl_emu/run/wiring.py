@@ -34,7 +34,8 @@ from sitl_emu.run.configs import (
 )
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.outside_autopilot import environment, filled
-from sitl_emu.run.scenario import CompanionPart, Scenario, VehiclePart
+from sitl_emu.run.scenario import Scenario
+from sitl_emu.run.scenario_parts.vehicle import CompanionPart, VehiclePart
 
 LOOPBACK = "127.0.0.1"
 
