@@ -20,6 +20,16 @@ class Mark(NamedTuple):
     """As matplotlib names them."""
 
 
+class Line(NamedTuple):
+    """A line on the map, its places (north, east) in metres; lines with one label are one row of the legend."""
+
+    places_m: Sequence[tuple[float, float]]
+    label: str
+    colour: str = "#d50000"
+    style: str = "--"
+    """As matplotlib names them."""
+
+
 class Table(NamedTuple):
     """A table; None stands for what is not known."""
 
@@ -48,3 +58,4 @@ class Page(NamedTuple):
     marks: Sequence[Mark] = ()
     colours: Mapping[str, str] = {}
     """Of the kinds of things that stand in the world, on the map; a kind without one is grey."""
+    lines: Sequence[Line] = ()

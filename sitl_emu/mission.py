@@ -12,12 +12,13 @@ free to change; these names stay.
 
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.mission import Figures, Mission, Program, Row, Setting
-from sitl_emu.missions.reporting import Mark, Page, Plot, Section, Table
+from sitl_emu.missions.reporting import Line, Mark, Page, Plot, Section, Table
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, Track, TrueArea, TrueObject
 
 __all__ = [
     "EventLine",
     "Figures",
+    "Line",
     "Mark",
     "Mission",
     "MissionScore",

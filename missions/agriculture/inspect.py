@@ -1,48 +1,53 @@
 """The UGV's companion: takes targets from its peers, drives to one after the other, looks, reports back.
 
 Scouts upload what they want inspected to this companion, as missions (`companion/mission_server.py`); `jobs.py` keeps
-the queue and says which of them are the same target. For each job the companion gives its own autopilot a mission of
-one waypoint, the approach point, and starts it: mode MISSION, arm. A peer never changes what the autopilot drives.
+the queue and says which of them are the same target. For each job the companion gives its own autopilot a mission
+that ends at the approach point, and starts it: mode MISSION, arm. A peer never changes what the autopilot drives.
 
-**The approach point** lies `approach_m` (0.6 m) short of the target, on the line from where the vehicle starts. A rover
-stops a little before its waypoint by itself (0.25 m), so the target's middle comes to lie before the front wheels and
-in view of the mast camera, which sees from its foot to 4.7 m ahead. It has arrived when it stands still within
-`arrival_m` of that point.
+**The way** there is straight over open ground; with a field's map (`field_map.py`), by its headland and along its rows
+(`row_route.py`). Either ends at the approach point, `approach_m` (0.6 m) short of the target (`ways.py`). The vehicle
+has arrived when it stands still within `arrival_m` of that point.
 
 **The inspection**: a detection within `match_m` of where the target should be, confirmed over 3 consecutive frames and
-of the label that the scout gave, ends it. If that does not happen in `look_s`, the vehicle turns: an Ackermann rover
-can't on the spot, so it drives `turn_m` on past the target, by DO_REPOSITION, and comes back to face it from the other
-side, twice at most. Something of another label that was seen there all the while is WRONG_LABEL, nothing is NOT_SEEN.
+of the label that the scout gave, ends it. If that does not happen in `look_s`, the vehicle turns, to look from the
+other side, twice at most: among rows it drives out at the lane's end and comes back from the other; on open ground, as
+an Ackermann rover can't turn on the spot, it drives `turn_m` on past the target, by DO_REPOSITION, and comes back to
+face it. Something of another label that was seen there all the while is WRONG_LABEL, nothing is NOT_SEEN.
 The report (`report.py`) goes to every scout that asked, until it is acknowledged; the vehicle meanwhile goes on with
-the next job, or holds and is disarmed.
+the next job, or holds and is disarmed. With a field's map it drives home, where it stood before its first job, when no
+job has come for `home_after_s`, and turns round for one that comes on the way.
 
 A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
 on when the mode is given back.
 
 Options: `approach_m`, `arrival_m`, `match_m`, `same_m` (nearer targets are the same), `look_s`, `turn_m`,
-`drive_timeout_s`, `calibration` (the camera's file, `companion/calibration.py`), and those of
-`companion/perception.py`: detector, selection, rate, confirmations, gates. `match_m` and `same_m` grow with the error
-that the GNSS receiver states of itself, as the gates do (`companion/confirmation.py`).
+`drive_timeout_s` (and a second more for each metre of the way), `field_map`, `home_after_s`, `calibration` (the
+camera's file, `companion/calibration.py`), and those of `companion/perception.py`: detector, selection, rate,
+confirmations, gates. `match_m` and `same_m` grow with the error that the GNSS receiver states of itself, as the gates
+do (`companion/confirmation.py`).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.gcs.geodesy import distance_m, from_metres, to_metres
+from sitl_emu.gcs.geodesy import distance_m, from_metres
 from sitl_emu.gcs.mission import MissionItem
-from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.gcs.telemetry import Telemetry
+from sitl_emu.missions.agriculture import driving, ways
+from sitl_emu.missions.agriculture import field_map as field_maps
 from sitl_emu.missions.agriculture.detector import DETECTORS
-from sitl_emu.missions.agriculture.jobs import NAV_WAYPOINT, SAME_M, Asker, Job, JobQueue, Sight, wanted_of
-from sitl_emu.missions.agriculture.report import FRAME_GLOBAL_RELATIVE_ALT, Result
+from sitl_emu.missions.agriculture.field_map import FieldMap
+from sitl_emu.missions.agriculture.jobs import SAME_M, Asker, Job, JobQueue, Sight, wanted_of
+from sitl_emu.missions.agriculture.report import Result
 from sitl_emu.missions.agriculture.reports import Reports
 from sitl_emu.missions.agriculture.roles import Role
+from sitl_emu.missions.agriculture.ways import Course, LatLon, Way
 from sitl_emu.missions.companion import calibration, steps
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.camera_model import MAST, CameraModel, Mount
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.companion import PEER_LINK, Event, Outgoing, Status
 from sitl_emu.missions.companion.confirmation import STANDING, Confirmation, Target, widened_m
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
@@ -53,8 +58,9 @@ from sitl_emu.missions.companion.spotter import Origin, Spotter
 
 GROUND_DOWN_M = 2.0 + MAST.down_m
 """The ground below the vehicle's centre: the mast's 2 m less what the mount has."""
-ARM_TRIES = 10
 TURNS = 2
+LEAST_SPEED_M_S = 1.0
+"""On average, of a drive that is not given up: ours; the rover drives at 2.5 m/s, and slower through corners."""
 
 
 class Inspect:
@@ -71,6 +77,8 @@ class Inspect:
         look_s: float = 3.0,
         turn_m: float = 8.0,
         drive_timeout_s: float = 240.0,
+        field_map: FieldMap | None = None,
+        home_after_s: float = 10.0,
         camera: CameraModel | None = None,
         mount: Mount = MAST,
     ) -> None:
@@ -78,6 +86,11 @@ class Inspect:
         self.approach_m, self.arrival_m, self.match_m, self.turn_m = approach_m, arrival_m, match_m, turn_m
         self.same_m = same_m
         self._look_us, self._drive_timeout_s = round(look_s * 1e6), drive_timeout_s
+        self._field_map, self._home_after_us = field_map, round(home_after_s * 1e6)
+        self._home: LatLon | None = None
+        """Where it stood before its first job; None until then."""
+        self._is_away, self._astray = False, ""
+        """Whether it is to drive home when there is nothing else to do; and why it could not."""
         self._camera, self._mount = camera or CameraModel(), mount
         self._onboard = Onboard(role=Role.INSPECT)
         self._missions = MissionServer(self._asked)
@@ -101,6 +114,8 @@ class Inspect:
             look_s=given.number("look_s", 3.0, 0.5, 60.0),
             turn_m=given.number("turn_m", 8.0, 3.0, 50.0),
             drive_timeout_s=given.number("drive_timeout_s", 240.0, 10.0, 3600.0),
+            field_map=field_maps.of(given),
+            home_after_s=given.number("home_after_s", 10.0, 0.0, 3600.0),
             camera=camera,
             mount=mount,
         )
@@ -114,7 +129,7 @@ class Inspect:
     def status(self) -> Status:
         """Idle is done: there is nothing left to do until a peer sends the next target."""
         queue = self._queue
-        resting = self._onboard.phase in ("connecting", "waiting") and not queue.waiting
+        resting = self._onboard.phase in ("connecting", "waiting") and not queue.waiting and not self._is_away
         idle = resting and not self._missions.busy and self._reports.idle
         outcome = self._outcome() if idle else ""
         return Status(self._onboard.shown_phase, float(idle), idle, outcome, self._onboard.text)
@@ -184,10 +199,10 @@ class Inspect:
         return ACCEPTED
 
     def _outcome(self) -> str:
-        """Success if every job was: the target seen, with its label."""
+        """Success if every job was, the target seen with its label, and the way home."""
         bad = next((job for job in self._queue.jobs if job.result is not Result.CONFIRMED), None)
         if bad is None or bad.result is None:
-            return "success"
+            return self._astray or "success"
         return f"job {bad.number}: {bad.result.name.lower().replace('_', ' ')}"
 
     # One job after the other
@@ -196,8 +211,9 @@ class Inspect:
         yield from steps.heard(self._onboard)
         while True:
             self._onboard.enter("waiting", "for a target")
-            while (job := self._queue.begin()) is None:
-                yield
+            yield from self._until_asked()
+            job = self._queue.begin()
+            assert job is not None
             self._reports.tell(job, Result.STARTED)
             try:
                 yield from self._visit(job)
@@ -210,63 +226,83 @@ class Inspect:
             self._queue.finish(result)
             self._reports.tell(job, result)
             self._onboard.enter("reporting", f"job {job.number}: {result.name.lower().replace('_', ' ')}")
-            yield from self._park()
+            yield from driving.park(self._onboard)
+
+    def _until_asked(self) -> Script:
+        """Until there is a job; home meanwhile, where none comes for a while."""
+        since_us = self._onboard.now_us
+        while not self._queue.waiting:
+            if self._is_away and self._onboard.now_us - since_us >= self._home_after_us:
+                yield from self._go_home()
+            else:
+                yield
 
     def _visit(self, job: Job) -> Script:
-        while (place := self._telemetry.place) is None:
-            yield
-        start = to_metres(place.lat_deg, place.lon_deg, job.lat_deg, job.lon_deg)
-        way = math.hypot(*start)
-        course = (-start[0] / way, -start[1] / way) if way > 0.5 else self._heading()
-        # Where the vehicle is nearer than the approach point already, that is behind it: it stays where it is.
-        short = min(self.approach_m, way)
-        lat, lon = from_metres(-course[0] * short, -course[1] * short, job.lat_deg, job.lon_deg)
-        self._onboard.enter("starting", f"job {job.number}: mission, arming")
-        yield from self._start_mission(lat, lon)
-        text = f"job {job.number}: driving {way:.0f} m"
-        self._onboard.note("target_started", text, job=job.number, lat_deg=lat, lon_deg=lon)
-        self._onboard.enter("driving", f"job {job.number}: {way:.0f} m to the target")
-        yield from self._until_standing(lat, lon)
-        stopped = self._telemetry.place
-        assert stopped is not None
-        self._onboard.note(
-            "stopped",
-            f"{distance_m(stopped.lat_deg, stopped.lon_deg, lat, lon):.2f} m from the waypoint",
-            job=job.number,
-            lat_deg=stopped.lat_deg,
-            lon_deg=stopped.lon_deg,
-            waypoint_lat_deg=lat,
-            waypoint_lon_deg=lon,
-        )
+        here = yield from driving.here(self._onboard)
+        if self._home is None:
+            self._home = here
+        self._is_away, self._astray = self._field_map is not None, ""
+        way = self._way(here, job)
+        yield from self._approach(way, here, job)
         yield from self._look(job)
         for _ in range(TURNS):
             if job.found is Result.CONFIRMED:
                 break
-            yield from self._turn(job, course)
-            course = (-course[0], -course[1])
+            way = yield from self._turn(job, way)
             yield from self._look(job)
 
-    def _heading(self) -> tuple[float, float]:
-        """The direction (north, east) that the vehicle faces."""
-        place = self._telemetry.place
-        pose = self._telemetry.pose_at(place.time_us) if place is not None else None
-        yaw = pose.yaw_rad if pose is not None else 0.0
-        return math.cos(yaw), math.sin(yaw)
+    def _way(self, here: LatLon, job: Job, course: Course | None = None) -> Way:
+        """To a job's target; `course`: on which to come there, where there are rows."""
+        target = (job.lat_deg, job.lon_deg)
+        if self._field_map is None:
+            return ways.straight(here, driving.heading(self._onboard), target, self.approach_m)
+        return ways.by_rows(self._field_map, here, driving.heading(self._onboard), target, self.approach_m, course)
 
-    def _start_mission(self, lat: float, lon: float) -> Script:
-        onboard = self._onboard
-        onboard.yielding.expect(())
-        waypoint = MissionItem(
-            FRAME_GLOBAL_RELATIVE_ALT, NAV_WAYPOINT, param4=math.nan, x=round(lat * 1e7), y=round(lon * 1e7)
+    def _approach(self, way: Way, here: LatLon, job: Job) -> Script:
+        """Drives to a job's target, and stands there."""
+        length_m = way.length_m(here)
+        self._onboard.enter("starting", f"job {job.number}: mission, arming")
+        yield from driving.set_out(self._onboard, way)
+        lat, lon = way.points[-1]
+        text = f"job {job.number}: driving {length_m:.0f} m"
+        self._onboard.note("target_started", text, job=job.number, lat_deg=lat, lon_deg=lon)
+        self._onboard.enter("driving", f"job {job.number}: {length_m:.0f} m to the target")
+        yield from self._until_there(way, length_m)
+        stopped = yield from driving.here(self._onboard)
+        self._onboard.note(
+            "stopped",
+            f"{distance_m(*stopped, lat, lon):.2f} m from the waypoint",
+            job=job.number,
+            lat_deg=stopped[0],
+            lon_deg=stopped[1],
+            waypoint_lat_deg=lat,
+            waypoint_lon_deg=lon,
         )
-        yield from steps.upload(onboard, [waypoint])
-        yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
-        self._telemetry.mission_reached = None
-        yield from steps.arm(onboard, ARM_TRIES)
-        onboard.yielding.expect({"mission"})
 
-    def _until_standing(self, lat: float, lon: float) -> Script:
-        return steps.until_standing(self._onboard, lat, lon, self.arrival_m, self._drive_timeout_s)
+    def _until_there(self, way: Way, length_m: float) -> Script:
+        timeout_s = self._drive_timeout_s + length_m / LEAST_SPEED_M_S
+        return driving.arrive(self._onboard, way, self.arrival_m, timeout_s)
+
+    def _go_home(self) -> Script:
+        """By headland and rows, and parks; or until there is a job, which the vehicle stops for."""
+        assert self._home is not None and self._field_map is not None
+        try:
+            here = yield from driving.here(self._onboard)
+            way = ways.home(self._field_map, here, driving.heading(self._onboard), self._home)
+            self._onboard.enter("returning", f"home, {way.length_m(here):.0f} m")
+            yield from driving.set_out(self._onboard, way)
+            for _ in self._until_there(way, way.length_m(here)):
+                if self._queue.waiting:
+                    yield from driving.stop(self._onboard)
+                    return
+                yield
+        except steps.StepFailed as failure:
+            self._astray = f"way home: {failure}"
+            self._onboard.say(f"Not home: {failure}", WARNING)
+            self._onboard.note("failed", self._astray)
+        self._is_away = False
+        yield from driving.park(self._onboard)
+        self._onboard.enter("waiting", "for a target")
 
     def _look(self, job: Job) -> Script:
         """Until the target is confirmed, or the time is over."""
@@ -280,21 +316,23 @@ class Inspect:
             yield
         self._spotter = None
 
-    def _turn(self, job: Job, course: tuple[float, float]) -> Script:
-        """Past the target, and back to face it from the other side."""
+    def _turn(self, job: Job, way: Way) -> Generator[None, None, Way]:
+        """To face the target from the other side; the way by which it came there."""
         self._onboard.enter("turning", f"job {job.number}: to see the target from the other side")
+        back = (-way.course[0], -way.course[1])
+        if self._field_map is not None:
+            here = yield from driving.here(self._onboard)
+            round_ = self._way(here, job, back)
+            yield from driving.set_out(self._onboard, round_)
+            yield from self._until_there(round_, round_.length_m(here))
+            return round_
         self._onboard.yielding.expect(())
         for ahead_m in (self.turn_m, self.approach_m):
-            lat, lon = from_metres(course[0] * ahead_m, course[1] * ahead_m, job.lat_deg, job.lon_deg)
+            lat, lon = ways.beyond((job.lat_deg, job.lon_deg), way.course, ahead_m)
             place = self._telemetry.place
             altitude = place.alt_amsl_m if place is not None else 0.0
             yield from steps.go_to(self._onboard, lat, lon, altitude, self.arrival_m, self._drive_timeout_s)
-
-    def _park(self) -> Script:
-        """Holds and disarms, so that people may come near."""
-        self._onboard.yielding.expect(())
-        yield from self._onboard.do(AUTOPILOT_LINK, set_mode(self.system_id, "hold"))
-        yield from steps.disarm(self._onboard)
+        return Way(((lat, lon),), back)
 
     # Bookkeeping
 

@@ -29,6 +29,12 @@ def _prepare_scout(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
     return written(_with_camera(options, setting), setting)
 
 
+def _prepare_inspect(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
+    from sitl_emu.missions.agriculture.field_map import with_world
+
+    return with_world(_with_camera(options, setting), setting)
+
+
 def _with_camera(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
     if setting.calibration is None:
         raise ValueError("it looks at camera frames; give its vehicle a `camera`")
@@ -56,7 +62,7 @@ def _evaluation(summaries: Sequence[Figures]) -> list[Row]:
 MISSION = Mission(
     programs={
         "agriculture-scout": Program(_scout, _prepare_scout),
-        "agriculture-inspect": Program(_inspect, _with_camera),
+        "agriculture-inspect": Program(_inspect, _prepare_inspect),
     },
     scenarios=Path(__file__).with_name("scenarios"),
     score=_score,

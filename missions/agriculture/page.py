@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sitl_emu.missions.mission import Figures
-from sitl_emu.missions.reporting import Mark, Page, Plot, Section, Table
+from sitl_emu.missions.reporting import Line, Mark, Page, Plot, Section, Table
 
 COLOURS = {
     "weed": "#2e7d32",
@@ -17,6 +17,7 @@ COLOURS = {
     "lush_corn": "#7cb342",
 }
 """Of targets and distractors on the map."""
+WAY_COLOUR = "#263238"
 ERRORS = (
     ("geolocation_error_m", "geolocation", "#1565c0"),
     ("ugv_stop_error_m", "UGV from its waypoint", "#6a1b9a"),
@@ -39,7 +40,8 @@ def page(figures: Figures) -> Page:
     """From the figures of its score (`score.py`)."""
     targets = figures["targets"]
     marks = [Mark(one["north_m"], one["east_m"], "reported") for one in figures["reported"]]
-    return Page([Section("Targets", [_table(targets), _errors(targets)])] if targets else [], marks, COLOURS)
+    lines = [Line(way["places_m"], f"{way['vehicle']}, planned way", WAY_COLOUR) for way in figures["ugv_ways"]]
+    return Page([Section("Targets", [_table(targets), _errors(targets)])] if targets else [], marks, COLOURS, lines)
 
 
 def _table(targets: Sequence[Mapping[str, Any]]) -> Table:

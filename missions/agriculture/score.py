@@ -18,6 +18,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 from sitl_emu.missions.agriculture.report import Result
+from sitl_emu.missions.agriculture.ways import points_of
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord, TrueObject
 
 MATCH_M = 3.0
@@ -82,6 +83,7 @@ def score(record: RunRecord) -> MissionScore:
         "ugv_stop_error_m": _largest([stop.waypoint_error_m for stop in stopped]),
         "ugv_target_error_m": _largest([stop.target_error_m for stop in stopped]),
         "targets": rows,
+        "ugv_ways": ways(record),
         "reported": [{key: _rounded(value) for key, value in one._asdict().items()} for one in found],
     }
     return MissionScore(figures, _lines(figures), shortfalls(figures))
@@ -145,6 +147,18 @@ def stops(record: RunRecord, targets: Sequence[TrueObject]) -> list[Stop]:
         error = None if index is None else _away(targets[index], place)
         made.append(Stop(math.dist(place, waypoint), index, error))
     return made
+
+
+def ways(record: RunRecord) -> list[dict[str, Any]]:
+    """What each UGV meant to drive along, in order: from where it truly was, north and east in metres."""
+    planned = list[dict[str, Any]]()
+    for event in record.events:
+        if event["event"] == "way" and event["vehicle"] in record.tracks:
+            start = record.tracks[event["vehicle"]].at(event["time_s"])
+            places = [start, *(record.to_metres(lat, lon) for lat, lon in points_of(event["points"]))]
+            rounded = [[round(north, 2), round(east, 2)] for north, east in places]
+            planned.append({"vehicle": event["vehicle"], "time_s": event["time_s"], "places_m": rounded})
+    return planned
 
 
 def shortfalls(figures: dict[str, Any]) -> list[str]:

@@ -108,6 +108,11 @@ def draw_map(
         )
     for (name, track), colour in zip(tracks.items(), TRACK_COLOURS * len(tracks), strict=False):
         axes.plot(track.east_m, track.north_m, color=colour, linewidth=1.3, label=f"{name}, true track", zorder=2)
+    for line in (line for page in pages for line in page.lines):
+        label = line.label if line.label not in drawn else None
+        drawn.add(line.label)
+        north, east = zip(*line.places_m, strict=True)
+        axes.plot(east, north, color=line.colour, linestyle=line.style, linewidth=1.0, label=label, zorder=2.5)
     for mark in (mark for page in pages for mark in page.marks):
         label = mark.label if mark.label not in drawn else None
         drawn.add(mark.label)

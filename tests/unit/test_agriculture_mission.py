@@ -14,7 +14,10 @@ import pytest
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.mission import MissionItem
 from sitl_emu.gcs.plan_file import FlightPlan
+from sitl_emu.missions.agriculture import field_map
 from sitl_emu.missions.agriculture.inspect import Inspect
+from sitl_emu.missions.agriculture.jobs import Wanted, items_of
+from sitl_emu.missions.agriculture.row_route import is_among_rows
 from sitl_emu.missions.agriculture.scout import Scout
 from sitl_emu.missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
@@ -348,6 +351,72 @@ def test_a_target_that_the_ugv_does_not_see_makes_it_turn_and_then_say_so() -> N
     assert len(turned) == 2 * len(TARGETS)
     assert scout.companion.status.outcome == f"target {scout.companion.jobs[0].target.id}: not seen"
     assert inspect.companion.status.outcome == "job 1: not seen"
+
+
+FIELD = field_map.read(
+    {
+        "origin": HOME[:2],
+        "outline_m": [[0, 0], [0, 30], [60, 30], [60, 0]],
+        "rows_deg": 0,
+        "first_row_m": 3,
+        "row_spacing_m": 0.75,
+        "headland_m": 3,
+        "margin_m": 3,
+    }
+)
+
+
+def pair_among_rows(blind: bool = False) -> tuple[Node, Node]:
+    scout, _ = pair()
+    inspect = Node(Inspect(STANDS, field_map=FIELD), FakePx4(2, 10, 1.5, 28.5, 2.5), MAST)
+    inspect.blind = blind
+    return scout, inspect
+
+
+@pytest.mark.parametrize("blind", [False, True])
+def test_among_rows_the_ugv_drives_along_them_and_home_in_the_end(blind: bool) -> None:
+    scout, inspect = pair_among_rows(blind)
+    track = list[tuple[float, float]]()
+    fly(scout, inspect, each=lambda _: track.append((inspect.px4.north_m, inspect.px4.east_m)), limit_s=1500.0)
+    lanes = [(here[1], FIELD.lane_m(here[1])) for here in track if is_among_rows(FIELD, here)]
+    assert len(lanes) > 1000 and all(east_m == pytest.approx(lane_m, abs=0.03) for east_m, lane_m in lanes)
+    assert math.dist(track[-1], (1.5, 28.5)) < 1.0 and not inspect.px4.armed
+    results = {event.data["result"] for event in scout.of("report_received")}
+    assert results == ({"not_seen"} if blind else {"confirmed"})
+    turned = [event for event in inspect.of("phase") if event.data["phase"] == "turning"]
+    assert len(turned) == (2 * len(TARGETS) if blind else 0)
+    assert [event.data["job"] for event in inspect.of("stopped")] == [1, 2]
+
+
+def test_a_ugv_on_its_way_home_turns_round_for_a_job() -> None:
+    scout, inspect = pair_among_rows()
+    asked = list[int]()
+    late = from_metres(50.0, 10.0, *HOME[:2])
+
+    def ask(now_us: int) -> None:
+        """Somebody else's target, once the UGV has been on its way home for 2 s."""
+        returning = [event for event in inspect.of("phase") if event.data["phase"] == "returning"]
+        if not asked and returning and now_us > returning[0].time_us + 2 * US:
+            asked.append(now_us)
+            wanted = Wanted(round(late[0] * 1e7), round(late[1] * 1e7), "weed", 0.9)
+            inspect.companion._asked(9, items_of(wanted))
+
+    fly(scout, inspect, each=ask, limit_s=1500.0)
+    assert asked and [event.data["job"] for event in inspect.of("stopped")] == [1, 2, 3]
+    phases = [event.data["phase"] for event in inspect.of("phase")]
+    assert phases.count("returning") == 2
+    assert math.dist((inspect.px4.north_m, inspect.px4.east_m), (1.5, 28.5)) < 1.0
+
+
+def test_a_way_home_that_fails_is_the_ugvs_outcome_and_is_not_tried_for_ever() -> None:
+    scout, inspect = pair_among_rows()
+
+    def refuse(_: int) -> None:
+        inspect.px4.missions.refuse = 14 if len(inspect.of("stopped")) == 2 else None
+
+    fly(scout, inspect, each=refuse, limit_s=1500.0)
+    assert inspect.companion.status.outcome == "way home: upload of mission failed: denied"
+    assert scout.companion.status.outcome == "success"
 
 
 def test_a_refused_arming_is_tried_again_and_then_told() -> None:

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -162,6 +163,22 @@ def test_stop_errors_compare_the_true_position_with_waypoint_and_target(tmp_path
     assert got["ugv_target_error_m"] == pytest.approx(0.5, abs=0.01)
     assert got["targets"][0]["ugv_stop_error_m"] == got["ugv_stop_error_m"]
     assert got["targets"][1]["ugv_stop_error_m"] is None
+
+
+def test_the_ways_that_the_ugv_meant_to_drive_are_lines_on_the_map(tmp_path: Path) -> None:
+    points = [place(0, 10), place(25, 10)]
+    text = ", ".join(f"{point['lat_deg']:.7f} {point['lon_deg']:.7f}" for point in points)
+    write_run(tmp_path, [{"time_s": 0.0, "vehicle": "ugv", "event": "way", "points": text}])
+    got = summary(tmp_path)
+    start = score.read_track(tmp_path, "ugv").at(0.0)
+    (way,) = got["ugv_ways"]
+    assert way["vehicle"] == "ugv" and way["places_m"][0] == pytest.approx(start, abs=0.01)
+    assert way["places_m"][1:] == [pytest.approx((0, 10), abs=0.02), pytest.approx((25, 10), abs=0.02)]
+    (line,) = agriculture_page(got).lines
+    figure = report.draw_map(TRUTH, {}, [agriculture_page(got)], None)
+    drawn = {one.get_label(): (one.get_xdata(), one.get_ydata()) for one in figure.axes[0].lines}
+    east, north = (list(np.asarray(each)) for each in drawn[line.label])
+    assert (north[-1], east[-1]) == pytest.approx((25, 10), abs=0.02)
 
 
 def test_files_of_a_killed_run_end_within_a_line_and_are_read_all_the_same(tmp_path: Path) -> None:

@@ -30,10 +30,11 @@ def until_standing(
     within_m: float,
     timeout_s: float,
     still_m_s: float = STILL_M_S,
+    last_item: int = 0,
 ) -> Script:
     """Until the vehicle has stood for a while near a place.
 
-    Where it drives there by a mission, it holds by itself at that mission's end: Hold is then expected too.
+    Where it drives there by a mission, it holds by itself when it has reached the `last_item`: Hold is then expected.
     """
     telemetry = onboard.telemetry
     began_us = still_since_us = onboard.now_us
@@ -46,7 +47,8 @@ def until_standing(
             raise StepFailed(f"{away_m:.1f} m from the waypoint after {timeout_s:.0f} s")
         if not telemetry.armed:
             raise StepFailed("disarmed on the way")
-        if telemetry.mission_reached is not None and "mission" in onboard.yielding.expected:
+        reached = telemetry.mission_reached
+        if reached is not None and reached >= last_item and "mission" in onboard.yielding.expected:
             onboard.yielding.expect({"mission", "hold"})
         yield
 
