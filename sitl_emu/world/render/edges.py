@@ -8,8 +8,8 @@ import numpy as np
 
 from sitl_emu.world.render.kernel import F32, HALF, I32, U8, f4, inlined, kernel
 from sitl_emu.world.render.maps import LEAF
+from sitl_emu.world.render.pixels import Picture
 from sitl_emu.world.render.raster import NEAR_M, Buffers, Drawn, Meshes
-from sitl_emu.world.render.shade import Picture
 
 SAME_COS = f4(0.96)
 """Triangles of one instance and material whose normals differ by less than 16 degrees have no edge between them."""

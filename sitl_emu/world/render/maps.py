@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, F64, HALF, I32, ONE, U32, ZERO, f4, inlined, kernel
+from sitl_emu.world.render.kernel import F32, F64, HALF, I32, ONE, U32, ZERO, f4, i4, inlined, kernel, u4
 from sitl_emu.world.render.raster import NOTHING, Buffers, Instances, Meshes, fill
 
 SIDE_LOG2 = 9
@@ -17,7 +17,7 @@ GROUND, TEXTURED, WATER, LEAF = 0, 1, 2, 3
 """Kinds of material."""
 
 
-EVEN, LOW, EIGHT, SIXTEEN = np.uint64(0x00FF00FF), np.uint64(0xFFFF), np.uint64(8), np.uint64(16)
+EVEN, LOW, EIGHT, SIXTEEN = u4(0x00FF00FF), u4(0xFFFF), u4(8), u4(16)
 BY_256 = f4(1.0 / 256.0)
 
 
@@ -82,111 +82,96 @@ class SunMap(NamedTuple):
     """Its middle (3,), then right (3,), down (3,), towards the sun (3,), metres a texel."""
 
 
+class Surfaces(NamedTuple):
+    """All that is looked up."""
+
+    textures: Textures
+    materials: Materials
+    ground: GroundMap
+    relief: Relief
+    fire: FireMap
+    sun: SunMap
+    moving_sun: SunMap
+    """The same of what moves, about the place that is looked at; `side` 0: nothing does."""
+
+
 @inlined
-def level_of(footprint: np.float32, levels: int) -> int:
+def level_of(footprint: np.float32) -> np.int32:
     """The level of a texture for a pixel that covers `footprint` texels of the finest."""
-    level = 0
-    while footprint > f4(1.414) and level < levels - 1:
-        footprint *= HALF
-        level += 1
-    return level
+    level = i4(footprint > f4(1.414)) + i4(footprint > f4(2.828)) + i4(footprint > f4(5.657))
+    level += i4(footprint > f4(11.31)) + i4(footprint > f4(22.63)) + i4(footprint > f4(45.25))
+    return i4(level + i4(footprint > f4(90.5)))
 
 
 @inlined
 def mixed(
-    texels: U32, a: np.uint64, b: np.uint64, c: np.uint64, d: np.uint64, part_x: np.float32, part_y: np.float32
+    t0: np.uint32, t1: np.uint32, t2: np.uint32, t3: np.uint32, part_x: np.float32, part_y: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Four texels, two above and two below, mixed: bytes two by two in integers, a quarter of the time of floats."""
-    x, y = np.uint64(part_x * f4(256.0)), np.uint64(part_y * f4(256.0))
-    w3 = (x * y) >> EIGHT
-    w1, w2 = x - w3, y - w3
-    w0 = np.uint64(256) - w1 - w2 - w3
-    t0, t1, t2, t3 = np.uint64(texels[a]), np.uint64(texels[b]), np.uint64(texels[c]), np.uint64(texels[d])
-    even = (t0 & EVEN) * w0 + (t1 & EVEN) * w1 + (t2 & EVEN) * w2 + (t3 & EVEN) * w3
-    odd = ((t0 >> EIGHT) & EVEN) * w0 + ((t1 >> EIGHT) & EVEN) * w1
-    odd += ((t2 >> EIGHT) & EVEN) * w2 + ((t3 >> EIGHT) & EVEN) * w3
+    x, y = u4(i4(part_x * f4(256.0))), u4(i4(part_y * f4(256.0)))
+    w3 = u4(u4(x * y) >> EIGHT)
+    w1, w2 = u4(x - w3), u4(y - w3)
+    w0 = u4(u4(256) - w1 - w2 - w3)
+    even = u4(u4((t0 & EVEN) * w0) + u4((t1 & EVEN) * w1) + u4((t2 & EVEN) * w2) + u4((t3 & EVEN) * w3))
+    odd = u4(u4(((t0 >> EIGHT) & EVEN) * w0) + u4(((t1 >> EIGHT) & EVEN) * w1))
+    odd = u4(odd + u4(((t2 >> EIGHT) & EVEN) * w2) + u4(((t3 >> EIGHT) & EVEN) * w3))
     return (
-        f4(np.int32(even & LOW)) * BY_256,
-        f4(np.int32(odd & LOW)) * BY_256,
-        f4(np.int32(even >> SIXTEEN)) * BY_256,
-        f4(np.int32(odd >> SIXTEEN)) * BY_256,
+        f4(i4(even & LOW)) * BY_256,
+        f4(i4(odd & LOW)) * BY_256,
+        f4(i4(even >> SIXTEEN)) * BY_256,
+        f4(i4(odd >> SIXTEEN)) * BY_256,
     )
 
 
 @inlined
 def texel(
-    textures: Textures, layer: int, level: int, u: np.float32, v: np.float32
+    textures: Textures, layer: np.int32, level: np.int32, u: np.float32, v: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Red, green, blue and tint of a texture, 0 to 255, at a place in repeats."""
-    log2 = SIDE_LOG2 - level
-    side = 1 << log2
-    mask = np.uint64(side - 1)
+    log2 = i4(SIDE_LOG2 - level)
+    side = i4(i4(1) << log2)
+    mask = i4(side - i4(1))
     x, y = u * f4(side) - HALF, v * f4(side) - HALF
     floor_x, floor_y = np.floor(x), np.floor(y)
-    column, row = np.int64(floor_x), np.int64(floor_y)
-    base = np.uint64(textures.starts[level] + (layer << (2 * log2)))
-    left, right = np.uint64(column) & mask, np.uint64(column + 1) & mask
-    shift = np.uint64(log2)
-    top, bottom = base + ((np.uint64(row) & mask) << shift), base + ((np.uint64(row + 1) & mask) << shift)
-    return mixed(textures.texels, top + left, top + right, bottom + left, bottom + right, x - floor_x, y - floor_y)
+    column, row = i4(floor_x), i4(floor_y)
+    base = i4(textures.starts[u4(level)] + (layer << i4(log2 + log2)))
+    left, right = i4(column & mask), i4(i4(column + 1) & mask)
+    top, bottom = i4(base + (i4(row & mask) << log2)), i4(base + (i4(i4(row + 1) & mask) << log2))
+    t = textures.texels
+    return mixed(
+        t[u4(top + left)], t[u4(top + right)], t[u4(bottom + left)], t[u4(bottom + right)], x - floor_x, y - floor_y
+    )
 
 
 @inlined
-def grey(textures: Textures, layer: int, level: int, u: np.float32, v: np.float32) -> np.float32:
+def grey(textures: Textures, layer: np.int32, level: np.int32, u: np.float32, v: np.float32) -> np.float32:
     """The red of a texture, 0 to 255."""
     return texel(textures, layer, level, u, v)[0]
 
 
 @inlined
-def relief_at(
-    relief: Relief, north: np.float32, east: np.float32
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Height, rise to north, rise to east, and the height up to which the sky is shut."""
-    grid = relief.grid
-    y = min(max((north - relief.frame[0]) / relief.frame[2], ZERO), f4(grid.shape[0] - 1) - f4(0.001))
-    x = min(max((east - relief.frame[1]) / relief.frame[2], ZERO), f4(grid.shape[1] - 1) - f4(0.001))
-    row, column = np.int64(y), np.int64(x)
-    y -= f4(row)
-    x -= f4(column)
-    w3 = x * y
-    w1, w2 = x - w3, y - w3
-    w0 = ONE - w1 - w2 - w3
-    i, j, k, m = np.uint64(row), np.uint64(row + 1), np.uint64(column), np.uint64(column + 1)
-    return (
-        grid[i, k, 0] * w0 + grid[i, m, 0] * w1 + grid[j, k, 0] * w2 + grid[j, m, 0] * w3,
-        grid[i, k, 1] * w0 + grid[i, m, 1] * w1 + grid[j, k, 1] * w2 + grid[j, m, 1] * w3,
-        grid[i, k, 2] * w0 + grid[i, m, 2] * w1 + grid[j, k, 2] * w2 + grid[j, m, 2] * w3,
-        grid[i, k, 3] * w0 + grid[i, m, 3] * w1 + grid[j, k, 3] * w2 + grid[j, m, 3] * w3,
-    )
-
-
-@inlined
 def sunlit(sun: SunMap, north: np.float32, east: np.float32, down: np.float32, leeway: np.float32) -> np.float32:
     """The share of the sun that reaches a place: 0 in shadow; what lies less than `leeway` before it casts none."""
-    frame, side = sun.frame, sun.side
+    frame, side, map_ = sun.frame, i4(sun.side), sun.nearness
     n, e, d = north - frame[0], east - frame[1], down - frame[2]
-    by_texel, middle = ONE / frame[12], f4(side) * HALF - HALF
+    by_texel, middle, last = ONE / frame[12], f4(side) * HALF - HALF, f4(side - i4(1)) - f4(0.001)
     x = (n * frame[3] + e * frame[4] + d * frame[5]) * by_texel + middle
     y = (n * frame[6] + e * frame[7] + d * frame[8]) * by_texel + middle
-    if not (x >= ZERO and y >= ZERO and x < f4(side - 1) and y < f4(side - 1)):
-        return ONE
+    in_x, in_y = min(max(x, ZERO), last), min(max(y, ZERO), last)
+    is_outside = (in_x != x) | (in_y != y)
     near = n * frame[9] + e * frame[10] + d * frame[11] + leeway + SUN_OFFSET
-    column, row = int(x), int(y)
-    x -= f4(column)
-    y -= f4(row)
-    at, below = np.uint64(row * side + column), np.uint64((row + 1) * side + column)
-    w3 = x * y
-    w1, w2 = x - w3, y - w3
-    light = ZERO
-    if sun.nearness[at] < near:
-        light += ONE - w1 - w2 - w3
-    if sun.nearness[at + np.uint64(1)] < near:
-        light += w1
-    if sun.nearness[below] < near:
-        light += w2
-    if sun.nearness[below + np.uint64(1)] < near:
-        light += w3
-    return light
+    column, row = i4(in_x), i4(in_y)
+    in_x -= f4(column)
+    in_y -= f4(row)
+    at = i4(row * side + column)
+    below = i4(at + side)
+    w3 = in_x * in_y
+    w1, w2 = in_x - w3, in_y - w3
+    light = ONE - w1 - w2 - w3 if map_[u4(at)] < near else ZERO
+    light += w1 if map_[u4(at + 1)] < near else ZERO
+    light += w2 if map_[u4(below)] < near else ZERO
+    light += w3 if map_[u4(below + 1)] < near else ZERO
+    return ONE if is_outside else light
 
 
 SUN_OFFSET = f4(4096.0)

@@ -17,10 +17,11 @@ from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, sprites, textures
 from sitl_emu.world.render.guests import Guests
 from sitl_emu.world.render.kernel import F32, I32, U8
-from sitl_emu.world.render.maps import GroundMap, SunMap
+from sitl_emu.world.render.maps import GroundMap, SunMap, Surfaces
 from sitl_emu.world.render.model import turned
+from sitl_emu.world.render.pixels import FIGURES, Picture, room
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
-from sitl_emu.world.render.shade import PLANE, Picture, Surfaces, shade
+from sitl_emu.world.render.shade import shade
 from sitl_emu.world.render.sky import air_of
 from sitl_emu.world.solids import Solids
 
@@ -194,6 +195,7 @@ class MeshRenderer:
         self.scene, self._size, self._focal_px = scene, (width, height), focal_px
         pixels = width * height
         self._buffers = Buffers(np.zeros(pixels, np.float32), np.zeros(pixels, np.int32), np.zeros(pixels, np.int32))
+        self._pixels = room(width)
         self._room = 0
         self.count = 0
         """Instances in the last picture."""
@@ -231,7 +233,9 @@ class MeshRenderer:
             camera,
             air,
             picture,
-            np.empty((4, PLANE), np.float32),
+            picture.colour.reshape(-1),
+            self._pixels,
+            np.empty(FIGURES, np.float32),
         )
         smooth = edges.smoothed(self._buffers, self._drawn, scene.meshes, scene.surfaces.materials.kind, picture)
         if scene.fires is not None:

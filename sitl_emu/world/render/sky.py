@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl_emu.world.description import Light
-from sitl_emu.world.render.kernel import F32, ONE, ZERO, f4, inlined
+from sitl_emu.world.render.kernel import F32, ONE, ZERO, f4, i4, inlined, u4
 from sitl_emu.world.render.maps import Textures, grey
 
 HAZE_M = 2500.0
 """Distance at which haze hides two thirds: clear summer air over land (ours)."""
-CLOUDS = 1
+CLOUDS = i4(1)
 """The texture that clouds are made of."""
 
 
@@ -85,28 +85,25 @@ def clouded_sky(
 ) -> tuple[np.float32, np.float32, np.float32]:
     """The same with fair-weather clouds, which thin out towards the horizon and drift."""
     r, g, b = sky_light(air, north, east, up)
-    if up > f4(0.02):
-        far = ONE / (up + f4(0.12))
-        u, v = east * far * f4(0.11) + f4(air.time_s) * f4(0.0002), north * far * f4(0.11)
-        level = 0 if up > f4(0.3) else 1
-        dense = grey(textures, CLOUDS, level, u, v) * f4(1.0 / 255.0)
-        fine = grey(textures, CLOUDS, level, u * f4(3.7) + f4(0.31), v * f4(3.7)) * f4(1.0 / 255.0)
-        cover = min(max((dense * f4(0.8) + fine * f4(0.25) - f4(0.56)) * f4(3.2), ZERO), ONE)
-        cover *= min((up - f4(0.02)) * f4(9.0), ONE) * f4(0.8)
-        shade = f4(0.95) - f4(0.25) * dense
-        white = air.rows[4]
-        lit = air.rows[1]
-        r += ((white[0] * f4(0.7) + lit[0] * f4(0.45)) * shade - r) * cover
-        g += ((white[1] * f4(0.7) + lit[1] * f4(0.45)) * shade - g) * cover
-        b += ((white[2] * f4(0.7) + lit[2] * f4(0.45)) * shade - b) * cover
+    far = ONE / (max(up, ZERO) + f4(0.12))
+    u, v = east * far * f4(0.11) + f4(air.time_s) * f4(0.0002), north * far * f4(0.11)
+    level = i4(0) if up > f4(0.3) else i4(1)
+    dense = grey(textures, CLOUDS, level, u, v) * f4(1.0 / 255.0)
+    fine = grey(textures, CLOUDS, level, u * f4(3.7) + f4(0.31), v * f4(3.7)) * f4(1.0 / 255.0)
+    cover = min(max((dense * f4(0.8) + fine * f4(0.25) - f4(0.56)) * f4(3.2), ZERO), ONE)
+    cover *= min(max((up - f4(0.02)) * f4(9.0), ZERO), ONE) * f4(0.8)
+    shade = f4(0.95) - f4(0.25) * dense
+    white, lit = air.rows[4], air.rows[1]
+    r += ((white[0] * f4(0.7) + lit[0] * f4(0.45)) * shade - r) * cover
+    g += ((white[1] * f4(0.7) + lit[1] * f4(0.45)) * shade - g) * cover
+    b += ((white[2] * f4(0.7) + lit[2] * f4(0.45)) * shade - b) * cover
     return r, g, b
 
 
 @inlined
-def developed(light: np.float32) -> np.uint8:
+def developed(light: np.float32) -> np.uint32:
     """A picture's figure of linear light: its square root, the brightest softly held."""
     root = np.sqrt(max(light, ZERO))
-    if root > f4(0.8):
-        over = root - f4(0.8)
-        root = f4(0.8) + over / (ONE + over * f4(3.0))
-    return np.uint8(min(root * f4(255.0) + f4(0.5), f4(255.0)))
+    over = max(root - f4(0.8), ZERO)
+    root = min(root, f4(0.8)) + over / (ONE + over * f4(3.0))
+    return u4(i4(min(root * f4(255.0) + f4(0.5), f4(255.0))))

@@ -1,0 +1,201 @@
+"""The ground: its relief, the colours of its map with detail close by, land beyond the map, and what fire leaves.
+
+Water shows the ground, too; the same loops colour what lies under it.
+"""
+
+import numpy as np
+
+from sitl_emu.world.render.kernel import HALF, ONE, ZERO, f4, i4, kernel, streamed, u4
+from sitl_emu.world.render.maps import (
+    FireMap,
+    GroundMap,
+    Relief,
+    Surfaces,
+    Textures,
+    grey,
+    level_of,
+    mixed,
+    texel,
+)
+from sitl_emu.world.render.pixels import Block
+from sitl_emu.world.render.sky import fading
+
+NOISE = i4(0)
+"""The texture of even, cloudy noise."""
+BY_BYTE = f4(1.0 / 255.0)
+MEAN = f4(1.0 / 128.0)
+"""One over what ground's detail textures have for 1."""
+DETAIL_TO_M, FINE_TO_M = f4(0.12), f4(0.03)
+"""Footprint of a pixel above which the ground's detail is too fine to be seen, at its two sizes."""
+FADES_1_M = f4(0.07)
+"""How fast the ground's map gives way to far land before its border."""
+
+
+@streamed
+def find_relief(b: Block, n: int, relief: Relief) -> None:
+    """The ground's height and rise at each place, and how open its sky is."""
+    frame, grid = relief.frame, relief.grid
+    by_spacing = ONE / frame[2]
+    last_row, last_column = f4(grid.shape[0] - 1) - f4(0.001), f4(grid.shape[1] - 1) - f4(0.001)
+    for p in range(n):
+        y = min(max((b.north[p] - frame[0]) * by_spacing, ZERO), last_row)
+        x = min(max((b.east[p] - frame[1]) * by_spacing, ZERO), last_column)
+        row, column = i4(y), i4(x)
+        y -= f4(row)
+        x -= f4(column)
+        w3 = x * y
+        w1, w2 = x - w3, y - w3
+        w0 = ONE - w1 - w2 - w3
+        i, j, k, m = u4(row), u4(row + 1), u4(column), u4(column + 1)
+        b.height[p] = grid[i, k, 0] * w0 + grid[i, m, 0] * w1 + grid[j, k, 0] * w2 + grid[j, m, 0] * w3
+        b.rise_n[p] = grid[i, k, 1] * w0 + grid[i, m, 1] * w1 + grid[j, k, 1] * w2 + grid[j, m, 1] * w3
+        b.rise_e[p] = grid[i, k, 2] * w0 + grid[i, m, 2] * w1 + grid[j, k, 2] * w2 + grid[j, m, 2] * w3
+        shut = grid[i, k, 3] * w0 + grid[i, m, 3] * w1 + grid[j, k, 3] * w2 + grid[j, m, 3] * w3
+        b.open[p] = shut + b.down[p]
+
+
+@streamed
+def slope(b: Block, n: int) -> None:
+    """The ground's normal."""
+    for i in range(n):
+        north, east = b.rise_n[i], b.rise_e[i]
+        by_length = ONE / np.sqrt(ONE + north * north + east * east)
+        b.normal_n[i], b.normal_e[i], b.normal_d[i] = -north * by_length, -east * by_length, -by_length
+
+
+@streamed
+def _find_colours(b: Block, n: int, ground: GroundMap) -> tuple[bool, bool]:
+    """Colours of the map, and its detail's number; whether some pixels see land beyond it, and some see detail."""
+    frame, texels = ground.frame, ground.texels
+    by_gsd, levels = ONE / frame[2], i4(len(ground.starts))
+    rows, columns = f4(ground.sizes[0, 0]), f4(ground.sizes[0, 1])
+    beyond, detailed = i4(0), i4(0)
+    for i in range(n):
+        y, x = (b.north[i] - frame[0]) * by_gsd, (b.east[i] - frame[1]) * by_gsd
+        inside = min(min(x, columns - x), min(y, rows - y)) * frame[2] * FADES_1_M
+        share = min(max(inside, ZERO), ONE)
+        level = min(level_of(b.footprint[i] * by_gsd * b.dither[i]), levels - i4(1))
+        wide, high = ground.sizes[u4(level), 1], ground.sizes[u4(level), 0]
+        shrink = ONE / f4(i4(1) << level)
+        fx = min(max(x * shrink - HALF, ZERO), f4(wide) - f4(1.001))
+        fy = min(max(y * shrink - HALF, ZERO), f4(high) - f4(1.001))
+        column, row = i4(fx), i4(fy)
+        at = i4(ground.starts[u4(level)] + row * wide + column)
+        below = i4(at + wide)
+        first = texels[u4(at)]
+        r, g, blue, _ = mixed(
+            first, texels[u4(at + 1)], texels[u4(below)], texels[u4(below + 1)], fx - f4(column), fy - f4(row)
+        )
+        b.red[i], b.green[i], b.blue[i], b.share[i] = r * BY_BYTE, g * BY_BYTE, blue * BY_BYTE, share
+        layer = i4(first >> u4(24)) if level < 2 and b.footprint[i] < DETAIL_TO_M else i4(0)
+        b.layer[i] = layer
+        beyond |= i4(share < ONE)
+        detailed |= layer
+    return bool(beyond != 0), bool(detailed != 0)
+
+
+@streamed
+def _add_detail(b: Block, n: int, textures: Textures) -> bool:
+    """Multiply by the pattern of what the ground is made of; whether some pixels see it finer still."""
+    fine = i4(0)
+    for i in range(n):
+        layer = b.layer[i]
+        level = level_of(b.footprint[i] * f4(512.0 / 2.3) * b.dither[i])
+        r, g, blue, _ = texel(textures, layer, level, b.east[i] * f4(1 / 2.3), b.north[i] * f4(1 / 2.3))
+        b.red[i] *= r * MEAN if layer > 0 else ONE
+        b.green[i] *= g * MEAN if layer > 0 else ONE
+        b.blue[i] *= blue * MEAN if layer > 0 else ONE
+        fine |= i4(b.footprint[i] < FINE_TO_M)
+    return bool(fine != 0)
+
+
+@streamed
+def _add_finer_detail(b: Block, n: int, textures: Textures) -> None:
+    """The same pattern, smaller and turned, so that neither is seen to repeat."""
+    for i in range(n):
+        layer = b.layer[i] if b.footprint[i] < FINE_TO_M else i4(0)
+        level = level_of(b.footprint[i] * f4(512.0 / 0.83) * b.dither[i])
+        north, east = b.north[i], b.east[i]
+        u = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 0.83)
+        v = (north * f4(0.8) - east * f4(0.6)) * f4(1 / 0.83)
+        r, g, blue, _ = texel(textures, layer, level, u, v)
+        b.red[i] *= HALF + HALF * r * MEAN if layer > 0 else ONE
+        b.green[i] *= HALF + HALF * g * MEAN if layer > 0 else ONE
+        b.blue[i] *= HALF + HALF * blue * MEAN if layer > 0 else ONE
+
+
+@streamed
+def _add_far_land(b: Block, n: int, ground: GroundMap, textures: Textures) -> None:
+    """Where the map ends it gives way to land of its mean colour, with fields of light and dark."""
+    frame = ground.frame
+    for i in range(n):
+        north, east, share = b.north[i], b.east[i], b.share[i]
+        level = level_of(b.footprint[i] * f4(512.0 / 90.0))
+        near = grey(textures, NOISE, level, east * f4(1 / 90.0), north * f4(1 / 90.0))
+        level = level_of(b.footprint[i] * f4(512.0 / 700.0))
+        far = grey(textures, NOISE, level, (east + north * f4(0.3)) * f4(1 / 700.0), north * f4(1 / 700.0))
+        m = (f4(0.84) + near * f4(0.0006) + far * f4(0.0007)) * (ONE - share)
+        b.red[i] = b.red[i] * share + frame[3] * m
+        b.green[i] = b.green[i] * share + frame[4] * m
+        b.blue[i] = b.blue[i] * share + frame[5] * m
+
+
+@kernel
+def colour_ground(b: Block, n: int, surfaces: Surfaces) -> None:
+    """The ground's colour at each place."""
+    beyond, detailed = _find_colours(b, n, surfaces.ground)
+    if detailed and _add_detail(b, n, surfaces.textures):
+        _add_finer_detail(b, n, surfaces.textures)
+    if beyond:
+        _add_far_land(b, n, surfaces.ground, surfaces.textures)
+
+
+@streamed
+def _is_near_fire(b: Block, n: int, fire: FireMap, time_s: np.float32) -> bool:
+    frame, grid = fire.frame, fire.grid
+    by_cell, rows, columns = ONE / frame[2], f4(grid.shape[0]), f4(grid.shape[1])
+    found = i4(0)
+    for i in range(n):
+        y, x = (b.north[i] - frame[0]) * by_cell, (b.east[i] - frame[1]) * by_cell
+        inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
+        row, column = i4(y if inside else ZERO), i4(x if inside else ZERO)
+        found |= i4(inside & (grid[u4(row), u4(column), 2] <= time_s))
+    return bool(found != 0)
+
+
+@streamed
+def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float32) -> None:
+    frame, grid = fire.frame, fire.grid
+    by_cell, rows, columns = ONE / frame[2], f4(grid.shape[0]), f4(grid.shape[1])
+    for i in range(n):
+        north, east, footprint = b.north[i], b.east[i], b.footprint[i]
+        level = level_of(footprint * f4(512.0 / 19.0))
+        wild = texel(textures, NOISE, level, east * f4(1 / 19.0), north * f4(1 / 19.0))
+        level = level_of(footprint * f4(512.0 / 1.7))
+        u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 1.7), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 1.7)
+        fine = texel(textures, NOISE, level, u, v)
+        # Borders are ragged: noise says how far away a pixel looks up when its place burns
+        y = (north - frame[0] + (wild[1] + fine[1] - f4(256.0)) * f4(0.010)) * by_cell
+        x = (east - frame[1] + (wild[2] + fine[2] - f4(256.0)) * f4(0.010)) * by_cell
+        inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
+        row, column = u4(i4(y if inside else ZERO)), u4(i4(x if inside else ZERO))
+        since, after = time_s - grid[row, column, 0], time_s - grid[row, column, 1]
+        burns = inside & (since >= ZERO)
+        char = min(f4(0.45) + since * f4(0.08), ONE) if burns else ZERO
+        heat = max(wild[0] * fine[0] * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
+        heat = heat * heat * (ONE if after < ZERO else fading(after * f4(1.0 / 45.0)) * f4(0.35))
+        ash = f4(0.03) + wild[3] * fine[3] * f4(0.11 / 16384.0)
+        b.glow[i] = heat if burns else ZERO
+        # What is left is a little of its pattern, on soot
+        b.red[i] += (ash - f4(0.90) * b.red[i]) * char
+        b.green[i] += (ash - f4(0.91) * b.green[i]) * char
+        b.blue[i] += (ash - f4(0.91) * b.blue[i]) * char
+
+
+@kernel
+def burn_ground(b: Block, n: int, surfaces: Surfaces, time_s: np.float32) -> bool:
+    """Char the ground where it has burnt, and let embers glow; whether any may."""
+    if surfaces.fire.grid.shape[0] < 2 or not _is_near_fire(b, n, surfaces.fire, time_s):
+        return False
+    _char(b, n, surfaces.fire, surfaces.textures, time_s)
+    return True
