@@ -4,14 +4,13 @@ Whatever a command needs is imported when it is called.
 """
 
 import math
-import os
-import sys
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
-from sitl_emu import __version__
+from sitl_emu import __version__, cli_world
+from sitl_emu.cli_words import LAST_INSTANCE, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
     name="sitl-emu",
@@ -23,10 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-BAD_INPUT = 2
-LAST_INSTANCE = 249
-"""Its system id is 250, PX4's largest."""
+app.add_typer(cli_world.app, name="world")
 
 
 def _show_version(asked: bool) -> None:
@@ -94,11 +90,11 @@ def run(
     try:
         if scenario is None:
             for line in scenario_lines():
-                _say(line)
+                say(line)
             return
-        status = run_scenario(scenario, _speed(speed), seed, out, _gcs(gcs), instance)
+        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance)
     except Trouble as error:
-        _refuse(str(error))
+        refuse(str(error))
     raise typer.Exit(status)
 
 
@@ -171,10 +167,10 @@ def launch(
     udpin://0.0.0.0:14540 (pymavlink: udpin:0.0.0.0:14540), the second vehicle to 14541, and so on; as with PX4, all
     from the tenth on share 14549.
     """
-    wanted = _wanted(models, instance)
-    factor = _speed(speed)
+    wanted = wanted_of(models, instance)
+    factor = speed_of(speed)
     if world is not None and home is not None:
-        _refuse("--home and --world: a world has its own home; give one of them")
+        refuse("--home and --world: a world has its own home; give one of them")
     place = _home(home) if home is not None else None
     station = _gcs(gcs)
 
@@ -197,86 +193,10 @@ def launch(
             seed=seed,
             tlog=tlog,
         )
-        status = launching.launch(numbered, options, _say)
+        status = launching.launch(numbered, options, say)
     except (vehicles.VehicleError, Trouble) as error:
-        _refuse(str(error))
+        refuse(str(error))
     raise typer.Exit(status)
-
-
-@app.command(short_help="Serve the simulator alone, for a real PX4, say; or preview a world.")
-def world(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="WORLD",
-            help="A world: a kind (corn_field, urban_flood, ...) or a file (.yaml); or `preview`, and then a world.",
-        ),
-    ],
-    previewed: Annotated[
-        str | None, typer.Argument(metavar="[WORLD]", help="After `preview`: the world to be seen.", show_default=False)
-    ] = None,
-    vehicle: Annotated[
-        list[str] | None, typer.Option(metavar="MODEL[:COUNT]", help="A vehicle in it; may be given several times.")
-    ] = None,
-    instance: Annotated[
-        int, typer.Option(min=0, max=LAST_INSTANCE, metavar="I", help="Instance (and so port) of the first vehicle.")
-    ] = 0,
-    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other field and noise.")] = 1,
-    speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Of `preview`: the folder to write. [default: preview-WORLD]")
-    ] = None,
-    option: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Of `preview`: an option of the kind; may be given several times."),
-    ] = None,
-    at: Annotated[float, typer.Option(min=0.0, metavar="S", help="Of `preview`: the simulated time, s.")] = 20.0,
-) -> None:
-    """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
-
-    It starts when every vehicle's autopilot has connected, and ends when one leaves. Our own autopilot connects too:
-    `python -P -m sitl_emu.autopilot --help`.
-
-    `world preview WORLD` writes pictures from above, from the side and from the street, a map and the truth.
-    """
-    if name == "preview":
-        _preview(previewed, seed, option or [], out, at)
-        return
-    if previewed is not None:
-        _refuse(f"world {name}: what is {previewed!r} for? `sitl-emu world preview {name}` shows a world")
-    if not vehicle:
-        _refuse(f"world {name}: name at least one vehicle in it: --vehicle iris")
-    wanted, factor = _wanted(vehicle, instance), _speed(speed)
-
-    from sitl_emu.run.serve_world import serve_world
-    from sitl_emu.run.trouble import Trouble
-
-    try:
-        status = serve_world(name, wanted, instance, seed, factor, _say)
-    except Trouble as error:
-        _refuse(str(error))
-    raise typer.Exit(status)
-
-
-def _preview(name: str | None, seed: int, options: list[str], out: Path | None, time_s: float) -> None:
-    import yaml
-
-    from sitl_emu.run import preview
-    from sitl_emu.run.trouble import Trouble
-
-    if name is None:
-        _refuse("world preview: name a world, such as `sitl-emu world preview urban_flood`")
-    given = {}
-    for each in options:
-        key, _, value = each.partition("=")
-        try:
-            given[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            _refuse(f"--option {each}: write NAME=VALUE, such as size_m=120")
-    try:
-        preview.preview(name, seed, given, out or Path(f"preview-{Path(name).stem}"), time_s, _say)
-    except (Trouble, OSError) as error:
-        _refuse(str(error))
 
 
 @app.command(short_help="Show what a trained network sees in a video, pictures or a camera.")
@@ -300,9 +220,9 @@ def detect(
     from sitl_emu.run.trouble import Trouble
 
     try:
-        detecting.detect(source, model, score, out, frames, _say)
+        detecting.detect(source, model, score, out, frames, say)
     except (Trouble, OSError) as error:
-        _refuse(str(error))
+        refuse(str(error))
 
 
 @app.command(short_help="Measure an autopilot against PX4, by the conformance tests.")
@@ -339,42 +259,14 @@ def conformance(
     try:
         if report is not None:
             conformance_report.check(report)
-        run = conforming.measure(url, service or (), lambda text: _say(text, nl=False))
+        run = conforming.measure(url, service or (), lambda text: say(text, nl=False))
         for line in conforming.summary(run):
-            _say(line)
+            say(line)
         if report is not None:
             conformance_report.write(report, run)
     except Trouble as error:
-        _refuse(str(error))
+        refuse(str(error))
     raise typer.Exit(run.status)
-
-
-def _say(text: str, nl: bool = True) -> None:
-    """To standard output; once nobody reads it any more (`| head`, a full disk), to nobody."""
-    try:
-        typer.echo(text, nl=nl)
-    except OSError:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
-
-
-def _refuse(text: str) -> NoReturn:
-    typer.echo(f"sitl-emu: {text}", err=True)
-    raise typer.Exit(BAD_INPUT)
-
-
-def _speed(text: str) -> float | None:
-    """Times real time; None for max."""
-    if text == "max":
-        return None
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = 0.0
-    if not 0.0 < speed < 1e6:
-        _refuse(f"--speed {text}: give a number above 0 (times real time), or max")
-    return speed
 
 
 def _gcs(text: str | None) -> tuple[str, int] | None:
@@ -387,11 +279,11 @@ def _gcs(text: str | None) -> tuple[str, int] | None:
 
     host, _, port = text.partition(":")
     if not host or (port and not (port.isdigit() and 0 < int(port) < 65536)):
-        _refuse(f"--gcs {text}: give HOST or HOST:PORT, such as 192.168.1.20:14550")
+        refuse(f"--gcs {text}: give HOST or HOST:PORT, such as 192.168.1.20:14550")
     try:
         return socket.gethostbyname(host), int(port) if port else ports.GCS_REMOTE
     except OSError:
-        _refuse(f"--gcs {text}: there is no host {host!r}")
+        refuse(f"--gcs {text}: there is no host {host!r}")
 
 
 def _home(text: str) -> tuple[float, float, float, float]:
@@ -399,24 +291,8 @@ def _home(text: str) -> tuple[float, float, float, float]:
     try:
         lat, lon, alt, heading = (float(part) for part in text.split(","))
     except ValueError:
-        _refuse(f"--home {text}: give LAT,LON,ALT,HEADING, such as 47.397742,8.545594,488,0")
+        refuse(f"--home {text}: give LAT,LON,ALT,HEADING, such as 47.397742,8.545594,488,0")
     inside = -90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0 and -1000.0 <= alt <= 10000.0 and abs(heading) <= 360.0
     if not inside:
-        _refuse(f"--home {text}: latitude is -90..90, longitude -180..180, altitude -1000..10000 m, heading -360..360")
+        refuse(f"--home {text}: latitude is -90..90, longitude -180..180, altitude -1000..10000 m, heading -360..360")
     return lat, lon, alt, heading
-
-
-def _wanted(models: list[str], instance: int) -> list[str]:
-    """Models, each as often as it is asked for, from this instance on."""
-    wanted = list[str]()
-    for text in models:
-        model, colon, count = text.partition(":")
-        if colon and not (count.isascii() and count.isdigit() and 1 <= int(count) <= LAST_INSTANCE + 1):
-            _refuse(f"{text}: give MODEL or MODEL:COUNT, such as iris:3")
-        wanted += [model] * (int(count) if colon else 1)
-    if instance + len(wanted) > LAST_INSTANCE + 1:
-        _refuse(
-            f"{len(wanted)} vehicles from instance {instance} on: the last instance is {LAST_INSTANCE}, "
-            "as PX4's system ids end at 250; launch fewer, or choose a smaller --instance"
-        )
-    return wanted

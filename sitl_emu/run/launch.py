@@ -64,7 +64,7 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     Raises VehicleError and Trouble before anything is started.
     """
     os.environ.setdefault(*ONE_THREAD)
-    crews = _crews(wanted, options)
+    crews = _crews(wanted, options, say)
 
     def welcome() -> None:
         say(port_table(wanted))
@@ -80,14 +80,14 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     return _wait_for(children, begun, welcome, say)
 
 
-def _crews(wanted: Sequence[Wanted], options: Options) -> "list[Crew]":
+def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> "list[Crew]":
     """Who flies with whom in a process, where, and with which files. Raises VehicleError and Trouble."""
     names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run.launched import Crew, Launched
 
-    here = site.plain(options.home) if options.world is None else site.in_world(options.world, options.seed)
+    here = site.plain(options.home) if options.world is None else site.in_world(options.world, options.seed, say)
     launched = [
         Launched(model, instance, place, state.prepare(options.state, names[model], instance, fresh=options.fresh))
         for place, (model, instance) in enumerate(wanted)

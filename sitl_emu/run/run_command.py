@@ -46,6 +46,8 @@ def run_scenario(
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
+    for line in worlds.not_read(world):
+        console.print(line, markup=False, highlight=False)
     wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance)
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:

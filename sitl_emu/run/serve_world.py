@@ -36,7 +36,7 @@ def serve_world(
     name: str, models: Sequence[str], instance: int, seed: int, speed: float | None, say: Callable[[str], None]
 ) -> int:
     """Serve until Ctrl-C; the exit status. Raises Trouble for what is unknown and for a port in use."""
-    here = site.in_world(name, seed)
+    here = site.in_world(name, seed, say)
     try:
         described = [vehicles.load(model) for model in models]
         listeners = [SimulatorListener(ports.simulator(instance + place)) for place in range(len(models))]

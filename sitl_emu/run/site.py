@@ -1,5 +1,6 @@
 """Where the vehicles of `launch` and `world` stand: side by side, from the home of their world eastwards."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.vehicles.description import Vehicle
@@ -53,11 +54,13 @@ def plain(home: Home) -> Site:
     return Site(home, FlatGround())
 
 
-def in_world(name: str, seed: int) -> Site:
-    """The place `home` of a world, or its first. Raises WorldError."""
+def in_world(name: str, seed: int, say: Callable[[str], None]) -> Site:
+    """The place `home` of a world, or its first; `say`: what of a Gazebo world is not there. Raises WorldError."""
     from sitl_emu.run import worlds
 
     world = worlds.build(name, seed, {})
+    for line in worlds.not_read(world):
+        say(line)
     home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
     return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas, world)

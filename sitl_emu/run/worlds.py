@@ -8,14 +8,17 @@ from typing import Any
 
 from sitl_emu.run.messages import LooseAt
 from sitl_emu.run.trouble import Trouble
-from sitl_emu.world import description, kinds
+from sitl_emu.world import description, kinds, sdf
 from sitl_emu.world.conditions import Changes
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.world import World
 
 KEPT_AS = "world.yaml"
-SUFFIXES = (".yaml", ".yml")
+SUFFIXES = (".yaml", ".yml", *sdf.SUFFIXES)
 UNCHANGED = Changes()
+THINGS = "things"
+"""The option that every kind has: things that stand or lie in it beside its own."""
+MOST_LINES = 20
 
 
 class WorldError(Trouble):
@@ -41,9 +44,13 @@ def build(
             made = kinds.Generated(description.load(Path(source)))
             folder = Path(source).parent
         else:
-            made = kinds.kind(source).generate(seed, options)
+            own = {name: value for name, value in options.items() if name != THINGS}
+            made = kinds.kind(source).generate(seed, own)
             folder = Path()
         described = made.description
+        if options.get(THINGS):
+            more = description.things_of(options[THINGS], f"world {source}")
+            described = dataclasses.replace(described, things=described.things + more)
         if changes.wind is not None:
             described = dataclasses.replace(described, wind=description.Wind(*dataclasses.astuple(changes.wind)))
         if changes.light is not None:
@@ -52,6 +59,16 @@ def build(
         return World(described, folder, made.terrain)
     except description.WorldError as error:
         raise WorldError(str(error)) from None
+
+
+def not_read(world: World) -> list[str]:
+    """What of a Gazebo world is not there, in lines for people."""
+    left = world.description.not_read
+    if not left:
+        return []
+    shown = [f"  {text}" for text in left[:MOST_LINES]]
+    more = [f"  and {len(left) - MOST_LINES} more: {KEPT_AS} lists all"] if len(left) > MOST_LINES else []
+    return [f"{world.description.name}: not read of the Gazebo world:", *shown, *more]
 
 
 def keep(world: World, folder: Path) -> Path:

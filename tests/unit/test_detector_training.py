@@ -75,11 +75,6 @@ def seen(label: str, ignored: bool = False) -> Seen:
     return Seen(label, label, (16.0, 12.0, 48.0, 24.0), None, 300, 0.0, False, ignored)
 
 
-def test_yolo_lines_are_shares_of_the_picture_without_what_is_ignored() -> None:
-    text = dataset.yolo_text([seen("fire_region"), seen("water_body", ignored=True)], 64, 48)
-    assert text == "2 0.500000 0.375000 0.500000 0.250000\n"
-
-
 def test_tables_are_read_back_at_the_networks_size(tmp_path: Path) -> None:
     import cv2
 

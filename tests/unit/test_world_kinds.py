@@ -97,3 +97,15 @@ def test_a_preview_is_pictures_a_map_and_the_truth(tmp_path: Path) -> None:
     assert len(said) == 1
     with pytest.raises(worlds.WorldError, match="there is no world 'moon'"):
         preview.preview("moon", 1, {}, tmp_path / "moon", 0.0, said.append)
+
+
+def test_things_of_ones_own_stand_in_a_generated_world() -> None:
+    mine = [{"label": "stop_sign", "north_m": 30, "east_m": 40, "radius_m": 0.3, "height_m": 2.3, "name": "mine"}]
+    world = worlds.build("debris_field", 1, {"rubble": 5, "ruins": 1, "persons": 0, "things": mine})
+    own = worlds.build("debris_field", 1, {"rubble": 5, "ruins": 1, "persons": 0})
+    assert world.description.things[:-1] == own.description.things
+    assert world.description.things[-1].name == "mine" and world.description.solids == own.description.solids
+    with pytest.raises(worlds.WorldError, match=r"world flat: things\[0\]: the field 'radius_m' is missing"):
+        worlds.build("flat", 1, {"things": [{"label": "car", "north_m": 1, "east_m": 2}]})
+    with pytest.raises(worlds.WorldError, match="world flat: things = 5 must be a list"):
+        worlds.build("flat", 1, {"things": 5})

@@ -6,7 +6,7 @@ any number of processes comes to the same bytes. A world's frames all lie in one
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +18,8 @@ import numpy.typing as npt
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.world import polygons
 from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.labels import coco as coco_table
+from sitl_emu.world.labels import yolo
 from sitl_emu.world.lens import Intrinsics, Mount
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene, View
@@ -184,52 +186,27 @@ def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[f
 
 def tables(plan: Plan, done: Sequence[Job]) -> dict[str, int]:
     """Write `SPLIT.json` (COCO), `labels/` (YOLO) and `data.yaml`; how many images each split has."""
-    coco: dict[str, dict[str, Any]] = {split: _empty() for split in SPLITS}
+    coco: dict[str, dict[str, Any]] = {split: coco_table.table(CLASSES) for split in SPLITS}
     for job in done:
         record = json.loads((plan.folder / "parts" / f"{job.name}.json").read_text())
         for frame in record["frames"]:
             seen = [Seen(**{**each, "box": tuple(each["box"])}) for each in frame["seen"]]
             _add(coco[job.split], frame, record, seen, plan)
-            text = yolo_text(seen, plan.width, plan.height)
+            text = yolo.text(seen, CLASSES, plan.width, plan.height)
             (plan.folder / "labels" / job.split / frame["file"]).with_suffix(".txt").write_text(text)
     for split, table in coco.items():
         (plan.folder / f"{split}.json").write_text(json.dumps(table))
-    names = "\n".join(f"  {k}: {name}" for k, name in enumerate(CLASSES))
-    (plan.folder / "data.yaml").write_text(
-        "path: .\n" + "".join(f"{split}: images/{split}\n" for split in SPLITS) + f"names:\n{names}\n"
-    )
+    splits = {split: f"images/{split}" for split in SPLITS}
+    (plan.folder / "data.yaml").write_text(yolo.data(CLASSES, splits))
     return {split: len(table["images"]) for split, table in coco.items()}
-
-
-def _empty() -> dict[str, Any]:
-    categories = [{"id": k + 1, "name": name} for k, name in enumerate(CLASSES)]
-    return {"images": [], "annotations": [], "categories": categories}
 
 
 def _add(
     table: dict[str, Any], frame: dict[str, Any], record: dict[str, Any], seen: Sequence[Seen], plan: Plan
 ) -> None:
-    number = len(table["images"]) + 1
-    table["images"].append(
-        {"id": number, "file_name": frame["file"], "width": plan.width, "height": plan.height, "world": record["kind"],
-         "above_m": frame["shot"]["above_m"], "sun_deg": record["sun_deg"], "haze_1_m": record["haze_1_m"]}
+    number = coco_table.add_image(
+        table, frame["file"], plan.width, plan.height, world=record["kind"], above_m=frame["shot"]["above_m"],
+        sun_deg=record["sun_deg"], haze_1_m=record["haze_1_m"],
     )  # fmt: skip
     for each in seen:
-        left, top, right, bottom = each.box
-        table["annotations"].append(
-            {"id": len(table["annotations"]) + 1, "image_id": number, "category_id": CLASSES.index(each.label) + 1,
-             "bbox": [left, top, right - left, bottom - top], "area": each.pixels, "iscrowd": int(each.is_ignored),
-             "hidden": each.hidden, "cut": each.is_cut}
-        )  # fmt: skip
-
-
-def yolo_text(seen: Iterable[Seen], width: int, height: int) -> str:
-    """A line for each that counts: class, middle and size in shares of the picture."""
-    lines = []
-    for each in seen:
-        if not each.is_ignored:
-            left, top, right, bottom = each.box
-            shares = ((left + right) / 2 / width, (top + bottom) / 2 / height, (right - left) / width,
-                      (bottom - top) / height)  # fmt: skip
-            lines.append(f"{CLASSES.index(each.label)} " + " ".join(f"{share:.6f}" for share in shares) + "\n")
-    return "".join(lines)
+        coco_table.add(table, number, each)

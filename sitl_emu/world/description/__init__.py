@@ -16,6 +16,7 @@ import yaml
 from sitl_emu.vehicles import record
 from sitl_emu.vehicles.errors import VehicleError
 from sitl_emu.vehicles.record import Limits, Words
+from sitl_emu.world import sdf
 from sitl_emu.world.description import checks
 from sitl_emu.world.description.areas import LAND_USES as LAND_USES
 from sitl_emu.world.description.areas import Cover as Cover
@@ -160,10 +161,14 @@ class WorldDescription:
     crop: Crop | None = None
     wind: Wind = Wind()
     light: Light = Light()
+    not_read: tuple[str, ...] = ()
+    """What of a Gazebo world is not in it (`sdf/`), for people."""
 
 
 def load(path: Path) -> WorldDescription:
-    """Read a world file. Raises WorldError, which names file, field, value and what is allowed."""
+    """Read a world file, ours or Gazebo's. Raises WorldError, which names file, field, value and what is allowed."""
+    if path.suffix in sdf.SUFFIXES:
+        return read(sdf.read(path), str(path))
     try:
         data = yaml.safe_load(path.read_text())
     except OSError as error:
@@ -173,6 +178,8 @@ def load(path: Path) -> WorldDescription:
     if not isinstance(data, Mapping):
         fields = ", ".join(field.name for field in dataclasses.fields(WorldDescription))
         raise WorldError(f"{path}: a world is a mapping with the fields {fields}")
+    if "sdf" in data:
+        data = sdf.joined(data, path)
     return read(data, str(path))
 
 
@@ -184,6 +191,11 @@ def read(data: Mapping[str, Any], where: str) -> WorldDescription:
         raise WorldError(str(error)) from None
     checks.check(described, where)
     return described
+
+
+def things_of(data: Any, where: str) -> tuple[Thing, ...]:
+    """Things from plain data; `where` names its source in errors. Raises WorldError."""
+    return read({"name": "things", "things": data}, where).things
 
 
 def loose_of(data: Mapping[str, Any]) -> Loose:

@@ -61,7 +61,7 @@ class Seen(NamedTuple):
 
 def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area]) -> list[Seen]:
     """All regions of all areas, area by area, from top to bottom."""
-    return [seen for area in areas for seen in _regions(area, mask_of(scene, view, camera, area), view, camera)]
+    return [seen for area in areas for seen, _ in regions_of(area, mask_of(scene, view, camera, area), view, camera)]
 
 
 def mask_of(scene: MeshScene, view: View, camera: Pinhole, area: Area) -> Mask:
@@ -91,7 +91,13 @@ def _places(depth: F32, camera: Pinhole, rows: npt.NDArray[np.intp], columns: np
     return np.asarray(camera.rotation @ np.stack((x, y, z)) + camera.position[:, None])
 
 
-def _regions(area: Area, mask: Mask, view: View, camera: Pinhole) -> list[Seen]:
+def regions_of(
+    area: Area, mask: Mask, view: View, camera: Pinhole, least_px: float | None = None
+) -> list[tuple[Seen, Mask]]:
+    """The regions of an area that a mask shows, each with its own part of the mask.
+
+    `least_px`: those with a shorter side are ignored; None: SMALLEST_SHARE says.
+    """
     if not mask.any():
         return []
     metres = view.depth_m / camera.focal_px
@@ -104,10 +110,16 @@ def _regions(area: Area, mask: Mask, view: View, camera: Pinhole) -> list[Seen]:
         own = mask & (number == k)
         box = _box(own)
         shown_m2 = float((metres[own].astype(np.float64) ** 2).sum())
-        is_small = min(box[2] - box[0], box[3] - box[1]) < SMALLEST_SHARE * camera.height
-        found.append(Seen(area.label, area.label, box, None, int(own.sum()), 0.0, _is_cut(box, camera),
-                          shown_m2 < area.least_m2 or is_small))  # fmt: skip
+        is_small = shown_m2 < area.least_m2 or _is_small(box, camera, least_px)
+        found.append(
+            (Seen(area.label, area.label, box, None, int(own.sum()), 0.0, _is_cut(box, camera), is_small), own)
+        )
     return found
+
+
+def _is_small(box: Box, camera: Pinhole, least_px: float | None) -> bool:
+    least = SMALLEST_SHARE * camera.height if least_px is None else least_px
+    return min(box[2] - box[0], box[3] - box[1]) < least
 
 
 def _box(mask: Mask) -> Box:
@@ -119,8 +131,20 @@ def _is_cut(box: Box, camera: Pinhole) -> bool:
     return box[0] <= 0 or box[1] <= 0 or box[2] >= camera.width or box[3] >= camera.height
 
 
-def things_in(scene: MeshScene, view: View, camera: Pinhole, classes: Mapping[str, str]) -> list[Seen]:
-    """Things and solids of which at least a pixel is seen; `classes`: by the objects' label, what they are called."""
+def things_in(
+    scene: MeshScene, view: View, camera: Pinhole, classes: Mapping[str, str], least_px: float | None = None
+) -> list[Seen]:
+    """Things and solids of which at least a pixel is seen; `classes`: by the objects' label, what they are called.
+
+    `least_px`: as `regions_of` has it.
+    """
+    return [seen for _, seen in numbered_things(scene, view, camera, classes, least_px)]
+
+
+def numbered_things(
+    scene: MeshScene, view: View, camera: Pinhole, classes: Mapping[str, str], least_px: float | None = None
+) -> list[tuple[int, Seen]]:
+    """The same, each with its object's number in `View.objects`."""
     counts = np.bincount(view.objects[view.objects >= 0], minlength=len(scene.labels))
     found = []
     for number in np.flatnonzero(counts):
@@ -132,9 +156,8 @@ def things_in(scene: MeshScene, view: View, camera: Pinhole, classes: Mapping[st
         whole, alone = _alone(scene, camera, instances)
         pixels = int(counts[number])
         hidden = max(1.0 - pixels / max(alone, 1), 0.0)
-        is_small = min(box[2] - box[0], box[3] - box[1]) < SMALLEST_SHARE * camera.height
-        cut = _is_cut(box if whole is None else whole, camera)
-        found.append(Seen(label, scene.names[number], box, whole, pixels, hidden, cut, is_small))
+        cut, small = _is_cut(box if whole is None else whole, camera), _is_small(box, camera, least_px)
+        found.append((int(number), Seen(label, scene.names[number], box, whole, pixels, hidden, cut, small)))
     return found
 
 
