@@ -17,12 +17,10 @@ steps. An autopilot that was shut down takes no part in anything. No clock is re
 """
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
-from sitl_emu.core.attitude import Quaternion
 from sitl_emu.core.radio import RadioLink, RadioSettings
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
@@ -30,24 +28,19 @@ from sitl_emu.core.simulator_api import (
     CameraTrigger,
     GimbalState,
     HilActuatorControls,
-    PictureTaken,
     SimulatorChannel,
     SimulatorMessage,
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
+from sitl_emu.run.feed_in_run import Control, FeedInRun, SeenFrom
 from sitl_emu.run.messages import (
     BodyMotion,
     BodyPose,
     FrameTaken,
     LooseAt,
-    Message,
     ObstaclesSeen,
-    Photograph,
-    Photographed,
     Read,
-    Render,
-    Rendered,
     Sent,
     Step,
     Stepped,
@@ -58,13 +51,9 @@ from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import plain
 from sitl_emu.world.obstacles import LoosePose
 
-Kind = TypeVar("Kind", bound=Message)
 TICK_US = 4000
-TICKS_PER_SECOND = 250
 BARRIER_TICKS = 5
 TRUTH_TICKS = 25
-PICTURE_US = 200_000
-"""From a MAVLink camera's shutter to its file: ours, as long as a frame and its JPEG take in wall time, and more."""
 MODE_FLAG_SAFETY_ARMED = 128
 OFF = (0.0,) * 16
 """HIL_ACTUATOR_CONTROLS.controls of an autopilot that drives nothing."""
@@ -98,14 +87,6 @@ class Simulation(Protocol):
         ...
 
 
-class Control(Protocol):
-    """An end of a control channel."""
-
-    def send(self, message: Message) -> None: ...  # noqa: D102
-    def receive(self) -> Message: ...  # noqa: D102
-    def expect(self, kind: type[Kind]) -> Kind: ...  # noqa: D102
-
-
 class PeerSocket(Protocol):
     """The radio's socket for one companion."""
 
@@ -127,33 +108,6 @@ class Recorder(Protocol):
 
     def event(self, vehicle: str, event: Event) -> None: ...  # noqa: D102
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None: ...  # noqa: D102
-
-
-@dataclass
-class FeedInRun:
-    """A vehicle's camera, depth camera or lidar, and its frames on their way to the companion."""
-
-    feed: str
-    """Which of these."""
-    control: Control
-    rate_hz: float
-    latency_us: int
-    on_gimbal: bool = False
-    rendered: int = 0
-    under_way: deque[FrameTaken] = field(default_factory=deque)
-    """Frames asked for and not yet delivered."""
-    finished: int = -1
-    """Index of the last frame that its process has done."""
-    photographs: deque[tuple[int, int]] = field(default_factory=deque)
-    """Pictures of the MAVLink camera asked for: number, and when the autopilot is told that they are there."""
-    photographed: int = 0
-    """Number of the last of these that its process has done."""
-    obstacles: dict[int, ObstaclesSeen] = field(default_factory=dict)
-    """What frames that are not yet delivered show, by their index."""
-
-    def due_tick(self) -> int:
-        """The tick at which the next frame is taken."""
-        return round((self.rendered + 1) * TICKS_PER_SECOND / self.rate_hz)
 
 
 @dataclass
@@ -250,7 +204,8 @@ class Conductor:
         sensed = self._simulation.tick([vehicle.controls for vehicle in vehicles])
         for vehicle, messages in zip(vehicles, sensed, strict=True):
             if not vehicle.off:
-                vehicle.channel.send([*self._pictures(vehicle), *messages])
+                told = [picture for feed in vehicle.feeds for picture in feed.pictures_told(self.now_us)]
+                vehicle.channel.send([*told, *messages])
         self.ticks = ticks = self.ticks + 1
         for impact in self._simulation.impacts():
             self._note(impact)
@@ -259,7 +214,7 @@ class Conductor:
                 self._take_answer(place, vehicle)
             for feed in vehicle.feeds:
                 if ticks >= feed.due_tick():
-                    self._take_frame(feed, vehicle)
+                    feed.take(self.now_us, self._seen_from(vehicle, feed))
         if ticks % TRUTH_TICKS == 0:
             for vehicle in vehicles:
                 self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
@@ -297,7 +252,7 @@ class Conductor:
         for vehicle in self.vehicles:
             self._collect(vehicle)
             for feed in vehicle.feeds:
-                self._wait_for_frame(feed, feed.rendered - 1)
+                feed.finish()
 
     def _take_answer(self, place: int, vehicle: VehicleInRun) -> None:
         """The autopilot's controls, and what it says beside them. Raises ChannelClosed."""
@@ -403,42 +358,20 @@ class Conductor:
             delivered[other.name] = len(arrived)
         return delivered
 
-    def _take_frame(self, feed: FeedInRun, vehicle: VehicleInRun) -> None:
-        index = feed.rendered
-        feed.rendered += 1
-        feed.control.send(Render(index, self.now_us, *self._seen_from(feed, vehicle)))
-        feed.under_way.append(FrameTaken(feed.feed, index, self.now_us))
-
-    def _seen_from(
-        self, feed: FeedInRun, vehicle: VehicleInRun
-    ) -> tuple[BodyPose, Quaternion | None, tuple[LooseAt, ...], tuple[VehicleAt, ...], BodyMotion]:
-        """Where a vehicle is, where its gimbal looks if that carries the feed, loose bodies, others, how it moves."""
+    def _seen_from(self, vehicle: VehicleInRun, feed: FeedInRun) -> SeenFrom:
         pose = vehicle.simulator.pose()
         where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
         head = head_of(vehicle.gimbal, where.q) if feed.on_gimbal else None
         loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
         others = tuple(_seen(other) for other in self.vehicles if other is not vehicle and other.model)
         motion = BodyMotion((pose.vn_m_s, pose.ve_m_s, pose.vd_m_s), pose.rate_rad_s)
-        return where, head, loose, others, motion
+        return SeenFrom(where, head, loose, others, motion)
 
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""
         camera = next((feed for feed in vehicle.feeds if feed.feed == "camera"), None)
-        if camera is None:
-            return
-        camera.control.send(Photograph(number, self.now_us, *self._seen_from(camera, vehicle)))
-        camera.photographs.append((number, self.now_us + PICTURE_US))
-
-    def _pictures(self, vehicle: VehicleInRun) -> list[SimulatorMessage]:
-        """What the autopilot is told now of pictures that are there; waits until they are drawn."""
-        taken = list[SimulatorMessage]()
-        for feed in vehicle.feeds:
-            while feed.photographs and feed.photographs[0][1] <= self.now_us:
-                number, _ = feed.photographs.popleft()
-                while feed.photographed < number:
-                    self._hear(feed)
-                taken.append(PictureTaken(number, True))
-        return taken
+        if camera is not None:
+            camera.photograph(number, self.now_us, self._seen_from(vehicle, camera))
 
     def _arrived(self, vehicle: VehicleInRun, now_us: int) -> tuple[FrameTaken, ...]:
         """The frames that reach the companion at this barrier, and what they show the autopilot's; waits until they
@@ -446,28 +379,11 @@ class Conductor:
         """
         frames = list[FrameTaken]()
         for feed in vehicle.feeds:
-            while feed.under_way and feed.under_way[0].time_us + feed.latency_us <= now_us:
-                frame = feed.under_way.popleft()
-                self._wait_for_frame(feed, frame.index)
+            for frame, obstacles in feed.arrived(now_us):
                 frames.append(frame)
-                obstacles = feed.obstacles.pop(frame.index, None)
                 if obstacles is not None and vehicle.obstacle_link is not None:
                     vehicle.obstacle_link.tell(frame, obstacles)
         return tuple(frames)
-
-    def _wait_for_frame(self, feed: FeedInRun, index: int) -> None:
-        while feed.finished < index:
-            self._hear(feed)
-
-    @staticmethod
-    def _hear(feed: FeedInRun) -> None:
-        message = feed.control.receive()
-        if isinstance(message, Rendered):
-            feed.finished = message.index
-            if message.obstacles is not None:
-                feed.obstacles[message.index] = message.obstacles
-        elif isinstance(message, Photographed):
-            feed.photographed = message.number
 
 
 def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:

@@ -16,10 +16,11 @@ from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import models, worlds
 from sitl_emu.run.carried import Carried
-from sitl_emu.run.conductor import BARRIER_TICKS, Conductor, FeedInRun, VehicleInRun
+from sitl_emu.run.conductor import BARRIER_TICKS, Conductor, VehicleInRun
 from sitl_emu.run.configs import ROOTFS, VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
+from sitl_emu.run.feed_in_run import FeedInRun
 from sitl_emu.run.link_sockets import PortInUseError
 from sitl_emu.run.messages import (
     CommandEnded,

@@ -17,7 +17,8 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
 )
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.conductor import Conductor, Control, FeedInRun, VehicleInRun
+from sitl_emu.run.conductor import Conductor, VehicleInRun
+from sitl_emu.run.feed_in_run import Control, FeedInRun
 from sitl_emu.run.messages import (
     BodyPose,
     FrameTaken,
