@@ -39,7 +39,7 @@ from sitl_emu.missions.companion import calibration, steps
 from sitl_emu.missions.companion.area import contains
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Candidate, Event, Outgoing, Status
 from sitl_emu.missions.companion.confirmation import SURVEYING, Confirmation, Target
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
@@ -129,6 +129,10 @@ class Scout:
     def events(self) -> list[Event]:
         """The events since the last call."""
         return self._onboard.events()
+
+    def candidates(self) -> list[Candidate]:
+        """What is seen and not reported yet."""
+        return self._spotter.candidates() if self._spotter is not None else []
 
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
         """Routes, and hears the UGV's reports."""

@@ -102,6 +102,28 @@ class Companion(Protocol):
         ...
 
 
+class Candidate(NamedTuple):
+    """What may become a target: a place that was seen, and is not confirmed yet."""
+
+    label: str
+    score: float
+    lat_deg: float
+    lon_deg: float
+    sigma_m: float
+    """Standard deviation of the place, horizontally."""
+    sightings: int
+    """In how many frames it was seen."""
+
+
+@runtime_checkable
+class HasCandidates(Protocol):
+    """What a companion has beside that can tell what it may confirm next; for those who look on."""
+
+    def candidates(self) -> "Sequence[Candidate]":
+        """As they are now."""
+        ...
+
+
 @runtime_checkable
 class SeesRanges(Protocol):
     """What a companion has beside that wants depth images and point clouds; any other is not given them."""

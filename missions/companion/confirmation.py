@@ -187,6 +187,11 @@ class Confirmation:
         """All targets reported so far, at their latest estimate."""
         return [track.target(self._stated_m) for track in self._tracks if track.reported]
 
+    @property
+    def candidates(self) -> list[Target]:
+        """What is seen and not reported yet; it may never be."""
+        return [track.target(self._stated_m) for track in self._tracks if not track.reported]
+
     def update(self, frame_time_us: int, pose: CameraPose, detections: Sequence[Detection]) -> list[Target]:
         """One frame: its time, the camera's pose at that time, all its detections. Returns targets now to report."""
         seen: set[int] = set()

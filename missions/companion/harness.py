@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions.companion.camera import Frame
-from sitl_emu.missions.companion.companion import Companion, Event, Outgoing, SeesRanges
+from sitl_emu.missions.companion.companion import Companion, Event, HasCandidates, Outgoing, SeesRanges
+from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Ranges
-from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.inference import Inference, Looked
 from sitl_emu.missions.companion.links import Link
 from sitl_emu.missions.companion.pictures import Album
 
@@ -22,10 +23,20 @@ class Harness:
     """A companion with its links, its detector and its pictures."""
 
     def __init__(
-        self, companion: Companion, links: Mapping[str, Link], inference: Inference, album: Album | None = None
+        self,
+        companion: Companion,
+        links: Mapping[str, Link],
+        inference: Inference,
+        album: Album | None = None,
+        detections: DetectionLog | None = None,
     ) -> None:
-        """`links` by name; messages for a link that is not there go nowhere. `album`: where pictures of events go."""
+        """`links` by name; messages for a link that is not there go nowhere. `album`: where pictures of events go.
+
+        `detections`: where those of all frames go; closed with the rest.
+        """
         self.companion, self.links, self.inference, self._album = companion, links, inference, album
+        self._detections = detections
+        self._has_candidates = companion if isinstance(companion, HasCandidates) else None
         self._sees_ranges = companion if isinstance(companion, SeesRanges) else None
 
     def step(
@@ -50,6 +61,7 @@ class Harness:
             self.send(now_us, companion.on_detections(now_us, looked.frame.time_usec, looked.detections))
             if self._album is not None:
                 self._album.keep(looked)
+            self._write_down(looked)
         self.send(now_us, companion.on_time(now_us))
         return [self._pictured(event) for event in companion.events()]
 
@@ -64,6 +76,14 @@ class Harness:
         self.inference.close()
         for link in self.links.values():
             link.close()
+        if self._detections is not None:
+            self._detections.close()
+
+    def _write_down(self, looked: Looked) -> None:
+        log, source = self._detections, self._has_candidates
+        if log is not None:
+            wanted = source is not None and log.wants_candidates(looked)
+            log.add(looked, source.candidates() if source is not None and wanted else None)
 
     def _pictured(self, event: Event) -> Event:
         picture = self._album.written(event) if self._album is not None else None

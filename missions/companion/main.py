@@ -25,6 +25,7 @@ from sitl_emu.gcs.heartbeat import Heartbeat
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, CameraSource, open_camera
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event
+from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Feed, FeedError, open_feed
 from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
@@ -50,7 +51,7 @@ class Runner:
         camera_latency_us: int,
         feeds: Sequence[Feed] = (),
     ) -> None:
-        """`ports` by the names of their links; `log_dir` takes tlogs, events.jsonl and frames/.
+        """`ports` by the names of their links; `log_dir` takes tlogs, events.jsonl, detections.jsonl and frames/.
 
         `feeds`: of depth images and point clouds, of which the newest are taken at each step.
         """
@@ -62,7 +63,8 @@ class Runner:
         }
         self._clock = BootClock()
         self._frames = LiveFrames(camera, self._clock, camera_latency_us) if camera is not None else None
-        self.harness = Harness(companion, links, Inference(companion.detect), _album(log_dir))
+        detections = DetectionLog(log_dir / "detections.jsonl") if log_dir is not None else None
+        self.harness = Harness(companion, links, Inference(companion.detect), _album(log_dir), detections)
         self._knock = Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER)
         self._events = (log_dir / "events.jsonl").open("w") if log_dir is not None else None
         self._told_us, self._told = 0, ""

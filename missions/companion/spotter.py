@@ -6,6 +6,7 @@ from typing import NamedTuple
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.telemetry import Pose, Telemetry
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, camera_pose, gsd_m
+from sitl_emu.missions.companion.companion import Candidate
 from sitl_emu.missions.companion.confirmation import Confirmation, Target
 from sitl_emu.missions.companion.detector import Detection
 
@@ -64,6 +65,13 @@ class Spotter:
     def place(self, target: Target) -> tuple[float, float]:
         """Latitude and longitude of a target in degrees."""
         return from_metres(target.north_m, target.east_m, self.origin.lat_deg, self.origin.lon_deg)
+
+    def candidates(self) -> list[Candidate]:
+        """What is seen and not reported yet."""
+        return [
+            Candidate(one.label, one.score, *self.place(one), one.covariance_m2.horizontal_sigma_m, one.sightings)
+            for one in self.confirmation.candidates
+        ]
 
     def _camera_pose(self, frame_time_us: int) -> CameraPose | None:
         """Of a frame; None where it is not known, of a camera on a gimbal also where that was not heard."""

@@ -13,7 +13,7 @@ import cv2
 from sitl_emu import vehicles
 from sitl_emu.components.card import FOLDER, file_name
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
-from sitl_emu.run import cameras, worlds
+from sitl_emu.run import cameras, kept_frames, worlds
 from sitl_emu.run.configs import CameraConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, VehicleAt
@@ -40,6 +40,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         width, height = camera.intrinsics[:2]
         what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
         ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
+        kept = kept_frames.KeptFrames(config, "camera", described.rate_hz, kept_frames.image_file)
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
     try:
@@ -57,6 +58,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
             elif ring is not None:
                 ring.write(asked.time_us, image)
                 control.send(Rendered(asked.index))
+                kept.offer(asked.index, asked.time_us, image)
     finally:
         if ring is not None:
             ring.close()

@@ -16,6 +16,7 @@ from sitl_emu.core import ports
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, Frame, SharedFrames
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
+from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Feed, FeedError, Ranges
 from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
@@ -116,7 +117,8 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
     except (CameraError, FeedError) as error:
         raise StartError(str(error)) from None
     inference = Inference(companion.detect, config.inference_latency_us, most_waiting=None)
-    harness = Harness(companion, links, inference, Album(folder / "frames", config.name))
+    detections = DetectionLog(folder / f"{config.name}-detections.jsonl") if CAMERA in config.rings else None
+    harness = Harness(companion, links, inference, Album(folder / "frames", config.name), detections)
     try:
         settle()
         control.send(Ready(peer.address[1] if isinstance(peer, UdpPort) else None))

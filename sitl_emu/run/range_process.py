@@ -9,6 +9,7 @@ from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWrit
 from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import DepthDescription, LidarDescription, RangeConfig
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.kept_frames import KeptFrames, depth_file, points_file
 from sitl_emu.run.messages import ObstaclesSeen, Ready, Render, Rendered
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.world.description import WorldError
@@ -38,6 +39,13 @@ def _scanning_lidar(world: Rays, lidar: LidarDescription, noise: Noise) -> tuple
     return sensor, Format(Kind.POINTS, Encoding.XYZ32, lidar.columns * lidar.rows)
 
 
+def _kept(config: RangeConfig) -> KeptFrames:
+    if config.depth is not None:
+        return KeptFrames(config, "depth", config.depth.camera.rate_hz, depth_file)
+    assert config.lidar is not None, "one of the two is described"
+    return KeptFrames(config, "lidar", config.lidar.rate_hz, points_file)
+
+
 def run(config: RangeConfig, control: ControlChannel) -> None:
     """Measure what is asked for until the run ends."""
     os.nice(YIELDING)
@@ -45,6 +53,7 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
         world = worlds.kept(config.world)
         sensor, what = made(world, config)
         ring = RingWriter(config.ring.name, what, config.ring.slots)
+        kept = _kept(config)
     except (worlds.WorldError, WorldError, RingError) as error:
         raise StartError(str(error)) from None
     try:
@@ -56,6 +65,7 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
             ring.write(asked.time_us, measured)
             seen = sensor.obstacles(measured, asked.pose, asked.head) if config.tells_obstacles else None
             control.send(Rendered(asked.index, ObstaclesSeen._make(seen) if seen is not None else None))
+            kept.offer(asked.index, asked.time_us, measured)
     finally:
         ring.close()
 

@@ -20,7 +20,8 @@ class RunRecorder:
         self._events = (folder / "events.jsonl").open("w")
         self._truth: dict[str, TextIO] = {}
         for name in vehicles:
-            self._truth[name] = (folder / f"truth-{name}.csv").open("w")
+            # a line at a time: those who look on see it at once
+            self._truth[name] = (folder / f"truth-{name}.csv").open("w", buffering=1)
             self._truth[name].write(TRUTH_HEADER)
 
     def event(self, vehicle: str, event: Event) -> None:

@@ -1,5 +1,6 @@
 """The one harness of a companion: which frames its detector sees, what becomes of its messages, events and pictures."""
 
+import json
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import Frame
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Event, Outgoing, Status
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Candidate, Event, Outgoing, Status
+from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.harness import Harness
 from sitl_emu.missions.companion.inference import Inference
@@ -168,3 +170,25 @@ def test_a_datagram_that_was_announced_and_does_not_come_is_told() -> None:
         link.receive_exactly(0, 3)
     one.close()
     link.close()
+
+
+class Doubtful(Reporter):
+    """One that has candidates."""
+
+    def candidates(self) -> list[Candidate]:
+        return [Candidate("fire", 0.5, 47.0, 8.0, 2.0, 3)]
+
+
+def test_what_is_detected_in_each_frame_is_a_line_and_candidates_once_a_second(tmp_path: Path) -> None:
+    companion = Doubtful()
+    inference = Inference(companion.detect, most_waiting=None)
+    harness = Harness(companion, {}, inference, detections=DetectionLog(tmp_path / "detections.jsonl"))
+    harness.step(US, [], [frame(index) for index in range(3)])
+    harness.close()
+    lines = [json.loads(line) for line in (tmp_path / "detections.jsonl").read_text().splitlines()]
+    found = ["fire", 0.9, 20.0, 20.0, 10.0, 10.0]
+    assert lines == [
+        {"time_s": 0.0, "found": [], "candidates": [["fire", 0.5, 47.0, 8.0, 2.0, 3]]},
+        {"time_s": 0.1, "found": [found]},
+        {"time_s": 0.2, "found": [found, found]},
+    ]
