@@ -7,6 +7,16 @@ import struct
 from pathlib import Path
 from types import TracebackType
 
+from sitl_emu.core.framing import (
+    CRC_BYTES,
+    HEADER_V1_BYTES,
+    HEADER_V2_BYTES,
+    SIGNATURE_BYTES,
+    STX_V1,
+    STX_V2,
+    is_signed,
+)
+
 _TIME = struct.Struct(">Q")
 
 
@@ -40,3 +50,37 @@ class TlogWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class TlogReader:
+    """Cuts the bytes of a .tlog, as they come, into its records."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> list[tuple[int, bytes]]:
+        """The records that these bytes complete: microseconds since 1970, and the frame, CRC unchecked.
+
+        What follows something that is no record is left out.
+        """
+        data, at = self._rest + data, 0
+        records = list[tuple[int, bytes]]()
+        while (end := _end_of(data, at)) is not None:
+            start = at + _TIME.size
+            records.append((_TIME.unpack_from(data, at)[0], data[start:end]))
+            at = end
+        self._rest = data[at:]
+        return records
+
+
+def _end_of(data: bytes, at: int) -> int | None:
+    """Where a record ends; None where it is not there as a whole."""
+    start = at + _TIME.size
+    if start + 3 > len(data) or data[start] not in (STX_V1, STX_V2):
+        return None
+    if data[start] == STX_V1:
+        size = HEADER_V1_BYTES + CRC_BYTES
+    else:
+        size = HEADER_V2_BYTES + CRC_BYTES + (SIGNATURE_BYTES if is_signed(data[start : start + 3]) else 0)
+    end = start + size + data[start + 1]
+    return end if end <= len(data) else None

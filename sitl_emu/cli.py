@@ -1,4 +1,4 @@
-"""The command line: `sitl-emu run`, `launch`, `world`, `detect` and `conformance`.
+"""The command line: `sitl-emu run`, `view`, `launch`, `world`, `detect` and `conformance`.
 
 Whatever a command needs is imported when it is called.
 """
@@ -79,6 +79,14 @@ def run(
             help="Instance (and so ports) of the first vehicle: 2 or 4 for a second run beside this one.",
         ),
     ] = 0,
+    page: Annotated[
+        bool,
+        typer.Option(
+            "--view",
+            help="Show it in the browser while it goes on: map, vehicles, camera pictures, events. On a terminal the "
+            "page stays until Ctrl-C; `sitl-emu view` shows the run again.",
+        ),
+    ] = False,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
 
@@ -92,10 +100,29 @@ def run(
             for line in scenario_lines():
                 say(line)
             return
-        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance)
+        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page)
     except Trouble as error:
         refuse(str(error))
     raise typer.Exit(status)
+
+
+@app.command(short_help="Show a run in the browser, also while it goes on.")
+def view(
+    folder: Annotated[Path, typer.Argument(metavar="RUN_FOLDER", help="The folder of a run, runs/… by default.")],
+    port: Annotated[int, typer.Option(min=0, max=65535, metavar="P", help="TCP port of the page; 0: a free one.")] = 0,
+) -> None:
+    """Replay a run in the browser, or follow one that goes on: map, vehicles, camera pictures, events on a time line.
+
+    Prints the page's address, opens the browser where there is a desktop, and serves until Ctrl-C, to this machine
+    alone.
+    """
+    from sitl_emu.run.trouble import Trouble
+    from sitl_emu.run.view import opening
+
+    try:
+        opening.show(folder, port, say)
+    except Trouble as error:
+        refuse(str(error))
 
 
 @app.command(short_help="Launch vehicles for a ground station, MAVSDK or a swarm.")

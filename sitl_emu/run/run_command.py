@@ -1,5 +1,6 @@
 """`sitl-emu run`: a scenario by its name or file, run, scored and reported."""
 
+import contextlib
 import json
 import os
 import time
@@ -12,10 +13,11 @@ from rich.console import Console
 
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Mission
-from sitl_emu.run import checks, flight_logs, launcher, preflight, score, wiring, worlds
+from sitl_emu.run import checks, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.run.view import opening
 from sitl_emu.world.world import World
 
 
@@ -26,8 +28,12 @@ def run_scenario(
     out: Path | None,
     gcs: tuple[str, int] | None,
     first_instance: int,
+    page: bool = False,
 ) -> int:
-    """Run a scenario; the exit status. Raises Trouble for what the user can put right."""
+    """Run a scenario; the exit status. `page`: with a page for the browser, which goes on after the run until Ctrl-C.
+
+    Raises Trouble for what the user can put right.
+    """
     path = find(name_or_file)
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
@@ -49,6 +55,13 @@ def run_scenario(
     for line in worlds.not_read(world):
         console.print(line, markup=False, highlight=False)
     wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance)
+    with opening.page_of(folder, console) if page else contextlib.nullcontext():
+        return _run(wanted, world, console)
+
+
+def _run(wanted: wiring.Wanted, world: World, console: Console) -> int:
+    """From the first process to the report; the exit status."""
+    scenario, seed, folder = wanted.scenario, wanted.seed, wanted.folder
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:
         ending = launcher.run(wanted, view)
@@ -104,7 +117,10 @@ def _report(
 ) -> None:
     from sitl_emu.run import report
 
-    report.write(folder, summary, truth, score.pages(missions, summary), world.photo())
+    photo = world.photo()
+    if photo is not None:
+        ground_picture.write(photo, folder)
+    report.write(folder, summary, truth, score.pages(missions, summary), photo)
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

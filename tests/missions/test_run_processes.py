@@ -1,8 +1,10 @@
 """`sitl-emu run` from outside: equal seeds, equal logs; whoever dies is named; nothing is left behind."""
 
 import filecmp
+import http.client
 import json
 import os
+import re
 import signal
 import socket
 import time
@@ -59,17 +61,37 @@ def shared_field(pid: int) -> str:
     return maps[0][4] if maps else ""
 
 
-def test_the_same_seed_at_two_speeds_gives_identical_logs_and_summaries(tmp_path: Path) -> None:
+def look_on(run: Run) -> tuple[list[dict[str, Any]], int]:
+    """What the page of a run is told until the run is over, and the page's port."""
+    run.wait_until(lambda: "page: " in run.text)
+    port = int(run.text.split("page: http://127.0.0.1:")[1].split("/")[0])
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=100)
+    connection.request("GET", "/stream")
+    told = [json.loads(line) for line in re.findall(rb"^data: (.+)$", connection.getresponse().read(), re.MULTILINE)]
+    connection.close()
+    return told, port
+
+
+def test_the_same_seed_at_two_speeds_and_looked_at_gives_identical_logs_and_summaries(tmp_path: Path) -> None:
     scenario = short_scenario(tmp_path, 6.0)
-    for name, speed in (("fast", "max"), ("slow", "1.5")):
-        with Run(scenario, tmp_path / name, "--speed", speed, "--seed", "5") as run:
-            assert run.wait(100) == 1, run.text
+    with Run(scenario, tmp_path / "fast", "--speed", "max", "--seed", "5") as run:
+        assert run.wait(100) == 1, run.text
+    with Run(scenario, tmp_path / "slow", "--speed", "1.5", "--seed", "5", "--view") as run:
+        told, port = look_on(run)
+        assert run.wait(100) == 1, run.text
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", port))
+    assert sum("track" in rows for rows in told) > 3, "as it goes on"
+    assert [rows["over"]["outcome"] for rows in told if "over" in rows] == ["time limit reached"]
     fast, slow = tmp_path / "fast", tmp_path / "slow"
     logs = sorted(path.name for path in fast.glob("*.tlog"))
     assert {"uas-gcs.tlog", "uas-onboard.tlog", "uas-peer.tlog", "ugv-peer.tlog"} <= set(logs)
     assert all((fast / name).stat().st_size > 1000 for name in logs)
     assert {dataset.name for dataset in ULog(str(fast / "uas.ulg")).data_list} > {"vehicle_attitude", "actuator_motors"}
-    logs += ["uas.ulg", "ugv.ulg"]
+    logs += ["uas.ulg", "ugv.ulg", "uas-detections.jsonl", "truth-uas.csv"]
+    frames = [str(path.relative_to(fast)) for path in fast.glob("feeds/*/*.jpg")]
+    assert len(frames) == 2 * 6, "one a second of each camera"
+    logs += frames
     different = [name for name in [*logs, "events.jsonl"] if not filecmp.cmp(fast / name, slow / name, shallow=False)]
     assert not different
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (fast, slow))

@@ -36,6 +36,10 @@ SOCKET_FILES = {
     "sitl_emu/run/photographer.py",
     "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",
+    "sitl_emu/run/view/listening.py",
+    "sitl_emu/run/view/opening.py",
+    "sitl_emu/run/view/page_process.py",
+    "sitl_emu/run/view/server.py",
     "missions/companion/links.py",
 }
 PX4_PORTS = re.compile(r"\b(14550|18570|14580|14540|14549|14280|14030|13030|13280|4560)\b")
