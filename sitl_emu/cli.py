@@ -1,4 +1,4 @@
-"""The command line: `sitl-emu run`, `view`, `launch`, `world`, `detect` and `conformance`.
+"""The command line: `sitl-emu run`, `view`, `rerun`, `launch`, `world`, `detect` and `conformance`.
 
 Whatever a command needs is imported when it is called.
 """
@@ -121,6 +121,26 @@ def view(
 
     try:
         opening.show(folder, port, say)
+    except Trouble as error:
+        refuse(str(error))
+
+
+@app.command(short_help="Write a run as a recording for the Rerun viewer.")
+def rerun(
+    folder: Annotated[Path, typer.Argument(metavar="RUN_FOLDER", help="The folder of a run, runs/… by default.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.rrd", help="The file to write. [default: RUN_FOLDER/run.rrd]")
+    ] = None,
+) -> None:
+    """Write poses, tracks, frames, depth, point clouds, plots and events on simulated time: `rerun FILE.rrd` shows it.
+
+    Needs the Rerun SDK: pip install rerun-sdk.
+    """
+    from sitl_emu.run.trouble import Trouble
+    from sitl_emu.run.view import rerun_recording
+
+    try:
+        say(f"wrote {rerun_recording.record(folder, out)}")
     except Trouble as error:
         refuse(str(error))
 
