@@ -14,14 +14,15 @@ from sitl_emu.gcs.message_request import MessageRequest
 
 CAMERA = 100
 """MAV_COMP_ID_CAMERA, the first of six."""
-INFORMATION, SETTINGS, STORAGE, CAPTURE_STATUS, IMAGE_CAPTURED, STREAM_INFORMATION = 259, 260, 261, 262, 263, 269
+INFORMATION, SETTINGS, STORAGE, CAPTURE_STATUS, IMAGE_CAPTURED = 259, 260, 261, 262, 263
+STREAM_INFORMATION, STREAM_STATUS = 269, 270
 HAS_MODES, HAS_VIDEO_STREAM = 4, 256
 """CAMERA_CAP_FLAGS."""
 IMAGE_MODE, VIDEO_MODE = 0, 1
 ZOOM_RANGE = 2
 FOCUS_RANGE = 2
 IMAGE_START_CAPTURE, IMAGE_STOP_CAPTURE = 2000, 2001
-VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE = 2500, 2501
+VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE, VIDEO_START_STREAMING, VIDEO_STOP_STREAMING = 2500, 2501, 2502, 2503
 STORAGE_FORMAT, RESET_CAMERA_SETTINGS, SET_CAMERA_MODE, SET_CAMERA_ZOOM, SET_CAMERA_FOCUS = 526, 529, 530, 531, 532
 FORGET_AFTER = 1000
 """Announcements further back than this are not asked for."""
@@ -42,6 +43,8 @@ class Camera:
         """CAMERA_CAPTURE_STATUS."""
         self.streams: dict[int, Any] = {}
         """VIDEO_STREAM_INFORMATION by stream_id."""
+        self.stream_status: dict[int, Any] = {}
+        """VIDEO_STREAM_STATUS by stream_id, of streams that were started or stopped since."""
         self.images: dict[int, Any] = {}
         """CAMERA_IMAGE_CAPTURED by image_index, of the images taken since we listen."""
         self.refusal = ""
@@ -79,6 +82,8 @@ class Camera:
             self._on_capture_status(msg)
         elif kind == STREAM_INFORMATION:
             self.streams[msg.stream_id] = msg
+        elif kind == STREAM_STATUS:
+            self.stream_status[msg.stream_id] = msg
         elif kind == IMAGE_CAPTURED:
             self._on_image(msg)
         if self._request is not None:
@@ -128,6 +133,14 @@ class Camera:
     def stop_video(self) -> Command:
         """The end of a recording."""
         return self._command(VIDEO_STOP_CAPTURE)
+
+    def start_streaming(self, stream: int = 1) -> Command:
+        """Send the video of a stream; 0: of all."""
+        return self._command(VIDEO_START_STREAMING, stream)
+
+    def stop_streaming(self, stream: int = 1) -> Command:
+        """Send it no more."""
+        return self._command(VIDEO_STOP_STREAMING, stream)
 
     def set_mode(self, mode: int) -> Command:
         """IMAGE_MODE or VIDEO_MODE."""

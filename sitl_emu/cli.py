@@ -49,6 +49,9 @@ Gcs = Annotated[
 ]
 
 
+VIDEO = "H.264 video, UDP 5600 + instance (QGroundControl finds it by itself). Needs PyAV."
+
+
 @app.command(short_help="Run a mission, with a report at the end.")
 def run(
     scenario: Annotated[
@@ -87,6 +90,9 @@ def run(
             "page stays until Ctrl-C; `sitl-emu view` shows the run again.",
         ),
     ] = False,
+    video: Annotated[
+        bool, typer.Option("--video", "--camera", help="Send what cameras see to the ground station: " + VIDEO)
+    ] = False,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
 
@@ -100,7 +106,7 @@ def run(
             for line in scenario_lines():
                 say(line)
             return
-        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page)
+        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page=page, video=video)
     except Trouble as error:
         refuse(str(error))
     raise typer.Exit(status)
@@ -207,6 +213,14 @@ def launch(
         Path | None,
         typer.Option(metavar="DIR", help="Keep a telemetry log of each link there, MODEL-INSTANCE-LINK.tlog."),
     ] = None,
+    camera: Annotated[
+        bool,
+        typer.Option(
+            "--camera",
+            "--video",
+            help="Send what the vehicles' cameras see in the --world to the ground station: " + VIDEO,
+        ),
+    ] = False,
 ) -> None:
     """Launch emulated PX4 vehicles, with their simulator in the same process; they stay until Ctrl-C.
 
@@ -239,6 +253,7 @@ def launch(
             world=world,
             seed=seed,
             tlog=tlog,
+            video=camera,
         )
         status = launching.launch(numbered, options, say)
     except (vehicles.VehicleError, Trouble) as error:

@@ -3,9 +3,9 @@
 https://mavlink.io/en/services/camera.html. An image is its CAMERA_IMAGE_CAPTURED record, with the position and attitude
 that the autopilot, asked at that moment, gave (GLOBAL_POSITION_INT, ATTITUDE_QUATERNION). Nothing is rendered here:
 where somebody does that (`card`), he is asked for a picture when the shutter opens (`triggers`), and the record, which
-then names a file, is told when that is there. No video stream is served, which VIDEO_STREAM_INFORMATION says. Settings,
-modes, storage and the counting of images behave as on a real camera; a command that is repeated with the same sequence
-number takes no second image.
+then names a file, is told when that is there. So with video: the camera announces, starts and stops what somebody else
+sends. Settings, modes, storage and the counting of images behave as on a real camera; a command that is repeated with
+the same sequence number takes no second image.
 """
 
 import math
@@ -18,12 +18,12 @@ from sitl_emu.components.camera_messages import (
     camera_fov_status,
     camera_information,
     camera_settings,
+    fov_deg,
     storage_information,
-    video_stream_information,
-    video_stream_status,
 )
 from sitl_emu.components.component import COMMANDS, Command, Component
 from sitl_emu.components.geotag import ATTITUDE, GIMBAL_ATTITUDE, POSITION, SYSTEM_TIME, CameraPose, Geotag
+from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
 
@@ -71,13 +71,18 @@ class Camera:
     WANTED = COMMANDS | {POSITION, ATTITUDE, SYSTEM_TIME}
 
     def __init__(
-        self, data: CameraData, system_id: int, gimbal_device_id: int = 0, card: PictureFiles | None = None
+        self,
+        data: CameraData,
+        system_id: int,
+        gimbal_device_id: int = 0,
+        card: PictureFiles | None = None,
+        video: VideoStream | None = None,
     ) -> None:
         """`system_id` is the vehicle's; `gimbal_device_id` is the gimbal that carries it, 0 for none.
 
-        `card`: where pictures are kept; None: there are none.
+        `card`: where pictures are kept; None: there are none. `video`: its stream; None: it has none.
         """
-        self._data, self._card = data, card
+        self._data, self._card, self.video = data, card, video
         self.triggers: list[int] = []
         """Numbers of pictures that are to be drawn as the camera sees now; emptied by who draws them."""
         self._exposed = 0
@@ -141,8 +146,8 @@ class Camera:
             mavlink.MAV_CMD_IMAGE_STOP_CAPTURE: self._image_stop_capture,
             mavlink.MAV_CMD_VIDEO_START_CAPTURE: self._video_start_capture,
             mavlink.MAV_CMD_VIDEO_STOP_CAPTURE: self._video_stop_capture,
-            mavlink.MAV_CMD_VIDEO_START_STREAMING: self._no_streaming,
-            mavlink.MAV_CMD_VIDEO_STOP_STREAMING: self._no_streaming,
+            mavlink.MAV_CMD_VIDEO_START_STREAMING: self._set_streaming,
+            mavlink.MAV_CMD_VIDEO_STOP_STREAMING: self._set_streaming,
         }
 
     # --- the wire -------------------------------------------------------------------------------------------
@@ -361,8 +366,14 @@ class Camera:
         since_us = self._recording_since_us
         return 0.0 if since_us is None else (now_us - since_us) * 1e-6 * self._data.video_mib_s
 
-    def _no_streaming(self, now_us: int, command: Command) -> int:
-        return DENIED
+    def _set_streaming(self, now_us: int, command: Command) -> int:
+        if self.video is None:
+            return UNSUPPORTED
+        starts = command.number == mavlink.MAV_CMD_VIDEO_START_STREAMING
+        result = self.video.set_running(command.whole(1), starts)
+        if result == ACCEPTED:
+            self._send(self._stream_status(0))
+        return result
 
     # --- settings and storage -------------------------------------------------------------------------------
 
@@ -478,7 +489,7 @@ class Camera:
     # --- messages ---------------------------------------------------------------------------------------------
 
     def _information(self, now_us: int) -> Any:
-        return camera_information(now_us, self._data, self._gimbal)
+        return camera_information(now_us, self._data, self._gimbal, streams=self.video is not None)
 
     def _camera_settings(self, now_us: int) -> Any:
         if self._zoom_rate:
@@ -503,10 +514,15 @@ class Camera:
         )
 
     def _stream_information(self, stream: int) -> Any:
-        return video_stream_information(self._data, self._settings, stream)
+        return None if self.video is None else self.video.information(self._data, self._picture_hfov_deg, stream)
 
     def _stream_status(self, stream: int) -> Any:
-        return video_stream_status(self._data, self._settings, stream)
+        return None if self.video is None else self.video.status(self._data, self._picture_hfov_deg, stream)
+
+    @property
+    def _picture_hfov_deg(self) -> float:
+        """Of what is drawn: zoom changes no picture."""
+        return fov_deg(self._data, Settings())[0]
 
     def _fov_status(self, now_us: int) -> Any:
         return camera_fov_status(now_us, self._data, self._settings, self._pose.geotag())

@@ -15,12 +15,8 @@ CAPABILITIES = (
     | mavlink.CAMERA_CAP_FLAGS_HAS_MODES
     | mavlink.CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE
     | mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS
-    | mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
 )
 FIRMWARE_VERSION = 1
-STREAMS = (0, 1)
-"""Which may be asked for: all, and the only one."""
-BITRATE_PER_MIB_S = 8 * (1 << 20)
 UNKNOWN = 0x7FFFFFFF
 
 
@@ -33,9 +29,10 @@ class Settings:
     focus_percent: float = 0.0
 
 
-def camera_information(now_us: int, data: CameraData, gimbal_device_id: int) -> Any:
-    """CAMERA_INFORMATION."""
+def camera_information(now_us: int, data: CameraData, gimbal_device_id: int, *, streams: bool) -> Any:
+    """CAMERA_INFORMATION; `streams`: whether it has a video stream."""
     zooms = mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM if data.zoom_max > 1.0 else 0
+    stream = mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM if streams else 0
     return mavlink.MAVLink_camera_information_message(
         now_us // 1000,
         _padded(data.vendor, 32),
@@ -47,7 +44,7 @@ def camera_information(now_us: int, data: CameraData, gimbal_device_id: int) -> 
         data.resolution_h_px,
         data.resolution_v_px,
         0,
-        CAPABILITIES | zooms,
+        CAPABILITIES | zooms | stream,
         0,
         b"",
         gimbal_device_id,
@@ -79,50 +76,14 @@ def storage_information(now_us: int, data: CameraData, used_mib: float) -> Any:
     )
 
 
-def video_stream_information(data: CameraData, settings: Settings, stream: int) -> Any:
-    """VIDEO_STREAM_INFORMATION; None for a stream that there is not."""
-    if stream not in STREAMS:
-        return None
-    return mavlink.MAVLink_video_stream_information_message(
-        1,
-        1,
-        mavlink.VIDEO_STREAM_TYPE_RTSP,
-        0,
-        data.frame_rate_hz,
-        data.resolution_h_px,
-        data.resolution_v_px,
-        _bitrate(data),
-        0,
-        round(_fov_deg(data, settings)[0]),
-        text("not served", 32),
-        b"",
-    )
-
-
-def video_stream_status(data: CameraData, settings: Settings, stream: int) -> Any:
-    """VIDEO_STREAM_STATUS; None for a stream that there is not."""
-    if stream not in STREAMS:
-        return None
-    return mavlink.MAVLink_video_stream_status_message(
-        1,
-        0,
-        data.frame_rate_hz,
-        data.resolution_h_px,
-        data.resolution_v_px,
-        _bitrate(data),
-        0,
-        round(_fov_deg(data, settings)[0]),
-    )
-
-
 def camera_fov_status(now_us: int, data: CameraData, settings: Settings, tag: Geotag) -> Any:
     """CAMERA_FOV_STATUS: where the camera is and looks; what lies in the middle of its image is not known here."""
     return mavlink.MAVLink_camera_fov_status_message(
-        now_us // 1000, tag.lat, tag.lon, tag.alt, UNKNOWN, UNKNOWN, UNKNOWN, tag.q, *_fov_deg(data, settings)
+        now_us // 1000, tag.lat, tag.lon, tag.alt, UNKNOWN, UNKNOWN, UNKNOWN, tag.q, *fov_deg(data, settings)
     )
 
 
-def _fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
+def fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
     """Horizontal and vertical field of view at the zoom that is set."""
     zoom = 1.0 + (data.zoom_max - 1.0) * settings.zoom_percent / 100.0
     focal_length_mm = data.focal_length_mm * zoom
@@ -131,10 +92,6 @@ def _fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
         for size_mm in (data.sensor_width_mm, data.sensor_height_mm)
     )
     return horizontal, vertical
-
-
-def _bitrate(data: CameraData) -> int:
-    return round(data.video_mib_s * BITRATE_PER_MIB_S)
 
 
 def _padded(value: str, size: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""UDP and TCP ports of PX4 SITL v1.18, for instance i (ROMFS/px4fmu_common/init.d-posix/px4-rc.mavlink)."""
+"""UDP and TCP ports of PX4 SITL v1.18 for instance i (ROMFS/px4fmu_common/init.d-posix/px4-rc.mavlink), and video's."""
 
 from typing import NamedTuple
 
@@ -31,6 +31,11 @@ def payload(instance: int) -> LinkPorts:
 def gimbal(instance: int) -> LinkPorts:
     """Gimbal: 13030+i → 13280+i."""
     return LinkPorts(13030 + instance, 13280 + instance)
+
+
+def video(instance: int) -> int:
+    """UDP port on which a ground station hears a vehicle's video: 5600+i, as QGroundControl's default has it."""
+    return 5600 + instance
 
 
 def simulator(instance: int) -> int:

@@ -6,7 +6,8 @@ memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very 
 What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and RANGING_BEACON to the
 autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them), and CAMERA_IMAGE_CAPTURED; to
 the simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off,
-GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, and CAMERA_TRIGGER, of a camera that takes a picture.
+GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, CAMERA_TRIGGER, of a camera that takes a picture, and
+VIDEO_STREAM_STATUS, of one whose video was started or stopped.
 The latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them.
 """
 
@@ -179,6 +180,12 @@ class CameraTrigger(NamedTuple):
     number: int
 
 
+class VideoState(NamedTuple):
+    """What VIDEO_STREAM_STATUS (270) carries of a camera's video: whether it is to be sent (`flags`)."""
+
+    running: bool
+
+
 class PictureTaken(NamedTuple):
     """What CAMERA_IMAGE_CAPTURED (263) carries of a picture that was asked for by CAMERA_TRIGGER: its file is there."""
 
@@ -203,7 +210,7 @@ SIMULATOR_PARAMETERS = (
 STATE_BOOT, STATE_POWEROFF = 1, 7
 """MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
 
-BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraTrigger
+BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraTrigger | VideoState
 """What an autopilot says beside its answers."""
 SimulatorMessage = (
     HilSensor

@@ -4,7 +4,7 @@ As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot 
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
 HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS, beacons as
 RANGING_BEACON, pictures as CAMERA_IMAGE_CAPTURED, all of which a real PX4 ignores; an autopilot of ours says
-PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS and CAMERA_TRIGGER before an answer
+PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS, CAMERA_TRIGGER and VIDEO_STREAM_STATUS before an answer
 (`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records arrive with
 the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this runs 250 times
 a simulated second. No signing, no MAVLink 1.
@@ -44,6 +44,7 @@ from sitl_emu.core.simulator_api import (
     SimulatedBattery,
     SimulatorMessage,
     SimulatorParameter,
+    VideoState,
     pack_controls,
     pack_distance,
     pack_gimbal,
@@ -62,6 +63,8 @@ PARAM_VALUE_LAYOUT = Layout("fHH16sB")
 HEARTBEAT_LAYOUT = Layout("I5B")
 CAMERA_TRIGGER_LAYOUT = Layout("QI")
 CAMERA_IMAGE_CAPTURED_LAYOUT = Layout("QI4i4fiBb205s")
+VIDEO_STREAM_STATUS_LAYOUT = Layout("fI5HBB")
+FIRST_STREAM, STREAM_RUNNING = 1, 1
 
 MAGIC = 0xFD
 HEADER_BYTES = 10
@@ -157,6 +160,15 @@ def _unpack_picture(payload: bytes) -> PictureTaken:
     return PictureTaken(fields[10], fields[12] == 1)
 
 
+def _pack_video(message: VideoState) -> bytes:
+    flags = STREAM_RUNNING if message.running else 0
+    return VIDEO_STREAM_STATUS_LAYOUT.pack(0.0, 0, flags, 0, 0, 0, 0, FIRST_STREAM, 0)
+
+
+def _unpack_video(payload: bytes) -> VideoState:
+    return VideoState(bool(VIDEO_STREAM_STATUS_LAYOUT.unpack(payload)[2] & STREAM_RUNNING))
+
+
 def _pack_state(message: AutopilotState) -> bytes:
     return HEARTBEAT_LAYOUT.pack(0, MAV_TYPE_GENERIC, MAV_AUTOPILOT_PX4, 0, message.system_status, MAVLINK_VERSION)
 
@@ -196,9 +208,10 @@ CODECS: dict[type, _Codec] = {
     ),
     CameraTrigger: _Codec(112, b"\xae", CAMERA_TRIGGER_LAYOUT.size, _pack_trigger, _unpack_trigger),
     PictureTaken: _Codec(263, b"\x85", CAMERA_IMAGE_CAPTURED_LAYOUT.size, _pack_picture, _unpack_picture),
+    VideoState: _Codec(270, b"\x3b", VIDEO_STREAM_STATUS_LAYOUT.size, _pack_video, _unpack_video),
     GimbalState: _Codec(285, b"\x89", GIMBAL_LAYOUT.size, pack_gimbal, unpack_gimbal),
 }
-FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState, CameraTrigger)
+FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState, CameraTrigger, VideoState)
 FROM_SIMULATOR = tuple(record for record in CODECS if record not in FROM_AUTOPILOT)
 Record = SimulatorMessage | HilActuatorControls | BesideMessage
 

@@ -15,17 +15,21 @@ from sitl_emu.autopilot.parameters import Value
 from sitl_emu.components.camera import Camera
 from sitl_emu.components.card import Card
 from sitl_emu.components.gimbal import Gimbal
+from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     AutopilotChannel,
     AutopilotState,
+    BesideMessage,
     CameraTrigger,
     GimbalState,
     HilSensor,
     PictureTaken,
     SimulatorMessage,
+    VideoState,
     later,
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
@@ -74,6 +78,8 @@ class Hosted:
     """Whether the simulator is told where the gimbal looks: somebody draws what a camera on it sees."""
     pictures: bool = False
     """Whether the simulator draws what the camera takes pictures of, into `root`."""
+    video: bool = False
+    """Whether the simulator sends what the camera sees as video to the ground station."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
 
@@ -126,7 +132,7 @@ class AutopilotHost:
             still = controls._replace(controls=(0.0,) * len(controls.controls), mode=0)
             channel.send(still, [AutopilotState(STATE_POWEROFF)])
         else:
-            channel.send(controls, [*self._simulated_parameters.changed(), *self._gimbal_turned(), *self._triggers()])
+            channel.send(controls, self._beside())
         self.flush()
         if wanted == REBOOT:
             self._reboot()
@@ -179,11 +185,13 @@ class AutopilotHost:
             self.autopilot.parameters.set(name, value)
         boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
-        self._devices = components.plug_in(hosted, self.autopilot, self._card)
+        video = VideoStream(ports.video(hosted.instance)) if hosted.video else None
+        self._devices = components.plug_in(hosted, self.autopilot, self._card, video)
         self._gimbal = next((each for each in self._devices if isinstance(each, Gimbal)), None)
         self._camera = next((each for each in self._devices if isinstance(each, Camera)), None)
         self._looked: GimbalState | None = None
         """Where the simulator was told last that the gimbal looks."""
+        self._video, self._video_told = video, VideoState(False)
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
         self._commands_seen = 0
         self.boots += 1
@@ -214,6 +222,15 @@ class AutopilotHost:
         wanted = [int(each.param1) for each in new if each.command == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN]
         return wanted[-1] if wanted else None
 
+    def _beside(self) -> list[BesideMessage]:
+        """What the simulator is to know now, beside the answer."""
+        return [
+            *self._simulated_parameters.changed(),
+            *self._gimbal_turned(),
+            *self._triggers(),
+            *self._video_changed(),
+        ]
+
     def _gimbal_turned(self) -> list[GimbalState]:
         """Where the gimbal looks, if that has changed since the simulator was told."""
         if self._gimbal is None or not self._hosted.tells_gimbal:
@@ -230,6 +247,13 @@ class AutopilotHost:
             return []
         numbers, self._camera.triggers = self._camera.triggers, []
         return [CameraTrigger(number) for number in numbers]
+
+    def _video_changed(self) -> list[VideoState]:
+        """Whether video is to be sent, if that has changed since the simulator was told."""
+        if self._video is None or self._video.running == self._video_told.running:
+            return []
+        self._video_told = VideoState(self._video.running)
+        return [self._video_told]
 
     def _take_in_pictures(self, messages: list[SimulatorMessage]) -> None:
         for message in messages:

@@ -41,6 +41,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             tlog=folder / config.name,
             pictures=config.model.camera is not None,
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
+            video=config.video,
             by_number=_by_number(config),
         )
         host = AutopilotHost(hosted, poll)

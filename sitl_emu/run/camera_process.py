@@ -1,23 +1,27 @@
 """The process of one camera: told a time and a pose, it renders a frame into shared memory and says so.
 
-It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card. A frame is a pure function
+It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card, and sends its frames as
+video where that is wanted. A frame is a pure function
 of world, seed, time, pose and motion, so it does not matter when it is rendered. Automatic exposure with a time
 constant adds the frames before it, which are the same in every run.
 """
 
 import os
+import time
 from pathlib import Path
 
 import cv2
 
 from sitl_emu import vehicles
 from sitl_emu.components.card import FOLDER, file_name
+from sitl_emu.components.video_stream import BIT_RATE
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, kept_frames, worlds
-from sitl_emu.run.configs import CameraConfig
+from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, VehicleAt
+from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo, VehicleAt
 from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.video_sender import Target, VideoSender
 from sitl_emu.world.camera import STILL, Camera, Image, OtherVehicle, Pose, ShowsVehicles
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.imaging.motion import Motion
@@ -41,12 +45,16 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
         ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
         kept = kept_frames.KeptFrames(config, "camera", described.rate_hz, kept_frames.image_file)
+        video = _Video(config.video, described.rate_hz)
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
     try:
         settle()
         control.send(Ready())
-        while isinstance(asked := control.receive(), Render | Photograph):
+        while isinstance(asked := control.receive(), Render | Photograph | SendVideo):
+            if isinstance(asked, SendVideo):
+                video.set_running(asked.running)
+                continue
             worlds.put_loose(world, asked.loose)
             if isinstance(scene, ShowsVehicles):
                 scene.put_vehicles([_other(each) for each in asked.others])
@@ -55,13 +63,38 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
             if isinstance(asked, Photograph):
                 _keep(image, Path(config.card) / FOLDER / file_name(asked.number))
                 control.send(Photographed(asked.number))
-            elif ring is not None:
-                ring.write(asked.time_us, image)
+            else:
+                if ring is not None:
+                    ring.write(asked.time_us, image)
                 control.send(Rendered(asked.index))
-                kept.offer(asked.index, asked.time_us, image)
+                video.show(image)
+                if ring is not None:
+                    kept.offer(asked.index, asked.time_us, image)
     finally:
+        video.set_running(False)
         if ring is not None:
             ring.close()
+
+
+class _Video:
+    """The camera's video, while it is to be sent."""
+
+    def __init__(self, data: VideoData | None, rate_hz: float) -> None:
+        self._target = None if data is None else Target(data.host, data.port, BIT_RATE, rate_hz)
+        self._sender: VideoSender | None = None
+
+    def set_running(self, running: bool) -> None:
+        """Send from now on, or no more."""
+        if running and self._sender is None and self._target is not None:
+            self._sender = VideoSender(self._target)
+        elif not running and self._sender is not None:
+            self._sender.close()
+            self._sender = None
+
+    def show(self, image: Image) -> None:
+        """The newest frame."""
+        if self._sender is not None:
+            self._sender.show(image, time.monotonic())
 
 
 def _other(seen: VehicleAt) -> OtherVehicle:

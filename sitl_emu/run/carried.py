@@ -10,10 +10,11 @@ from pathlib import Path
 from sitl_emu.components.camera import Camera
 from sitl_emu.components.card import Card
 from sitl_emu.components.gimbal import Gimbal
+from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.ports import LinkPorts
-from sitl_emu.core.simulator_api import BesideMessage, CameraTrigger, GimbalState, PictureTaken
+from sitl_emu.core.simulator_api import BesideMessage, CameraTrigger, GimbalState, PictureTaken, VideoState
 from sitl_emu.run.link_sockets import LinkSockets
 from sitl_emu.vehicles import Vehicle
 
@@ -34,8 +35,10 @@ class _End:
 class Carried:
     """Camera and gimbal of one vehicle."""
 
-    def __init__(self, vehicle: Vehicle, instance: int, root: Path | None) -> None:
+    def __init__(self, vehicle: Vehicle, instance: int, root: Path | None, *, video: bool = False) -> None:
         """`root`: where the camera's pictures are kept, in the autopilot's file system; None: none are drawn.
+
+        `video`: whether what the camera sees is sent to the ground station.
 
         Raises PortInUseError and OSError.
         """
@@ -45,7 +48,9 @@ class Carried:
         if vehicle.camera is not None:
             on_gimbal = self._gimbal is not None and vehicle.camera.mount == "gimbal"
             card = Card(root, vehicle.camera.vendor, vehicle.camera.model) if root is not None else None
-            self._camera = Camera(vehicle.camera, system_id, mavlink.MAV_COMP_ID_GIMBAL if on_gimbal else 0, card)
+            stream = VideoStream(ports.video(instance)) if video else None
+            carried_by = mavlink.MAV_COMP_ID_GIMBAL if on_gimbal else 0
+            self._camera = Camera(vehicle.camera, system_id, carried_by, card, stream)
         far = {"payload": (ports.payload(instance), self._camera), "gimbal": (ports.gimbal(instance), self._gimbal)}
         self._ends = [
             _End(f"far end of its {name}", LinkPorts(link.remote, link.local), device)
@@ -54,6 +59,7 @@ class Carried:
         ]
         self._sockets = LinkSockets(self._ends)
         self._looked: GimbalState | None = None
+        self._video_told = VideoState(False)
 
     @property
     def on_payload_link(self) -> list[bytes] | None:
@@ -79,4 +85,8 @@ class Carried:
         if self._camera is not None:
             said += [CameraTrigger(number) for number in self._camera.triggers]
             self._camera.triggers.clear()
+            video = self._camera.video
+            if video is not None and video.running != self._video_told.running:
+                self._video_told = VideoState(video.running)
+                said.append(self._video_told)
         return said

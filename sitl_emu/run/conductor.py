@@ -31,24 +31,22 @@ from sitl_emu.core.simulator_api import (
     SimulatorChannel,
     SimulatorMessage,
     SimulatorParameter,
+    VideoState,
 )
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.feed_in_run import Control, FeedInRun, SeenFrom
+from sitl_emu.run import poses
+from sitl_emu.run.feed_in_run import Control, FeedInRun
 from sitl_emu.run.messages import (
-    BodyMotion,
-    BodyPose,
     FrameTaken,
-    LooseAt,
     ObstaclesSeen,
     Read,
+    SendVideo,
     Sent,
     Step,
     Stepped,
     VehicleAt,
 )
-from sitl_emu.run.poses import head_of
 from sitl_emu.world.contacts import Impact
-from sitl_emu.world.description import plain
 from sitl_emu.world.obstacles import LoosePose
 
 TICK_US = 4000
@@ -264,6 +262,8 @@ class Conductor:
                 vehicle.gimbal = message
             elif isinstance(message, CameraTrigger):
                 self._take_picture(vehicle, message.number)
+            elif isinstance(message, VideoState):
+                self._send_video(vehicle, message.running)
             elif message.system_status == STATE_BOOT:
                 self._tell(vehicle, "autopilot rebooted")
             elif message.system_status == STATE_POWEROFF:
@@ -358,20 +358,23 @@ class Conductor:
             delivered[other.name] = len(arrived)
         return delivered
 
-    def _seen_from(self, vehicle: VehicleInRun, feed: FeedInRun) -> SeenFrom:
-        pose = vehicle.simulator.pose()
-        where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        head = head_of(vehicle.gimbal, where.q) if feed.on_gimbal else None
-        loose = tuple(LooseAt(plain(body), place, q) for body, place, q, _ in self._simulation.loose_poses())
-        others = tuple(_seen(other) for other in self.vehicles if other is not vehicle and other.model)
-        motion = BodyMotion((pose.vn_m_s, pose.ve_m_s, pose.vd_m_s), pose.rate_rad_s)
-        return SeenFrom(where, head, loose, others, motion)
+    def _seen_from(self, vehicle: VehicleInRun, feed: FeedInRun) -> poses.SeenFrom:
+        loose = self._simulation.loose_poses()
+        others = (_seen(other) for other in self.vehicles if other is not vehicle and other.model)
+        return poses.seen_from(vehicle.simulator.pose(), feed.on_gimbal, vehicle.gimbal, loose, others)
 
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""
         camera = next((feed for feed in vehicle.feeds if feed.feed == "camera"), None)
         if camera is not None:
             camera.photograph(number, self.now_us, self._seen_from(vehicle, camera))
+
+    @staticmethod
+    def _send_video(vehicle: VehicleInRun, running: bool) -> None:
+        """Have the camera send its frames to the ground station, or no more."""
+        for feed in vehicle.feeds:
+            if feed.feed == "camera":
+                feed.control.send(SendVideo(running))
 
     def _arrived(self, vehicle: VehicleInRun, now_us: int) -> tuple[FrameTaken, ...]:
         """The frames that reach the companion at this barrier, and what they show the autopilot's; waits until they
@@ -392,7 +395,5 @@ def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:
 
 
 def _seen(vehicle: VehicleInRun) -> VehicleAt:
-    pose = vehicle.simulator.pose()
-    where = BodyPose(pose.north_m, pose.east_m, pose.down_m, pose.q)
     turning = vehicle.armed and not vehicle.off and not vehicle.crashed
-    return VehicleAt(vehicle.name, vehicle.model, where, turning)
+    return VehicleAt(vehicle.name, vehicle.model, poses.body(vehicle.simulator.pose()), turning)

@@ -146,6 +146,8 @@ class VehicleData:
     feeds: tuple[FeedData, ...] = ()
     tells_obstacles: bool = False
     """Whether one of its feeds does, to the autopilot."""
+    video: bool = False
+    """Whether what its camera sees is sent to the ground station."""
 
     @property
     def fds(self) -> list[int]:
@@ -223,6 +225,8 @@ class AutopilotConfig(ProcessConfig):
     """Host and port of the ground station; None: on this machine."""
     tells_obstacles: bool = False
     """Whether it is told of obstacles, on its payload link."""
+    video: bool = False
+    """Whether what its camera sees is sent to the ground station."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,6 +235,14 @@ class RingData:
 
     name: str
     slots: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VideoData:
+    """Where a camera's video goes: who hears it, on UDP."""
+
+    host: str
+    port: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -246,6 +258,8 @@ class CameraConfig(ProcessConfig):
     """The folder that stands for the autopilot's file system, in which its pictures are kept."""
     shared_fd: int | None = None
     """Memory for what the cameras of a run can share: a memfd that all inherit."""
+    video: VideoData | None = None
+    """Where its video goes, once it is told to send any; None: it sends none."""
 
     @property
     def fds(self) -> list[int]:

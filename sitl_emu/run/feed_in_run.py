@@ -6,23 +6,19 @@ A frame taken at t reaches the companion at t + latency: until then its process 
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
-from sitl_emu.core.attitude import Quaternion
 from sitl_emu.core.simulator_api import PictureTaken
 from sitl_emu.run.messages import (
-    BodyMotion,
-    BodyPose,
     FrameTaken,
-    LooseAt,
     Message,
     ObstaclesSeen,
     Photograph,
     Photographed,
     Render,
     Rendered,
-    VehicleAt,
 )
+from sitl_emu.run.poses import SeenFrom
 
 Kind = TypeVar("Kind", bound=Message)
 TICKS_PER_SECOND = 250
@@ -36,17 +32,6 @@ class Control(Protocol):
     def send(self, message: Message) -> None: ...  # noqa: D102
     def receive(self) -> Message: ...  # noqa: D102
     def expect(self, kind: type[Kind]) -> Kind: ...  # noqa: D102
-
-
-class SeenFrom(NamedTuple):
-    """From where a frame is taken, and what moves."""
-
-    pose: BodyPose
-    head: Quaternion | None
-    """Where the vehicle's gimbal looks, if that carries the feed."""
-    loose: tuple[LooseAt, ...]
-    others: tuple[VehicleAt, ...]
-    motion: BodyMotion
 
 
 @dataclass

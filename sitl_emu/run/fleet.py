@@ -9,7 +9,7 @@ Whatever happens to a vehicle is its own: when it reboots, is shut down, or a fa
 
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -24,11 +24,12 @@ from sitl_emu.core.simulator_api import (
     MemoryChannel,
     PictureTaken,
     SimulatorParameter,
+    VideoState,
 )
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation
-from sitl_emu.world.simulator import Pose, VehicleSimulator
+from sitl_emu.world.simulator import VehicleSimulator
 
 NO_CONTROLS = HilActuatorControls(0, 1, (0.0,) * 16, 0)
 """What drives a vehicle whose autopilot has failed: its motors stand still."""
@@ -47,14 +48,20 @@ class Host(Protocol):
     def close(self) -> None: ...  # noqa: D102
 
 
+Controls = Sequence[HilActuatorControls | None]
+"""What the autopilots of all vehicles have said last."""
+
+
 class Photographer(Protocol):
-    """Who draws pictures (`photographer`)."""
+    """Who draws pictures and video (`photographer`)."""
 
     gimbals: dict[int, GimbalState]
     complaints: list[str]
 
-    def take(self, place: int, number: int, time_us: int, pose: Pose) -> None: ...  # noqa: D102
+    def take(self, place: int, number: int, controls: Controls) -> None: ...  # noqa: D102
     def taken(self) -> list[tuple[int, PictureTaken]]: ...  # noqa: D102
+    def send_video(self, place: int, running: bool) -> None: ...  # noqa: D102
+    def film(self, flying: Collection[int], controls: Controls) -> None: ...  # noqa: D102
 
 
 class Wait(Protocol):
@@ -124,6 +131,7 @@ class Fleet:
                 sensed[place].insert(0, taken)
             while self._photographer.complaints:
                 self._say(self._photographer.complaints.pop())
+            self._photographer.film(self._flying, self._controls)
         for place, member in list(self._flying.items()):
             channel = self._channels[place]
             try:
@@ -141,7 +149,7 @@ class Fleet:
         member = self._flying[place]
         if isinstance(message, SimulatorParameter):
             self._simulation.set_parameter(place, *message)
-        elif isinstance(message, GimbalState | CameraTrigger):
+        elif isinstance(message, GimbalState | CameraTrigger | VideoState):
             self._picture(place, message)
         elif message.system_status == STATE_BOOT:
             self._rebooted = True
@@ -152,14 +160,15 @@ class Fleet:
             del self._flying[place]
             self._say(f"{member.name} was shut down")
 
-    def _picture(self, place: int, message: GimbalState | CameraTrigger) -> None:
+    def _picture(self, place: int, message: GimbalState | CameraTrigger | VideoState) -> None:
         if self._photographer is None:
             return
         if isinstance(message, GimbalState):
             self._photographer.gimbals[place] = message
+        elif isinstance(message, VideoState):
+            self._photographer.send_video(place, message.running)
         else:
-            simulator = self._simulation.simulators[place]
-            self._photographer.take(place, message.number, simulator.time_usec, simulator.pose())
+            self._photographer.take(place, message.number, self._controls)
 
     def _serve(self, pacer: Pacer) -> None:
         """Until the next tick is due, hand what arrives to the autopilots, which answer."""

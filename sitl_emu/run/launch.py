@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 from sitl_emu.core import ports
 from sitl_emu.run import models, site, state
 from sitl_emu.run.process import settle
+from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.home import Home
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ class Options(NamedTuple):
     """The world's."""
     tlog: Path | None = None
     """The folder of the telemetry logs; None: none are kept."""
+    video: bool = False
+    """Whether what cameras see is sent to the ground station."""
 
 
 def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
@@ -69,6 +72,10 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     def welcome() -> None:
         say(port_table(wanted))
         say(f"parameters, missions and logs are kept in {options.state}")
+        if options.video:
+            host = options.gcs[0] if options.gcs is not None else "this machine"
+            sent = [vehicle.instance for vehicle in wanted if models.load(vehicle.model).camera is not None]
+            say(f"video: {host}, udp {', '.join(str(ports.video(instance)) for instance in sent)}")
 
     if len(crews) == 1:
         from sitl_emu.run import launched
@@ -83,6 +90,8 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
 def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> "list[Crew]":
     """Who flies with whom in a process, where, and with which files. Raises VehicleError and Trouble."""
     names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
+    if options.video:
+        _check_video(wanted, options)
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run.launched import Crew, Launched
@@ -94,9 +103,28 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     ]
     each = options.per_process or (1 if options.world is None else len(launched))
     return [
-        Crew(launched[at : at + each], here, options.world is not None, options.speed, options.gcs, options.tlog)
+        Crew(
+            launched[at : at + each],
+            here,
+            options.world is not None,
+            options.speed,
+            options.gcs,
+            options.tlog,
+            options.video,
+        )
         for at in range(0, len(launched), each)
     ]
+
+
+def _check_video(wanted: Sequence[Wanted], options: Options) -> None:
+    """Raise Trouble where no video can be sent."""
+    if options.world is None:
+        raise Trouble("--camera: without --world there is nothing to see; give one, such as --world corn_field")
+    if not any(models.load(vehicle.model).camera for vehicle in wanted):
+        raise Trouble(f"--camera: {', '.join(dict.fromkeys(each.model for each in wanted))}: no camera is on board")
+    from sitl_emu.run import video_sender
+
+    video_sender.check()
 
 
 def _fork(crews: "Sequence[Crew]", began: int, say: Callable[[str], None]) -> "dict[int, Crew]":

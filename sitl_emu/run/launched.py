@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.events import events
+from sitl_emu.core import ports
 from sitl_emu.run import components, models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.fleet import Fleet, Member
@@ -25,6 +26,9 @@ from sitl_emu.world.simulator import VehicleSimulator
 
 if TYPE_CHECKING:
     from sitl_emu.run.photographer import Photographer
+
+
+LOOPBACK = "127.0.0.1"
 
 
 class Launched(NamedTuple):
@@ -56,6 +60,8 @@ class Crew(NamedTuple):
     gcs: tuple[str, int] | None
     tlog: Path | None
     """The folder of the telemetry logs; None: none are kept."""
+    video: bool = False
+    """Whether what their cameras see is sent to the ground station."""
 
 
 def preload(model: str) -> None:
@@ -99,7 +105,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         ]
         simulators = [renewal() for renewal in renewals]
         simulation = Simulation(simulators, crew.site.solids, crew.site.areas, isolated=True)
-        photographer = _photographer(crew)
+        photographer = _photographer(crew, simulation)
         if photographer is not None:
             stack.enter_context(contextlib.closing(photographer))
         fleet = Fleet(members, simulation, poll, say, photographer)
@@ -124,6 +130,7 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
         mates=len(crew.vehicles),
         tells_gimbal=_is_drawn(crew, data) and data.camera is not None and data.camera.mount == "gimbal",
         pictures=_is_drawn(crew, data),
+        video=crew.video and _is_drawn(crew, data),
     )
     return AutopilotHost(hosted, poll)
 
@@ -133,18 +140,21 @@ def _is_drawn(crew: Crew, data: Vehicle) -> bool:
     return crew.site.world is not None and data.camera is not None
 
 
-def _photographer(crew: Crew) -> "Photographer | None":
-    """Who draws the pictures of a crew; None where nothing is to be drawn. Raises OSError."""
+def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
+    """Who draws what the cameras of a crew see; None where nothing is to be drawn. Raises OSError."""
     data = [models.load(vehicle.model) for vehicle in crew.vehicles]
-    drawn = {place: each for place, each in enumerate(data) if _is_drawn(crew, each)}
-    if crew.site.world is None or not drawn:
+    if crew.site.world is None or not any(_is_drawn(crew, each) for each in data):
         return None
+    from sitl_emu.run.configs import VideoData
     from sitl_emu.run.photographer import Photographer, Sitter
 
-    vehicles = crew.vehicles
-    names = {place: f"{each.model}-{vehicles[place].instance}" for place, each in drawn.items()}
-    sitters = {place: Sitter(names[place], each, vehicles[place].root) for place, each in drawn.items()}
-    return Photographer(crew.site.world, sitters)
+    host = crew.gcs[0] if crew.gcs is not None else LOOPBACK
+    sitters = []
+    for (model, instance, _, root), each in zip(crew.vehicles, data, strict=True):
+        films = crew.video and _is_drawn(crew, each)
+        video = VideoData(host=host, port=ports.video(instance)) if films else None
+        sitters.append(Sitter(f"{each.model}-{instance}", model, each, root, video))
+    return Photographer(crew.site.world, simulation, sitters)
 
 
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:

@@ -9,6 +9,7 @@ any → world           `Ready`: set up
 autopilot → world     `Sent` after every fifth tick; answered by `Read`
 world → companion     `Step`; answered by `Stepped`
 world → a feed        `Render`; answered by `Rendered`. `Photograph`, to a camera; answered by `Photographed`
+world → camera        `SendVideo`
 world → any           `End`: the run is over
 world → launcher      `Listening`, `Progress`, `EventTold`, `Over`
 launcher → world      `Stop`, `CommandEnded`
@@ -174,6 +175,12 @@ class Photographed(NamedTuple):
     number: int
 
 
+class SendVideo(NamedTuple):
+    """A camera is to send its frames as video from now on, or no more."""
+
+    running: bool
+
+
 class Listening(NamedTuple):
     """The world stands, and waits for its autopilots."""
 
@@ -286,6 +293,7 @@ Message = (
     | Rendered
     | Photograph
     | Photographed
+    | SendVideo
     | FromWorld
     | FromLauncher
 )

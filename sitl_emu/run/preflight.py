@@ -6,8 +6,10 @@ import socket
 import sys
 
 from sitl_emu.core import ports
+from sitl_emu.run import video_sender
 from sitl_emu.run.scenario import Scenario
 from sitl_emu.run.trouble import Trouble
+from sitl_emu.run.wiring import has_video
 
 LOOPBACK = "127.0.0.1"
 LAST_INSTANCE = 249
@@ -34,6 +36,16 @@ def check(scenario: Scenario, first_instance: int) -> None:
                 raise Trouble(f"{what} {vehicle.name}: can't start {program!r}: there is no such program")
     _check_sharing(scenario, first_instance)
     _check_ports(scenario, first_instance)
+
+
+def check_video(scenario: Scenario) -> None:
+    """Raise Trouble where no video can be sent."""
+    if not any(has_video(vehicle) for vehicle in scenario.vehicles):
+        raise Trouble(
+            f"--video: no vehicle of {scenario.name} has a camera; give one of them `camera: {{}}`, or, where its "
+            "autopilot is not ours, `components: true` as well"
+        )
+    video_sender.check()
 
 
 def _check_sharing(scenario: Scenario, first_instance: int) -> None:

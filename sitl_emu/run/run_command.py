@@ -28,17 +28,22 @@ def run_scenario(
     out: Path | None,
     gcs: tuple[str, int] | None,
     first_instance: int,
+    *,
     page: bool = False,
+    video: bool = False,
 ) -> int:
-    """Run a scenario; the exit status. `page`: with a page for the browser, which goes on after the run until Ctrl-C.
+    """Run a scenario; the exit status.
 
-    Raises Trouble for what the user can put right.
+    `page`: with a page for the browser, which goes on after the run until Ctrl-C. `video`: what its cameras see is sent
+    to the ground station. Raises Trouble for what the user can put right.
     """
     path = find(name_or_file)
     scenario = load(path)
     seed = scenario.seed if seed is None else seed
     world = checks.check(scenario, seed, path)
     preflight.check(scenario, first_instance)
+    if video:
+        preflight.check_video(scenario)
     console = Console()
     folder = make_folder(out, scenario.name)
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
@@ -54,7 +59,7 @@ def run_scenario(
         raise Trouble(f"{text}; name another place with --out") from None
     for line in worlds.not_read(world):
         console.print(line, markup=False, highlight=False)
-    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance)
+    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video)
     with opening.page_of(folder, console) if page else contextlib.nullcontext():
         return _run(wanted, world, console)
 

@@ -21,6 +21,7 @@ from sitl_emu.core.simulator_api import (
     GimbalState,
     HilActuatorControls,
     SimulatorParameter,
+    VideoState,
 )
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import site
@@ -89,7 +90,7 @@ def _serve(
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
-                elif isinstance(message, GimbalState | CameraTrigger):
+                elif isinstance(message, GimbalState | CameraTrigger | VideoState):
                     pass  # nobody draws what is seen
                 elif message.system_status == STATE_BOOT:
                     say(f"{models[place]}: its autopilot was rebooted")

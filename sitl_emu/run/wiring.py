@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from sitl_emu import vehicles
 from sitl_emu.core import frame_ring, ports
 from sitl_emu.run import models, worlds
 from sitl_emu.run.children import Child, start_command, start_process
@@ -30,6 +31,7 @@ from sitl_emu.run.configs import (
     RingData,
     StartPlace,
     VehicleData,
+    VideoData,
     WorldConfig,
 )
 from sitl_emu.run.control import ControlChannel
@@ -50,6 +52,8 @@ class Wanted(NamedTuple):
     folder: Path
     gcs: tuple[str, int] | None = None
     first_instance: int = 0
+    video: bool = False
+    """Whether what cameras see is sent to the ground station."""
 
 
 class Process(NamedTuple):
@@ -131,8 +135,8 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
     launcher_end, world_end = socket.socketpair()
     control = ControlChannel(launcher_end, "the world process")
     with _sockets() as sockets, world_end:
-        vehicles = enumerate(wanted.scenario.vehicles, wanted.first_instance)
-        members = [_member(wanted, instance, vehicle, sockets) for instance, vehicle in vehicles]
+        numbered = enumerate(wanted.scenario.vehicles, wanted.first_instance)
+        members = [_member(wanted, instance, vehicle, sockets) for instance, vehicle in numbered]
         config = _world(wanted, members)
         children.append(start_process("world", "world_process", config, world_end, wanted.folder))
         for member in members:
@@ -171,7 +175,7 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
     processes, command = list[Process](), None
     outside = _outside_autopilot(wanted, instance, vehicle) if vehicle.autopilot is not None else None
     autopilot_fd = None if outside is not None else _autopilot(wanted, instance, vehicle, sockets, processes)
-    feeds = _feeds(wanted, vehicle, sockets, processes)
+    feeds = _feeds(wanted, instance, vehicle, sockets, processes)
     companion_fd = None
     if companion is not None and companion.mission is not None:
         companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, sockets, processes)
@@ -192,8 +196,19 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         radio_fd=radio.fileno() if radio is not None else None,
         feeds=feeds,
         tells_obstacles=vehicle.tells_obstacles,
+        video=_sends_video(wanted, vehicle),
     )
     return Member(data, processes, outside, command)
+
+
+def _sends_video(wanted: Wanted, vehicle: VehiclePart) -> bool:
+    return wanted.video and has_video(vehicle)
+
+
+def has_video(vehicle: VehiclePart) -> bool:
+    """Whether a vehicle has a camera that draws frames and says over MAVLink where they are to be seen."""
+    announces = vehicle.autopilot is None or vehicle.autopilot.components
+    return vehicle.camera is not None and announces and vehicles.load(vehicle.model).camera is not None
 
 
 def _in_lockstep(vehicle: VehiclePart) -> bool:
@@ -259,6 +274,7 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
         lockstep=_in_lockstep(vehicle),
         gcs=wanted.gcs,
         tells_obstacles=vehicle.tells_obstacles,
+        video=_sends_video(wanted, vehicle),
     )
     processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))
     return world_end.fileno()
@@ -285,7 +301,9 @@ def _outside_autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart) -> C
     return Command(f"autopilot {vehicle.name}", arguments, env)
 
 
-def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> tuple[FeedData, ...]:
+def _feeds(
+    wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]
+) -> tuple[FeedData, ...]:
     rings, told = _rings(vehicle), list[FeedData]()
     for feed in _feeds_of(vehicle):
         world_end, end = sockets.channel()
@@ -300,7 +318,8 @@ def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: li
         )
         if isinstance(config, CameraConfig):
             card = wanted.folder / ROOTFS / vehicle.name
-            config = replace(config, shared_fd=sockets.shared_fd(), card=str(card))
+            video = _video(wanted, instance) if _sends_video(wanted, vehicle) else None
+            config = replace(config, shared_fd=sockets.shared_fd(), card=str(card), video=video)
         processes.append(Process(f"{feed.name} {vehicle.name}", feed.module, config, end))
         told.append(
             FeedData(
@@ -312,6 +331,10 @@ def _feeds(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets, processes: li
             )
         )
     return tuple(told)
+
+
+def _video(wanted: Wanted, instance: int) -> VideoData:
+    return VideoData(host=wanted.gcs[0] if wanted.gcs is not None else LOOPBACK, port=ports.video(instance))
 
 
 def _companion(

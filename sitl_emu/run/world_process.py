@@ -195,7 +195,7 @@ def _carried(data: VehicleData, simulator: VehicleSimulator, folder: Path) -> Ca
         return None
     root = folder / ROOTFS / data.name if data.model.camera is not None else None
     try:
-        return Carried(simulator.vehicle, data.instance, root)
+        return Carried(simulator.vehicle, data.instance, root, video=data.video)
     except PortInUseError as error:
         raise StartError(str(error)) from None
 

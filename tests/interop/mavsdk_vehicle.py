@@ -112,10 +112,10 @@ class Vehicle:
 
 
 @contextlib.contextmanager
-def connected(model: str, instance: int, speed: str = SPEED) -> Iterator[Vehicle]:
-    """A launched vehicle, found by MAVSDK on its onboard link."""
+def connected(model: str, instance: int, speed: str = SPEED, *more: str) -> Iterator[Vehicle]:
+    """A launched vehicle, found by MAVSDK on its onboard link; `more`: arguments of `launch`."""
     station = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    with launched(model, "--instance", str(instance), "--speed", speed) as process, Mavsdk(station) as mavsdk:
+    with launched(model, "--instance", str(instance), "--speed", speed, *more) as process, Mavsdk(station) as mavsdk:
         mavsdk.add_any_connection(f"udpin://0.0.0.0:{min(14540 + instance, 14549)}")
         system = mavsdk.first_autopilot(timeout_s=30.0)
         assert system is not None

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -20,10 +21,11 @@ def run_in_yard(
     vehicle: dict[str, object],
     options: dict[str, object] | None = None,
     status: int = 0,
+    arguments: Sequence[str] = (),
     **changes: object,
 ) -> Path:
     """Run the mission of MODULE.py beside this file in examples/own_world, its option `folder` being this one, or with
-    other options. The exit status must be `status`.
+    other options. The exit status must be `status`; `arguments` are added to the command's.
 
     Gives the run's folder.
     """
@@ -42,7 +44,7 @@ def run_in_yard(
         "vehicles": [vehicle | {"companion": companion}],
     }
     (folder / "scenario.yaml").write_text(yaml.safe_dump(scenario | changes))
-    command = ["run", str(folder / "scenario.yaml"), "--speed", "max", "--out", str(folder / "run")]
+    command = ["run", str(folder / "scenario.yaml"), "--speed", "max", "--out", str(folder / "run"), *arguments]
     done = subprocess.run(
         [sys.executable, "-P", "-m", "sitl_emu", *command, "--instance", str(FIRST_INSTANCE)],
         env={**os.environ, "PYTHONPATH": str(folder)},

@@ -1,10 +1,12 @@
 """The gimbal moves the picture: frames of a run beside what is drawn from the truth, and what a companion believes."""
 
+import contextlib
 import csv
 import json
 import math
+import threading
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -12,12 +14,15 @@ import pytest
 from PIL import Image
 
 from sitl_emu import vehicles
+from sitl_emu.core import ports
 from sitl_emu.core.attitude import euler, heading, product, quaternion
 from sitl_emu.run import worlds
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.lens import Intrinsics, Mount
 from tests.missions.installed import YARD, run_in_yard
 from tests.missions.look_around import LOOKS
+from tests.missions.runs import FIRST_INSTANCE
+from tests.rtp import IDR, Ear, decoded, psnr_db, units
 
 VEHICLE: dict[str, object] = {
     "name": "uas",
@@ -31,11 +36,37 @@ WITHIN_DEG = 1.5
 """So well the companion knows where its camera looks: of it up to a degree is the autopilot's own heading error."""
 
 
+class Flight(NamedTuple):
+    """What a flight has left, and the packets of its video, by picture."""
+
+    folder: Path
+    video: list[list[bytes]]
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("gimbal")
-    run_in_yard(made, "look_around", VEHICLE)
-    return made
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
+    made, video, ended = tmp_path_factory.mktemp("gimbal"), list[list[bytes]](), threading.Event()
+    ear = Ear(ports.video(FIRST_INSTANCE))
+
+    def hear() -> None:
+        while not (ended.is_set() and ear.silent()):
+            with contextlib.suppress(TimeoutError):
+                video.append(ear.picture())
+
+    hearing = threading.Thread(target=hear)
+    hearing.start()
+    try:
+        run_in_yard(made, "look_around", VEHICLE, arguments=("--video",))
+    finally:
+        ended.set()
+        hearing.join()
+        ear.close()
+    return Flight(made, video)
+
+
+@pytest.fixture(scope="module")
+def folder(flight: Flight) -> Path:
+    return flight.folder
 
 
 def truths(folder: Path) -> dict[int, Pose]:
@@ -74,6 +105,26 @@ def test_each_frame_shows_what_lies_where_the_gimbal_looked(folder: Path) -> Non
         for other in others:
             wrong = camera.render(pose, time_us, head_of(pose, *other)).astype(float)
             assert np.abs(seen - wrong).mean() > 3.0 * np.abs(seen - drawn).mean()
+
+
+def test_the_video_shows_what_the_camera_sent_its_companion(flight: Flight) -> None:
+    """Not every frame: the run is faster than real time, its video has the camera's rate by the wall's clock."""
+    first = next(at for at, packets in enumerate(flight.video) if IDR in units(packets))
+    seen = decoded(flight.video[first:])
+    assert len(seen) == len(flight.video) - first > 20
+    assert {image.shape for image in seen} == {(120, 160, 3)}
+    frames = {time_us: cv2.imread(str(flight.folder / f"{time_us}.png")) for time_us in heads_of(flight.folder)}
+    held = list(frames.values())[: len(LOOKS)]
+    for number, frame in enumerate(held):
+        assert frame is not None
+        fits = [psnr_db(image, np.asarray(frame, np.uint8)) for image in seen]
+        best = seen[int(np.argmax(fits))]
+        others = [psnr_db(best, np.asarray(other, np.uint8)) for other in held]
+        assert others[number] == max(others) > 26.0, f"look {number}: {others}"
+
+
+def heads_of(folder: Path) -> list[str]:
+    return list(json.loads((folder / "heads.json").read_text()))
 
 
 def test_the_companion_knows_by_mavlink_where_its_camera_looked(folder: Path) -> None:

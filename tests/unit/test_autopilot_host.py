@@ -23,6 +23,7 @@ from sitl_emu.core.simulator_api import (
     HilActuatorControls,
     MemoryChannel,
     SimulatorParameter,
+    VideoState,
 )
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.link_sockets import Poll, PortInUseError
@@ -34,12 +35,13 @@ HOME = Home(47.4, 8.5, 490.0, 0.0)
 START_US = 1_700_000_000_000_000
 GCS = 0
 REBOOT, SHUT_DOWN = 1, 2
+CAMERA = 100
 
 
 class Bench:
     """A hosted vehicle in its simulator, commanded without the wire."""
 
-    def __init__(self, folder: Path, model: str = "iris", *, tells_gimbal: bool = False) -> None:
+    def __init__(self, folder: Path, model: str = "iris", *, tells_gimbal: bool = False, video: bool = False) -> None:
         vehicle = vehicles.load(model)
         storage.prepare(folder / "root")
         self.poll: HostPoll = Poll()
@@ -52,6 +54,7 @@ class Bench:
             start_us=START_US,
             tlog=folder / "iris",
             tells_gimbal=tells_gimbal,
+            video=video,
         )
         self.host = AutopilotHost(hosted, self.poll)
         self.simulator = VehicleSimulator(vehicle, HOME, 1, FlatGround())
@@ -71,8 +74,11 @@ class Bench:
         self.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, what)
 
     def command(self, command: int, *params: float) -> None:
+        self.command_to(1, command, *params)
+
+    def command_to(self, component: int, command: int, *params: float) -> None:
         filled = [*params, *[math.nan] * (7 - len(params))]
-        message = mavlink.MAVLink_command_long_message(INSTANCE + 1, 1, command, 0, *filled)
+        message = mavlink.MAVLink_command_long_message(INSTANCE + 1, component, command, 0, *filled)
         self.host.autopilot.on_datagram(GCS, message.pack(self._station))
 
 
@@ -94,6 +100,25 @@ def test_the_simulator_is_told_where_the_gimbal_looks_once_and_whenever_it_turns
             assert 100 < len(looks) < 250, "at each tick on its way: 61 degrees at 90 a second"
             assert euler(looks[-1].q)[1] == pytest.approx(-0.5, abs=1e-3)
         bench.host.close()
+
+
+@pytest.mark.parametrize("video", [True, False])
+def test_the_simulator_is_told_when_video_is_to_be_sent_and_when_no_more(tmp_path: Path, video: bool) -> None:
+    bench = Bench(tmp_path, video=video)
+    bench.tick(5)
+    assert said(bench) == [VideoState(True)] * video, "from power-on"
+    bench.tick(200)
+    bench.command_to(CAMERA, mavlink.MAV_CMD_VIDEO_STOP_STREAMING, 1)
+    bench.tick(5)
+    assert said(bench) == [VideoState(True), VideoState(False)] * video
+    bench.power(REBOOT)
+    bench.tick(10)
+    assert said(bench) == [VideoState(True), VideoState(False), VideoState(True)] * video, "it begins anew"
+    bench.host.close()
+
+
+def said(bench: Bench) -> list[VideoState]:
+    return [message for message in bench.beside if isinstance(message, VideoState)]
 
 
 @pytest.fixture

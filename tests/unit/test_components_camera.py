@@ -10,6 +10,7 @@ import pytest
 from sitl_emu import vehicles
 from sitl_emu.components.camera import Camera, PictureFiles
 from sitl_emu.components.geotag import Geotag
+from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
 from tests.typed import present
@@ -19,6 +20,7 @@ from .mavlink_peer import Peer, names, only
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 REQUEST_MESSAGE, IMAGE_START, IMAGE_STOP, VIDEO_START, VIDEO_STOP = 512, 2000, 2001, 2500, 2501
 SET_MODE, SET_ZOOM, SET_FOCUS, RESET, FORMAT = 530, 531, 532, 529, 526
+STREAM_START, STREAM_STOP = 2502, 2503
 CAMERA = 100
 DATA = dataclasses.replace(present(vehicles.load("m600").camera), mount="nadir")
 assert DATA is not None
@@ -27,9 +29,11 @@ assert DATA is not None
 class Rig(Peer):
     """An autopilot with a camera on a wire, and a ground station on its first link."""
 
-    def __init__(self, data: CameraData = DATA, card: PictureFiles | None = None) -> None:
+    def __init__(
+        self, data: CameraData = DATA, card: PictureFiles | None = None, video: VideoStream | None = None
+    ) -> None:
         super().__init__()
-        self.camera = Camera(data, system_id=1, card=card)
+        self.camera = Camera(data, system_id=1, card=card, video=video)
         self.mavlink.plug_in("camera", "wire", self.camera)
         self.fly()
         self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
@@ -67,7 +71,7 @@ def test_a_camera_beats_as_component_100() -> None:
     ],
 )
 def test_what_is_asked_for_is_acknowledged_and_sent(message_id: int, name: str) -> None:
-    result, said = Rig().ask(REQUEST_MESSAGE, message_id)
+    result, said = Rig(video=VideoStream(5600)).ask(REQUEST_MESSAGE, message_id)
     assert (result, names(said)) == (ACCEPTED, [name])
 
 
@@ -80,7 +84,7 @@ def test_what_is_asked_for_is_acknowledged_and_sent(message_id: int, name: str) 
     (2505, (1,), "VIDEO_STREAM_STATUS"),
 ])  # fmt: skip
 def test_the_old_requests_work_too(command: int, params: tuple[float, ...], name: str) -> None:
-    result, said = Rig().ask(command, *params)
+    result, said = Rig(video=VideoStream(5600)).ask(command, *params)
     assert (result, names(said)) == (ACCEPTED, [name])
 
 
@@ -253,6 +257,40 @@ def test_video_wants_its_mode_and_fills_the_storage() -> None:
     assert storage.used_capacity == pytest.approx(5.0 * DATA.video_mib_s, abs=0.1)
 
 
+def test_a_stream_is_announced_as_it_is() -> None:
+    rig = Rig(video=VideoStream(5603))
+    (information,) = rig.ask(REQUEST_MESSAGE, 259)[1]
+    assert information.flags & mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
+    for stream in (0, 1):
+        (told,) = rig.ask(REQUEST_MESSAGE, 269, stream)[1]
+        assert (told.stream_id, told.count, told.type, told.uri, told.encoding) == (1, 1, 1, "5603", 1)
+        assert (told.resolution_h, told.resolution_v, told.framerate) == (640, 480, 15.0)
+        assert (told.flags, told.bitrate, told.hfov, told.rotation) == (1, 2_000_000, 90, 0)
+    assert rig.ask(REQUEST_MESSAGE, 269, 2)[0] == DENIED
+    rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, 100.0)
+    assert rig.ask(REQUEST_MESSAGE, 269, 1)[1][0].hfov == 90, "zoom changes no picture"
+
+
+def test_a_stream_runs_until_it_is_stopped_and_that_is_told() -> None:
+    video = VideoStream(5600)
+    rig = Rig(video=video)
+    for command, running in ((STREAM_STOP, False), (STREAM_STOP, False), (STREAM_START, True)):
+        result, said = rig.ask(command, 1)
+        assert (result, names(said), video.running) == (ACCEPTED, ["VIDEO_STREAM_STATUS"], running)
+        (status,) = rig.ask(REQUEST_MESSAGE, 270, 1)[1]
+        assert status.flags == said[0].flags == int(running)
+    assert rig.ask(STREAM_STOP, 2)[0] == DENIED and video.running
+    assert rig.ask(STREAM_STOP, 0)[0] == ACCEPTED and not video.running, "0: all"
+
+
+def test_a_camera_without_a_stream_says_so() -> None:
+    rig = Rig()
+    (information,) = rig.ask(REQUEST_MESSAGE, 259)[1]
+    assert not information.flags & mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
+    assert [rig.ask(REQUEST_MESSAGE, message_id, 1) for message_id in (269, 270)] == [(DENIED, [])] * 2
+    assert [rig.ask(command, 1) for command in (STREAM_START, STREAM_STOP)] == [(UNSUPPORTED, [])] * 2
+
+
 def test_zoom_focus_and_reset() -> None:
     rig = Rig()
     assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, 40.0)[1][0].zoomLevel == 40.0
@@ -304,8 +342,21 @@ def test_who_is_not_meant_keeps_silent() -> None:
 
 
 def test_nonsense_in_commands_changes_nothing_and_breaks_nothing() -> None:
-    rig = Rig()
-    for number in (REQUEST_MESSAGE, 511, IMAGE_START, VIDEO_START, SET_MODE, SET_ZOOM, SET_FOCUS, FORMAT, 2002, 2504):
+    rig = Rig(video=VideoStream(5600))
+    streaming = (STREAM_START, STREAM_STOP, 2505)
+    for number in (
+        *streaming,
+        REQUEST_MESSAGE,
+        511,
+        IMAGE_START,
+        VIDEO_START,
+        SET_MODE,
+        SET_ZOOM,
+        SET_FOCUS,
+        FORMAT,
+        2002,
+        2504,
+    ):
         for value in (math.nan, math.inf, -math.inf, -1e30, 1e30):
             rig.ask(number, *(value,) * 7)
     rig.run(1.0)

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.gcs.camera import IMAGE_MODE, VIDEO_MODE, Camera
 from sitl_emu.gcs.command import Command
 
@@ -34,12 +35,22 @@ def do(rig: Rig, camera: Camera, command: Command, seconds: float = 0.5) -> Any:
 
 
 def test_a_camera_introduces_itself() -> None:
-    camera = introduced(Rig())
+    camera = introduced(Rig(video=VideoStream(5600)))
     assert camera.information.resolution_h == DATA.resolution_h_px
     assert camera.settings.mode_id == IMAGE_MODE
     assert camera.storage[1].total_capacity == pytest.approx(DATA.storage_mib)
     assert camera.capture_status.image_count == 0
-    assert list(camera.streams) == [1]
+    assert list(camera.streams) == [1] and camera.streams[1].uri == "5600"
+
+
+def test_a_stream_is_stopped_and_started() -> None:
+    rig = Rig(video=VideoStream(5600))
+    camera = introduced(rig)
+    assert camera.stream_status == {}
+    assert do(rig, camera, camera.stop_streaming()) == "accepted"
+    assert camera.stream_status[1].flags == 0
+    assert do(rig, camera, camera.start_streaming()) == "accepted"
+    assert camera.stream_status[1].flags == 1
 
 
 @pytest.mark.parametrize("name", ["COMMAND_ACK", "CAMERA_INFORMATION", "STORAGE_INFORMATION"])

@@ -15,6 +15,7 @@ from sitl_emu.core.simulator_api import (
     PictureTaken,
     SimulatorMessage,
     SimulatorParameter,
+    VideoState,
 )
 from sitl_emu.missions.companion.companion import Event, Status
 from sitl_emu.run.conductor import Conductor, VehicleInRun
@@ -29,6 +30,7 @@ from sitl_emu.run.messages import (
     Read,
     Render,
     Rendered,
+    SendVideo,
     Sent,
     Step,
     Stepped,
@@ -300,6 +302,19 @@ def test_a_picture_is_drawn_as_things_are_when_the_shutter_opens_and_told_at_a_s
     assert [each[:4] for each in asked] == [(3, 80_000, BodyPose(7.0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0)), None)]
     assert [body.place for body in asked[0].loose] == [(1.0, 2.0, -3.0)]
     assert channel.pictures == [(284_000, PictureTaken(3, True))], "with the first sensors after 80 + 200 ms"
+
+
+def test_video_is_sent_by_the_camera_while_its_autopilot_says_so() -> None:
+    one = vehicle("one", [reply()] * 20, says={40_000: VideoState(True), 132_000: VideoState(False)})
+    depth = FeedInRun("depth", FakeControl(Rendered(index) for index in range(10)), 15.0, 0)
+    camera = FeedInRun("camera", FakeControl(Rendered(index) for index in range(10)), 15.0, 0)
+    one.feeds = [depth, camera]
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 50)
+    assert isinstance(camera.control, FakeControl)
+    asked = [message for message in camera.control.told if isinstance(message, SendVideo | Render)]
+    kinds = [(type(each).__name__, each[0]) for each in asked]
+    assert kinds == [("SendVideo", True), ("Render", 0), ("SendVideo", False), ("Render", 1), ("Render", 2)]
+    assert len(told(depth.control, Render)) == 3, "and nothing else"
 
 
 def test_arming_is_seen_in_the_actuator_controls() -> None:

@@ -28,6 +28,7 @@ from sitl_emu.core.simulator_api import (
     SimulatedBattery,
     SimulatorChannel,
     SimulatorParameter,
+    VideoState,
     actuators_as_on_the_wire,
     as_on_the_wire,
 )
@@ -79,6 +80,7 @@ records = st.one_of(
     st.builds(AutopilotState, unsigned(8)),
     st.builds(GimbalState, quaternions),
     st.builds(CameraTrigger, unsigned(32)),
+    st.builds(VideoState, st.booleans()),
     st.builds(PictureTaken, unsigned(31), st.booleans()),
 )  # fmt: skip
 
@@ -86,7 +88,7 @@ records = st.one_of(
 def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
-    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState | CameraTrigger):
+    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState | CameraTrigger | VideoState):
         return record
     return as_on_the_wire(record)
 
@@ -273,6 +275,8 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
         AutopilotState(STATE_BOOT),
         GimbalState((0.5, 0.5, -0.5, 0.5)),
         CameraTrigger(7),
+        VideoState(True),
+        VideoState(False),
     ]
     sensor = HilSensor._make((4000, *[0.0] * 13, 0, 0))
     simulator.send([sensor])
