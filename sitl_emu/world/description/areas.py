@@ -7,8 +7,8 @@ from sitl_emu.vehicles.record import Limits, Words
 from sitl_emu.world.description.common import FARTHEST, Colour, Polygon
 
 LAND_USES: dict[str, Colour] = {
-    "grass": (0.33, 0.44, 0.20),
-    "soil": (0.45, 0.34, 0.24),
+    "grass": (0.36, 0.42, 0.23),
+    "soil": (0.45, 0.36, 0.27),
     "asphalt": (0.24, 0.24, 0.25),
     "concrete": (0.62, 0.61, 0.58),
     "gravel": (0.52, 0.49, 0.45),

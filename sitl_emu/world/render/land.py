@@ -169,10 +169,12 @@ def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float3
     by_cell, rows, columns = ONE / frame[2], f4(grid.shape[0]), f4(grid.shape[1])
     for i in range(n):
         north, east, footprint = b.north[i], b.east[i], b.footprint[i]
-        level = level_of(footprint * f4(512.0 / 19.0))
-        wild = texel(textures, NOISE, level, east * f4(1 / 19.0), north * f4(1 / 19.0))
-        level = level_of(footprint * f4(512.0 / 1.7))
-        u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 1.7), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 1.7)
+        # Two turned against each other, neither small enough to be seen to repeat
+        level = level_of(footprint * f4(512.0 / 61.0))
+        u, v = (east * f4(0.96) + north * f4(0.28)) * f4(1 / 61.0), (north * f4(0.96) - east * f4(0.28)) * f4(1 / 61.0)
+        wild = texel(textures, NOISE, level, u, v)
+        level = level_of(footprint * f4(512.0 / 5.3))
+        u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 5.3), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 5.3)
         fine = texel(textures, NOISE, level, u, v)
         # Borders are ragged: noise says how far away a pixel looks up when its place burns
         y = (north - frame[0] + (wild[1] + fine[1] - f4(256.0)) * f4(0.010)) * by_cell

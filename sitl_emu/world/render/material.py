@@ -35,6 +35,7 @@ ROWS: dict[str, Material] = {
     "glass": Material(maps.TEXTURED, "glass", 1.0),
     "cloth": Material(maps.TEXTURED, "cloth"),
     "leaves": Material(maps.LEAF, "leaves"),
+    "blade": Material(maps.LEAF, "cloth"),
     "weeds": Material(maps.TEXTURED, "weeds"),
     "bark": Material(maps.TEXTURED, "bark"),
     "stop_sign": Material(maps.TEXTURED, "stop_sign"),

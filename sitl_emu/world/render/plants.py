@@ -102,7 +102,7 @@ def _leaves(cover: Cover, seed: int, share: float) -> Model:
     )
     half = (broad * rng.uniform(0.6, 1.3, count))[:, None] * side
     corners = np.stack((foot, middle - half, middle + half, middle - half, tip, middle + half), axis=1).reshape(-1, 3)
-    model = of_triangles(corners, np.arange(len(corners)), NUMBER["leaves"], WHITE, 1.3)
+    model = of_triangles(corners, np.arange(len(corners)), NUMBER["leaves" if is_crop else "blade"], WHITE, 1.3)
     bright = np.repeat(rng.uniform(0.7, 1.15, count), 2)[:, None] * np.array((1.0, 1.0, 1.0))
     tints = (np.array(cover.colour) * 1.25 * bright).astype(np.float32)
     lit = np.repeat(out * 0.5 + np.array((0.0, 0.0, -0.86)), 2, axis=0).astype(np.float32)

@@ -16,10 +16,6 @@ from sitl_emu.world.render.textures import BAYS, STOREYS
 
 BY_WORD: dict[str, tuple[str, float]] = {
     "roof": ("tiles", 4.0),
-    "debris": ("rock", 2.5),
-    "rubble": ("rock", 2.5),
-    "rock": ("rock", 2.5),
-    "stone": ("rock", 2.5),
     "slab": ("concrete", 4.0),
     "concrete": ("concrete", 4.0),
     "parapet": ("concrete", 4.0),
@@ -38,6 +34,10 @@ BY_WORD: dict[str, tuple[str, float]] = {
     "tank": ("paint", 3.0),
     "pole": ("concrete", 2.0),
     "car": ("paint", 1.0),
+    "debris": ("rock", 2.5),
+    "rubble": ("rock", 2.5),
+    "rock": ("rock", 2.5),
+    "stone": ("rock", 2.5),
 }
 """Material, and metres that its texture repeats in, by a word that a solid's label holds; else plaster."""
 BAY_M, STOREY_M = 3.2, 3.0

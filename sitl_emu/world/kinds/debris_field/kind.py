@@ -27,6 +27,8 @@ SURROUNDINGS_M = 40.0
 SMALLEST_M, LARGEST_M, EXPONENT = 0.18, 1.6, 1.5
 """Radii of rubble, and the exponent of how many are larger than one."""
 GREYS = ((0.62, 0.60, 0.57), (0.55, 0.53, 0.50), (0.68, 0.65, 0.60), (0.50, 0.46, 0.42), (0.60, 0.42, 0.34))
+GREEN = (0.24, 0.33, 0.15)
+THICKETS = 9
 TOPS = ((0.85, 0.20, 0.12), (0.15, 0.32, 0.65), (0.90, 0.60, 0.10), (0.35, 0.50, 0.30))
 
 
@@ -39,10 +41,11 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
     terrain = hills(rng, reach, reach, max(wanted["relief_m"], 0.05), (size, size))
     places = [_place(rng, size, 14.0) for _ in range(int(wanted["ruins"]))]
     solids: list[d.Solid] = []
-    for n, e in places:
-        _ruin(n, e, terrain, rng, solids)
+    headings = [float(rng.uniform(0, 180)) for _ in places]
+    for (n, e), heading in zip(places, headings, strict=True):
+        _ruin(n, e, heading, terrain, rng, solids)
     _rubble(rng, size, int(wanted["rubble"]), places, solids)
-    road = float(rng.uniform(0.3, 0.7)) * size
+    road = _way_through(rng, size, places)
     things = _things(rng, size, road, places, int(wanted["persons"]))
     return Generated(
         d.WorldDescription(
@@ -53,9 +56,10 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
             terrain=d.Terrain(
                 file="terrain.npy", north0_m=terrain.north0_m, east0_m=terrain.east0_m, spacing_m=terrain.spacing_m
             ),
-            ground=d.Ground(use="soil", land=_land(rng, size, road, places)),
+            ground=d.Ground(use="soil", land=_land(rng, size, road, places, headings)),
             solids=tuple(solids),
             things=tuple(things),
+            cover=tuple(_thickets(rng, size, road)),
             light=d.Light(azimuth_deg=float(rng.uniform(90, 270)), elevation_deg=float(rng.uniform(30, 55))),
         ),
         terrain,
@@ -65,6 +69,13 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
 def _place(rng: Rng, size: float, margin: float) -> tuple[float, float]:
     n, e = rng.uniform(margin, size - margin, 2)
     return float(n), float(e)
+
+
+def _way_through(rng: Rng, size: float, places: list[tuple[float, float]]) -> float:
+    """Where a road to the north has the most room between ruins."""
+    tried = rng.uniform(0.3, 0.7, 12) * size
+    room = [min((abs(e - road) for _, e in places), default=0.0) for road in tried]
+    return float(tried[int(np.argmax(room))])
 
 
 def _blob(rng: Rng, north: float, east: float, radius: float) -> tuple[tuple[float, float], ...]:
@@ -79,19 +90,29 @@ def _blob(rng: Rng, north: float, east: float, radius: float) -> tuple[tuple[flo
     )
 
 
-def _land(rng: Rng, size: float, road: float, places: list[tuple[float, float]]) -> tuple[d.LandUse, ...]:
+def _land(
+    rng: Rng, size: float, road: float, places: list[tuple[float, float]], headings: list[float]
+) -> tuple[d.LandUse, ...]:
+    """Grass and soil, a road, dust around the ruins, and their floors."""
     far = size + SURROUNDINGS_M
     grass = [d.LandUse("grass", _blob(rng, *_place(rng, size, 0.0), float(rng.uniform(10, 30)))) for _ in range(7)]
     asphalt = ((-SURROUNDINGS_M, road - 3.2), (far, road - 3.2), (far, road + 3.2), (-SURROUNDINGS_M, road + 3.2))
     dust = [d.LandUse("gravel", _blob(rng, n, e, float(rng.uniform(9, 14)))) for n, e in places]
-    floors = [d.LandUse("concrete", _blob(rng, n, e, 5.0)) for n, e in places]
-    return (*grass, d.LandUse("asphalt", asphalt), *dust, *floors)
+    floors = [d.LandUse("concrete", _turned(n, e, 6.5, 5.0, heading))
+              for (n, e), heading in zip(places, headings, strict=True)]  # fmt: skip
+    return (*grass, *dust, d.LandUse("asphalt", asphalt), *floors)
 
 
-def _ruin(north: float, east: float, terrain: HeightMap, rng: Rng, solids: list[d.Solid]) -> None:
+def _turned(north: float, east: float, long: float, wide: float, heading_deg: float) -> tuple[tuple[float, float], ...]:
+    """A rectangle about a place, by its half sides."""
+    s, c = math.sin(math.radians(heading_deg)), math.cos(math.radians(heading_deg))
+    corners = ((-long, -wide), (long, -wide), (long, wide), (-long, wide))
+    return tuple((north + c * a - s * b, east + s * a + c * b) for a, b in corners)
+
+
+def _ruin(north: float, east: float, heading: float, terrain: HeightMap, rng: Rng, solids: list[d.Solid]) -> None:
     """Slabs that lean on one another, stumps of walls, and blocks among them."""
     number = len(solids)
-    heading = float(rng.uniform(0, 180))
     base = terrain.height_m(north, east)
 
     def add(kind: str, dn: float, de: float, up: float, label: str, size: tuple[float, float, float], pitch: float,
@@ -102,7 +123,7 @@ def _ruin(north: float, east: float, terrain: HeightMap, rng: Rng, solids: list[
         solids.append(
             d.Solid(
                 f"{kind} {len(solids)}", n, e, (heading + turn) % 360.0, pitch, roll, above, label,
-                GREYS[int(rng.integers(len(GREYS)))], box=d.Box(size),
+                GREYS[int(rng.integers(len(GREYS) - 1))], box=d.Box(size),
             )
         )  # fmt: skip
 
@@ -142,17 +163,29 @@ def _block(rng: Rng, name: str, north: float, east: float, radius: float, above:
 
 
 def _rubble(rng: Rng, size: float, count: int, places: list[tuple[float, float]], solids: list[d.Solid]) -> None:
-    """Pieces around the ruins, a third of them anywhere."""
+    """Pieces around the ruins, one in nine of them anywhere."""
     for k in range(count):
         share = float(rng.random())
         ratio = (SMALLEST_M / LARGEST_M) ** EXPONENT
         radius = SMALLEST_M * (1.0 - share * (1.0 - ratio)) ** (-1.0 / EXPONENT)
-        if places and k % 3:
+        if places and k % 9:
             n0, e0 = places[int(rng.integers(len(places)))]
-            n, e = n0 + float(rng.normal(scale=8.0)), e0 + float(rng.normal(scale=8.0))
+            n, e = n0 + float(rng.normal(scale=6.5)), e0 + float(rng.normal(scale=6.5))
         else:
             n, e = _place(rng, size, 0.0)
         solids.append(_block(rng, f"rubble {k}", n, e, radius, 0.3 * radius))
+
+
+def _thickets(rng: Rng, size: float, road: float) -> list[d.Cover]:
+    """Trees that still stand, around the place, clear of the road."""
+    made = list[d.Cover]()
+    while len(made) < THICKETS:
+        angle, reach = float(rng.uniform(0.0, math.tau)), float(rng.uniform(0.62, 0.76)) * size
+        n, e = 0.5 * size + reach * math.cos(angle), 0.5 * size + reach * math.sin(angle)
+        high, radius = float(rng.uniform(5.0, 10.0)), float(rng.uniform(6.0, 11.0))
+        if abs(e - road) > radius + 6.0:
+            made.append(d.Cover(f"trees {len(made)}", "canopy", _blob(rng, n, e, radius), high, 1.2, 0.7, colour=GREEN))
+    return made
 
 
 def _things(rng: Rng, size: float, road: float, places: list[tuple[float, float]], persons: int) -> list[d.Thing]:

@@ -25,11 +25,16 @@ OPTIONS = {
     "flood_m": Option(0.9, 0.0, 3.0),
     "persons": Option(14, 0, 200, True),
     "cars": Option(24, 0, 300, True),
+    "trees": Option(20, 0, 200, True),
 }
 """Side of the square; how deep the water stands in the lowest street, about; how many there are."""
 SURROUNDINGS_M, SPACING_M = 40.0, 0.5
-FLOODED_M = 500.0
-"""How far around the water reaches, where the land is low."""
+BANK_M = 2.0
+"""How far the land around the town rises above the water, which so stays in the town."""
+BELT_M = (16.0, 34.0)
+"""Where woods stand around the town: so far outside."""
+LAMPS_M = 27.0
+"""From street lamp to street lamp."""
 BLOCK_M, STREET_M, PAVEMENT_M = 46.0, 8.0, 2.2
 FALL_M = 2.2
 """How much lower the south-east corner lies than the north-west."""
@@ -37,9 +42,10 @@ SUNK_M = 1.5
 """Depth of a house's foot below the ground at its middle: walls reach down on a slope."""
 WALLS = ((0.78, 0.71, 0.58), (0.62, 0.38, 0.30), (0.70, 0.72, 0.68), (0.83, 0.79, 0.72), (0.66, 0.58, 0.47),
          (0.58, 0.62, 0.60), (0.74, 0.60, 0.48))  # fmt: skip
-ROOFS = ((0.58, 0.27, 0.19), (0.45, 0.25, 0.20), (0.33, 0.31, 0.31), (0.52, 0.33, 0.24))
+ROOFS = ((0.56, 0.33, 0.25), (0.46, 0.30, 0.25), (0.35, 0.33, 0.33), (0.52, 0.37, 0.29))
 CARS = ((0.55, 0.07, 0.07), (0.10, 0.18, 0.42), (0.80, 0.80, 0.80), (0.10, 0.10, 0.11), (0.42, 0.44, 0.46),
         (0.16, 0.30, 0.22), (0.72, 0.62, 0.16))  # fmt: skip
+GREEN, GREY = (0.24, 0.33, 0.15), (0.52, 0.53, 0.54)
 TOPS = ((0.80, 0.16, 0.14), (0.85, 0.45, 0.10), (0.15, 0.30, 0.62), (0.88, 0.84, 0.30), (0.85, 0.85, 0.85))
 
 
@@ -48,7 +54,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
     wanted = chosen("urban_flood", OPTIONS, options)
     rng = np.random.default_rng((seed, 101))
     size = wanted["size_m"]
-    terrain = _terrain(rng, size)
+    terrain = _terrain(rng, size, wanted["flood_m"] + BANK_M)
     blocks = _blocks(size)
     houses: list[d.Solid] = []
     spots: list[tuple[float, float, float]] = []
@@ -59,6 +65,10 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
         *_cars(rng, size, int(wanted["cars"])),
         *_persons(rng, size, terrain, spots, level, int(wanted["persons"])),
     ]
+    green = np.random.default_rng((seed, 111))
+    things += _trees(green, blocks, int(wanted["trees"]))
+    houses += _lamps(size)
+    crossing = _lines(size)[len(_lines(size)) // 2]
     corner = STREET_M + BLOCK_M + STREET_M / 2 - STREET_M
     things.append(d.Thing("stop_sign", corner - 6.0, corner - 5.4, 0.3, 2.3, name="stop sign", colour=(0.7, 0.1, 0.1)))
     return Generated(
@@ -66,7 +76,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
             name="urban_flood",
             seed=seed,
             origin=d.Origin(),
-            places={"home": d.Place(size - 12.0, STREET_M / 2, 135.0), "street": d.Place(size / 2, STREET_M / 2, 90.0)},
+            places={"home": d.Place(size - 12.0, STREET_M / 2, 135.0), "street": d.Place(crossing, 0.3 * size, 90.0)},
             area_m=((0.0, 0.0), (size, 0.0), (size, size), (0.0, size)),
             terrain=d.Terrain(
                 file="terrain.npy", north0_m=-SURROUNDINGS_M, east0_m=-SURROUNDINGS_M, spacing_m=SPACING_M
@@ -76,18 +86,19 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
             things=tuple(things),
             water=(
                 d.Water(
-                    "flood", _rectangle(-FLOODED_M, -FLOODED_M, size + FLOODED_M, size + FLOODED_M), level,
+                    "flood", _around(size, SURROUNDINGS_M - SPACING_M), level,
                     colour=(0.40, 0.33, 0.23), murk_1_m=2.5,
                 ),
             ),
+            cover=tuple(_woods(size)),
             light=d.Light(azimuth_deg=float(rng.uniform(110, 250)), elevation_deg=float(rng.uniform(32, 55))),
         ),
         terrain,
     )  # fmt: skip
 
 
-def _terrain(rng: Rng, size: float) -> HeightMap:
-    """A gentle fall to the south-east, waves of a few decimetres, streets a kerb lower."""
+def _terrain(rng: Rng, size: float, bank_m: float) -> HeightMap:
+    """A gentle fall to the south-east, waves of a few decimetres, and a bank around the town."""
     count = round((size + 2 * SURROUNDINGS_M) / SPACING_M) + 1
     place = -SURROUNDINGS_M + SPACING_M * np.arange(count)
     north, east = np.meshgrid(place, place, indexing="ij")
@@ -95,6 +106,9 @@ def _terrain(rng: Rng, size: float) -> HeightMap:
     coarse = rng.normal(size=(9, 9)).astype(np.float32)
     waves = cv2.resize(coarse, (count, count), interpolation=cv2.INTER_CUBIC)
     heights = fall + 0.28 * cv2.GaussianBlur(waves, (0, 0), 8.0)
+    outside = np.max((-north, north - size, -east, east - size), axis=0)
+    share = np.clip(outside / BELT_M[1], 0.0, 1.0)
+    heights += bank_m * share * share * (3.0 - 2.0 * share)
     heights -= heights[round((size + SURROUNDINGS_M) / SPACING_M), round(SURROUNDINGS_M / SPACING_M)]
     return HeightMap(heights.astype(np.float64), -SURROUNDINGS_M, -SURROUNDINGS_M, SPACING_M)
 
@@ -144,6 +158,58 @@ def _land(size: float, blocks: list[Rectangle]) -> tuple[d.LandUse, ...]:
                     d.LandUse("concrete", _rectangle(float(start), line - 0.08, float(start) + 3.0, line + 0.08))
                 )
     return tuple(land)
+
+
+def _around(size: float, reach: float) -> tuple[tuple[float, float], ...]:
+    return _rectangle(-reach, -reach, size + reach, size + reach)
+
+
+def _woods(size: float) -> list[d.Cover]:
+    """On the bank, left open where streets leave the town."""
+    near, far = BELT_M
+    gaps = [*_lines(size), size + far + STREET_M]
+    made = []
+    start = -far
+    for number, line in enumerate(gaps):
+        end = line - STREET_M
+        if end - start > 12.0:
+            for side, (low, high) in (("south", (-far, -near)), ("north", (size + near, size + far))):
+                strip = _rectangle(low, start, high, end)
+                made.append(d.Cover(f"wood {side} {number}", "canopy", strip, 9.0, 2.0, 0.75, colour=GREEN))
+            if start > 0.0 and end < size:
+                for side, (low, high) in (("west", (-far, -near)), ("east", (size + near, size + far))):
+                    strip = _rectangle(start, low, end, high)
+                    made.append(d.Cover(f"wood {side} {number}", "canopy", strip, 9.0, 2.0, 0.75, colour=GREEN))
+        start = line + STREET_M
+    return made
+
+
+def _trees(rng: Rng, blocks: list[Rectangle], count: int) -> list[d.Thing]:
+    """In the yards, one block after another."""
+    made = []
+    for k in range(count):
+        south, west, north, east = blocks[k % len(blocks)]
+        n, e = rng.uniform((south + 17.5, west + 4.0), (north - 17.5, east - 4.0))
+        high = float(rng.uniform(5.0, 9.0))
+        made.append(d.Thing("tree", float(n), float(e), 0.3 * high, high, name=f"tree {k}", colour=GREEN, seed=k))
+    return made
+
+
+def _lamps(size: float) -> list[d.Solid]:
+    """Posts along the kerbs of the streets that run east, with an arm over the street."""
+    made = list[d.Solid]()
+    for line in _lines(size):
+        for k, east in enumerate(np.arange(14.0, size - 4.0, LAMPS_M)):
+            if any(abs(east - other) < STREET_M for other in _lines(size)):
+                continue
+            side = 1.0 if k % 2 else -1.0
+            kerb = line + side * (STREET_M / 2 + 0.5)
+            name = f"lamp {len(made) // 2}"
+            made.append(d.Solid(f"{name} post", kerb, float(east), above_ground_m=-0.2, label="pole", colour=GREY,
+                                cylinder=d.Cylinder(0.07, 6.2)))  # fmt: skip
+            made.append(d.Solid(f"{name} head", kerb - 0.7 * side, float(east), above_ground_m=5.9, label="pole",
+                                colour=GREY, box=d.Box((1.5, 0.24, 0.10))))  # fmt: skip
+    return made
 
 
 def _build(block: Rectangle, rng: Rng, houses: list[d.Solid], spots: list[tuple[float, float, float]]) -> None:
