@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sitl_emu.autopilot.events.events import layout, pack
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.statustext import messages_of
 from sitl_emu.gcs.tlog import TlogReader, TlogWriter
@@ -177,6 +178,30 @@ def test_home_and_texts_are_told() -> None:
     home = VEHICLE.frame(mavlink.MAVLink_home_position_message(*place))
     chunks = [VEHICLE.frame(one) for one in messages_of("x" * 60, 2, 5)]
     assert told([heartbeat(), home, *chunks])[1:] == [HomeAt(1.0, 47.0, 8.0), Text(3.0, "critical", "x" * 60)]
+
+
+def px4_event(name: str, level: int, *arguments: float) -> bytes:
+    number, formats = layout(name)
+    packed = list(pack(formats, arguments).ljust(40, b"\0"))
+    return VEHICLE.frame(mavlink.MAVLink_event_message(number, 5, 0, 0, 0, level << 4 | level, packed))
+
+
+def test_px4s_events_are_told_in_words_but_for_reports_of_checks() -> None:
+    frames = [
+        px4_event("commander_armed_by", 6, 4),
+        px4_event("commander_failsafe_enter_generic", 2, 5 << 16, 1),
+        px4_event("check_modes_mission", 6, 0, 0),
+        px4_event("commander_arming_check_summary", 8, 0, 0, 0, 0, 0),
+        px4_event("mission_climb_before_start", 6, 15.5),
+    ]
+    texts = [one for one in told([heartbeat(), *frames]) if isinstance(one, Text)]
+    assert [(one.time_s, one.severity, one.kind) for one in texts] == [
+        (1.0, "info", "px4"),
+        (2.0, "critical", "px4"),
+        (5.0, "info", "px4"),
+    ]
+    assert re.fullmatch(r"commander armed by: [a-z ]+", texts[0].text)
+    assert texts[2].text == "mission climb before start: 15.5"
 
 
 def test_a_damaged_frame_tells_nothing() -> None:

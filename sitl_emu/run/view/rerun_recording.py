@@ -8,7 +8,7 @@ world/VEHICLE/depth, world/VEHICLE/lidar    depth images and point clouds
 world/tracks/VEHICLE, world/routes/VEHICLE  where it went; its mission, from when the autopilot had accepted it
 world/finds                                 events that name a place and have a picture
 plots/QUANTITY/VEHICLE                      altitude, speed and climb by the true track, battery by telemetry
-events/VEHICLE                              events and STATUSTEXT
+events/VEHICLE                              events, modes, STATUSTEXT and PX4's events
 =========================================== ==========================================================================
 
 A camera on a gimbal stands apart (`cameras/VEHICLE`), as the folder does not tell where it looked; lens distortion is

@@ -11,7 +11,7 @@ home       by vehicle: [time_s, north_m, east_m]
 frames     by vehicle: [time_s, path], of the camera
 looked     by vehicle: [time_s, [[label, score, x, y, w, h], ...]], of frames that are kept or show something
 candidates by vehicle: [time_s, [[label, score, north_m, east_m, sigma_m, sightings], ...]]
-events     as events.jsonl has them, with `north_m` and `east_m` where they name a place; STATUSTEXT too
+events     as events.jsonl has them, with `north_m` and `east_m` where they name a place; STATUSTEXT and PX4's too
 over       outcome, lines, and what missions say of colours and marks, when the run is over
 ========== ==========================================================================================
 """
@@ -141,7 +141,7 @@ def _text_event(vehicle: str, text: Text) -> Json:
     return {
         "time_s": round(text.time_s, 2),
         "vehicle": vehicle,
-        "event": "statustext",
+        "event": text.kind,
         "severity": text.severity,
         "text": text.text,
     }

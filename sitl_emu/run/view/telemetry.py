@@ -1,4 +1,4 @@
-"""What a vehicle's telemetry logs tell those who look on: its state, its mission's route, home, and its texts.
+"""What a vehicle's telemetry logs tell those who look on: its state, its mission's route, home, texts and events.
 
 From the vehicle's own MAVLink (component 1) on its links to the ground station and to its companion, as logged. A
 message that comes often is looked at twice a simulated second: decoding takes most of the time here.
@@ -11,6 +11,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.gcs.modes import name_of
 from sitl_emu.gcs.statustext import TextAssembler
+from sitl_emu.run.view import px4_events
 
 AUTOPILOT = 1
 """MAV_COMP_ID_AUTOPILOT1."""
@@ -26,6 +27,8 @@ FLIGHT_MISSION = 0
 """MAV_MISSION_TYPE."""
 SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 """MAV_SEVERITY."""
+LEAST = 6
+"""MAV_SEVERITY_INFO: events below it are not for people."""
 
 
 class State(NamedTuple):
@@ -57,11 +60,13 @@ class Route(NamedTuple):
 
 
 class Text(NamedTuple):
-    """STATUSTEXT."""
+    """STATUSTEXT, or an EVENT in words."""
 
     time_s: float
     severity: str
     text: str
+    kind: str = "statustext"
+    """Or "px4"."""
 
 
 class HomeAt(NamedTuple):
@@ -120,6 +125,10 @@ class TelemetryReader:
             msg = self._decoded(frame)
             text = self._texts.on_message(msg)
             return None if text is None else Text(time_s, SEVERITIES[min(msg.severity, 7)], text)
+        if number == mavlink.MAVLINK_MSG_ID_EVENT:
+            msg = self._decoded(frame)
+            said, level = px4_events.words(msg.id, bytes(msg.arguments)), msg.log_levels & 0xF
+            return Text(time_s, SEVERITIES[level], said, "px4") if said is not None and level <= LEAST else None
         if number == mavlink.MAVLINK_MSG_ID_HOME_POSITION:
             msg = self._decoded(frame)
             return HomeAt(time_s, msg.latitude / 1e7, msg.longitude / 1e7)

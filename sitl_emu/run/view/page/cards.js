@@ -3,8 +3,8 @@
 import { latest, poseAt } from "./run.js";
 
 const FIELDS = [
-  ["alt_home_m", "altitude", (v) => `${v.toFixed(1)} m`], ["speed_m_s", "speed", (v) => `${v.toFixed(1)} m/s`],
-  ["climb_m_s", "climb", (v) => `${(v + 0).toFixed(1).replace("-0.0", "0.0")} m/s`], ["battery", "battery", String],
+  ["alt_home_m", "altitude", (v) => `${v.toFixed(1).replace("-0.0", "0.0")} m`], ["speed_m_s", "speed", (v) => `${v.toFixed(1)} m/s`],
+  ["climb_m_s", "climb", (v) => `${v.toFixed(1).replace("-0.0", "0.0")} m/s`], ["battery", "battery", String],
   ["gps", "GPS", String, "wide"], ["heading_deg", "heading", (v) => `${v.toFixed(0)}°`], ["link", "link", String],
   ["item", "mission item", String],
 ];

@@ -227,8 +227,8 @@ export class MapView {
     pen.beginPath(); pen.moveTo(0, -11); pen.lineTo(7.5, 9); pen.lineTo(0, 5); pen.lineTo(-7.5, 9); pen.closePath();
     pen.fillStyle = this.ink(`--v${vehicle.place % 8}`); pen.strokeStyle = this.ink("--card"); pen.lineWidth = 2.5; pen.lineJoin = "round";
     pen.stroke(); pen.fill(); pen.restore();
-    const low = Math.abs(pose[3]) < 1000;
-    this.#text(low ? `${vehicle.name}  ${(Math.round(pose[3]) + 0).toFixed(0)} m` : vehicle.name, x + 12, y - 8, true);
+    const height = latest(vehicle.state, this.time)?.[1].alt_home_m;
+    this.#text(height === undefined ? vehicle.name : `${vehicle.name}  ${Math.round(height) + 0} m`, x + 12, y - 8, true);
   }
 
   #scaleBar() {

@@ -44,6 +44,7 @@ function follow() {
 }
 
 function loadPicture() {
+  if (!run.facts.world.outline_m.length) return;
   const picture = new Image();
   picture.onload = () => { map.picture = picture; dirty = true; };
   picture.src = "map.jpg";
@@ -114,7 +115,7 @@ function passes(event, filter) {
 function addEvent(event) {
   const item = document.createElement("li"), button = document.createElement("button");
   item.className = weight(event);
-  const plain = ["text", "statustext"].includes(event.event);
+  const plain = ["text", "statustext", "px4"].includes(event.event);
   button.append(cell("time", `${event.time_s.toFixed(1)} s`), cell("who", event.vehicle), cell("what", ""));
   if (!plain) button.lastChild.append(cell("kind", event.event.replaceAll("_", " ")), event.text ? "  " : "");
   button.lastChild.append(event.text ?? "");
