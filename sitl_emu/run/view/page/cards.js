@@ -28,6 +28,7 @@ export function makeCard(vehicle, onName, onFrame) {
   for (const [key, name, , width] of FIELDS) {
     const cell = document.createElement("div");
     if (width) cell.className = width;
+    cell.dataset.field = key;
     cell.innerHTML = `<dt>${name}</dt><dd>–</dd>`;
     part(".values").append(cell);
     vehicle.card.values[key] = cell.lastChild;

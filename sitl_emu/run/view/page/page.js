@@ -18,6 +18,9 @@ async function start() {
   map = new MapView($("map"), run, () => { dirty = true; });
   map.onplace = showPlace;
   map.onspot = openSpot;
+  $("vehicles").classList.toggle("many", run.vehicles.size > 2);
+  const longest = Math.max(...[...run.vehicles.keys()].map((name) => name.length));
+  $("events").style.setProperty("--who", `${Math.min(12, longest) + 1}ch`);
   for (const vehicle of run.vehicles.values()) $("vehicles").append(makeCard(vehicle, followVehicle, openFrame));
   listen();
   loadPicture();
@@ -209,8 +212,13 @@ function pause() { setLive(false); setPlaying(false); }
 
 function setPlaying(on) {
   playing = on;
-  $("play").textContent = on ? "❚❚" : "▶";
-  $("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  showPlay();
+}
+
+function showPlay() {
+  const goes = playing || live;
+  $("play").textContent = goes ? "❚❚" : "▶";
+  $("play").setAttribute("aria-label", goes ? "Pause" : "Play");
 }
 
 function setLive(on) {
@@ -218,6 +226,7 @@ function setLive(on) {
   if (live) setPlaying(false);
   $("live").hidden = ended || Boolean(run.over);
   $("live").classList.toggle("on", live);
+  showPlay();
   showState();
 }
 

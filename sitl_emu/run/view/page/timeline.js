@@ -10,11 +10,11 @@ export function drawHeights(canvas, run) {
   const end = Math.max(1, run.end), x = (at) => (at / end) * box.width, base = box.height - 3;
   const top = Math.max(5, ...[...run.vehicles.values()].map((vehicle) => vehicle.track.reduce((most, row) => Math.max(most, row[3]), 0)));
   pen.fillStyle = ink("--paper"); pen.fillRect(0, 0, box.width, box.height);
-  for (const event of run.events) {
-    const grade = weight(event);
-    if (!grade) continue;
-    pen.fillStyle = ink({ bad: "--bad", warn: "--warn", find: "--accent" }[grade]);
-    pen.fillRect(x(event.time_s) - 0.75, 0, 1.5, grade === "find" ? 8 : box.height);
+  for (const [grade, name] of [["find", "--accent"], ["warn", "--warn"], ["bad", "--bad"]]) { // the worst on top
+    pen.fillStyle = ink(name);
+    for (const event of run.events) {
+      if (weight(event) === grade) pen.fillRect(x(event.time_s) - 0.75, 0, 1.5, grade === "find" ? 8 : box.height);
+    }
   }
   for (const vehicle of run.vehicles.values()) {
     pen.strokeStyle = ink(`--v${vehicle.place % 8}`); pen.lineWidth = 1.4; pen.beginPath();
