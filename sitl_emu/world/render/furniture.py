@@ -167,7 +167,9 @@ def tree(
     rng = np.random.default_rng((seed, 2))
     trunk_m = max(0.03 * height_m, 0.06)
     low = low_m if low_m >= 0.0 else (0.12 if is_conifer else 0.32) * height_m
-    trunk = lathe(((trunk_m * 1.4, -0.3), (trunk_m, 0.15 * height_m), (trunk_m * 0.5, 0.8 * height_m)), 7, BARK,
+    # As many sides as so many tufts leave to be seen
+    sides, rings = (7, 6) if tufts > 100 else (5, 5) if tufts > 40 else (4, 4) if tufts > 20 else (3, 3)
+    trunk = lathe(((trunk_m * 1.4, -0.3), (trunk_m, 0.15 * height_m), (trunk_m * 0.5, 0.8 * height_m)), sides, BARK,
                   (0.36, 0.30, 0.25), 1.0)  # fmt: skip
     middle, half = 0.5 * (low + height_m), 0.5 * (height_m - low)
     green = np.array((0.20, 0.33, 0.17) if is_conifer else (0.33, 0.44, 0.19)) * rng.uniform(0.85, 1.15, 3)
@@ -209,10 +211,10 @@ def tree(
     dark = (float(green[0]) * 0.5, float(green[1]) * 0.5, float(green[2]) * 0.5)
     if is_conifer:
         inside = lathe(
-            ((0.0, low), (0.62 * crown_m, low + 0.05 * height_m), (0.0, 0.97 * height_m)), 8, LEAVES, dark, 1.1
+            ((0.0, low), (0.62 * crown_m, low + 0.05 * height_m), (0.0, 0.97 * height_m)), sides + 1, LEAVES, dark, 1.1
         )
     else:
-        inside = moved(ellipsoid((0.74 * crown_m, 0.74 * crown_m, 0.74 * half), LEAVES, dark, 9, 6), (0, 0, -middle))
+        inside = moved(ellipsoid((0.74 * crown_m, 0.74 * crown_m, 0.74 * half), LEAVES, dark, sides + 2, rings), (0, 0, -middle))
     return merged((trunk, inside, crown))
 
 

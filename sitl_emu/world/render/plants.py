@@ -70,7 +70,7 @@ def _tree(stage: Stage, cover: Cover, crown: float, seed: int) -> tuple[int, int
     def of(tufts: int) -> Model:
         return furniture.tree(cover.height_m, crown, seed, tufts, is_conifer, low)
 
-    return stage.add_model(of(210), (of(80), 0.025 * crown), (of(34), 0.07 * crown), (of(14), 0.16 * crown))
+    return stage.add_model(of(210), (of(80), 0.014 * crown), (of(34), 0.038 * crown), (of(14), 0.09 * crown))
 
 
 def _patch(stage: Stage, cover: Cover, seed: int) -> tuple[int, int]:

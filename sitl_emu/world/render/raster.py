@@ -16,6 +16,8 @@ NEAR_M = f4(0.05)
 DECAL_M = f4(0.005)
 DECAL_SHARE = f4(0.002)
 """How much nearer than it is a decal is taken for, in metres and of its distance: it covers what it lies on."""
+SMALL = 64.0
+"""Pixels of a triangle's frame up to which it pays to look whether all of it is hidden."""
 HALF_PIXEL, LESS_THAN_HALF = 0.5 + 1e-9, 0.5 - 1e-9
 """A triangle is drawn a hair too large, so that rounding leaves no gap to its neighbour."""
 
@@ -181,6 +183,19 @@ def project(meshes: Meshes, things: Instances, camera: Pinhole, drawn: Drawn, co
                 drawn.projected[into + k, 2] = nearness
 
 
+@inlined
+def _is_hidden(
+    low_x: float, high_x: float, first_row: int, last_row: int, nearest: float, width: int, nearness: F32
+) -> bool:
+    """Whether all pixels of a small triangle's frame show something nearer."""
+    from_x, to_x = max(math.ceil(low_x - 0.5), 0), min(math.floor(high_x - 0.5), width - 1)
+    for row in range(first_row, last_row + 1):
+        for at in range(row * width + from_x, row * width + to_x + 1):
+            if nearest > nearness[at]:
+                return False
+    return True
+
+
 @kernel
 def fill(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float,
@@ -200,6 +215,10 @@ def fill(
     first_row = math.ceil(max(low_y - 0.5, 0.0))
     last_row = math.floor(min(high_y - 0.5, height - 1.0))
     if first_row > last_row or math.ceil(low_x - 0.5) > math.floor(high_x - 0.5):
+        return
+    if (high_x - low_x) * (last_row + 1 - first_row) < SMALL and _is_hidden(
+        low_x, high_x, first_row, last_row, max(az, bz, cz), width, out.nearness
+    ):
         return
     if area > 0.0:
         bx, by, bz, cx, cy, cz = cx, cy, cz, bx, by, bz

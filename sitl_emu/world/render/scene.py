@@ -251,6 +251,11 @@ class MeshRenderer:
         count, corners = select(
             scene.meshes.levels, scene.meshes.level_errors, scene.things, camera, ERROR_PX, chosen, level, first
         )
+        away = np.linalg.norm(scene.things.place[chosen[:count]] - camera.position, axis=1)
+        order = np.argsort(away - scene.things.radius[chosen[:count]], kind="stable")
+        chosen[:count], level[:count] = chosen[order], level[order]
+        ranges = scene.meshes.levels[level[:count]]
+        first[1:count] = np.cumsum(ranges[:-1, 1] - ranges[:-1, 0])
         if corners > self._room:
             self._room = corners + corners // 4
             self._seen, self._projected = np.empty((self._room, 3), np.float32), np.empty((self._room, 3))
