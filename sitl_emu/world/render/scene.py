@@ -14,12 +14,12 @@ from sitl_emu.world.camera import OtherVehicle, body_to_ned
 from sitl_emu.world.description import WorldDescription, WorldError
 from sitl_emu.world.moving import place_at, velocity_at
 from sitl_emu.world.obstacles import LoosePose
-from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, sprites, textures
+from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, pixels, soft, sprites, textures
 from sitl_emu.world.render.guests import Guests
 from sitl_emu.world.render.kernel import F32, I32, U8
 from sitl_emu.world.render.maps import GroundMap, SunMap, Surfaces
 from sitl_emu.world.render.model import turned
-from sitl_emu.world.render.pixels import FIGURES, Picture, room
+from sitl_emu.world.render.pixels import FIGURES, Picture
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import shade
 from sitl_emu.world.render.sky import air_of
@@ -193,9 +193,9 @@ class MeshRenderer:
 
     def __init__(self, scene: MeshScene, width: int, height: int, focal_px: float) -> None:
         self.scene, self._size, self._focal_px = scene, (width, height), focal_px
-        pixels = width * height
-        self._buffers = Buffers(np.zeros(pixels, np.float32), np.zeros(pixels, np.int32), np.zeros(pixels, np.int32))
-        self._pixels = room(width)
+        all_ = width * height
+        self._buffers = Buffers(np.zeros(all_, np.float32), np.zeros(all_, np.int32), np.zeros(all_, np.int32))
+        self._pixels, self._row = pixels.room(width), soft.room(width)
         self._room = 0
         self.count = 0
         """Instances in the last picture."""
@@ -240,7 +240,8 @@ class MeshRenderer:
         smooth = edges.smoothed(self._buffers, self._drawn, scene.meshes, scene.surfaces.materials.kind, picture)
         if scene.fires is not None:
             some = sprites.at_time(scene.fires, scene.world.terrain, camera, time_s)
-            sprites.draw(some, scene.frames, scene.smoke, camera, picture.depth, picture.objects, smooth)
+            flat = picture.depth.reshape(-1), picture.objects.reshape(-1), smooth.reshape(-1)
+            soft.draw(soft.lay(some, camera), scene.frames, scene.smoke, camera, self._row, *flat)
         return View(smooth, picture.depth, picture.objects)
 
     def _select(self, camera: Pinhole) -> int:

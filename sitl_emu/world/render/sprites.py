@@ -1,4 +1,4 @@
-"""Flames and smoke: soft pictures in space, mixed over what is drawn, from the farthest to the nearest.
+"""Flames and smoke, as soft pictures in space: where they are at a time, and what they look like.
 
 Smoke is puffs that face the camera. A flame is tongues that stand upright, seen from the side, and glowing heaps, seen
 from above: each counts as far as one looks from there, so that flames are right from everywhere.
@@ -15,7 +15,7 @@ from sitl_emu.world.description import Fire, WorldDescription
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.rays import heights
 from sitl_emu.world.render.burning import arrival_s
-from sitl_emu.world.render.kernel import F32, HALF, I32, ONE, U8, ZERO, f4, f8, inlined, kernel
+from sitl_emu.world.render.kernel import F32, I32, U32
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.textures import cloudy
 
@@ -30,8 +30,6 @@ SPREADS_S = 1800.0
 REACH_M = 400.0
 SPRITE = 12
 """Figures of one: middle (0-2) and half sides across (3-5) and up (6-8), NED; opacity (9), picture (10), object."""
-HIDES = 0.9
-"""How far a flame hides what is behind it; the rest shines through."""
 
 
 class Fires(NamedTuple):
@@ -48,8 +46,8 @@ class Fires(NamedTuple):
     objects: I32
 
 
-def pictures(seed: int) -> U8:
-    """(n, SIDE, SIDE, 4): blue, green, red, opacity."""
+def pictures(seed: int) -> U32:
+    """(n * SIDE * SIDE,), a byte for each, from the lowest on: blue, green, red, opacity."""
     rng = np.random.default_rng((seed, 21))
     y, x = np.mgrid[1 : -1 : SIDE * 1j, -1 : 1 : SIDE * 1j].astype(np.float32)
     made = []
@@ -72,7 +70,7 @@ def pictures(seed: int) -> U8:
         alpha = body * body * (3.0 - 2.0 * body)
         shade = np.clip(0.92 + 0.10 * wild + 0.14 * y, 0, 1.2)
         made.append(np.stack((shade / 1.3, shade / 1.3, shade / 1.3, alpha), axis=2))
-    return np.clip(np.round(np.stack(made) * 255.0), 0, 255).astype(np.uint8)
+    return np.clip(np.round(np.stack(made) * 255.0), 0, 255).astype(np.uint8).reshape(-1).view(np.uint32)
 
 
 def _glowing(hot: F32, alpha: F32) -> F32:
@@ -107,12 +105,12 @@ def fires_of(described: WorldDescription, terrain: Terrain, first_object: int) -
 
 
 def at_time(burning: Fires, terrain: Terrain, camera: Pinhole, time_s: float) -> F32:
-    """(n, SPRITE), the farthest first: what there is of flames and smoke for a camera at a time."""
+    """(n, SPRITE), the nearest first: what there is of flames and smoke for a camera at a time."""
     parts = [_flames(burning, camera, time_s)]
     parts += [_smoke(fire, burning.described, terrain, camera, time_s) for fire in burning.described.fires]
     every = np.concatenate(parts)
     away = np.linalg.norm(every[:, :3] - camera.position, axis=1)
-    return np.ascontiguousarray(every[np.argsort(-away, kind="stable")], np.float32)
+    return np.ascontiguousarray(every[np.argsort(away, kind="stable")], np.float32)
 
 
 def _across(to: F64) -> F64:
@@ -207,68 +205,3 @@ def smoke_light(fire: Fire | None, light: npt.NDArray[np.floating], exposure: fl
     colour = np.array(fire.smoke.colour if fire is not None and fire.smoke is not None else (0.4, 0.4, 0.4))
     day = light[1] * 0.45 + light[2] + 0.25 * light[4]
     return np.asarray((np.sqrt(np.clip(colour * colour * day * exposure * 1.7, 0, 1.4)) * 1.3)[::-1], np.float32)
-
-
-@inlined
-def _seen(r: F64, north: float, east: float, down: float) -> tuple[float, float, float]:
-    """A direction in camera axes."""
-    return (
-        north * r[0, 0] + east * r[1, 0] + down * r[2, 0],
-        north * r[0, 1] + east * r[1, 1] + down * r[2, 1],
-        north * r[0, 2] + east * r[1, 2] + down * r[2, 2],
-    )
-
-
-@kernel
-def draw(some: F32, frames: U8, smoke: F32, camera: Pinhole, depth: F32, objects: I32, picture: U8) -> None:
-    """Mix sprites over a picture, softly where they touch what is there."""
-    width, height, focal = camera.width, camera.height, camera.focal_px
-    r, p = camera.rotation, camera.position
-    for s in range(len(some)):
-        one = some[s]
-        x, y, z = _seen(r, one[0] - p[0], one[1] - p[1], one[2] - p[2])
-        ux, uy, uz = _seen(r, f8(one[3]), f8(one[4]), f8(one[5]))
-        vx, vy, vz = _seen(r, f8(one[6]), f8(one[7]), f8(one[8]))
-        reach = abs(uz) + abs(vz)
-        if z - reach < 0.2:
-            continue
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        offset = nx * x + ny * y + nz * z
-        low_x, high_x, low_y, high_y = 1e9, -1e9, 1e9, -1e9
-        for k in range(4):
-            a, b = (1.0 if k & 1 else -1.0), (1.0 if k & 2 else -1.0)
-            cx, cy, cz = x + a * ux + b * vx, y + a * uy + b * vy, z + a * uz + b * vz
-            sx, sy = cx / cz * focal + 0.5 * width, cy / cz * focal + 0.5 * height
-            low_x, high_x, low_y, high_y = min(low_x, sx), max(high_x, sx), min(low_y, sy), max(high_y, sy)
-        first_x, end_x = int(max(low_x, 0.0)), int(min(high_x + 1.0, width + 0.0))
-        first_y, end_y = int(max(low_y, 0.0)), int(min(high_y + 1.0, height + 0.0))
-        by_u, by_v = 1.0 / (ux * ux + uy * uy + uz * uz), 1.0 / (vx * vx + vy * vy + vz * vz)
-        frame = int(one[10])
-        is_smoke, opacity, soft = frame >= FLAMES + HEAPS, one[9], f4(1.0 / max(0.5 * math.sqrt(1.0 / by_u), 0.1))
-        for row in range(first_y, end_y):
-            dy = (row + 0.5 - 0.5 * height) / focal
-            for column in range(first_x, end_x):
-                dx = (column + 0.5 - 0.5 * width) / focal
-                along = nx * dx + ny * dy + nz
-                if along == 0.0:
-                    continue
-                far = offset / along
-                gap = f4(depth[row, column] - far)
-                if gap <= ZERO:
-                    continue
-                hx, hy, hz = dx * far - x, dy * far - y, far - z
-                u, v = (hx * ux + hy * uy + hz * uz) * by_u, (hx * vx + hy * vy + hz * vz) * by_v
-                if not (-1.0 < u < 1.0 and -1.0 < v < 1.0):
-                    continue
-                i, j = int((1.0 - v) * (0.5 * SIDE)), int((u + 1.0) * (0.5 * SIDE))
-                alpha = f4(frames[frame, i, j, 3]) * opacity * f4(1.0 / 255.0) * min(gap * soft, ONE)
-                if alpha < f4(0.004):
-                    continue
-                kept = ONE - alpha if is_smoke else ONE - alpha * f4(HIDES)
-                for k in range(3):
-                    own = f4(frames[frame, i, j, k]) * (smoke[k] if is_smoke else ONE)
-                    picture[row, column, k] = np.uint8(
-                        min(f4(picture[row, column, k]) * kept + own * alpha + HALF, f4(255.0))
-                    )
-                if alpha > HALF and one[11] >= ZERO:
-                    objects[row, column] = np.int32(one[11])
