@@ -122,11 +122,12 @@ def _across(to: F64) -> F64:
 
 
 def _flames(burning: Fires, camera: Pinhole, time_s: float) -> F64:
-    away = np.linalg.norm(burning.place - camera.position, axis=1)
-    chosen = np.flatnonzero((burning.begins_s <= time_s) & (time_s < burning.ends_s) & (away < REACH_M))
+    chosen = np.flatnonzero((burning.begins_s <= time_s) & (time_s < burning.ends_s))
+    away = np.linalg.norm(burning.place[chosen] - camera.position, axis=1)
+    chosen, away = chosen[away < REACH_M], away[away < REACH_M]
     if len(chosen) > MOST_FLAMES:
         # Those nearest, each with a chance that does not change from picture to picture
-        rank = away[chosen] * (0.4 + burning.seed[chosen])
+        rank = away * (0.4 + burning.seed[chosen])
         chosen = chosen[np.argsort(rank, kind="stable")[:MOST_FLAMES]]
     if len(chosen) == 0:
         return np.zeros((0, SPRITE))
