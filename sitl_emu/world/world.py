@@ -196,7 +196,7 @@ class World:
         `shared_memory`: the descriptor of a memfd, at first empty, for what all cameras of this world can share.
         """
         made: Scene | None = self._by_kind("scene", shared_memory)
-        return made if made is not None else self._mesh_scene()
+        return made if made is not None else self._mesh_scene(shared_memory)
 
     def photo(self) -> npt.NDArray[np.uint8] | None:
         """Its area from straight above, north up, uint8 RGB; None where it has no area."""
@@ -205,11 +205,11 @@ class World:
         made: npt.NDArray[np.uint8] | None = self._by_kind("photo")
         return made if made is not None else self._mesh_scene().photo_from_above()
 
-    def _mesh_scene(self) -> Any:
+    def _mesh_scene(self, shared_memory: int | None = None) -> Any:
         """Drawn from the description alone."""
         from sitl_emu.world.render.scene import MeshScene  # numba, for whoever looks
 
-        return MeshScene(self, self.folder)
+        return MeshScene(self, self.folder, shared_memory)
 
     def write_terrain(self, path: Path) -> None:
         """Keep the heights, of a world that was made with some, as .npy. Raises OSError."""

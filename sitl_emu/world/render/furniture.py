@@ -214,7 +214,9 @@ def tree(
             ((0.0, low), (0.62 * crown_m, low + 0.05 * height_m), (0.0, 0.97 * height_m)), sides + 1, LEAVES, dark, 1.1
         )
     else:
-        inside = moved(ellipsoid((0.74 * crown_m, 0.74 * crown_m, 0.74 * half), LEAVES, dark, sides + 2, rings), (0, 0, -middle))
+        inside = moved(
+            ellipsoid((0.74 * crown_m, 0.74 * crown_m, 0.74 * half), LEAVES, dark, sides + 2, rings), (0, 0, -middle)
+        )
     return merged((trunk, inside, crown))
 
 

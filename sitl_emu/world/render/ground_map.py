@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.description import LAND_USES, Ground, WorldDescription
-from sitl_emu.world.render.kernel import F32, U8
+from sitl_emu.world.render.kernel import F32, HALF, ONE, U8, ZERO, f4, streamed
 from sitl_emu.world.render.maps import GroundMap
 from sitl_emu.world.render.textures import LAYER
 
@@ -21,8 +21,6 @@ FINEST_M = 0.1
 MOST_TEXELS = 2000
 """Along a side; a larger world has coarser texels."""
 LEVELS = 7
-STRIP = 128
-"""Rows that are painted at once."""
 WOBBLE_M, BUILT_WOBBLE_M = 1.6, 0.4
 """How far the borders of natural land uses stray from their polygons, about; and where they border on built ones."""
 
@@ -103,14 +101,28 @@ class Part(NamedTuple):
     """Of the window."""
 
 
-EVERYWHERE = (slice(None), slice(None))
+WHITE = f4(255.0)
 OWN_PATCHES = np.array((1.12, 1.03, 0.9), np.float32)
 """What broad patches of a colour of one's own go towards, as factors."""
 
 
-def _strips(first: int, end: int) -> list[tuple[int, int]]:
-    """Rows, not too many at once: what is worked out on the way takes memory."""
-    return [(row, min(row + STRIP, end)) for row in range(first, end, STRIP)]
+@streamed
+def _paint(
+    texels: U8, broad: F32, other: F32, fine: F32, mask: npt.NDArray[np.bool_], first_row: int, first_column: int,
+    mean: F32, towards: F32, patchy: np.float32, fineness: np.float32, detail: int,
+) -> None:  # fmt: skip
+    for i in range(mask.shape[0]):
+        row = first_row + i
+        some = texels[row, first_column:]
+        far, near, finest = broad[row, first_column:], other[row, first_column:], fine[row, first_column:]
+        for k in range(mask.shape[1]):
+            if not mask[i, k]:
+                continue
+            share = min(max(HALF + f4(0.38) * far[k] + f4(0.22) * near[k], ZERO), ONE) * patchy
+            bright = (ONE + fineness * finest[k] + f4(0.6) * fineness * near[k]) * WHITE
+            for c in range(3):
+                some[k, c] = np.uint8(min(max((mean[c] + share * towards[c]) * bright + HALF, ZERO), WHITE))
+            some[k, 3] = detail
 
 
 class Painter:
@@ -122,29 +134,21 @@ class Painter:
         self.broad = fractal(rng, frame, 40.0, 0.8)
         self.other = fractal(rng, frame, 14.0, 0.4)
         self.fine = fractal(rng, frame, 0.8, 0.1, 0.8)
-        self.colours = np.zeros((frame.rows, frame.columns, 3), np.float32)
-        self.details = np.zeros((frame.rows, frame.columns), np.uint8)
+        window = slice(0, frame.rows), slice(0, frame.columns)
+        self.everywhere = Part(window, np.broadcast_to(np.True_, (frame.rows, frame.columns)).copy())
+        self.texels = np.zeros((frame.rows, frame.columns, 4), np.uint8)
+        """Red, green, blue, and the number of the detail texture."""
 
     def use(self, name: str, where: "Part | None" = None, colour: Sequence[float] | None = None) -> None:
         """Paint a land use, everywhere or within a part; `colour`: its mean, if not the land use's own."""
         look, mean = LOOKS[name], np.array(LAND_USES[name] if colour is None else colour, np.float32)
         towards = np.array(look.patches, np.float32) if colour is None else mean * OWN_PATCHES
-        window = EVERYWHERE if where is None else where.window
-        for first, end in _strips(*window[0].indices(self.frame.rows)[:2]):
-            mask = None if where is None else where.mask[first - where.window[0].start : end - where.window[0].start]
-            self._paint((slice(first, end), window[1]), look, mean, towards, mask)
-
-    def _paint(
-        self, part: tuple[slice, slice], look: Look, mean: F32, towards: F32, mask: npt.NDArray[np.bool_] | None
-    ) -> None:
-        share = np.clip(0.5 + 0.38 * self.broad[part] + 0.22 * self.other[part], 0, 1) * np.float32(look.patchy)
-        bright = 1.0 + look.fine * self.fine[part] + 0.6 * look.fine * self.other[part]
-        painted = (mean + share[..., None] * (towards - mean)) * bright[..., None]
-        if mask is None:
-            self.colours[part], self.details[part] = painted, LAYER[look.detail]
-        else:
-            np.copyto(self.colours[part], painted, where=mask[..., None])
-            np.copyto(self.details[part], np.uint8(LAYER[look.detail]), where=mask)
+        part = self.everywhere if where is None else where
+        rows, columns = part.window
+        _paint(
+            self.texels, self.broad, self.other, self.fine, part.mask, rows.start, columns.start, mean, towards - mean,
+            np.float32(look.patchy), np.float32(look.fine), LAYER[look.detail],
+        )  # fmt: skip
 
     def polygon(self, corners: Sequence[tuple[float, float]], wobbles: bool) -> "Part":
         """The texels within a polygon (north, east)."""
@@ -181,8 +185,8 @@ class Painter:
         laid = cv2.warpAffine(picture, to_photo, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
         covered = np.full(picture.shape[:2], 255, np.uint8)
         there = cv2.warpAffine(covered, to_photo, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP) > 0
-        self.colours[there] = laid[there][:, ::-1].astype(np.float32) / 255.0
-        self.details[there] = LAYER["soil"]
+        self.texels[there, :3] = laid[there][:, ::-1]
+        self.texels[there, 3] = LAYER["soil"]
 
 
 def _blurred(mask: U8, deviation_px: float) -> U8:
@@ -223,25 +227,19 @@ def _nearest_use(colour: Sequence[float]) -> str:
 
 def packed(painter: Painter) -> GroundMap:
     """For the shading, with coarser levels."""
-    frame = painter.frame
-    colours = np.empty(painter.colours.shape, np.uint8)
-    for first, end in _strips(0, frame.rows):
-        colours[first:end] = np.clip(np.round(painter.colours[first:end] * 255.0), 0, 255)
-    far = painter.colours.mean(axis=(0, 1))
+    frame, texels = painter.frame, painter.texels
+    far = texels[..., :3].mean(axis=(0, 1)) / 255.0
     parts, starts, sizes, start = [], [], [], 0
-    details = painter.details
     for _ in range(LEVELS):
-        if min(colours.shape[:2]) < 4:
+        if min(texels.shape[:2]) < 4:
             break
-        level = np.concatenate((colours, details[..., None]), axis=2)
-        parts.append(np.ascontiguousarray(level).reshape(-1).view(np.uint32))
+        parts.append(np.ascontiguousarray(texels).reshape(-1).view(np.uint32))
         starts.append(start)
-        sizes.append(colours.shape[:2])
-        start += level.size // 4
-        half = (colours.shape[1] // 2, colours.shape[0] // 2)
-        colours = np.asarray(
-            cv2.resize(colours[: 2 * half[1], : 2 * half[0]], half, interpolation=cv2.INTER_AREA), np.uint8
-        )
-        details = details[: 2 * half[1] : 2, : 2 * half[0] : 2]
+        sizes.append(texels.shape[:2])
+        start += texels.size // 4
+        half = (texels.shape[1] // 2, texels.shape[0] // 2)
+        even = texels[: 2 * half[1], : 2 * half[0]]
+        texels = np.asarray(cv2.resize(even, half, interpolation=cv2.INTER_AREA), np.uint8)
+        texels[..., 3] = even[::2, ::2, 3]
     corner = np.array((frame.north0_m, frame.east0_m, frame.gsd_m, *far), np.float32)
     return GroundMap(np.concatenate(parts), np.array(starts, np.int32), np.array(sizes, np.int32), corner)

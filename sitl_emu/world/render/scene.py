@@ -1,9 +1,9 @@
 """Any world as something that cameras look at (camera.Scene): its geometry built once, its pictures from any place."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import cv2
 import numpy as np
@@ -14,15 +14,28 @@ from sitl_emu.world.camera import OtherVehicle, body_to_ned
 from sitl_emu.world.description import WorldDescription, WorldError
 from sitl_emu.world.moving import place_at, velocity_at
 from sitl_emu.world.obstacles import LoosePose
-from sitl_emu.world.render import build, burning, edges, ground_map, light_maps, material, pixels, soft, sprites, textures
+from sitl_emu.world.render import (
+    build,
+    burning,
+    edges,
+    ground_map,
+    light_maps,
+    material,
+    pixels,
+    shared,
+    soft,
+    sprites,
+    textures,
+)
 from sitl_emu.world.render.guests import Guests
 from sitl_emu.world.render.kernel import F32, I32, U8
-from sitl_emu.world.render.maps import GroundMap, SunMap, Surfaces
+from sitl_emu.world.render.land import NOISE
+from sitl_emu.world.render.maps import FireMap, GroundMap, Relief, SunMap, Surfaces, Textures
 from sitl_emu.world.render.model import turned
 from sitl_emu.world.render.pixels import FIGURES, Picture
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import shade
-from sitl_emu.world.render.sky import air_of
+from sitl_emu.world.render.sky import CLOUDS, air_of
 from sitl_emu.world.solids import Solids
 
 F64 = npt.NDArray[np.float64]
@@ -55,23 +68,18 @@ class View(NamedTuple):
 
 
 class MeshScene:
-    """A scene for `camera.Camera`. `folder` holds the files that the description names. Raises WorldError."""
+    """A scene for `camera.Camera`."""
 
-    def __init__(self, world: Seen, folder: Path) -> None:
+    def __init__(self, world: Seen, folder: Path, shared_memory: int | None = None) -> None:
+        """`folder` holds the files that the description names; `shared_memory`: see shared.py. Raises WorldError."""
         described = world.description
-        self.world = world
-        photo: U8 | None = None
-        if name := described.ground.orthophoto:
-            read = cv2.imread(str(folder / name), cv2.IMREAD_COLOR)
-            if read is None:
-                raise WorldError(f"ground.orthophoto: {folder / name}: can't be read as a picture")
-            photo = np.asarray(read, np.uint8)
+        self.world, self.folder = world, folder
         self.built = build.build(described, world.terrain, folder)
         self.guests = Guests(self.built.stage)
         self.meshes, self.things = self.built.stage.packed()
-        painter = ground_map.paint(described, self.built.frame, photo)
         self.air = air_of(described.light)
-        self.surfaces = self._lit(ground_map.packed(painter))
+        self.surfaces = self._surfaces(shared.arrays(shared_memory, self._looked_up))
+        self._draw_textures(self.surfaces.ground.texels >> 24)
 
         self.fires = None
         if described.fires:
@@ -79,23 +87,57 @@ class MeshScene:
             self.frames = sprites.pictures(described.seed)
             self.smoke = sprites.smoke_light(described.fires[0], self.air.rows, self.air.exposure)
 
-    def _lit(self, colours: GroundMap) -> Surfaces:
-        """Everything to look up: textures, and what sun and sky reach of all that stands still."""
-        built = self.built
+    def _photo(self) -> U8 | None:
+        name = self.world.description.ground.orthophoto
+        if not name:
+            return None
+        read = cv2.imread(str(self.folder / name), cv2.IMREAD_COLOR)
+        if read is None:
+            raise WorldError(f"ground.orthophoto: {self.folder / name}: can't be read as a picture")
+        return np.asarray(read, np.uint8)
+
+    def _looked_up(self) -> Iterator[npt.NDArray[Any]]:
+        """The arrays of `_surfaces`, in order: room for textures, and what sun and sky reach of all that is still."""
+        built, described = self.built, self.world.description
+        yield from textures.empty()
+        yield np.zeros(len(textures.DRAWN), np.uint8)
+        yield from ground_map.packed(ground_map.paint(described, built.frame, self._photo()))
         moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
         fine = self.things.first_level
-        relief = light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
-        middle, reach = built.middle, built.reach_m
-        to_sun = self.air.rows[0].astype(np.float64)
-        side = min(light_maps.SUN_SIDE, math.ceil(2.0 * reach / light_maps.SUN_FINEST_M))
-        sun = light_maps.sun_map(to_sun, middle, reach, side)
-        near = still[self.things.radius[still] < 4.0 * reach]
+        yield from light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
+        yield from burning.map_of(described, built.frame)
+        sun = light_maps.sun_map(self.air.rows[0].astype(np.float64), built.middle, built.reach_m, self._sun_side)
+        near = still[self.things.radius[still] < 4.0 * built.reach_m]
         light_maps.draw(sun, self.meshes, self.things, near, fine)
+        yield sun.nearness
+        yield sun.frame
+
+    @property
+    def _sun_side(self) -> int:
+        return min(light_maps.SUN_SIDE, math.ceil(2.0 * self.built.reach_m / light_maps.SUN_FINEST_M))
+
+    def _surfaces(self, arrays: Sequence[npt.NDArray[Any]]) -> Surfaces:
+        texels, starts, self._is_drawn, *ground, grid, corner, fire, fire_corner, nearness, frame = arrays
         nothing = SunMap(np.zeros(1, np.float32), 0, np.zeros(13, np.float32))
-        layers = textures.build(self.world.description.seed)
-        fire = burning.map_of(self.world.description, built.frame)
-        return Surfaces(layers, material.table(), colours, relief, fire, sun, nothing)
+        sun = SunMap(nearness, self._sun_side, frame)
+        return Surfaces(
+            Textures(texels, starts), material.table(), GroundMap(*ground), Relief(grid, corner),
+            FireMap(fire, fire_corner), sun, nothing,
+        )  # fmt: skip
+
+    def _draw_textures(self, *numbers: npt.NDArray[np.integer]) -> None:
+        """Draw the textures of these numbers, of the meshes and of the sky, as far as nobody has.
+
+        Others who share them may do so at the same time: they write the same.
+        """
+        used = self.surfaces.materials.layer[np.unique(self.meshes.materials)]
+        wanted = np.zeros(len(self._is_drawn), np.uint8)
+        for each in (used, np.array((NOISE, CLOUDS)), *numbers):
+            wanted |= np.bincount(each, minlength=len(wanted)) > 0
+        for number in np.flatnonzero(wanted & (self._is_drawn == 0)):
+            textures.add(self.surfaces.textures, self.seed, int(number))
+            self._is_drawn[number] = 1
 
     @property
     def seed(self) -> int:
@@ -149,7 +191,7 @@ class MeshScene:
     def set_time(self, time_s: float) -> None:
         """Put what moves where it is then, and loose bodies and other vehicles where they are now."""
         if self.guests.meet():
-            self.meshes, self.things = self.built.stage.packed()
+            self._pack()
         self._put_loose()
         self.guests.put(self.things, time_s)
         for mover in self.built.movers:
@@ -163,6 +205,11 @@ class MeshScene:
             else:
                 self.built.lay(self.meshes, self.things, mover, north, east)
 
+    def _pack(self) -> None:
+        """Anew, with what has come."""
+        self.meshes, self.things = self.built.stage.packed()
+        self._draw_textures()
+
     def _loose(self) -> list[LoosePose]:
         return [] if self.world.solids is None else self.world.solids.loose_poses()
 
@@ -172,7 +219,7 @@ class MeshScene:
         if new := [pose.described for pose in poses if pose.described.name not in self.built.loose]:
             for body in new:
                 self.built.add_loose(body)
-            self.meshes, self.things = self.built.stage.packed()
+            self._pack()
         for pose in poses:
             row, turn = self.built.loose[pose.described.name], body_to_ned(pose.q)
             self.things.rotation[row], self.things.place[row] = turn, np.array(pose.place) - turn @ pose.centre_m

@@ -9,7 +9,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, F64, HALF, I32, ONE, U8, U32, ZERO, f4, f8, i4, inlined, kernel, streamed, u4
+from sitl_emu.world.render.kernel import (
+    F32,
+    F64,
+    HALF,
+    I32,
+    ONE,
+    U8,
+    U32,
+    ZERO,
+    f4,
+    f8,
+    i4,
+    inlined,
+    kernel,
+    streamed,
+    u4,
+)
 from sitl_emu.world.render.maps import mixed
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.sprites import FLAMES, HEAPS, SIDE
@@ -50,18 +66,17 @@ class Row(NamedTuple):
 
 def room(width: int) -> Row:
     """For a row."""
-    return Row(*(np.zeros(width, np.float32) for _ in range(4)), np.zeros(width, np.int32))
+    red, green, blue, through = np.zeros((4, width), np.float32)
+    return Row(red, green, blue, through, np.zeros(width, np.int32))
 
 
 def lay(some: F32, camera: Pinhole) -> Laid:
     """Sprites (n, sprites.SPRITE) as a camera sees them; those before it alone."""
-    count = len(some)
-    laid = Laid(
-        *(np.empty((count, 4), np.float32) for _ in range(3)), *(np.empty(count, np.float32) for _ in range(2)),
-        np.empty((count, 6), np.int32),
-    )  # fmt: skip
-    seen = _lay(some, camera, laid)
-    return Laid(*(part[:seen] for part in laid))
+    plane, across, up = np.empty((3, len(some), 4), np.float32)
+    opacity, softness = np.empty((2, len(some)), np.float32)
+    frame = np.empty((len(some), 6), np.int32)
+    seen = slice(_lay(some, camera, Laid(plane, across, up, opacity, softness, frame)))
+    return Laid(plane[seen], across[seen], up[seen], opacity[seen], softness[seen], frame[seen])
 
 
 @inlined

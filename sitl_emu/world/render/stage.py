@@ -70,10 +70,13 @@ class Stage:
         return len(self._rows) - 1
 
     def packed(self) -> tuple[Meshes, Instances]:
-        """Copies, as the kernels read them; poses, flags and radii may be changed in place."""
-        joined = [np.concatenate([part[k] for part in self._triangles]) for k in range(4)]
+        """As the kernels read them; corners, poses, flags and radii may be changed in place."""
+        # What was joined is kept instead of its parts: they would take as much memory once more
+        self._corners, self._uv = [np.concatenate(self._corners)], [np.concatenate(self._uv)]
+        indices, normals, materials, tints = (np.concatenate(parts) for parts in zip(*self._triangles, strict=True))
+        self._triangles = [(indices, normals, materials, tints)]
         meshes = Meshes(
-            np.concatenate(self._corners), np.concatenate(self._uv), joined[0], joined[1], joined[2], joined[3],
+            self._corners[0], self._uv[0], indices, normals, materials, tints,
             np.array(self._levels, np.int32), np.array(self._errors, np.float32),
         )  # fmt: skip
         first, count, turn, at, number, flags, tint = zip(*self._rows, strict=True)

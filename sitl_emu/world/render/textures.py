@@ -362,15 +362,18 @@ DRAWN: dict[str, Callable[[Rng], U8]] = {
 LAYER = {name: number for number, name in enumerate(DRAWN)}
 
 
-def build(seed: int) -> Textures:
-    """All textures of a world, with their coarser levels."""
+def empty() -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.int32]]:
+    """Room for all textures: untouched, it takes no memory. Texels, and where each level begins (maps.Textures)."""
     sides = [SIDE >> level for level in range(LEVELS)]
     starts = np.cumsum([0, *(len(DRAWN) * side * side for side in sides)])
-    texels = np.empty(int(starts[-1]), np.uint32)
-    for number, draw in enumerate(DRAWN.values()):
-        layer = draw(np.random.default_rng((seed, number)))
-        for start, side in zip(starts, sides, strict=False):
-            first = int(start) + number * side * side
-            texels[first : first + side * side] = np.ascontiguousarray(layer).reshape(-1).view(np.uint32)
-            layer = np.asarray(cv2.resize(layer, (side // 2, side // 2), interpolation=cv2.INTER_AREA), np.uint8)
-    return Textures(texels, starts[:-1].astype(np.int32))
+    return np.zeros(int(starts[-1]), np.uint32), starts[:-1].astype(np.int32)
+
+
+def add(textures: Textures, seed: int, number: int) -> None:
+    """Draw one texture of a world, with its coarser levels."""
+    layer = list(DRAWN.values())[number](np.random.default_rng((seed, number)))
+    for level, start in enumerate(textures.starts):
+        side = SIDE >> level
+        first = int(start) + number * side * side
+        textures.texels[first : first + side * side] = np.ascontiguousarray(layer).reshape(-1).view(np.uint32)
+        layer = np.asarray(cv2.resize(layer, (side // 2, side // 2), interpolation=cv2.INTER_AREA), np.uint8)
