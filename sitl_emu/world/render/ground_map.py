@@ -167,7 +167,7 @@ class Painter:
         if not wobbles:
             return Part(window, mask > 0)
         # The border strays where a blurred mask is cut at a height that noise tells
-        built = np.isin(self.details[window], BUILT)
+        built = np.isin(self.texels[window][..., 3], BUILT)
         soft = np.where(built, _blurred(mask, BUILT_WOBBLE_M / frame.gsd_m), _blurred(mask, WOBBLE_M / frame.gsd_m))
         strays = np.clip(45.0 * self.other[window] + 38.0 * self.fine[window], -110.0, 110.0)
         return Part(window, np.asarray(soft > 127.5 + strays))
