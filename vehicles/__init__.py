@@ -60,6 +60,8 @@ class _File:
     sih_rover: SihRover | None = None
     camera: Camera | None = None
     gimbal: Gimbal | None = None
+    depth: Mapping[str, Any] | None = None
+    lidar: Mapping[str, Any] | None = None
     body: Body | None = None
     wind_is_px4s: bool = False
     ranging_beacons: bool = False
@@ -122,7 +124,7 @@ def read(folder: pathlib.Path) -> Vehicle:
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, parameters,
         file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
-        file.body, file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
+        file.depth, file.lidar, file.body, file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
     )  # fmt: skip
 
 

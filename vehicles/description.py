@@ -7,7 +7,7 @@ airframe (`airframe.json`): parameters that differ from PX4's defaults.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
 from sitl_emu.vehicles.image_sensor import PLAIN, SENSORS, ImageSensor
 from sitl_emu.vehicles.record import Limits, Words
@@ -274,6 +274,10 @@ class Vehicle:
     sih_rover: SihRover | None = None
     camera: Camera | None = None
     gimbal: Gimbal | None = None
+    depth: Mapping[str, Any] | None = None
+    lidar: Mapping[str, Any] | None = None
+    """Figures of its depth camera and of its scanning lidar, named and nested as in a scenario, whose reader checks
+    them (`sitl_emu/run/scenario_parts/feeds.py`); the single beam that PX4 flies by is one of the sensors."""
     body: Body | None = None
     """None: nothing touches it but the ground."""
     wind_is_px4s: bool = False

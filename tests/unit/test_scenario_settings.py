@@ -13,6 +13,7 @@ from sitl_emu.run import checks, models, worlds
 from sitl_emu.run.scenario import Scenario, ScenarioError, load
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
+from tests.typed import present
 
 HERE = Home(47.397742, 8.545594, 489.4, 0.0)
 M_PER_1E7_DEG = 0.0111319
@@ -136,3 +137,49 @@ def test_a_parameter_that_px4_does_not_know_is_named(tmp_path: Path) -> None:
         ScenarioError, match=r"my_quad/airframe.json: MPC_THR_HOOVER: PX4 v1.18 knows no such parameter"
     ):
         scenario(tmp_path, {"model": "my_quad"})
+
+
+FEEDS_OF_A_MODEL = """
+[depth]
+resolution = [32, 24]
+reach_m = 4.5
+mount = { forward_m = 0.2, depression_deg = 15 }
+
+[lidar]
+rows = 4
+range_m = [0.3, 30]
+"""
+
+
+def test_a_feed_s_figures_are_the_model_s_where_a_scenario_leaves_them_out(tmp_path: Path) -> None:
+    toml = own_model(tmp_path) / "vehicle.toml"
+    toml.write_text(toml.read_text() + FEEDS_OF_A_MODEL)
+    asked = scenario(tmp_path, {"model": "my_quad", "depth": {"reach_m": 6.0}, "lidar": {}})
+    (uas,) = asked.vehicles
+    depth, lidar = present(uas.depth_description), present(uas.lidar_description)
+    assert (depth.camera.width_px, depth.camera.height_px, depth.reach_m, depth.camera.rate_hz) == (32, 24, 6.0, 5.0)
+    assert (depth.camera.place_m, depth.camera.depression_deg) == ((0.2, 0.0, 0.0), 15.0)
+    assert (lidar.rows, lidar.columns, lidar.range_m) == (4, 180, (0.3, 30.0))
+    as_run = tmp_path / "as_run.yaml"
+    as_run.write_text(yaml.safe_dump(asked.model_dump(mode="json")))
+    toml.write_text(toml.read_text().replace("rows = 4", "rows = 5"))
+    vehicles.load.cache_clear()
+    assert present(load(as_run).vehicles[0].lidar_description).rows == 4, "a run's own scenario says all by itself"
+    (without,) = scenario(tmp_path, {"model": "my_quad"}).vehicles
+    assert without.depth_description is None, "a scenario says whether there is one, as of the camera"
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("[depth]\nreach_m = 0", r"my_quad/vehicle.toml: depth.reach_m: Input should be greater than 0"),
+        ("[depth]\nfov = 5", r"my_quad/vehicle.toml: depth.fov: Extra inputs are not permitted"),
+        ("[lidar]\nrange_m = [9, 2]", r"my_quad/vehicle.toml: lidar.range_m: the nearest range, then the farthest"),
+        ("[lidar]\nmount = { up_m = 2 }", r"my_quad/vehicle.toml: lidar.mount.up_m: Extra inputs"),
+    ],
+)
+def test_a_wrong_feed_in_a_model_s_data_is_told_with_the_file(tmp_path: Path, table: str, said: str) -> None:
+    toml = own_model(tmp_path) / "vehicle.toml"
+    toml.write_text(f"{toml.read_text()}\n{table}\n")
+    with pytest.raises(ScenarioError, match=said):
+        scenario(tmp_path, {"model": "my_quad", "depth": {}, "lidar": {}})

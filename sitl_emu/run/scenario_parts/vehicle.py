@@ -1,9 +1,10 @@
 """A vehicle of a scenario: its model, autopilot and companion."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import Field, Tag, ValidationError, ValidationInfo, field_validator, model_validator
 
 from sitl_emu import vehicles
 from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescription, ModelData
@@ -71,13 +72,29 @@ class VehiclePart(Part):
     """None: ours."""
     companion: CompanionPart | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def as_its_model_has_it(cls, given: Any, info: ValidationInfo) -> Any:
+        """Figures of a depth camera or a lidar that are left out are those of the model's data, where it has any."""
+        if not isinstance(given, dict) or not isinstance(given.get("model"), str):
+            return given
+        try:
+            data = vehicles.load(_found(given["model"], info))
+        except vehicles.VehicleError:  # `checks` says which
+            return given
+        own: dict[str, tuple[type[DepthPart] | type[LidarPart], Mapping[str, Any] | None]]
+        own = {"depth": (DepthPart, data.depth), "lidar": (LidarPart, data.lidar)}
+        return given | {
+            name: _checked(part, figures, f"{data.model}/{vehicles.TOML}: {name}") | given[name]
+            for name, (part, figures) in own.items()
+            if figures is not None and isinstance(given.get(name), dict)
+        }
+
     @field_validator("model")
     @classmethod
     def beside_the_file(cls, model: str, info: ValidationInfo) -> str:
         """A model's folder as a whole path, so that it is found from anywhere."""
-        folder = info.context["folder"] / model if info.context else Path(model)
-        is_own = model not in vehicles.models() and (vehicles.is_folder(folder) or "/" in model)
-        return str(folder.resolve()) if is_own else model
+        return _found(model, info)
 
     @property
     def model_data(self) -> ModelData:
@@ -111,3 +128,20 @@ class VehiclePart(Part):
     def calibration(self, folder: Path) -> Path | None:
         """The calibration file of the camera in a run's folder; None where there is no camera."""
         return folder / f"{self.name}-camera.yaml" if self.camera is not None else None
+
+
+def _found(model: str, info: ValidationInfo) -> str:
+    folder = info.context["folder"] / model if info.context else Path(model)
+    is_own = model not in vehicles.models() and (vehicles.is_folder(folder) or "/" in model)
+    return str(folder.resolve()) if is_own else model
+
+
+def _checked(part: type[DepthPart | LidarPart], figures: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """A feed's figures from a vehicle's data. Raises ValueError for the first that can't be."""
+    try:
+        part.model_validate(figures)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(each) for each in first["loc"] if each not in (NAME, NUMBERS))
+        raise ValueError(f"{where}.{place}: {first['msg'].removeprefix('Value error, ')}") from None
+    return dict(figures)
