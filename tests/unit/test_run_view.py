@@ -3,6 +3,8 @@
 import http.client
 import json
 import re
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -110,7 +112,7 @@ def test_rows_are_in_the_worlds_metres_and_in_simulated_time(folder: Path) -> No
     assert rows["events"][1]["severity"] == "warning" and rows["events"][1]["text"] == "Armed by ground"
     assert rows["events"][2]["north_m"] == pytest.approx(111.2, abs=0.2) and rows["events"][2]["east_m"] == 0.0
     assert rows["frames"]["a"] == [[0.2, "feeds/a-camera/200000.jpg"]]
-    assert rows["looked"]["a"] == [[0.2, [["x", 0.9, 20.0, 20.0, 4.0, 4.0]]]], "not those that are shown nowhere"
+    assert rows["looked"]["a"] == [[0.2, [["x", 0.9, 20.0, 20.0, 4.0, 4.0]]]], "not where nothing was found"
     ((_, ((label, score, north_m, east_m, *rest),)),) = rows["candidates"]["a"]
     assert (label, score, north_m, rest) == ("x", 0.5, 0.0, [2.0, 3]) and east_m == pytest.approx(76.0, abs=0.3)
 
@@ -308,3 +310,19 @@ def test_pages_of_other_hosts_are_told_nothing(server: PageServer) -> None:
     """A name that an attacker's DNS points here is still the attacker's."""
     assert get(server, "/run.json", Host="evil.example:80")[0] == 403
     assert get(server, "/run.json", Host=f"localhost:{server.server_port}")[0] == 200
+
+
+def test_the_command_says_where_the_page_is_and_ends_when_told_to(folder: Path) -> None:
+    command = [sys.executable, "-P", "-m", "sitl_emu", "view"]
+    with subprocess.Popen([*command, str(folder)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        port = int(re.findall(r"http://127\.0\.0\.1:(\d+)/", said)[0])
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        connection.request("GET", "/run.json")
+        assert json.loads(connection.getresponse().read())["scenario"] == "look"
+        connection.close()
+        process.terminate()
+        assert process.wait(30) == 0
+    done = subprocess.run([*command, str(folder / "frames")], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "no folder of a run" in done.stderr

@@ -9,7 +9,7 @@ state      by vehicle: [time_s, {field: value}], the fields of `telemetry.Teleme
 route      by vehicle: [time_s, [[north_m, east_m, alt_m, is_relative, command, item], ...]]
 home       by vehicle: [time_s, north_m, east_m]
 frames     by vehicle: [time_s, path], of the camera
-looked     by vehicle: [time_s, [[label, score, x, y, w, h], ...]], of frames that are kept or show something
+looked     by vehicle: [time_s, [[label, score, x, y, w, h], ...]], of frames that show something
 candidates by vehicle: [time_s, [[label, score, north_m, east_m, sigma_m, sightings], ...]]
 events     as events.jsonl has them, with `north_m` and `east_m` where they name a place; STATUSTEXT and PX4's too
 over       outcome, lines, and what missions say of colours and marks, when the run is over
@@ -21,6 +21,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.run.scenario_parts.vehicle import VehiclePart
 from sitl_emu.run.view.reading import OfVehicle, Reading, RunReader
 from sitl_emu.run.view.telemetry import HomeAt, Route, State, Text
 
@@ -50,7 +51,7 @@ def facts(reader: RunReader) -> Json:
     }
 
 
-def _picture_size(vehicle: Any) -> list[int] | None:
+def _picture_size(vehicle: VehiclePart) -> list[int] | None:
     """Width and height in pixels, in which detections are told."""
     camera = vehicle.camera_description
     return None if camera is None else [camera.width_px, camera.height_px]
@@ -64,7 +65,6 @@ class Rows:
         self._project = MapProjection(origin.lat_deg, origin.lon_deg).project
         self._folder = reader.folder
         self._skipped = dict.fromkeys((each.name for each in reader.scenario.vehicles), 0)
-        self._kept = {name: set[float]() for name in self._skipped}
 
     def of(self, reading: Reading) -> Json:
         """Everything that is new; empty where nothing is."""
@@ -82,7 +82,6 @@ class Rows:
     def _of_vehicle(self, name: str, vehicle: OfVehicle) -> dict[str, list[Any]]:
         told = vehicle.told
         frames = [one for one in vehicle.frames if one.feed == "camera"]
-        self._kept[name].update(one.time_s for one in frames)
         return {
             "track": list(self._track(name, vehicle)),
             "state": [[round(one.time_s, 2), one.fields] for one in told if isinstance(one, State)],
@@ -93,17 +92,9 @@ class Rows:
                 if isinstance(one, HomeAt)
             ],
             "frames": [[one.time_s, one.path.relative_to(self._folder).as_posix()] for one in frames],
-            "looked": [
-                [one.time_s, one.found] for one in vehicle.looked if one.found or one.time_s in self._kept[name]
-            ],
+            "looked": [[one.time_s, one.found] for one in vehicle.looked if one.found],
             "candidates": [
-                [
-                    one.time_s,
-                    [
-                        [label, score, *self._metres(lat, lon), *rest]
-                        for label, score, lat, lon, *rest in one.candidates
-                    ],
-                ]
+                [one.time_s, [self._candidate(*each) for each in one.candidates]]
                 for one in vehicle.looked
                 if one.candidates is not None
             ],
@@ -124,6 +115,9 @@ class Rows:
             [*self._metres(one.lat_deg, one.lon_deg), one.alt_m, one.is_relative, one.command, one.item]
             for one in route.waypoints
         ]
+
+    def _candidate(self, label: str, score: float, lat_deg: float, lon_deg: float, *rest: float) -> list[Any]:
+        return [label, score, *self._metres(lat_deg, lon_deg), *rest]
 
     def _metres(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
         north_m, east_m = self._project(lat_deg, lon_deg)

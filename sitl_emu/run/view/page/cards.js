@@ -100,8 +100,9 @@ export function drawBoxes(svg, size, found) {
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.replaceChildren(...found.flatMap(([label, score, x, y, w, h]) => {
     const box = element("rect", { x: x - w / 2, y: y - h / 2, width: w, height: h });
-    const text = element("text", { x: Math.max(2, x - w / 2), y: Math.max(width / 28, y - h / 2 - width / 120), "font-size": width / 32 });
-    text.textContent = `${label} ${score.toFixed(2)}`;
+    const words = `${label} ${score.toFixed(2)}`, left = Math.min(x - w / 2, width - words.length * width / 58);
+    const text = element("text", { x: Math.max(2, left), y: Math.max(width / 28, y - h / 2 - width / 120), "font-size": width / 32 });
+    text.textContent = words;
     return [box, text];
   }));
 }
