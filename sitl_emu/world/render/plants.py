@@ -84,8 +84,8 @@ def _leaves(cover: Cover, seed: int, share: float) -> Model:
     """A square of leaves: in rows for a crop, anywhere for grass; fewer and broader ones for a coarser level."""
     rng = np.random.default_rng((seed, 32))
     is_crop = cover.kind == "crop"
-    count = int((130 if is_crop else 170) * (0.3 + 0.7 * cover.density) * share)
-    broad = math.sqrt(1.0 / share) * (0.05 + 0.03 * cover.height_m if is_crop else 0.012 + 0.02 * cover.height_m)
+    count = int((130 if is_crop else 320) * (0.3 + 0.7 * cover.density) * share)
+    broad = math.sqrt(1.0 / share) * (0.05 + 0.03 * cover.height_m if is_crop else 0.006 + 0.010 * cover.height_m)
     east = rng.uniform(-0.5, 0.5, count) * PATCH_M
     if is_crop:
         east = (np.round(east / ROW_M - 0.5) + 0.5) * ROW_M + rng.normal(scale=0.05, size=count)

@@ -1,5 +1,7 @@
 """A picture's pixels, some rows at a time: what each sees, how far away, and how it is lit."""
 
+import numpy as np
+
 from sitl_emu.world.render.kernel import F32, HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, streamed, u4
 from sitl_emu.world.render.land import BY_BYTE, burn_ground, colour_ground, find_relief, slope
 from sitl_emu.world.render.maps import SunMap, Surfaces, Textures, level_of, sunlit, texel
@@ -73,14 +75,19 @@ def _light_land(b: Block, n: int, air: Air) -> None:
         b.open[i] = open_
 
 
+DAY = f4(1.44)
+"""Exposure of a light's own gain (description.Light)."""
+
+
 @streamed
-def _add_glow(b: Block, n: int) -> None:
-    """Embers."""
+def _add_glow(b: Block, n: int, exposure: np.float32) -> None:
+    """Embers, which are as bright in a picture at night as by day: more than it can show."""
+    bright = DAY / exposure
     for i in range(n):
         glow = b.glow[i]
-        b.red[i] += glow * f4(0.95)
-        b.green[i] += glow * glow * f4(0.30)
-        b.blue[i] += glow * glow * f4(0.04)
+        b.red[i] += glow * f4(0.95) * bright
+        b.green[i] += glow * glow * f4(0.30) * bright
+        b.blue[i] += glow * glow * f4(0.04) * bright
 
 
 @streamed
@@ -146,7 +153,7 @@ def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
     _find_light(b, n, surfaces, air)
     _light_land(b, n, air)
     if glows:
-        _add_glow(b, n)
+        _add_glow(b, n, f4(air.exposure))
     _see_through_air(b, n, air)
 
 
