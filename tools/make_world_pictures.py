@@ -103,10 +103,11 @@ def wildfire_perimeter(world: World) -> list[Shot]:
 
 def corn_field(world: World) -> list[Shot]:
     """Its painter draws no sky: from above, and from the rover's mast."""
-    patch = next(thing for thing in world.description.things if thing.target)
-    n, e = patch.north_m, patch.east_m
+    south, west, north, east = views.extent(world)
+    patches = [(thing.north_m, thing.east_m) for thing in world.description.things if thing.target]
+    n, e = min(patches, key=lambda each: math.dist(each, (0.5 * (south + north), 0.5 * (west + east))))
     oblique, mast = towards(n, e, 20.0, 14.0, 14.0, 45.0), towards(n, e, 0.0, 2.2, 2.0, 40.0)
-    low = dataclasses.replace(world.description.light, elevation_deg=12.0, gain=1.3, warmth=1.3)
+    low = dataclasses.replace(world.description.light, elevation_deg=12.0, gain=1.3, warmth=1.08)
     return [*nadir(n, e), Shot("oblique", oblique), Shot("from a mast, 2 m", mast), Shot("low sun", oblique, low)]
 
 
@@ -148,8 +149,9 @@ def sheet(pictures: list[tuple[str, Picture]]) -> Picture:
     cells = []
     for title, picture in pictures:
         cell = cv2.resize(picture, CELL, interpolation=cv2.INTER_AREA)
-        for colour, width in (((20, 20, 20), 3), ((245, 245, 245), 1)):
-            cv2.putText(cell, title, (8, CELL[1] - 9), cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, width, cv2.LINE_AA)
+        for shift, colour in ((1, (20, 20, 20)), (0, (250, 250, 250))):
+            place = 8 + shift, CELL[1] - 9 + shift
+            cv2.putText(cell, title, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv2.LINE_AA)
         cells.append(cv2.copyMakeBorder(cell, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
     while len(cells) % COLUMNS:
         cells.append(np.full_like(cells[0], 255))

@@ -17,7 +17,7 @@ KEPT_AS = "world.yaml"
 SUFFIXES = (".yaml", ".yml", *sdf.SUFFIXES)
 UNCHANGED = Changes()
 THINGS = "things"
-"""The option that every kind has: things that stand or lie in it beside its own."""
+"""The option that every kind without a painter has: things that stand or lie in it beside its own."""
 MOST_LINES = 20
 
 
@@ -49,6 +49,8 @@ def build(
             folder = Path()
         described = made.description
         if options.get(THINGS):
+            if hasattr(kinds.kind(source), "scene"):
+                raise WorldError(f"world {source}: {THINGS}: its painter draws its own things alone")
             more = description.things_of(options[THINGS], f"world {source}")
             described = dataclasses.replace(described, things=described.things + more)
         if changes.wind is not None:
