@@ -151,7 +151,7 @@ def truck(length_m: float, colour: Colour) -> Model:
     for side in (-1.0, 1.0):
         pane = hull([(2.9, side * 1.05, -1.35), (2.15, side * 1.06, -1.35), (2.75, side * 1.045, -2.15),
                      (2.15, side * 1.045, -2.15), (2.5, side * 1.0, -1.7)], GLASS)  # fmt: skip
-        parts += [pane, moved(wheel(0.46, 0.3), (2.4, side * 0.92, -0.46))]
+        parts += [pane, moved(wheel(0.46, 0.3), (2.4, side * 0.97, -0.46))]
         parts += [moved(wheel(0.46, 0.3), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
         parts.append(moved(box((0.05, 0.3, 0.16), CLOTH, (0.95, 0.95, 0.9)), (3.47, side * 0.8, -0.75)))
     return _scaled(merged(parts), length_m / 7.0)
@@ -229,5 +229,5 @@ def stop_sign(height_m: float) -> Model:
     uv = [(0.5 - 0.5 * math.cos(a), 0.5 - 0.5 * math.sin(a)) for a in angles]
     front = face(rim, uv, NUMBER["stop_sign"])
     back = face([(n - 0.02, e, d) for n, e, d in reversed(rim)], uv, CLOTH, GREY)
-    post = lathe(((0.035, -0.2), (0.035, height_m), (0.0, height_m)), 8, CLOTH, GREY)
+    post = lathe(((0.035, -0.2), (0.035, height_m - 0.1), (0.0, height_m - 0.1)), 8, CLOTH, GREY)
     return merged((front, back, post))
