@@ -7,6 +7,7 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 from sitl_emu.autopilot.commander.commander import Commander
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
@@ -42,11 +43,11 @@ from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
-MODE_FLAG_SAFETY_ARMED = 128
-MODE_FLAG_TEST_ENABLED = 2
-POSITION_EVERY = 2
+MODE_FLAG_SAFETY_ARMED: Final = 128
+MODE_FLAG_TEST_ENABLED: Final = 2
+POSITION_EVERY: Final = 2
 """Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
-COMMANDER_EVERY = 5
+COMMANDER_EVERY: Final = 5
 """Commander and navigator run on every fifth tick (50 Hz)."""
 
 

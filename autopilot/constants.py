@@ -1,6 +1,7 @@
 """Numbers that PX4 v1.18 gives names: navigation states, setpoint types, takeoff states."""
 
 from enum import IntEnum
+from typing import Final
 
 
 class NavState(IntEnum):
@@ -82,5 +83,5 @@ class Severity(IntEnum):
     DEBUG = 7
 
 
-MOST_ROTORS = 12
+MOST_ROTORS: Final = 12
 """CA_ROTOR_COUNT at most: PX4 has parameters for so many."""

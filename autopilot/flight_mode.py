@@ -9,7 +9,7 @@ chosen on the ground but never run.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, IntFlag, auto
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.core import dialect as mavlink
@@ -92,7 +92,7 @@ class LinkLossException(IntFlag):
 MAIN_MANUAL = 1
 MAIN_ALTCTL = 2
 MAIN_POSCTL = 3
-MAIN_AUTO = 4
+MAIN_AUTO: Final = 4
 MAIN_ACRO = 5
 MAIN_OFFBOARD = 6
 MAIN_STABILIZED = 7

@@ -3,6 +3,7 @@
 `make setup` compiles them with mypyc where there is a C compiler (tools/compile_hot_modules.py). What was made lies in
 the environment (`sys.prefix`), in a folder named by a digest of the sources: whoever changes one of these runs plain
 Python again, until it is compiled anew. Both fly the same to the last bit (tests/flight/test_compiled.py).
+Constants of these modules are `Final`: any other name of a module is looked up in its dictionary at every use.
 SITL_EMU_PURE=1 in the environment: plain Python.
 """
 

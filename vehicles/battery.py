@@ -11,10 +11,11 @@ Not modelled: temperature, ageing, recovery beyond the sag's own.
 """
 
 import itertools
+from typing import Final
 
 from sitl_emu.vehicles.description import Battery
 
-SAG_TIME_S = 0.5
+SAG_TIME_S: Final = 0.5
 CURVE = ((0.0, 0.0), (0.05, 0.22), (0.15, 0.38), (0.40, 0.50), (0.60, 0.62), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0))
 """Charge against height of the cell's voltage between empty and full: a generic lithium-polymer discharge curve."""
 

@@ -5,7 +5,7 @@ Frames: position and velocity NED in metres from the world's origin, body FRD, q
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
 Quaternion = tuple[float, float, float, float]
 Vector3 = tuple[float, float, float]
@@ -15,7 +15,7 @@ Height = Callable[[float, float], float]
 Surface = Callable[[float, float, float], tuple[float, float, float]]
 """What is below (north_m, east_m, down_m): its height, and its rise per metre to north and east, there."""
 
-STEP_S = 0.004
+STEP_S: Final = 0.004
 
 
 class Dynamics(Protocol):

@@ -18,22 +18,23 @@ PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` i
 """
 
 import math
+from typing import Final
 
 from sitl_emu.core.attitude import quaternion, rotation
 from sitl_emu.vehicles import rigid_body
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Surface, Vector3, slope, slope_angles
 
-GEAR_RAD_S = 30.0
-GEAR_DAMPING = 1.0
-CLOSING_M_S = 40.0
+GEAR_RAD_S: Final = 30.0
+GEAR_DAMPING: Final = 1.0
+CLOSING_M_S: Final = 40.0
 """Faster than any vehicle meets the ground: how long the height above it need not be asked for."""
-SLOPE_REACH_M = 0.3
-SLOPE_FRESH_M = 0.1
+SLOPE_REACH_M: Final = 0.3
+SLOPE_FRESH_M: Final = 0.1
 """The ground's plane is taken anew when the vehicle has moved so far along it."""
-LOOKS_TICKS = 5
+LOOKS_TICKS: Final = 5
 """Where roofs and walls may stand below, the surface is looked for at least this often."""
-CAN_STAND_COS = 0.5
+CAN_STAND_COS: Final = 0.5
 """A wreck that lies on its side or back is not turned onto its gear: cosine of the tilt from which on."""
 
 

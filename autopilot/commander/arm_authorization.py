@@ -7,6 +7,7 @@ to be repeated.
 """
 
 from enum import Enum, auto
+from typing import Final
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.constants import Severity
@@ -16,7 +17,7 @@ from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 ARM_AUTHORIZATION_REQUEST: int = mavlink.MAV_CMD_ARM_AUTHORIZATION_REQUEST
-TWO_ARMING_REQUESTS = 1
+TWO_ARMING_REQUESTS: Final = 1
 """COM_ARM_AUTH_MET."""
 DENIED_BECAUSE = {
     mavlink.MAV_ARM_AUTH_DENIED_REASON_INVALID_WAYPOINT: "Denied, waypoint {} have a invalid value",

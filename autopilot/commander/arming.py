@@ -4,6 +4,8 @@ PX4's Commander::arm and disarm (v1.18), with their texts. Sticks that are not a
 are flown by them. A terminated flight stays terminated until the next start.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander import home_position
 from sitl_emu.autopilot.commander.arm_authorization import ArmAuthorization, Leave
 from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
@@ -16,14 +18,17 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ActuatorArmed, Topics
 from sitl_emu.autopilot.vehicle_kind import Traits
 
-THROTTLE_LOW = -0.8
-THROTTLE_CENTRE = 0.2
+THROTTLE_LOW: Final = -0.8
+THROTTLE_CENTRE: Final = 0.2
 THROTTLE_REFUSAL = ("Arming denied: throttle not in safe position\t", "commander_arm_denied_throttle_unsafe")
 HEALTH_REFUSAL = ("Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures")
-STICK_GESTURE, RC_SWITCH, RC_BUTTON, KILL_SWITCH = "stick gesture", "RC switch", "RC button", "kill-switch"
-INTERNAL_COMMAND = "internal command"
-EXTERNAL_COMMAND = "external command"
-MISSION_START = "mission start"
+STICK_GESTURE: Final = "stick gesture"
+RC_SWITCH: Final = "RC switch"
+RC_BUTTON: Final = "RC button"
+KILL_SWITCH: Final = "kill-switch"
+INTERNAL_COMMAND: Final = "internal command"
+EXTERNAL_COMMAND: Final = "external command"
+MISSION_START: Final = "mission start"
 REASONS = {
     STICK_GESTURE: 1,
     RC_SWITCH: 2,

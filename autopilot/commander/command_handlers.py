@@ -7,6 +7,7 @@ command, it finds in topics.vehicle_commands.
 
 import math
 from collections.abc import Callable
+from typing import Final
 
 from sitl_emu.autopilot.commander import home_position
 from sitl_emu.autopilot.commander.arming import EXTERNAL_COMMAND, INTERNAL_COMMAND, MISSION_START, Arming
@@ -40,18 +41,21 @@ from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
 Handler = Callable[[int, VehicleCommand], int | None]
-FORCE_MAGIC = 21196
-LEAST_INT = -(1 << 31)
-KEPT_COMMANDS = 8
-REFUSALS_APART_US = 1_000_000
+FORCE_MAGIC: Final = 21196
+LEAST_INT: Final = -(1 << 31)
+KEPT_COMMANDS: Final = 8
+REFUSALS_APART_US: Final = 1_000_000
 """A mode refused sooner after another is not said, as on PX4."""
-MISSION_START_DENIED = "commander_mission_start_denied_no_mission"
+MISSION_START_DENIED: Final = "commander_mission_start_denied_no_mission"
 MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
 """ACTUATOR_OUTPUT_FUNCTION, as far as PX4 tests them."""
-OWN_FUNCTIONS = 1000
-LONGEST_ACTUATOR_TEST_MS = 3000
+OWN_FUNCTIONS: Final = 1000
+LONGEST_ACTUATOR_TEST_MS: Final = 3000
 STORAGE_ACTIONS = range(5)
-SAVE, RESET_CONFIGURATION, RESET_SENSORS, RESET_ALL = 1, 2, 3, 4
+SAVE: Final = 1
+RESET_CONFIGURATION: Final = 2
+RESET_SENSORS: Final = 3
+RESET_ALL: Final = 4
 KEPT_COUNTERS = ("LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO", "COM_FLIGHT_UUID")
 SENSOR_CALIBRATION = ("CAL_ACC*", "CAL_GYRO*", "CAL_MAG*")
 REBOOT_OR_SHUTDOWN = (1, 2)

@@ -5,6 +5,8 @@ PX4's Commander (src/modules/commander/Commander.cpp, v1.18).
 Left out: VTOL, rebooting (answered; restarting is the process's business), the safety switch that simulation lacks.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander import home_position
 from sitl_emu.autopilot.commander.arm_authorization import ArmAuthorization
 from sitl_emu.autopilot.commander.arming import Arming
@@ -30,14 +32,15 @@ from sitl_emu.autopilot.topics import Topics, VehicleCommand, VehicleStatus
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
-CHECKS_INTERVAL_US = 100_000
-STATUS_INTERVAL_US = 500_000
+CHECKS_INTERVAL_US: Final = 100_000
+STATUS_INTERVAL_US: Final = 500_000
 """Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
-BATTERY_EMERGENCY = 3
-SAFETY_BREAKER = 22027
+BATTERY_EMERGENCY: Final = 3
+SAFETY_BREAKER: Final = 22027
 """CBRK_IO_SAFETY: the safety button is out of the way."""
-PREARM_DISABLED, PREARM_BY_SAFETY_BUTTON = 0, 1
-PREARMED_AFTER_US = 5_000_000
+PREARM_DISABLED: Final = 0
+PREARM_BY_SAFETY_BUTTON: Final = 1
+PREARMED_AFTER_US: Final = 5_000_000
 STATE_UNINIT: int = mavlink.MAV_STATE_UNINIT
 STATE_CALIBRATING: int = mavlink.MAV_STATE_CALIBRATING
 STATE_STANDBY: int = mavlink.MAV_STATE_STANDBY

@@ -4,14 +4,14 @@ PX4's Commander::dataLinkCheck (v1.18): a heartbeat counts for 2.5 s, and a whil
 computer, 3 s for others) its component is lost. One that never was there is not missed.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.topics import GcsHeartbeats
 
-HEARTBEAT_TIMEOUT_US = 2_500_000
-LOST_AFTER_US = 3_000_000
+HEARTBEAT_TIMEOUT_US: Final = 2_500_000
+LOST_AFTER_US: Final = 3_000_000
 
 
 class Component(NamedTuple):

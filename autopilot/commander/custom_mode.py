@@ -4,20 +4,22 @@ From PX4's px4_custom_mode.h (v1.18): main mode in bits 16 to 23, sub mode in bi
 LAND, and AUTO without a sub mode means MISSION. Base mode flags are those of MAV_MODE_FLAG.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO, ControlMode
 
 _CUSTOM_MODE = {state: (mode.sub_mode << 24) | (mode.main_mode << 16) for state, mode in FLIGHT_MODES.items()}
-_BY_MAIN_AND_SUB = {
+_BY_MAIN_AND_SUB: Final = {
     (mode.main_mode, mode.sub_mode): state for state, mode in FLIGHT_MODES.items() if mode.by_set_mode
 } | {(MAIN_AUTO, 0): NavState.AUTO_MISSION}
 
-FLAG_CUSTOM_MODE_ENABLED = 1
-FLAG_AUTO_ENABLED = 4
-FLAG_GUIDED_ENABLED = 8
-FLAG_STABILIZE_ENABLED = 16
-FLAG_MANUAL_INPUT_ENABLED = 64
-FLAG_SAFETY_ARMED = 128
+FLAG_CUSTOM_MODE_ENABLED: Final = 1
+FLAG_AUTO_ENABLED: Final = 4
+FLAG_GUIDED_ENABLED: Final = 8
+FLAG_STABILIZE_ENABLED: Final = 16
+FLAG_MANUAL_INPUT_ENABLED: Final = 64
+FLAG_SAFETY_ARMED: Final = 128
 
 
 def custom_mode_of(nav_state: NavState) -> int:

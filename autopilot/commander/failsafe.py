@@ -11,7 +11,7 @@ Left out: VTOL, deferred failsafes, remaining flight time, wind, motor failures,
 
 from collections.abc import Callable
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
@@ -62,7 +62,7 @@ LINK_LOSS_ACT = {0: NOTHING, 1: HOLD, 2: RTL, 3: LAND, 5: TERMINATE, 6: DISARM}
 COM_PARACHUTE = {1: WARN, 2: WARN, 3: RTL, 4: LAND}
 COM_ARM_ODID = {3: RTL, 4: LAND, 5: TERMINATE}
 GF_ACTION = {0: NOTHING, 1: WARN, 2: HOLD, 3: RTL, 4: TERMINATE, 5: LAND}
-ONLY_WARN = 0
+ONLY_WARN: Final = 0
 """COM_LOW_BAT_ACT."""
 LOW_BAT_CRITICAL = {0: WARN, 2: LAND, 3: RTL}
 LOW_BAT_EMERGENCY = {0: WARN, 2: LAND, 3: LAND}
@@ -78,14 +78,14 @@ OFFBOARD_LOSS_ACT = {
 }
 """COM_OBL_RC_ACT."""
 
-WARNING_LOW = 1
-WARNING_CRITICAL = 2
-WARNING_EMERGENCY = 3
-FLIGHT_TERMINATION_BROKEN = 121212
+WARNING_LOW: Final = 1
+WARNING_CRITICAL: Final = 2
+WARNING_EMERGENCY: Final = 3
+FLIGHT_TERMINATION_BROKEN: Final = 121212
 """CBRK_FLIGHTTERM: a critical failure is only warned of."""
-EARLY_TAKEOFF_US = 3_000_000
+EARLY_TAKEOFF_US: Final = 3_000_000
 """After spoolup: a vehicle that tips over now is still on the ground, and is disarmed."""
-STICKS_DISABLED = 4
+STICKS_DISABLED: Final = 4
 """COM_RC_IN_MODE: no stick input at all."""
 
 _FALLBACK_MODES = (
@@ -97,9 +97,9 @@ _FALLBACK_MODES = (
     (Action.LAND, NavState.AUTO_LAND),
     (Action.DESCEND, NavState.DESCEND),
 )
-_MODE_OF_ACTION = dict(_FALLBACK_MODES) | {Action.TERMINATE: NavState.TERMINATION}
+_MODE_OF_ACTION: Final = dict(_FALLBACK_MODES) | {Action.TERMINATE: NavState.TERMINATION}
 
-CAUSE_GENERIC = 0
+CAUSE_GENERIC: Final = 0
 CAUSES = {
     "manual_control_signal_lost": 1,
     "gcs_connection_lost": 2,

@@ -8,13 +8,14 @@ Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (F
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.flight_mode import modes_where
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import FailureDetectorStatus, Topics
 
-STATUS_EVERY_US = 500_000
-IMBALANCE_TIME_CONSTANT_S = 5.0
+STATUS_EVERY_US: Final = 500_000
+IMBALANCE_TIME_CONSTANT_S: Final = 5.0
 WITHOUT_ATTITUDE = modes_where(lambda mode: not mode.control.attitude)
 
 

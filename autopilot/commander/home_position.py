@@ -6,11 +6,12 @@ been moved further than its position may be wrong.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import HomePosition, Topics
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
-MOVED_AT_LEAST_M = 1.0
+MOVED_AT_LEAST_M: Final = 1.0
 
 
 def at_vehicle(now_us: int, topics: Topics, *, manual_home: bool = False) -> HomePosition | None:

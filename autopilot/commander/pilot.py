@@ -5,6 +5,7 @@ OFFBOARD of a multicopter in the air; the first sticks that are ever seen choose
 """
 
 from collections.abc import Callable
+from typing import Final
 
 from sitl_emu.autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITCH, STICK_GESTURE, Arming
 from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
@@ -13,7 +14,7 @@ from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS
 from sitl_emu.autopilot.topics import ActionRequest, Topics
 
-KILL_DISARMS_AFTER_US = 5_000_000
+KILL_DISARMS_AFTER_US: Final = 5_000_000
 """A vehicle that stays killed is disarmed (PX4's COM_KILL_DISARM)."""
 BY = (STICK_GESTURE, RC_SWITCH, RC_BUTTON)
 """Of action_request SOURCE; a mode slot does not arm."""

@@ -7,7 +7,7 @@ answered at once, and again by `answer_later`.
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from sitl_emu.autopilot.topics import CommandTold, Topics, VehicleCommand, VehicleCommandAck
 
@@ -17,7 +17,7 @@ MAV_RESULT_TEMPORARILY_REJECTED = 1
 MAV_RESULT_DENIED = 2
 MAV_RESULT_UNSUPPORTED = 3
 MAV_RESULT_FAILED = 4
-MAV_RESULT_IN_PROGRESS = 5
+MAV_RESULT_IN_PROGRESS: Final = 5
 
 
 class CommandResult(NamedTuple):

@@ -6,7 +6,7 @@ the vehicle was disarmed, took off or changed its mode meanwhile, or another tes
 """
 
 import math
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
@@ -15,12 +15,17 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-ROLL, PITCH, YAW = 0, 1, 2
-X_THRUST, Y_THRUST, Z_THRUST = 4, 5, 6
+ROLL: Final = 0
+PITCH: Final = 1
+YAW: Final = 2
+X_THRUST: Final = 4
+Y_THRUST: Final = 5
+Z_THRUST: Final = 6
 """ACTUATOR_TEST_GROUP; 3, the tilt of all rotors, is a tiltrotor's alone."""
 TORQUES, THRUSTS = (ROLL, PITCH, YAW), (X_THRUST, Y_THRUST, Z_THRUST)
-LASTS_US = 500_000
-PREARMED_ALWAYS, PREARMED_FROM_US = 2, 5_000_000
+LASTS_US: Final = 500_000
+PREARMED_ALWAYS: Final = 2
+PREARMED_FROM_US: Final = 5_000_000
 """COM_PREARM_MODE, and how long after the start; 1 waits for a safety button, which the simulation has none of."""
 CANCELLED = CommandResult(mavlink.MAV_RESULT_CANCELLED)
 

@@ -6,14 +6,19 @@ at once; a new test puts the end of all off, which comes by its time-out. What n
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from sitl_emu.autopilot.topics import ActuatorTest, Topics
 
-FIRST_MOTOR, LAST_MOTOR = 101, 112
-FIRST_SERVO, LAST_SERVO = 201, 208
-PWM_DISARMED = 900
-MOTOR_PWM_MIN, MOTOR_PWM_RANGE = 1000, 1000
-CENTRED_PWM, CENTRED_PWM_RANGE = 1500, 500
+FIRST_MOTOR: Final = 101
+LAST_MOTOR: Final = 112
+FIRST_SERVO: Final = 201
+LAST_SERVO: Final = 208
+PWM_DISARMED: Final = 900
+MOTOR_PWM_MIN: Final = 1000
+MOTOR_PWM_RANGE: Final = 1000
+CENTRED_PWM: Final = 1500
+CENTRED_PWM_RANGE: Final = 500
 
 
 class ActuatorTests:

@@ -7,25 +7,26 @@ out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting roto
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitl_emu.autopilot.topics import Vector3
 
-SMALL_FACTOR = 1e-3
-FARTHEST_M = 1000.0
+SMALL_FACTOR: Final = 1e-3
+FARTHEST_M: Final = 1000.0
 """A rotor is nowhere farther out, whatever its parameters say."""
-YAW_MARGIN = 0.15
+YAW_MARGIN: Final = 0.15
 """Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
-RESOLUTION = 1e-6
-ACHIEVED = 1e-6
+RESOLUTION: Final = 1e-6
+ACHIEVED: Final = 1e-6
 """Square of what may be missing of a setpoint that counts as achieved."""
-ACTUATORS = 16
-AT_LOWER_END, AT_UPPER_END = -2, 2
+ACTUATORS: Final = 16
+AT_LOWER_END: Final = -2
+AT_UPPER_END: Final = 2
 """control_allocator_status.actuator_saturation."""
-FLOAT_EPSILON = 1.2e-7
+FLOAT_EPSILON: Final = 1.2e-7
 NOTHING: Vector3 = (0.0, 0.0, 0.0)
 
 

@@ -6,26 +6,29 @@ learnt too. HTE_HT_NOISE, HTE_HT_ERR_INIT, HTE_ACC_GATE, HTE_THR_RANGE, HTE_VZ_T
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.topics import HoverThrustEstimate
 
-GRAVITY_M_S2 = 9.80665
-ACCEL_VARIANCE = 5.0
+GRAVITY_M_S2: Final = 9.80665
+ACCEL_VARIANCE: Final = 5.0
 """Start of the learnt variance of the acceleration, (m/s²)²; then it stays within the next two."""
-LEAST_ACCEL_VARIANCE, MOST_ACCEL_VARIANCE = 1.0, 400.0
-LEAST_VARIANCE, MOST_VARIANCE = 1e-10, 1.0
+LEAST_ACCEL_VARIANCE: Final = 1.0
+MOST_ACCEL_VARIANCE: Final = 400.0
+LEAST_VARIANCE: Final = 1e-10
+MOST_VARIANCE: Final = 1.0
 """Of the hover thrust."""
-NOISE_TIME_CONSTANT_S = 2.0
-LOW_PASS_TIME_CONSTANT_S = 1.0
-LARGE_OFFSET = 0.2
+NOISE_TIME_CONSTANT_S: Final = 2.0
+LOW_PASS_TIME_CONSTANT_S: Final = 1.0
+LARGE_OFFSET: Final = 0.2
 """Filtered test ratio beyond which rejected measurements mean that the hover thrust has changed."""
-RECOVERY_NOISE = 1e3
+RECOVERY_NOISE: Final = 1e3
 """Process noise is so much larger then."""
-VALID_VARIANCE = 0.001
-VALID_AFTER_S = 2.0
-TOLD_EVERY_US = 40_000
-SMALLEST_GATE, SMALLEST_HOVER = 1e-3, 1e-3
+VALID_VARIANCE: Final = 0.001
+VALID_AFTER_S: Final = 2.0
+TOLD_EVERY_US: Final = 40_000
+SMALLEST_GATE: Final = 1e-3
+SMALLEST_HOVER: Final = 1e-3
 """So that no parameter makes a division by zero."""
 INVALID = HoverThrustEstimate()
 

@@ -6,10 +6,11 @@ remaining yaw with less weight (MC_YAW_WEIGHT). MC_ROLL_P, MC_PITCH_P, MC_YAW_P;
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import Quaternion, Vector3
 
-NO_TWIST = 1e-5
+NO_TWIST: Final = 1e-5
 
 
 def rates_setpoint(

@@ -9,7 +9,7 @@ PX4's MAVLink receiver does: what ground stations do once a second.
 
 import math
 from enum import IntEnum, auto
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, obey_navigator
@@ -20,25 +20,32 @@ from sitl_emu.autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import quotient
 
-TICK_S = 0.004
-STEP_US = 100_000
+TICK_S: Final = 0.004
+STEP_US: Final = 100_000
 """Between two steps of the state machine, and of the signal."""
-FILTERS_US = 4_000_000
+FILTERS_US: Final = 4_000_000
 """PX4 measures its loop's rate over 1000 samples first."""
-LEAST_AXIS_US, PAUSE_US, TEST_US, RESULT_US = 5_000_000, 2_000_000, 4_000_000, 2_000_000
-TEST_SETTLES_US = 1_000_000
-TIMEOUT_US = 20_000_000
-SETTLED_VARIANCE = 50.0
+LEAST_AXIS_US: Final = 5_000_000
+PAUSE_US: Final = 2_000_000
+TEST_US: Final = 4_000_000
+RESULT_US: Final = 2_000_000
+TEST_SETTLES_US: Final = 1_000_000
+TIMEOUT_US: Final = 20_000_000
+SETTLED_VARIANCE: Final = 50.0
 MODEL_S = (0.002, 0.010)
-SIGNAL_ALPHA = 1.0 / 3.0
+SIGNAL_ALPHA: Final = 1.0 / 3.0
 """A low-pass of 0.2 s at the signal's 0.1 s takes its mean away."""
-FIRST_STEP, LONGEST_STEP, LONGEST_STEP_LATER = 5, 10, 5
-YAW_RISE_S = 0.2
-DETUNING = 0.7
-STICKS_MOVED = 0.05
-MOST_CONTROL_POWER, POWER_OVER_US = 0.1, 500_000
+FIRST_STEP: Final = 5
+LONGEST_STEP: Final = 10
+LONGEST_STEP_LATER: Final = 5
+YAW_RISE_S: Final = 0.2
+DETUNING: Final = 0.7
+STICKS_MOVED: Final = 0.05
+MOST_CONTROL_POWER: Final = 0.1
+POWER_OVER_US: Final = 500_000
 AXES = ("ROLL", "PITCH", "YAW")
-ON_DISARM, AT_ONCE = 1, 2
+ON_DISARM: Final = 1
+AT_ONCE: Final = 2
 """MC_AT_APPLY."""
 
 

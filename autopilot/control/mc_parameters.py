@@ -4,11 +4,13 @@ PX4's MulticopterPositionControl::parameters_update (src/modules/mc_pos_control,
 others at once, where they are not negative; then every value that exceeds its limit is brought back to it.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.parameters import Parameters
 
-MAX_SAFE_TILT_DEG = 89.0
+MAX_SAFE_TILT_DEG: Final = 89.0
 """MulticopterPositionControl::MAX_SAFE_TILT_DEG."""
 CONSTRAINED = (
     ("MPC_TILTMAX_LND", "MPC_TILTMAX_AIR", "Land tilt", "max tilt", "mc_pos_ctrl_land_tilt_set"),

@@ -6,12 +6,12 @@ margin, and anti-windup. Pure maths on scalars: no topics, no time but dt.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
 
-GRAVITY_M_S2 = 9.80665
-SMALLEST = 1e-6
+GRAVITY_M_S2: Final = 9.80665
+SMALLEST: Final = 1e-6
 
 
 class PositionControlGains(NamedTuple):

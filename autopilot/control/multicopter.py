@@ -10,6 +10,7 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.constants import MOST_ROTORS, NavState, TakeoffState
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
@@ -56,20 +57,22 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import wrap_pi
 
-TICK_S = 0.004
-TILT_LIMIT_SLEW_RAD_S = 0.2
+TICK_S: Final = 0.004
+TILT_LIMIT_SLEW_RAD_S: Final = 0.2
 STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
 """On the ground: a large acceleration down leaves no thrust."""
-CLEAR_OF_GROUND_M = 1.0
+CLEAR_OF_GROUND_M: Final = 1.0
 """Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
-PWM_DISARMED, PWM_MIN, PWM_RANGE = 900, 1000, 1000
+PWM_DISARMED: Final = 900
+PWM_MIN: Final = 1000
+PWM_RANGE: Final = 1000
 """What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
-PWM_EVERY = 5
-STATUS_EVERY = 50
+PWM_EVERY: Final = 5
+STATUS_EVERY: Final = 50
 """Ticks; as often as PX4 logs control_allocator_status."""
-MOTOR_FUNCTION = 101
-MOTORS = 12
-OUTPUTS = 16
+MOTOR_FUNCTION: Final = 101
+MOTORS: Final = 12
+OUTPUTS: Final = 16
 
 
 class MulticopterControl:

@@ -5,14 +5,17 @@ nobody has set an actuator, its output stays at the disarmed value; so do all wh
 """
 
 from collections.abc import Sequence
+from typing import Final
 
 from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
 
-FIRST_ACTUATOR, LAST_ACTUATOR = 301, 306
+FIRST_ACTUATOR: Final = 301
+LAST_ACTUATOR: Final = 306
 """Peripheral via actuator set 1 to 6: MAV_CMD_DO_SET_ACTUATOR."""
-GRIPPER = 430
-PWM_CENTRE, PWM_RANGE = 1500, 500
-PWM_DISARMED = 900
+GRIPPER: Final = 430
+PWM_CENTRE: Final = 1500
+PWM_RANGE: Final = 500
+PWM_DISARMED: Final = 900
 
 
 def carried(function: int) -> bool:

@@ -3,10 +3,12 @@
 PX4's TakeoffHandling (src/modules/mc_pos_control/Takeoff, v1.18): COM_SPOOLUP_TIME, MPC_TKO_RAMP_T.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.constants import TakeoffState
 
-GRAVITY_M_S2 = 9.80665
-LEAST_GAIN = 0.01
+GRAVITY_M_S2: Final = 9.80665
+LEAST_GAIN: Final = 0.01
 """Of the velocity control: PX4 takes no less for the ramp (TakeoffHandling::generateInitialRampValue)."""
 
 

@@ -6,11 +6,12 @@ ratio keeps the innovation's sign, follows with half a second, and is what pre-f
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 from sitl_emu.autopilot.topics import NAN, EstimatorAidSource1d, EstimatorAidSource2d, EstimatorAidSource3d
 
-FILTER_S = 0.5
-LARGEST_INNOVATION = 2.0
+FILTER_S: Final = 0.5
+LARGEST_INNOVATION: Final = 2.0
 """In gates: what is filtered is limited to it while a sample lies beyond."""
 
 

@@ -5,14 +5,14 @@ noise is boosted until the offset has been taken over.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-GATE = 3.0
-VARIANCE_MIN = 1e-8
-MONITORING_S = 10.0
-BOOST = 1e3
-OFFSET_RATIO = 0.2
-LEAST_NOISE = 0.01
+GATE: Final = 3.0
+VARIANCE_MIN: Final = 1e-8
+MONITORING_S: Final = 10.0
+BOOST: Final = 1e3
+OFFSET_RATIO: Final = 0.2
+LEAST_NOISE: Final = 0.01
 
 
 class BiasStatus(NamedTuple):

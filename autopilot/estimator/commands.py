@@ -7,7 +7,7 @@ does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arm
 """
 
 import math
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
@@ -22,9 +22,9 @@ EXTERNAL_ATTITUDE_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE
 EXTERNAL_POSITION_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_POSITION_ESTIMATE
 EXTERNAL_WIND_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_WIND_ESTIMATE
 ESTIMATOR_SENSOR_ENABLE: int = mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE
-UNKNOWN_ACCURACY_M = 50.0
-UNKNOWN_HEADING_ACCURACY_DEG = 20.0
-LONGEST_DELAY_S = 15.0
+UNKNOWN_ACCURACY_M: Final = 50.0
+UNKNOWN_HEADING_ACCURACY_DEG: Final = 20.0
+LONGEST_DELAY_S: Final = 15.0
 ACCEPTED = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
 FAILED = CommandResult(mavlink.MAV_RESULT_FAILED)
 UNSUPPORTED = CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
@@ -114,8 +114,8 @@ class EstimatorCommands:
         return ACCEPTED
 
 
-MAG_TYPE_NONE = 5
-SECOND_GPS_BIT = 1 << 1
+MAG_TYPE_NONE: Final = 5
+SECOND_GPS_BIT: Final = 1 << 1
 
 
 def _is_place(command: VehicleCommand) -> bool:

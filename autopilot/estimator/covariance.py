@@ -8,16 +8,26 @@ adds the square of noise times step at every step of the filter. PX4 predicts at
 predicted at once, which neglects what attitude errors do to position within these 64 ms.
 """
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Matrix = NDArray[Any]
-STATES = 24
-ATTITUDE, VELOCITY, POSITION, GYRO_BIAS, ACCEL_BIAS, MAG_I, MAG_B, WIND, TERRAIN = 0, 3, 6, 9, 12, 15, 18, 21, 23
-YAW, HEIGHT = ATTITUDE + 2, POSITION + 2
-MOVING, DRIVING = 9, 15
+STATES: Final = 24
+ATTITUDE: Final = 0
+VELOCITY: Final = 3
+POSITION: Final = 6
+GYRO_BIAS: Final = 9
+ACCEL_BIAS: Final = 12
+MAG_I: Final = 15
+MAG_B: Final = 18
+WIND: Final = 21
+TERRAIN: Final = 23
+YAW: Final = ATTITUDE + 2
+HEIGHT: Final = POSITION + 2
+MOVING: Final = 9
+DRIVING: Final = 15
 """States that change by themselves, and those that make them change."""
 FLOOR = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
 CEILING = np.array([1.0] * 3 + [1e6] * 6 + [1.0] * 12 + [1e6] * 2 + [1e4])

@@ -8,6 +8,7 @@ resets.py. Numbers are PX4's unless said otherwise.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -22,16 +23,18 @@ from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
 from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.geodesy import MapProjection
 
-RESET_TIMEOUT_US = 7_000_000
-NO_AID_TIMEOUT_US = 1_000_000
-HEIGHT_FUSION_TIMEOUT_US = 5_000_000
-BAD_ACCEL_RESET_US = 500_000
-BAD_ACCEL_NOISE_M_S2 = 4.9
-GYRO_BIAS, ACCEL_BIAS, GRAVITY_VECTOR = 1, 2, 4
+RESET_TIMEOUT_US: Final = 7_000_000
+NO_AID_TIMEOUT_US: Final = 1_000_000
+HEIGHT_FUSION_TIMEOUT_US: Final = 5_000_000
+BAD_ACCEL_RESET_US: Final = 500_000
+BAD_ACCEL_NOISE_M_S2: Final = 4.9
+GYRO_BIAS: Final = 1
+ACCEL_BIAS: Final = 2
+GRAVITY_VECTOR: Final = 4
 """Bits of EKF2_IMU_CTRL."""
-SENSOR_WEIGHT = 0.1
+SENSOR_WEIGHT: Final = 0.1
 """Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
-ALIGNED_WITH_GRAVITY = 0.966
+ALIGNED_WITH_GRAVITY: Final = 0.966
 POSITION = {
     "IMU": ("EKF2_IMU_POS_X", "EKF2_IMU_POS_Y", "EKF2_IMU_POS_Z"),
     "RNG": ("EKF2_RNG_POS_X", "EKF2_RNG_POS_Y", "EKF2_RNG_POS_Z"),
@@ -39,13 +42,17 @@ POSITION = {
     "EV": ("EKF2_EV_POS_X", "EKF2_EV_POS_Y", "EKF2_EV_POS_Z"),
 }
 """Parameters that say where a sensor sits in the body, in metres: IMU, range finder, flow camera, vision."""
-COVARIANCE_STEPS = 8
+COVARIANCE_STEPS: Final = 8
 """The covariance is predicted after so many steps, of 8 ms (ours; PX4 predicts at each), and when the state is set."""
-OPTIMAL_WITHIN = 1e-6
-INITIAL_WIND_VARIANCE = 1.0
-WIND_NOISE_WITH_CLIMB = 0.5
-CLIMB_RATE_S = 10.0
-BARO, GNSS, RANGE, EV, UNKNOWN = range(5)
+OPTIMAL_WITHIN: Final = 1e-6
+INITIAL_WIND_VARIANCE: Final = 1.0
+WIND_NOISE_WITH_CLIMB: Final = 0.5
+CLIMB_RATE_S: Final = 10.0
+BARO: Final = 0
+GNSS: Final = 1
+RANGE: Final = 2
+EV: Final = 3
+UNKNOWN: Final = 4
 """EKF2_HGT_REF."""
 
 

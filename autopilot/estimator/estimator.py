@@ -8,6 +8,7 @@ Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary positi
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
 from sitl_emu.autopilot.estimator.ekf import Ekf
@@ -26,16 +27,17 @@ from sitl_emu.autopilot.estimator.samples import (
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import DistanceSensorSample, Topics, Vector3, VehicleOdometry
 
-STATUS_TIMEOUT_US = 3_000_000
-RANGE_TIMEOUT_US = 1_000_000
-DECLINATION_CHANGE_DEG = 0.1
-LONGEST_DT_S = 0.04
-LONGEST_FLOW_S = 1.0
-FARTHEST_M, FASTEST_M_S = 1e6, 1e3
+STATUS_TIMEOUT_US: Final = 3_000_000
+RANGE_TIMEOUT_US: Final = 1_000_000
+DECLINATION_CHANGE_DEG: Final = 0.1
+LONGEST_DT_S: Final = 0.04
+LONGEST_FLOW_S: Final = 1.0
+FARTHEST_M: Final = 1e6
+FASTEST_M_S: Final = 1e3
 """What is beyond these is no pose of a vehicle, and nothing to compute with."""
-LARGEST_SETTING = 1e9
+LARGEST_SETTING: Final = 1e9
 """More than this means nothing in any unit that parameters have, and its square would leave what a float can tell."""
-QUATERNION_TOLERANCE = 1e-5
+QUATERNION_TOLERANCE: Final = 1e-5
 ENABLE_BITS = (1 << 0, 1 << 2, 1 << 3, 0b1111 << 4, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12)
 """Of EKF2_SENS_EN, by MAV_CMD_ESTIMATOR_SENSOR_ENABLE's source; there may be four auxiliary positions."""
 ANTENNA = ("SENS_GPS0_OFFX", "SENS_GPS0_OFFY", "SENS_GPS0_OFFZ")

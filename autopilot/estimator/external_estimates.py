@@ -5,6 +5,7 @@ EKF/wind.cpp, v1.18).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
@@ -18,13 +19,14 @@ from sitl_emu.autopilot.estimator.resets import (
     reset_yaw_by_fusion,
 )
 
-LEAST_ACCURACY_M = 0.01
-GATE = 10.0
-FORCING_VARIANCE = 0.1
+LEAST_ACCURACY_M: Final = 0.01
+GATE: Final = 10.0
+FORCING_VARIANCE: Final = 0.1
 """With so little noise a gain is nearly one: the position is taken, and what correlates with it follows."""
-FIRM_ACCURACY_M = 1.0
-UNKNOWN_WIND_VARIANCE = 10.0
-LOWEST_ALTITUDE_M, HIGHEST_ALTITUDE_M = -12_000.0, 100_000.0
+FIRM_ACCURACY_M: Final = 1.0
+UNKNOWN_WIND_VARIANCE: Final = 10.0
+LOWEST_ALTITUDE_M: Final = -12_000.0
+HIGHEST_ALTITUDE_M: Final = 100_000.0
 
 
 def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float, measured_us: int) -> None:

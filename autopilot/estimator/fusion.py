@@ -5,6 +5,7 @@ PX4's EKF2 (EKF/control.cpp, controlFusionModes, and Ekf::update in EKF/ekf.cpp,
 
 import math
 from collections import deque
+from typing import Final
 
 from sitl_emu.autopilot.estimator.aid_sources.baro_height import BaroHeight
 from sitl_emu.autopilot.estimator.aid_sources.drag import Drag
@@ -31,11 +32,11 @@ from sitl_emu.autopilot.estimator.height_control import (
 from sitl_emu.autopilot.estimator.samples import ImuSample, SampleBuffer, SystemFlags
 from sitl_emu.autopilot.topics import Vector3
 
-LOOK_AFTER_STEPS = 4
+LOOK_AFTER_STEPS: Final = 4
 """What needs no sample is looked after every so many steps (ours; PX4 looks after all of it at each)."""
-LATE_US = 200_000
+LATE_US: Final = 200_000
 """An aid without a sample for so long is looked after as well: time-outs of the aids are twice that and more."""
-ALIGNED_RAD2 = math.radians(3.0) ** 2
+ALIGNED_RAD2: Final = math.radians(3.0) ** 2
 
 
 class Fusion:

@@ -5,13 +5,14 @@ don't clip: what PX4 does when one rails is left out.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import BARO, EV, GNSS, NO_AID_TIMEOUT_US, RANGE, UNKNOWN, Ekf
 
-BAD_ACCEL_PROBATION_US = 3_000_000
-FAILS_BEYOND, CONFIRMS_BEYOND = 3.0, 1.0
+BAD_ACCEL_PROBATION_US: Final = 3_000_000
+FAILS_BEYOND: Final = 3.0
+CONFIRMS_BEYOND: Final = 1.0
 """Standard deviations of an innovation that says the filter falls."""
 FALLBACKS = {
     BARO: (BARO, GNSS, EV, RANGE),
@@ -19,7 +20,9 @@ FALLBACKS = {
     RANGE: (RANGE, EV, BARO, GNSS),
     EV: (EV, RANGE, BARO, GNSS),
 }
-PRESSURE, SATELLITES, GROUND = range(3)
+PRESSURE: Final = 0
+SATELLITES: Final = 1
+GROUND: Final = 2
 
 
 class VerticalAid(NamedTuple):

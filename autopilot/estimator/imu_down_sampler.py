@@ -6,12 +6,14 @@ of 4 ms for the 10 ms of EKF2_PREDICT_US, as the mean comes down to 4 ms from ab
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator.samples import ImuSample
 
-INTERVAL_AT_START_S = 0.005
-MEAN_WEIGHT = 0.1
-LEAST_TARGET_S, MOST_TARGET_S = 1e-3, 0.1
+INTERVAL_AT_START_S: Final = 0.005
+MEAN_WEIGHT: Final = 0.1
+LEAST_TARGET_S: Final = 1e-3
+MOST_TARGET_S: Final = 0.1
 
 
 class ImuDownSampler:

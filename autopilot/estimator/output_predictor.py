@@ -13,6 +13,7 @@ Shifts of the whole past are kept as one sum: a stored velocity or position is w
 
 import math
 from collections import deque
+from typing import Final
 
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Quaternion, Vector3
@@ -20,16 +21,18 @@ from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotation
 
 Entry = tuple[Quaternion, float, float, float, float, float, float, float, float]
 """Attitude, velocity and position NED, vertical velocity of the second integration, its step (s)."""
-LARGEST_TAU_S = 10.0
-INTEGRAL_SHARE = 0.1
-VERTICAL_DAMPING = 1.1
-ATTITUDE_SHARE = 0.5
-LEAST_DT_S, MOST_DT_S = 1e-4, 0.03
-MEAN_WEIGHT = 0.2
-STEP_AT_START_S = 0.01
-LARGEST_ERROR_M_S, LARGEST_ERROR_M = 1e4, 1e7
+LARGEST_TAU_S: Final = 10.0
+INTEGRAL_SHARE: Final = 0.1
+VERTICAL_DAMPING: Final = 1.1
+ATTITUDE_SHARE: Final = 0.5
+LEAST_DT_S: Final = 1e-4
+MOST_DT_S: Final = 0.03
+MEAN_WEIGHT: Final = 0.2
+STEP_AT_START_S: Final = 0.01
+LARGEST_ERROR_M_S: Final = 1e4
+LARGEST_ERROR_M: Final = 1e7
 """Beyond this the past tells nothing, and the integration begins anew (ours; the filter's velocity is 1e3 at most)."""
-LEAST_COS_SQUARED = 1e-6
+LEAST_COS_SQUARED: Final = 1e-6
 """Of the pitch: straight up or down there is no yaw."""
 
 

@@ -6,6 +6,7 @@ bias.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.fusion import Fusion
@@ -23,14 +24,15 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.core.attitude import rotated
 from sitl_emu.core.geodesy import MapProjection
 
-IMU_HZ = 250.0
-SENSOR_RANGE, SENSOR_FLOW = 1, 2
+IMU_HZ: Final = 250.0
+SENSOR_RANGE: Final = 1
+SENSOR_FLOW: Final = 2
 """vehicle_local_position.dist_bottom_sensor_bitfield."""
-RANGE_MARGIN = 0.9
-FLOW_RATE_SHARE = 0.5
-ALIGNED_IN_FLIGHT_US = 1_000_000
-DEFAULT_GYRO_CUTOFF_HZ = 0.0
-SPREAD_EVERY_US = 40_000
+RANGE_MARGIN: Final = 0.9
+FLOW_RATE_SHARE: Final = 0.5
+ALIGNED_IN_FLIGHT_US: Final = 1_000_000
+DEFAULT_GYRO_CUTOFF_HZ: Final = 0.0
+SPREAD_EVERY_US: Final = 40_000
 """Accuracies are worked out so often (ours; PX4 does with each position)."""
 
 

@@ -5,6 +5,7 @@ most of them with every step; here those that change at every step are written t
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource, record_1d, record_2d, record_3d
@@ -31,20 +32,34 @@ from sitl_emu.autopilot.topics import (
     Vector3,
 )
 
-OFTEN_US, HALF_US, SELDOM_US = 100_000, 500_000, 1_000_000
-LEAST_PREFLIGHT_RATIO = 0.5
-BIAS_CHANGE = 1e-3
-VALID_VARIANCE, MAG_VARIANCE = 0.1, 0.02
-MAG_BIAS_LIMIT_GA = 0.5
-AUXILIARY_POSITION, AIRSPEED, RANGING_BEACON = 3, 7, 8
+OFTEN_US: Final = 100_000
+HALF_US: Final = 500_000
+SELDOM_US: Final = 1_000_000
+LEAST_PREFLIGHT_RATIO: Final = 0.5
+BIAS_CHANGE: Final = 1e-3
+VALID_VARIANCE: Final = 0.1
+MAG_VARIANCE: Final = 0.02
+MAG_BIAS_LIMIT_GA: Final = 0.5
+AUXILIARY_POSITION: Final = 3
+AIRSPEED: Final = 7
+RANGING_BEACON: Final = 8
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE's sources that no vehicle of ours has."""
 ACCEL_DEVICE, GYRO_DEVICE = DEVICE_IDS["ACC"], DEVICE_IDS["GYRO"]
 BARO_DEVICE, MAG_DEVICE = DEVICE_IDS["BARO"], DEVICE_IDS["MAG"]
 UNNAMED_FAULT = FAULT_NAMES.index("unused")
 EVENT_NAMES = EstimatorEventFlags._fields[3:]
-ATTITUDE, VELOCITY_HORIZ, VELOCITY_VERT, POS_HORIZ_REL, POS_HORIZ_ABS = 1, 2, 4, 8, 16
-POS_VERT_ABS, POS_VERT_AGL, CONST_POS_MODE, PRED_POS_HORIZ_REL, PRED_POS_HORIZ_ABS = 32, 64, 128, 256, 512
-GPS_GLITCH, ACCEL_ERROR = 1024, 2048
+ATTITUDE: Final = 1
+VELOCITY_HORIZ: Final = 2
+VELOCITY_VERT: Final = 4
+POS_HORIZ_REL: Final = 8
+POS_HORIZ_ABS: Final = 16
+POS_VERT_ABS: Final = 32
+POS_VERT_AGL: Final = 64
+CONST_POS_MODE: Final = 128
+PRED_POS_HORIZ_REL: Final = 256
+PRED_POS_HORIZ_ABS: Final = 512
+GPS_GLITCH: Final = 1024
+ACCEL_ERROR: Final = 2048
 """ESTIMATOR_STATUS_FLAGS."""
 
 

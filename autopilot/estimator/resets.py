@@ -5,6 +5,7 @@ output predictor follows each jump at once; `Ekf.resets` counts them and tells b
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
-LEAST_VARIANCE = 0.01**2
-YAW_RESET_TURNS_VELOCITY_RAD = 0.3
+LEAST_VARIANCE: Final = 0.01**2
+YAW_RESET_TURNS_VELOCITY_RAD: Final = 0.3
 
 
 def reset_velocity(ekf: Ekf, velocity: Vector3, variances: Vector3) -> None:

@@ -5,11 +5,11 @@ far behind the present as its slowest sensor is late; each sample is fused when 
 """
 
 from collections import deque
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Final, Generic, NamedTuple, Protocol, TypeVar
 
 from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, Vector3
 
-OLDEST_US = 100_000
+OLDEST_US: Final = 100_000
 """A sample that lies further behind the horizon than this is of no use any more."""
 
 

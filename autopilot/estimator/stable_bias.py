@@ -5,14 +5,15 @@ it must not have moved by more than a tenth of its limit for ten seconds of lear
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import Vector3
 
-LARGEST_VARIANCE = 1e-3
-LARGEST_RATIO = 1e2
-LARGEST_CHANGE = 0.1
+LARGEST_VARIANCE: Final = 1e-3
+LARGEST_RATIO: Final = 1e2
+LARGEST_CHANGE: Final = 0.1
 """Share of the bias's limit."""
-LEARNING_US = 10_000_000
+LEARNING_US: Final = 10_000_000
 
 
 class StableBias:

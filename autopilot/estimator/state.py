@@ -8,18 +8,21 @@ world.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Quaternion, Vector3
 from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotated, rotation
 
-GRAVITY_M_S2 = 9.80665
-EARTH_SPIN_RATE_RAD_S = 7.2921150e-5
+GRAVITY_M_S2: Final = 9.80665
+EARTH_SPIN_RATE_RAD_S: Final = 7.2921150e-5
 ZERO: Vector3 = (0.0, 0.0, 0.0)
-LARGEST_VELOCITY_M_S = 1e3
-LARGEST_EARTH_FIELD_GA, LARGEST_MAG_BIAS_GA = 1.0, 0.5
-LARGEST_WIND_M_S, LARGEST_TERRAIN_M = 1e2, 1e4
-HORIZONTAL_ACCELERATION_S = 1.0
+LARGEST_VELOCITY_M_S: Final = 1e3
+LARGEST_EARTH_FIELD_GA: Final = 1.0
+LARGEST_MAG_BIAS_GA: Final = 0.5
+LARGEST_WIND_M_S: Final = 1e2
+LARGEST_TERRAIN_M: Final = 1e4
+HORIZONTAL_ACCELERATION_S: Final = 1.0
 """Time constant of the low-pass for manoeuvre detection."""
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 

@@ -7,21 +7,25 @@ about the vertical alone, here there is one, and five yaws relative to it. Attit
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Quaternion, Vector3, YawEstimatorStatus
 from sitl_emu.core.attitude import product, rotation
 from sitl_emu.core.geodesy import wrap_pi
 
-MODELS = 5
-GYRO_NOISE_RAD_S, ACCEL_NOISE_M_S2 = 0.1, 2.0
-TILT_GAIN, GYRO_BIAS_GAIN = 0.2, 0.04
-GYRO_BIAS_LIMIT_RAD_S = 0.05
+MODELS: Final = 5
+GYRO_NOISE_RAD_S: Final = 0.1
+ACCEL_NOISE_M_S2: Final = 2.0
+TILT_GAIN: Final = 0.2
+GYRO_BIAS_GAIN: Final = 0.04
+GYRO_BIAS_LIMIT_RAD_S: Final = 0.05
 SLOW_RAD_S = math.radians(10.0)
-GRAVITY_M_S2 = 9.80665
-LARGEST_NIS = 25.0
-LEAST_WEIGHT, LEAST_VARIANCE = 1e-5, 1e-6
-CONVERGED_RAD = 0.262
+GRAVITY_M_S2: Final = 9.80665
+LARGEST_NIS: Final = 25.0
+LEAST_WEIGHT: Final = 1e-5
+LEAST_VARIANCE: Final = 1e-6
+CONVERGED_RAD: Final = 0.262
 
 
 class Model:

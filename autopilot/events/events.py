@@ -9,7 +9,7 @@ import functools
 import json
 import pathlib
 from collections import deque
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.core.c_types import STRUCT_CODES, Layout
@@ -17,7 +17,8 @@ from sitl_emu.core.c_types import STRUCT_CODES, Layout
 TABLE = pathlib.Path(__file__).with_name("events.json")
 KEPT = 64
 """Events that wait for the links; a round of checks sends a few dozen at most."""
-PROTOCOL, DISABLED = 8, 9
+PROTOCOL: Final = 8
+DISABLED: Final = 9
 """The levels of events that ground stations read and do not show, and of those that are not logged."""
 LEVELS: dict[str, tuple[int, int]] = {
     **dict.fromkeys(

@@ -3,9 +3,11 @@
 PX4's LandDetector::Run (v1.18): counted from the first takeoff after arming until disarming.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.parameters import Parameters
 
-LOW_BITS = 32
+LOW_BITS: Final = 32
 
 
 class FlightTime:

@@ -6,7 +6,7 @@ something has changed.
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Final, Protocol
 
 from sitl_emu.autopilot.land_detector.flight_time import FlightTime
 from sitl_emu.autopilot.land_detector.multicopter import MulticopterLandDetector
@@ -15,10 +15,11 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, VehicleLandDetected
 from sitl_emu.autopilot.vehicle_kind import Traits
 
-PUBLISHED_AFTER_US = 1_000_000
-AT_REST_US = 1_000_000
+PUBLISHED_AFTER_US: Final = 1_000_000
+AT_REST_US: Final = 1_000_000
 MOVING_RAD_S = math.radians(3.0)
-SHAKING_GYRO, SHAKING_ACCEL = 0.02, 1.2
+SHAKING_GYRO: Final = 0.02
+SHAKING_ACCEL: Final = 1.2
 """Vibration metrics of vehicle_imu_status beyond which a vehicle is not at rest (LandDetector::UpdateVehicleAtRest)."""
 
 

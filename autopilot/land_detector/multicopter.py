@@ -7,6 +7,7 @@ LNDMC_ROT_MAX, LNDMC_ALT_GND.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.flight_mode import modes_where
@@ -14,18 +15,22 @@ from sitl_emu.autopilot.land_detector.held import Held
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics
 
-EACH_S, EACH_OUT_OF_RANGE_S = 1.0 / 3.0, 1.0
+EACH_S: Final = 1.0 / 3.0
+EACH_OUT_OF_RANGE_S: Final = 1.0
 """MulticopterLandDetector::_update_topics: land_detection_time / 3."""
-LOW_THRUST_SHARE, LOW_THRUST_SHARE_KNOWN_HOVER, MINIMAL_THRUST_SHARE = 0.3, 0.6, 0.1
+LOW_THRUST_SHARE: Final = 0.3
+LOW_THRUST_SHARE_KNOWN_HOVER: Final = 0.6
+MINIMAL_THRUST_SHARE: Final = 0.1
 """Between MPC_THR_MIN (0) and hover (1), the second where the hover thrust is estimated (_get_ground_contact_state)."""
-MANUAL_THRUST_MARGIN = 0.01
-LANDING_SPEED_MARGIN = 1.2
-DESCENT_SHARE = 1.1
-WIDER_WHEN_LANDED = 2.5
-CLOSE_TO_GROUND_M = 1.0
-FREEFALL_M_S2, FREEFALL_S = 2.0, 0.3
-MINIMAL_THRUST_S = 8.0
-FRESH_US = 1_000_000
+MANUAL_THRUST_MARGIN: Final = 0.01
+LANDING_SPEED_MARGIN: Final = 1.2
+DESCENT_SHARE: Final = 1.1
+WIDER_WHEN_LANDED: Final = 2.5
+CLOSE_TO_GROUND_M: Final = 1.0
+FREEFALL_M_S2: Final = 2.0
+FREEFALL_S: Final = 0.3
+MINIMAL_THRUST_S: Final = 8.0
+FRESH_US: Final = 1_000_000
 """Older than this, a thrust setpoint or an estimate does not count."""
 NO_CLIMB_RATE = modes_where(lambda mode: not mode.control.climb_rate)
 

@@ -4,13 +4,15 @@ It is in the air, as PX4 sees it, once it was armed for half a second; in a retu
 NAV_ACC_RAD of its home; it is landed whenever it is told to land.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.land_detector.held import Held
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core.geodesy import distance_m
 
-IN_AIR_S = 0.5
+IN_AIR_S: Final = 0.5
 """RoverLandDetector: set_hysteresis_time_from(true, 500_ms)."""
 
 

@@ -15,7 +15,7 @@ import struct
 from collections.abc import Callable, Iterable
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Texts
@@ -29,17 +29,20 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LoggerStatus, Topics
 from sitl_emu.core import c_types
 
-FROM_BOOT, FROM_BOOT_TO_SHUTDOWN, FROM_ARMING_TO_SHUTDOWN = 1, 2, 4
+FROM_BOOT: Final = 1
+FROM_BOOT_TO_SHUTDOWN: Final = 2
+FROM_ARMING_TO_SHUTDOWN: Final = 4
 """SDLOG_MODE."""
-FILES, MAVLINK = 1, 2
+FILES: Final = 1
+MAVLINK: Final = 2
 """SDLOG_BACKEND."""
-STOP_DELAY_US = 1_000_000
+STOP_DELAY_US: Final = 1_000_000
 """A log goes on for so long after disarming."""
-SYNC_US = 500_000
+SYNC_US: Final = 500_000
 """A sync mark so often; with it goes the buffer to the file."""
-STREAM_US = 100_000
+STREAM_US: Final = 100_000
 """A stream is fed so often."""
-LOOK_US = 20_000
+LOOK_US: Final = 20_000
 """How often it looks whether a log is to begin or end, and for new records of what does not come in every tick."""
 FAST = frozenset(
     {
@@ -52,15 +55,15 @@ FAST = frozenset(
     }
 )
 """What may come in every tick."""
-STATE_CHECK_US = 100_000
-RECENT_US = 100_000
+STATE_CHECK_US: Final = 100_000
+RECENT_US: Final = 100_000
 """Commands of so short a time before a log begins are in it: the one that armed."""
-VERSION = "sitl-emu"
-SOFTWARE_RELEASE = 17957119
+VERSION: Final = "sitl-emu"
+SOFTWARE_RELEASE: Final = 17957119
 """ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
-DATA_FORMAT = 2
+DATA_FORMAT: Final = 2
 """ver_data_format: latitudes and longitudes are doubles."""
-OUTPUTS = 16
+OUTPUTS: Final = 16
 TIMESTAMP = struct.Struct("<Q")
 """The first field of every topic."""
 

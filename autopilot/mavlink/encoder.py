@@ -5,13 +5,13 @@ The layout of every message comes from the dialect's class tables (pymavlink's c
 order* (as `ordered_fieldnames`), arrays flattened. Links sign their frames themselves.
 """
 
-from typing import Any
+from typing import Any, Final
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from sitl_emu.core.c_types import Layout
 
-AUTOPILOT_COMPONENT = 1
+AUTOPILOT_COMPONENT: Final = 1
 EXTENSIONS = {
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: "III",
     mavlink.MAVLINK_MSG_ID_MISSION_COUNT: "I",

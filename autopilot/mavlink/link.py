@@ -6,7 +6,7 @@ MAVLink 2 is answered, the sequence number counts per link. The frames of one mo
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
@@ -15,20 +15,21 @@ from sitl_emu.autopilot.mavlink.signature import LinkSigning
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
-DATAGRAM_BYTES = 1400
+DATAGRAM_BYTES: Final = 1400
 """A datagram is closed before it would grow longer: it must fit an Ethernet frame."""
-RETRY_US = 8_000
+RETRY_US: Final = 8_000
 """A stream that had nothing to say is asked again after this long."""
-RESTS_AFTER_US, RESTING_US = 1_000_000, 100_000
+RESTS_AFTER_US: Final = 1_000_000
+RESTING_US: Final = 100_000
 """One that has had nothing to say for so long is asked less often: most of those never have, on this vehicle."""
-NEVER_RESTS_US = 40_000
+NEVER_RESTS_US: Final = 40_000
 """Interval of a stream that is asked often all the same: who wants 25 a second wants the first at once, too."""
-WINDOW_US = 40_000
+WINDOW_US: Final = 40_000
 """Streams are looked through this often for those that are due before the next time; the others wait unseen."""
-NEVER_US = 1 << 62
-RESCALE_US = 1_000_000
+NEVER_US: Final = 1 << 62
+RESCALE_US: Final = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
-MAX_REMOTE_COMPONENTS = 16
+MAX_REMOTE_COMPONENTS: Final = 16
 """So many senders are told apart on a link; PX4 takes no note of a further one, which it still answers."""
 
 

@@ -7,7 +7,7 @@ Mavlink::forward_message. Sockets are not known here.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
@@ -71,7 +71,7 @@ GIMBAL_MODE_MESSAGES = frozenset(
     }
 )
 """All that PX4 listens to on a link in gimbal mode (MavlinkReceiver::handle_messages_in_gimbal_mode)."""
-WIRE_ROUNDS = 8
+WIRE_ROUNDS: Final = 8
 """Questions and answers between the devices on the wires and the autopilot within a tick."""
 
 

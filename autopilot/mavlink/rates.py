@@ -6,9 +6,9 @@ attitude on a rover) are not sent, whatever their rate.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-UNLIMITED = 0.0
+UNLIMITED: Final = 0.0
 
 
 class Rates(NamedTuple):
@@ -101,8 +101,8 @@ CONSTANT = frozenset(name for name, row in STREAMS.items() if row.constant)
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}
 """Limited links by mode; the others' limits (4 MB/s) are never reached."""
 
-SMALLEST_MULTIPLIER = 0.05
-OVERHEAD_BYTES = 12
+SMALLEST_MULTIPLIER: Final = 0.05
+OVERHEAD_BYTES: Final = 12
 """What PX4 counts per frame beside the payload."""
 
 

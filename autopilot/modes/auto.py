@@ -9,6 +9,7 @@ and knows no weather vane.
 
 import math
 from enum import IntEnum
+from typing import Final
 
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.modes.flight_task import (
@@ -38,20 +39,24 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 NAN = math.nan
-SAME_PLACE_M = 0.001
-WANT_TAKEOFF_SPEED = -0.3
+SAME_PLACE_M: Final = 0.001
+WANT_TAKEOFF_SPEED: Final = -0.3
 """Vertical velocity (down) that asks for a takeoff."""
-THRUST_OFF_M_S2 = 100.0
+THRUST_OFF_M_S2: Final = 100.0
 """Acceleration down that leaves no thrust."""
-ROOM_TO_CORRECT = 1.2
+ROOM_TO_CORRECT: Final = 1.2
 """Share of the trajectory's speed down which the position controller may ask for, to correct the height."""
-EXCESS = 1.3
+EXCESS: Final = 1.3
 """Speed over its limit by which the vehicle brakes before it goes on."""
-STOPPED_M_S = 0.01
-BRAKING_M_S2 = 9.80665
-ROI_LOCATION = 3
+STOPPED_M_S: Final = 0.01
+BRAKING_M_S2: Final = 9.80665
+ROI_LOCATION: Final = 3
 """MAV_ROI_LOCATION."""
-YAW_BY_TARGET, YAW_BY_HOME, YAW_FROM_HOME, YAW_BY_TRAJECTORY, YAW_FIRST = range(5)
+YAW_BY_TARGET: Final = 0
+YAW_BY_HOME: Final = 1
+YAW_FROM_HOME: Final = 2
+YAW_BY_TRAJECTORY: Final = 3
+YAW_FIRST: Final = 4
 
 
 class Leg(IntEnum):

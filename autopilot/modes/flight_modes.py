@@ -6,6 +6,7 @@ and termination publish no setpoint.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.events.texts import Say, SendEvent
@@ -21,7 +22,7 @@ from sitl_emu.autopilot.modes.orbit import Orbit
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
-LONGEST_STEP_S = 0.1
+LONGEST_STEP_S: Final = 0.1
 POSITION_MODES = (0, 4)
 """MPC_POS_MODE; another is set to 4 when Position is flown (FlightModeManager.cpp)."""
 NAN = math.nan

@@ -5,7 +5,7 @@ its constraints at every update. It reads topics and keeps copies of its paramet
 """
 
 import math
-from typing import Protocol
+from typing import Final, Protocol
 
 from sitl_emu.autopilot.topics import (
     HomePosition,
@@ -15,9 +15,11 @@ from sitl_emu.autopilot.topics import (
     VehicleLocalPosition,
 )
 
-GEAR_DOWN, GEAR_KEEP, GEAR_UP = -1, 0, 1
+GEAR_DOWN: Final = -1
+GEAR_KEEP: Final = 0
+GEAR_UP: Final = 1
 """landing_gear."""
-GEAR_UP_ABOVE_M = 2.0
+GEAR_UP_ABOVE_M: Final = 2.0
 Setpoint = tuple[TrajectorySetpoint, VehicleConstraints]
 
 

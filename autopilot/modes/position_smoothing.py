@@ -6,6 +6,7 @@ the height by itself. It avoids no obstacles.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.modes.trajectory_constraints import (
     MOST_RAD,
@@ -17,13 +18,13 @@ from sitl_emu.autopilot.modes.trajectory_constraints import (
 )
 from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
 
-L1_MIN_M = 5.0
+L1_MIN_M: Final = 5.0
 """Least distance ahead on the leg at which a turning vehicle aims."""
-LEAST_ERROR_M = 1.2e-7
+LEAST_ERROR_M: Final = 1.2e-7
 """MPC_XY_ERR_MAX and MPC_Z_ERR_MAX of no more let the trajectory run, however far the vehicle lags."""
-TURNING_COSINE = 0.98
-TURNING_SPEED = 0.2
-SAME_HEIGHT_M = 0.001
+TURNING_COSINE: Final = 0.98
+TURNING_SPEED: Final = 0.2
+SAME_HEIGHT_M: Final = 0.001
 
 
 class PositionSmoothing:

@@ -4,12 +4,12 @@ Behaves as PX4's `TrajectoryConstraints.hpp` (src/lib/motion_planning, v1.18): p
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 Point = tuple[float, float, float]
 """North, east, down in metres."""
 
-MOST_RAD = math.pi - 1.2e-7
+MOST_RAD: Final = math.pi - 1.2e-7
 """Largest angle between two legs; at π the circle through them would be a line."""
 
 

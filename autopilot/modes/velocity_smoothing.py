@@ -6,10 +6,11 @@ stretching the shorter ones. It does not plan to a position: `position_smoothing
 """
 
 import math
+from typing import Final
 
-EPSILON = 1.2e-7
+EPSILON: Final = 1.2e-7
 """Single-precision epsilon, the size below which PX4 takes a number for zero."""
-LEAST_JERK = 1e-3
+LEAST_JERK: Final = 1e-3
 """m/s³; with none at all nothing could be planned."""
 
 

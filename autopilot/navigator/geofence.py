@@ -6,7 +6,7 @@ breach leads to, is decided by the commander's failsafe by GF_ACTION. After one 
 back while the vehicle holds there.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -19,7 +19,7 @@ CHECK_INTERVAL_US = 200_000
 """Navigator::geofence_breach_check, GEOFENCE_CHECK_INTERVAL_US."""
 HOLD_BEGINS_US = 100_000
 """Navigator::geofence_breach_check: so long after a breach the mode may still be another than HOLD."""
-ACTION_HOLD = 2
+ACTION_HOLD: Final = 2
 SOURCE_GPS = 1
 NOTHING = (False, False, False)
 """No limit is broken."""

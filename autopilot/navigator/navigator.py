@@ -6,7 +6,7 @@ vehicle_commands.
 """
 
 import math
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
@@ -36,11 +36,11 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.core import dialect as mavlink
 
-INTERVAL_US = 50_000
+INTERVAL_US: Final = 50_000
 """How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
-RTL_ESTIMATE_EVERY_US = 1_000_000
-STATUS_EVERY_US = 500_000
-HEADING_FAILURE = 1
+RTL_ESTIMATE_EVERY_US: Final = 1_000_000
+STATUS_EVERY_US: Final = 500_000
+HEADING_FAILURE: Final = 1
 """navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand

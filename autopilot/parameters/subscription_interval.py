@@ -4,7 +4,9 @@ PX4's modules hear of changed parameters through one of a second: of several cha
 once, the others together when its second is over. After a pause of more than one interval two pass in a row.
 """
 
-PARAMETER_UPDATE_INTERVAL_US = 1_000_000
+from typing import Final
+
+PARAMETER_UPDATE_INTERVAL_US: Final = 1_000_000
 """Interval of the modules' parameter_update subscriptions: mavlink_parameters.h, MulticopterPositionControl.hpp,
 LandDetector.h, VehicleIMU.hpp and others."""
 

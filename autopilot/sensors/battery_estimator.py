@@ -5,14 +5,16 @@ measured current (-1 A, as PX4 has it) nothing is learnt. BAT1_N_CELLS, BAT1_V_E
 """
 
 import math
+from typing import Final
 
-FORGETTING = 0.95
-RESISTANCE_OHM = 0.005
+FORGETTING: Final = 0.95
+RESISTANCE_OHM: Final = 0.005
 """Of a cell, to begin with."""
-OCV_VARIANCE, RESISTANCE_VARIANCE = 1.5, 0.1
+OCV_VARIANCE: Final = 1.5
+RESISTANCE_VARIANCE: Final = 0.1
 """Of a cell, to begin with."""
-OCV_TIME_CONSTANT_S = 1.0
-SMALLEST_CURRENT_A = 1.2e-7
+OCV_TIME_CONSTANT_S: Final = 1.0
+SMALLEST_CURRENT_A: Final = 1.2e-7
 
 
 class BatteryEstimator:

@@ -7,13 +7,13 @@ calibrated when one of its CAL_*_ID is its own.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Vector3
 
 INTERNAL_PRIORITY = 50
-INSTANCES = 4
+INSTANCES: Final = 4
 SLIGHT_DEG = 1e-4
 """Board offsets below this are none: PX4's simulated airframes come with 1e-6, so as to look calibrated."""
 DEVICE_IDS = {"ACC": 1310988, "GYRO": 1310988, "MAG": 197388, "BARO": 6620172}

@@ -10,7 +10,7 @@ SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to S
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
@@ -67,33 +67,34 @@ from sitl_emu.core.simulator_api import (
     SimulatorMessage,
 )
 
-UNKNOWN_DOP = 65535
-UNKNOWN_SIGNAL_QUALITY, INVALID_SIGNAL_QUALITY = 0, 1
-DOWNWARD = 25
+UNKNOWN_DOP: Final = 65535
+UNKNOWN_SIGNAL_QUALITY: Final = 0
+INVALID_SIGNAL_QUALITY: Final = 1
+DOWNWARD: Final = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
-SEA_LEVEL_TEMPERATURE_K = 288.15
-LAPSE_RATE_K_M = 0.0065
-CHARGE_TIME_CONSTANT_S = 1.0
-LARGEST_ACCEL_M_S2 = 1000.0
+SEA_LEVEL_TEMPERATURE_K: Final = 288.15
+LAPSE_RATE_K_M: Final = 0.0065
+CHARGE_TIME_CONSTANT_S: Final = 1.0
+LARGEST_ACCEL_M_S2: Final = 1000.0
 """An accelerometer tells no more (ours: a hundred g, which no flight reaches, but a vehicle without mass does)."""
-AVERAGE_CURRENT_TIME_CONSTANT_S = 50.0
-UNKNOWN_CURRENT_A = -1.0
+AVERAGE_CURRENT_TIME_CONSTANT_S: Final = 50.0
+UNKNOWN_CURRENT_A: Final = -1.0
 """How PX4's battery says that it has no current sensor."""
-GREATEST_SCALE = 1.3
-LEAST_CURRENT_A = 1e-3
-SECONDS_PER_HOUR = 3600.0
-MILLI_G_M_S2 = 9.80665e-3
-GRAVITY_M_S2 = 9.80665
-WRONG_DEG = 1.0
+GREATEST_SCALE: Final = 1.3
+LEAST_CURRENT_A: Final = 1e-3
+SECONDS_PER_HOUR: Final = 3600.0
+MILLI_G_M_S2: Final = 9.80665e-3
+GRAVITY_M_S2: Final = 9.80665
+WRONG_DEG: Final = 1.0
 """How far north and east of the truth a wrong GPS is (SensorGpsSim.cpp, SimulatorMavlink.cpp)."""
 WRONG_ALTITUDE_M, WRONG_VELOCITY_M_S = 100.0, (5.0, -8.0, 2.0)
 """What else is added to that of an outside simulator (SimulatorMavlink.cpp)."""
-PRESSURE_EXPONENT = 287.05 * LAPSE_RATE_K_M / 9.80665
-LOWEST_QNH_HPA = 500.0
+PRESSURE_EXPONENT: Final = 287.05 * LAPSE_RATE_K_M / 9.80665
+LOWEST_QNH_HPA: Final = 500.0
 """SENS_BARO_QNH has this for its lower bound."""
-GAS_CONSTANT_J_KG_K = 287.1
-ABSOLUTE_ZERO_C = -273.15
-QUALITY_STEPS = 99
+GAS_CONSTANT_J_KG_K: Final = 287.1
+ABSOLUTE_ZERO_C: Final = -273.15
+QUALITY_STEPS: Final = 99
 
 
 class GpsQuality(NamedTuple):
@@ -108,7 +109,7 @@ SIH_GPS, SIH_GPS_NO_FIX = GpsQuality(0.4, 0.7, 1.1), GpsQuality(100.0, 100.0, 10
 """PX4's sensor_gps_sim (src/modules/simulation/sensor_gps_sim/SensorGpsSim.cpp), which SENS_EN_GPSSIM starts."""
 MAVLINK_GPS = GpsQuality(0.25, 0.0, 0.0)
 """PX4's simulator_mavlink (SimulatorMavlink.cpp, handle_message_hil_gps)."""
-FIX_3D = 3
+FIX_3D: Final = 3
 
 
 class Mean:

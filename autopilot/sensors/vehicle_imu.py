@@ -7,16 +7,18 @@ from sample to sample, the coning metric that of the corrections which its integ
 import itertools
 import math
 from operator import attrgetter, itemgetter, mul
+from typing import Final
 
 from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
 
-EVERY, SAMPLES = 50, 25
+EVERY: Final = 50
+SAMPLES: Final = 25
 """Of so many ticks the last ones are looked at: PX4 does so with all, and tells of it twice as often."""
-VIBRATION_WEIGHT = 0.02
+VIBRATION_WEIGHT: Final = 0.02
 """PX4's 0.01, for twice as much time."""
-CONING_SHARE = 1.0 / 12.0
+CONING_SHARE: Final = 1.0 / 12.0
 """Half of a sixth of the cross product of neighbouring delta angles (IntegratorConing)."""
-SAMPLE_S = 0.004
+SAMPLE_S: Final = 0.004
 
 
 class VehicleImu:

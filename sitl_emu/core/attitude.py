@@ -1,13 +1,14 @@
 """Quaternions (w, x, y, z) and Euler angles (roll, pitch, yaw; rad), one at a time and in plain Python."""
 
 import math
+from typing import Final
 
 Quaternion = tuple[float, float, float, float]
 Euler = tuple[float, float, float]
 Vector = tuple[float, float, float]
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A matrix by rows."""
-STRAIGHT = 1.0 - 1e-7
+STRAIGHT: Final = 1.0 - 1e-7
 """Sine of a pitch that is as good as 90 degrees."""
 
 

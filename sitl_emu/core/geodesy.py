@@ -5,8 +5,9 @@ PX4's `MapProjection` (src/lib/geo/geo.cpp, v1.18): azimuthal equidistant projec
 """
 
 import math
+from typing import Final
 
-EARTH_RADIUS_M = 6371000.0
+EARTH_RADIUS_M: Final = 6371000.0
 
 
 class MapProjection:

@@ -13,14 +13,14 @@ The latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep
 
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar, cast
+from typing import Any, Final, NamedTuple, Protocol, TypeVar, cast
 
 from sitl_emu.core.c_types import Layout
 
-FIELDS_UPDATED_ACCEL = 0b111
-FIELDS_UPDATED_GYRO = 0b111000
-FIELDS_UPDATED_MAG = 0b111000000
-FIELDS_UPDATED_BARO = 0b1101000000000
+FIELDS_UPDATED_ACCEL: Final = 0b111
+FIELDS_UPDATED_GYRO: Final = 0b111000
+FIELDS_UPDATED_MAG: Final = 0b111000000
+FIELDS_UPDATED_BARO: Final = 0b1101000000000
 """Bits of HIL_SENSOR.fields_updated (HIL_SENSOR_UPDATED_FLAGS): absolute pressure, pressure altitude, temperature."""
 
 
@@ -207,7 +207,8 @@ SIMULATOR_PARAMETERS = (
     "SIM_MAG_OFFSET_Z",
 )
 """PX4's parameters that an autopilot tells its simulator. PX4's own (SIH) is part of it, and reads them itself."""
-STATE_BOOT, STATE_POWEROFF = 1, 7
+STATE_BOOT: Final = 1
+STATE_POWEROFF: Final = 7
 """MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
 
 BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraTrigger | VideoState
@@ -228,8 +229,8 @@ HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")
 DISTANCE_SENSOR_LAYOUT = Layout("IHHHBBBBff4fB")
 HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
 GIMBAL_LAYOUT = Layout("I4f3fIHBB")
-CONTROLS = 16
-YAW_IN_VEHICLE_FRAME = 32
+CONTROLS: Final = 16
+YAW_IN_VEHICLE_FRAME: Final = 32
 """Bit of GIMBAL_DEVICE_ATTITUDE_STATUS.flags."""
 
 

@@ -5,11 +5,12 @@ formula on the WGS 84 ellipsoid, at sea level.
 """
 
 import math
+from typing import Final
 
-SEA_LEVEL_HPA = 1013.25
-SEA_LEVEL_K = 288.15
-LAPSE_K_M = 0.0065
-EXPONENT = 9.80665 / (LAPSE_K_M * 287.0528)
+SEA_LEVEL_HPA: Final = 1013.25
+SEA_LEVEL_K: Final = 288.15
+LAPSE_K_M: Final = 0.0065
+EXPONENT: Final = 9.80665 / (LAPSE_K_M * 287.0528)
 
 
 def pressure_hpa(alt_amsl_m: float) -> float:

@@ -6,10 +6,11 @@ Numbers are drawn in blocks from numpy's PCG64 and handed out one by one, which 
 import hashlib
 import math
 from collections.abc import Callable, Iterator
+from typing import Final
 
 import numpy as np
 
-BLOCK = 1024
+BLOCK: Final = 1024
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:

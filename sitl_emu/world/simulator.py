@@ -11,7 +11,7 @@ which an autopilot sets beside the simulator API (`simulator_parameters.py`).
 
 import math
 import struct
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import magnetic_field
@@ -45,17 +45,18 @@ from sitl_emu.world.sensors.magnetometer import Magnetometer
 from sitl_emu.world.sensors.ranging_beacons import RANGING_EVERY_US, RangingBeacons
 from sitl_emu.world.wind import Wind
 
-TICK_US = 4000
-BATTERY_EVERY_US = 200_000
-TRUTH_EVERY_US = 100_000
-ESCS_EVERY_US = 80_000
-ESCS_PER_MESSAGE = 4
-RPM_PER_RAD_S = 60.0 / math.tau
-NEVER_US = 1 << 62
-MODE_FLAG_SAFETY_ARMED, MODE_FLAG_TEST_ENABLED = 128, 2
-IMU_UPDATED = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
-UNKNOWN_CURRENT_CA = -1
-MILLI_G = 9.80665e-3
+TICK_US: Final = 4000
+BATTERY_EVERY_US: Final = 200_000
+TRUTH_EVERY_US: Final = 100_000
+ESCS_EVERY_US: Final = 80_000
+ESCS_PER_MESSAGE: Final = 4
+RPM_PER_RAD_S: Final = 60.0 / math.tau
+NEVER_US: Final = 1 << 62
+MODE_FLAG_SAFETY_ARMED: Final = 128
+MODE_FLAG_TEST_ENABLED: Final = 2
+IMU_UPDATED: Final = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
+UNKNOWN_CURRENT_CA: Final = -1
+MILLI_G: Final = 9.80665e-3
 _FLOATS = struct.Struct("<7f")
 
 

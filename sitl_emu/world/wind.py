@@ -11,14 +11,15 @@ SIH adds it to the vehicle's velocity, so that +4 is air that moves south; `Vehi
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Final
 
 from sitl_emu.world.noise import GaussMarkov, normals
 
-TICK_US = 20_000
-LENGTH_SCALE_M = 60.0
+TICK_US: Final = 20_000
+LENGTH_SCALE_M: Final = 60.0
 
 
-LEAST_HEIGHT_M = 0.1
+LEAST_HEIGHT_M: Final = 0.1
 """Below it the mean wind is as at it: a power law would have none at the ground."""
 
 

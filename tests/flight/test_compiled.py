@@ -1,5 +1,6 @@
 """Compiled modules fly as their sources do, to the last bit; and no others than just these sources' are taken."""
 
+import ast
 import hashlib
 import os
 import subprocess
@@ -87,11 +88,22 @@ def test_a_changed_source_belongs_to_another_folder(tmp_path: Path) -> None:
     assert compiled.folder(files) != before
 
 
-def test_every_pattern_finds_a_file() -> None:
+@pytest.fixture
+def rooms() -> dict[str, Path]:
     root = Path(compiled.__file__).parent
-    rooms = {room: root / room for room in compiled.HOT}
-    if not rooms["autopilot"].is_dir():
+    if not (root / "autopilot").is_dir():
         pytest.skip("the links that make sets are not there")
+    return {room: root / room for room in compiled.HOT}
+
+
+def test_every_pattern_finds_a_file(rooms: dict[str, Path]) -> None:
     for room, patterns in compiled.HOT.items():
         for pattern in patterns:
             assert list(rooms[room].glob(pattern)), f"{room}: {pattern}"
+
+
+def test_numbers_are_final(rooms: dict[str, Path]) -> None:
+    for name, path in compiled.sources(rooms).items():
+        for statement in ast.parse(path.read_text()).body:
+            if isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant):
+                pytest.fail(f"{name}:{statement.lineno}: looked up by its name at every use: say `: Final = `")

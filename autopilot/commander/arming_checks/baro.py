@@ -1,5 +1,7 @@
 """Barometer: samples keep coming (PX4's baroCheck)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     ABSOLUTE_PRESSURE,
     ALL_MODES,
@@ -10,7 +12,7 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-TIMEOUT_US = 1_000_000
+TIMEOUT_US: Final = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -4,6 +4,8 @@ COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (neg
 the warning only gets worse.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     ALL_MODES,
     BATTERY,
@@ -15,9 +17,9 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics, batteries
 
-WARNING_LOW = 1
-WARNING_CRITICAL = 2
-WARNING_EMERGENCY = 3
+WARNING_LOW: Final = 1
+WARNING_CRITICAL: Final = 2
+WARNING_EMERGENCY: Final = 3
 TOLD = {
     WARNING_LOW: (Severity.CRITICAL, "check_battery_low", "Low battery\t"),
     WARNING_CRITICAL: (Severity.CRITICAL, "check_battery_critical", "Critical battery\t"),
@@ -27,7 +29,7 @@ TOLD = {
 
 An emergency comes so soon behind the critical warning that PX4 tells it as an event alone (flight battery_drain).
 """
-SILENT_US = 5_000_000
+SILENT_US: Final = 5_000_000
 """A battery that was there and says nothing for so long is not well."""
 
 

@@ -7,6 +7,7 @@ as rarely, not before the first time that all was well, and each once until it h
 """
 
 from collections.abc import Callable
+from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks import (
     baro,
@@ -79,13 +80,15 @@ AFTER_ESTIMATOR: tuple[Check, ...] = (
     traffic_avoidance.check,
     gcs_connection.check,
 )
-REPORT_INTERVAL_US = 2_000_000
-PRESENT = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
+REPORT_INTERVAL_US: Final = 2_000_000
+PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
 WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING))
 """Sensors that come and go: a GPS while the estimator uses it, the logger while it writes."""
-DIFFERENTIAL_PRESSURE = 0x10
-HEALTHY = PRESENT | GPS | DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
+DIFFERENTIAL_PRESSURE: Final = 0x10
+HEALTHY: Final = (
+    PRESENT | GPS | DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
+)
 """What is healthy until a check finds fault with it, also where it is not present."""
 BLAMED = ((Component.GPS, GPS), (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_CONTROL))
 """Sensors that any failure of their component makes unhealthy (PX4's mavlink/streams/SYS_STATUS.hpp)."""

@@ -5,13 +5,15 @@ COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what di
 Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
 
-TIMEOUT_US = 1_000_000
-PROBATION_US = 1_000_000
-KEPT_FACTOR = 2.5
+TIMEOUT_US: Final = 1_000_000
+PROBATION_US: Final = 1_000_000
+KEPT_FACTOR: Final = 2.5
 INFINITE = float("inf")
 UNSTABLE = (
     ("pre_flt_fail_innov_heading", "heading_not_stable", "heading estimate invalid"),

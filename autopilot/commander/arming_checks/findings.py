@@ -4,30 +4,30 @@ PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp, v1.18).
 """
 
 from enum import IntFlag
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import FailsafeFlags
 
 # MAV_SYS_STATUS_SENSOR bits (MAVLink common)
-GYRO = 0x01
-ACCEL = 0x02
-MAG = 0x04
-ABSOLUTE_PRESSURE = 0x08
-GPS = 0x20
-ATTITUDE_STABILIZATION = 0x800
-XY_POSITION_CONTROL = 0x4000
-MOTOR_OUTPUTS = 0x8000
-RC_RECEIVER = 0x10000
-AHRS = 0x200000
-LOGGING = 0x1000000
-BATTERY = 0x2000000
-PREARM_CHECK = 0x10000000
+GYRO: Final = 0x01
+ACCEL: Final = 0x02
+MAG: Final = 0x04
+ABSOLUTE_PRESSURE: Final = 0x08
+GPS: Final = 0x20
+ATTITUDE_STABILIZATION: Final = 0x800
+XY_POSITION_CONTROL: Final = 0x4000
+MOTOR_OUTPUTS: Final = 0x8000
+RC_RECEIVER: Final = 0x10000
+AHRS: Final = 0x200000
+LOGGING: Final = 0x1000000
+BATTERY: Final = 0x2000000
+PREARM_CHECK: Final = 0x10000000
 
 
-ALL_MODES = 0xFFFFFFFF
+ALL_MODES: Final = 0xFFFFFFFF
 """Also the bits that stand for no mode, as in PX4."""
-NO_MODE = 0
+NO_MODE: Final = 0
 """A failure that forbids nothing; people are told that it concerns all modes."""
 
 

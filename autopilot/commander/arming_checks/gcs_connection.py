@@ -4,12 +4,14 @@ PX4's links go on telling that there is a station until its last heartbeat is 2.
 HEARTBEAT_TIMEOUT_US; they look every 1.25 s), and COM_DL_LOSS_T counts from the last time that they told so.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-LINK_TIMEOUT_US = 2_500_000
-EVENT = "check_rc_dl_no_dllink"
+LINK_TIMEOUT_US: Final = 2_500_000
+EVENT: Final = "check_rc_dl_no_dllink"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

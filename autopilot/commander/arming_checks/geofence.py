@@ -1,5 +1,7 @@
 """Inside the fence or not (PX4's geofenceCheck). Outside, arming is forbidden unless GF_ACTION is none."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
@@ -10,8 +12,8 @@ TOLD = (
     ("custom_fence_triggered", "check_gf_violation_custom_gf", "Geofence: approaching or outside geofence\t"),
 )
 """What is broken, by geofence_result's field, with its event and text."""
-ACTION_RETURN = 3
-TEXT_NO_HOME = "Preflight Fail: Geofence RTL requires valid home\t"
+ACTION_RETURN: Final = 3
+TEXT_NO_HOME: Final = "Preflight Fail: Geofence RTL requires valid home\t"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -4,15 +4,17 @@ A GPS that has fallen silent is no poor GPS: PX4 says nothing of it. What the es
 arming. Whether a vehicle may arm with a poor fix is COM_ARM_WO_GPS: 0 forbids it, 1 tells, 2 says nothing.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-FIX_3D = 3
-GNSS_POS = 1 << 2
+FIX_3D: Final = 3
+GNSS_POS: Final = 1 << 2
 """Bit of estimator_status.control_mode_flags."""
-TOLD = "Preflight: GPS fix too low"
-EVENT = "check_estimator_gps_fix_too_low"
+TOLD: Final = "Preflight: GPS fix too low"
+EVENT: Final = "check_estimator_gps_fix_too_low"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

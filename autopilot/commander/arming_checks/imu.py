@@ -1,11 +1,13 @@
 """Accelerometer and gyro: samples keep coming (PX4's accelerometerCheck and gyroCheck)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ACCEL, ALL_MODES, GYRO, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.system import failure_injection
 from sitl_emu.autopilot.topics import Topics
 
-TIMEOUT_US = 1_000_000
+TIMEOUT_US: Final = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -1,10 +1,12 @@
 """Magnetometer: samples keep coming (PX4's magnetometerCheck)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, MAG, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-TIMEOUT_US = 1_000_000
+TIMEOUT_US: Final = 1_000_000
 NO_DATA = ("check_mag_no_data", "Preflight Fail: No valid data from Compass 0")
 MISSING = ("check_mag_missing", "Preflight Fail: Compass Sensor 0 missing")
 

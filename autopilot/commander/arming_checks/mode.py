@@ -4,7 +4,7 @@ Which modes can run is worked out in mode_requirements.py. COM_ARM_MIS_REQ 1 for
 COM_RC_IN_MODE 4 makes missing sticks an error.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES
@@ -12,7 +12,7 @@ from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.topics import Topics
 
-STICKS_DISABLED = 4
+STICKS_DISABLED: Final = 4
 
 
 class Lack(NamedTuple):

@@ -4,12 +4,14 @@ COM_PARACHUTE: 0 none is needed, 1 warning, 2 and up: error. Above 2 its loss in
 failsafe.py.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.commander.component_links import present
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-ERROR = 2
+ERROR: Final = 2
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

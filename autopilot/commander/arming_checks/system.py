@@ -1,10 +1,12 @@
 """A flight that was terminated forbids arming until the next start (part of PX4's systemCheck)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-EVENT = "check_system_flight_term_active"
+EVENT: Final = "check_system_flight_term_active"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

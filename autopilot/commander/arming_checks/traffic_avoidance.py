@@ -3,14 +3,16 @@
 COM_ARM_TRAFF: 0 none is needed, 1 warning, 2 needed for all modes, 3 needed for missions.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.commander.component_links import present
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.topics import Topics
 
 MODES = {1: NO_MODE, 2: ALL_MODES, 3: 1 << NavState.AUTO_MISSION}
-EVENT = "check_traffic_avoidance_missing"
-TEXT = "Preflight Fail: Traffic avoidance system missing"
+EVENT: Final = "check_traffic_avoidance_missing"
+TEXT: Final = "Preflight Fail: Traffic avoidance system missing"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -5,6 +5,7 @@ while wind is estimated, as there.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -12,11 +13,11 @@ from sitl_emu.autopilot.estimator.ekf import BARO, HEIGHT_FUSION_TIMEOUT_US, SEN
 from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_altitude, reset_vertical_velocity_to_zero
 from sitl_emu.autopilot.estimator.samples import BaroSample, SampleBuffer
 
-FUSION_SOURCE = 4
-MAX_INTERVAL_US = 200_000
-BIAS_NOISE_M_SQRT_S = 0.13
-GRAVITY_M_S2 = 9.80665
-GROUND_EFFECT_TIMEOUT_US = 10_000_000
+FUSION_SOURCE: Final = 4
+MAX_INTERVAL_US: Final = 200_000
+BIAS_NOISE_M_SQRT_S: Final = 0.13
+GRAVITY_M_S2: Final = 9.80665
+GROUND_EFFECT_TIMEOUT_US: Final = 10_000_000
 
 
 class BaroHeight:

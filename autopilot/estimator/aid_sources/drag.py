@@ -5,6 +5,7 @@ PX4's EKF2 (EKF/aid_sources/drag/drag_fusion.cpp, v1.18): specific force along b
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -13,11 +14,12 @@ from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
 from sitl_emu.autopilot.estimator.samples import DragSample, ImuSample, SampleBuffer
 
-GATE = 5.0
-LEAST_VARIANCE = 0.5
-AIR_DENSITY_SEA_LEVEL_KG_M3 = 1.225
-LEAST_SAMPLES = 5
-LEAST_BCOEF, LEAST_MCOEF = 1.0, 0.001
+GATE: Final = 5.0
+LEAST_VARIANCE: Final = 0.5
+AIR_DENSITY_SEA_LEVEL_KG_M3: Final = 1.225
+LEAST_SAMPLES: Final = 5
+LEAST_BCOEF: Final = 1.0
+LEAST_MCOEF: Final = 0.001
 
 
 class Drag:

@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_height_control.cpp, v1.18).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -14,10 +15,10 @@ from sitl_emu.autopilot.estimator.samples import VisionSample, VisionUpdate
 from sitl_emu.autopilot.topics import FRAME_FRD, Quaternion
 from sitl_emu.core.attitude import rotation
 
-VERTICAL = 2
+VERTICAL: Final = 2
 """Bit of EKF2_EV_CTRL."""
-LEAST_NOISE_M = 0.01
-BIAS_NOISE_M_SQRT_S = 0.13
+LEAST_NOISE_M: Final = 0.01
+BIAS_NOISE_M_SQRT_S: Final = 0.13
 
 
 class VisionHeight:

@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_pos_control.cpp, EKF/bias_estimat
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -14,11 +15,11 @@ from sitl_emu.autopilot.estimator.samples import VisionSample, VisionUpdate
 from sitl_emu.autopilot.topics import FRAME_FRD, FRAME_NED, NAN, Quaternion
 from sitl_emu.core.attitude import rotation
 
-HORIZONTAL = 1
+HORIZONTAL: Final = 1
 """Bit of EKF2_EV_CTRL."""
-RESETS_IN_FLIGHT = 5
-LEAST_NOISE_M = 0.01
-BIAS_NOISE_M_SQRT_S = 0.13
+RESETS_IN_FLIGHT: Final = 5
+LEAST_NOISE_M: Final = 0.01
+BIAS_NOISE_M_SQRT_S: Final = 0.13
 
 
 class VisionPosition:

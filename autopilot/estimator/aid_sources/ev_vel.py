@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/external_vision: ev_vel_control.cpp, ev_vel.h, v1.18
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from sitl_emu.autopilot.estimator.samples import ImuSample, VisionSample, Vision
 from sitl_emu.autopilot.topics import FRAME_BODY_FRD, FRAME_FRD, NAN3, Quaternion, Vector3
 from sitl_emu.core.attitude import rotation
 
-VELOCITY = 4
+VELOCITY: Final = 4
 """Bit of EKF2_EV_CTRL."""
-RESETS_IN_FLIGHT = 5
-LEAST_NOISE_M_S = 0.01
-BODY_RESET_FACTOR = 5.0
+RESETS_IN_FLIGHT: Final = 5
+LEAST_NOISE_M_S: Final = 0.01
+BODY_RESET_FACTOR: Final = 5.0
 """A velocity of the body's axes that the state is set to is taken to be that much less certain."""
 STARTING_GATE_FACTOR = math.sqrt(10.0)
 

@@ -5,6 +5,7 @@ begins with a heading of its own, and whoever follows it gives up north.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -15,11 +16,11 @@ from sitl_emu.autopilot.topics import FRAME_FRD, FRAME_NED
 from sitl_emu.core.attitude import heading
 from sitl_emu.core.geodesy import wrap_pi
 
-YAW = 8
+YAW: Final = 8
 """Bit of EKF2_EV_CTRL."""
-RESETS_IN_FLIGHT = 5
-RESTART_AFTER_US = 1_000_000
-LEAST_NOISE_RAD = 0.01
+RESETS_IN_FLIGHT: Final = 5
+RESTART_AFTER_US: Final = 1_000_000
+LEAST_NOISE_RAD: Final = 0.01
 
 
 class VisionYaw:

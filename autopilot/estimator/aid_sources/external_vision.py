@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/external_vision/ev_control.cpp, v1.18).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator.aid_sources.ev_height import VisionHeight
 from sitl_emu.autopilot.estimator.aid_sources.ev_pos import VisionPosition
@@ -14,9 +15,9 @@ from sitl_emu.autopilot.estimator.samples import ImuSample, SampleBuffer, Vision
 from sitl_emu.autopilot.topics import FRAME_NED, Quaternion
 from sitl_emu.core.attitude import product
 
-FUSION_SOURCE = 2
-MAX_INTERVAL_US = 200_000
-TURN_WEIGHT = 0.01 / (0.01 + 10.0)
+FUSION_SOURCE: Final = 2
+MAX_INTERVAL_US: Final = 200_000
+TURN_WEIGHT: Final = 0.01 / (0.01 + 10.0)
 """Of a new sample in the low-pass of the turn from vision's axes to the filter's: of ten seconds."""
 
 

@@ -3,15 +3,17 @@
 PX4's EKF2 (EKF/aid_sources/fake_height_control.cpp, v1.18).
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.resets import reset_altitude, reset_vertical_velocity_to_zero
 
-EVERY_US = 200_000
-FAILING_US = 400_000
-GATE = 3.0
-LARGEST_TEST_RATIO = (100.0 / GATE) ** 2
+EVERY_US: Final = 200_000
+FAILING_US: Final = 400_000
+GATE: Final = 3.0
+LARGEST_TEST_RATIO: Final = (100.0 / GATE) ** 2
 
 
 class FakeHeight:

@@ -4,18 +4,21 @@ PX4's EKF2 (EKF/aid_sources/fake_pos_control.cpp, v1.18).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.resets import reset_horizontal_position, reset_horizontal_velocity
 
-EVERY_US = 200_000
-FAILING_US = 400_000
-GATE = 3.0
-REST_NOISE_M, MOVING_NOISE_M, LEAST_FLYING_NOISE_M = 0.01, 0.5, 1.0
-WELL_ALIGNED_RAD2 = math.radians(3.0) ** 2
-UNKNOWN_VELOCITY_VARIANCE = 25.0
+EVERY_US: Final = 200_000
+FAILING_US: Final = 400_000
+GATE: Final = 3.0
+REST_NOISE_M: Final = 0.01
+MOVING_NOISE_M: Final = 0.5
+LEAST_FLYING_NOISE_M: Final = 1.0
+WELL_ALIGNED_RAD2: Final = math.radians(3.0) ** 2
+UNKNOWN_VELOCITY_VARIANCE: Final = 25.0
 
 
 class FakePosition:

@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/gnss/gps_control.cpp, v1.18). The first good fix is 
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -15,15 +16,18 @@ from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
 from sitl_emu.autopilot.topics import Vector3
 from sitl_emu.core.geodesy import wrap_pi
 
-FUSION_SOURCE = 0
-HPOS, VPOS, VEL, YAW = 1, 2, 4, 8
+FUSION_SOURCE: Final = 0
+HPOS: Final = 1
+VPOS: Final = 2
+VEL: Final = 4
+YAW: Final = 8
 """Bits of EKF2_GPS_CTRL."""
-DEAD_RECKONING = 1
+DEAD_RECKONING: Final = 1
 """EKF2_GPS_MODE: reset only where nothing else gives a velocity."""
-YAW_RESET_DELAY_US = 1_000_000
+YAW_RESET_DELAY_US: Final = 1_000_000
 YAW_FAILURE_RAD = math.radians(25.0)
-VERTICAL_NOISE_FACTOR = 1.5
-LEAST_NOISE = 0.01
+VERTICAL_NOISE_FACTOR: Final = 1.5
+LEAST_NOISE: Final = 0.01
 
 
 class Gnss:

@@ -7,6 +7,7 @@ have to hold for EKF2_REQ_GPS_H seconds, and drift and speed are measured while 
 import math
 from dataclasses import dataclass, fields
 from operator import attrgetter
+from typing import Final
 
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.flags import mask
@@ -15,10 +16,11 @@ from sitl_emu.autopilot.estimator.state import ZERO
 from sitl_emu.autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import MapProjection
 
-DRIFT_FILTER_S = 10.0
-LIMIT_FACTOR = 10.0
-IN_AIR_ACCURACY_M, IN_AIR_SPEED_ACCURACY_M_S = 50.0, 10.0
-LEAST_HEALTHY_US = 1_000_000
+DRIFT_FILTER_S: Final = 10.0
+LIMIT_FACTOR: Final = 10.0
+IN_AIR_ACCURACY_M: Final = 50.0
+IN_AIR_SPEED_ACCURACY_M_S: Final = 10.0
+LEAST_HEALTHY_US: Final = 1_000_000
 
 
 @dataclass(slots=True)

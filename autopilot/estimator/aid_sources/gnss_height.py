@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/gnss/gnss_height_control.cpp, v1.18).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
@@ -12,9 +13,9 @@ from sitl_emu.autopilot.estimator.ekf import GNSS, HEIGHT_FUSION_TIMEOUT_US, UNK
 from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_altitude
 from sitl_emu.autopilot.estimator.samples import GnssSample
 
-MAX_INTERVAL_US = 500_000
-BIAS_NOISE_M_SQRT_S = 0.13
-NOISE_FACTOR = 1.5
+MAX_INTERVAL_US: Final = 500_000
+BIAS_NOISE_M_SQRT_S: Final = 0.13
+NOISE_FACTOR: Final = 1.5
 """A typical ratio of vertical to horizontal errors."""
 
 

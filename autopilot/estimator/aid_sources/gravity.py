@@ -5,6 +5,7 @@ not; here those that are not fused are worked out ten times a second, for the lo
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from sitl_emu.autopilot.estimator.ekf import GRAVITY_VECTOR, Ekf
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Vector3
 
-GRAVITY_M_S2 = 9.80665
-GATE = 0.25
-NOT_FUSED_EVERY_US = 100_000
+GRAVITY_M_S2: Final = 9.80665
+GATE: Final = 0.25
+NOT_FUSED_EVERY_US: Final = 100_000
 
 
 class Gravity:

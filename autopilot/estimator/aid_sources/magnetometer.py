@@ -7,6 +7,7 @@ model's as soon as a place is known (EKF2_DECL_TYPE).
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -19,23 +20,30 @@ from sitl_emu.autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import wrap_pi
 from sitl_emu.core.geomagnetism import magnetic_field
 
-FUSION_SOURCE = 6
-AUTO, HEADING, NONE, INIT = 0, 1, 5, 6
+FUSION_SOURCE: Final = 6
+AUTO: Final = 0
+HEADING: Final = 1
+NONE: Final = 5
+INIT: Final = 6
 """EKF2_MAG_TYPE."""
-USE_GEO_DECL, SAVE_GEO_DECL = 1, 2
+USE_GEO_DECL: Final = 1
+SAVE_GEO_DECL: Final = 2
 """Bits of EKF2_DECL_TYPE."""
-STRENGTH, INCLINATION, FORCE_WMM = 1, 2, 4
+STRENGTH: Final = 1
+INCLINATION: Final = 2
+FORCE_WMM: Final = 4
 """Bits of EKF2_MAG_CHECK."""
-MAX_INTERVAL_US = 500_000
-WMM_EVERY_US = 10_000_000
-HEALTHY_US = 1_000_000
-LEAST_FIELD_CHANGE_GA = 0.01
-LEAST_VARIANCE = 1e-6
-DECLINATION_VARIANCE = 0.5**2
+MAX_INTERVAL_US: Final = 500_000
+WMM_EVERY_US: Final = 10_000_000
+HEALTHY_US: Final = 1_000_000
+LEAST_FIELD_CHANGE_GA: Final = 0.01
+LEAST_VARIANCE: Final = 1e-6
+DECLINATION_VARIANCE: Final = 0.5**2
 LARGEST_TURN_RAD_S = math.radians(1.0)
-ANOMALIES_BELOW_M = 1.5
-AVERAGE_FIELD_GA, AVERAGE_GATE_GA = 0.45, 0.40
-SAMPLES_BEFORE_USE = 3
+ANOMALIES_BELOW_M: Final = 1.5
+AVERAGE_FIELD_GA: Final = 0.45
+AVERAGE_GATE_GA: Final = 0.40
+SAMPLES_BEFORE_USE: Final = 3
 
 
 class Magnetometer:

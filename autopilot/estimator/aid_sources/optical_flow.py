@@ -4,6 +4,7 @@ PX4's EKF2 (EKF/aid_sources/optical_flow: optical_flow_control.cpp, optical_flow
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -14,16 +15,18 @@ from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_horiz
 from sitl_emu.autopilot.estimator.samples import FlowSample, ImuSample, SampleBuffer
 from sitl_emu.autopilot.topics import Vector3
 
-FUSION_SOURCE = 1
-INTERNAL_GYRO = 1
+FUSION_SOURCE: Final = 1
+INTERNAL_GYRO: Final = 1
 """EKF2_OF_GYR_SRC: never the sensor's own."""
-LARGEST_TILT_COS = 0.7071
-LEAST_NOISE_RAD_S, LEAST_HAGL_M = 0.05, 0.01
-SAMPLES_BEFORE_USE = 10
-RESTART_AFTER_US = 2_000_000
-GYRO_BIAS_WEIGHT, GYRO_SPIKE_RAD_S = 0.01, 0.1
-UNKNOWN_TERRAIN_VARIANCE = 100.0
-BEST_QUALITY = 255.0
+LARGEST_TILT_COS: Final = 0.7071
+LEAST_NOISE_RAD_S: Final = 0.05
+LEAST_HAGL_M: Final = 0.01
+SAMPLES_BEFORE_USE: Final = 10
+RESTART_AFTER_US: Final = 2_000_000
+GYRO_BIAS_WEIGHT: Final = 0.01
+GYRO_SPIKE_RAD_S: Final = 0.1
+UNKNOWN_TERRAIN_VARIANCE: Final = 100.0
+BEST_QUALITY: Final = 255.0
 
 
 class OpticalFlow:

@@ -6,22 +6,23 @@ tilt, range, a value that is stuck, fog or dirt on the lens, and whether the dis
 
 import math
 from collections import deque
+from typing import Final
 
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.samples import RangeSample
 
-MAX_INTERVAL_US = 200_000
-LARGEST_TILT_COS = 0.7071
-LARGEST_MEAN_AGE_US = 2e6
-AGE_WEIGHT_PER_S = 0.5 * 0.01 / 0.008
+MAX_INTERVAL_US: Final = 200_000
+LARGEST_TILT_COS: Final = 0.7071
+LARGEST_MEAN_AGE_US: Final = 2e6
+AGE_WEIGHT_PER_S: Final = 0.5 * 0.01 / 0.008
 """Low-pass of the samples' age, of two seconds; PX4 takes each of its steps, of 8 ms, for one of 10 ms."""
-INVALID_FOR_US = 10_000_000
-STUCK_BELOW_M = 0.1
-FOG_FACTOR = 2.0
-MEDIAN_OF = 5
-CONSISTENCY_S = 2.0
-LEAST_CLIMB_M_S = 0.5
-CONSISTENT_AFTER_US = 1_000_000
+INVALID_FOR_US: Final = 10_000_000
+STUCK_BELOW_M: Final = 0.1
+FOG_FACTOR: Final = 2.0
+MEDIAN_OF: Final = 5
+CONSISTENCY_S: Final = 2.0
+LEAST_CLIMB_M_S: Final = 0.5
+CONSISTENT_AFTER_US: Final = 1_000_000
 
 
 class RangeFinder:

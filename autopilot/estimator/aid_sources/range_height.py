@@ -6,6 +6,7 @@ those above the ground.
 """
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -17,15 +18,16 @@ from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_altit
 from sitl_emu.autopilot.estimator.samples import RangeSample, SampleBuffer
 from sitl_emu.autopilot.topics import NAN
 
-FUSION_SOURCE = 5
-CONDITIONAL, ENABLED = 1, 2
+FUSION_SOURCE: Final = 5
+CONDITIONAL: Final = 1
+ENABLED: Final = 2
 """EKF2_RNG_CTRL."""
-BEGIN_SHARE = 0.7
+BEGIN_SHARE: Final = 0.7
 """Of EKF2_RNG_A_HMAX and EKF2_RNG_A_VMAX, below which conditional aiding begins."""
-BEGIN_TEST_RATIO = 0.01
-LEAST_MOTION_VARIANCE = 0.1
-LEAST_RANGE_VARIANCE = 0.001
-TERRAIN_TIMEOUT_US = 1_000_000
+BEGIN_TEST_RATIO: Final = 0.01
+LEAST_MOTION_VARIANCE: Final = 0.1
+LEAST_RANGE_VARIANCE: Final = 0.001
+TERRAIN_TIMEOUT_US: Final = 1_000_000
 H_HAGL = np.zeros(cov.STATES)
 H_HAGL[cov.HEIGHT], H_HAGL[cov.TERRAIN] = -1.0, 1.0
 """Jacobian of the height above the ground."""

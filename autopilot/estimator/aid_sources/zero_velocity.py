@@ -4,14 +4,17 @@ PX4's EKF2 (EKF/aid_sources/ZeroVelocityUpdate.cpp and ZeroGyroUpdate.cpp, v1.18
 only while nothing else measures the vertical one, or the tilt is not known well yet.
 """
 
+from typing import Final
+
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.ekf import GYRO_BIAS, Ekf
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Vector3
 
-EVERY_US = 200_000
-GYRO_INTERVAL_S = 0.2
-LEVELLING_NOISE_M_S, NOISE_M_S = 0.001, 0.2
+EVERY_US: Final = 200_000
+GYRO_INTERVAL_S: Final = 0.2
+LEVELLING_NOISE_M_S: Final = 0.001
+NOISE_M_S: Final = 0.2
 """At first firm, to find the tilt; later soft, so that the filter can follow a drift."""
 
 

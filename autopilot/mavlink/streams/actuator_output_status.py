@@ -1,11 +1,14 @@
 """ACTUATOR_OUTPUT_STATUS: the outputs as SERVO_OUTPUT_RAW shows them (PX4: streams/ACTUATOR_OUTPUT_STATUS.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS
-OUTPUTS, PLACES = 16, 32
+OUTPUTS: Final = 16
+PLACES: Final = 32
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

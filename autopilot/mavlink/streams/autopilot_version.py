@@ -1,21 +1,23 @@
 """AUTOPILOT_VERSION: capabilities and version (PX4: streams/AUTOPILOT_VERSION.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
-CAPABILITIES = 59647
+CAPABILITIES: Final = 59647
 """MAV_PROTOCOL_CAPABILITY bits of PX4 v1.18."""
-FLIGHT_SW_VERSION = 17957119
+FLIGHT_SW_VERSION: Final = 17957119
 """v1.18.0, release type 255 (official)."""
-BOARD_VERSION = 1
-CUSTOM_VERSION = bytes(3) + b"emula"
+BOARD_VERSION: Final = 1
+CUSTOM_VERSION: Final = bytes(3) + b"emula"
 """The vendor's version (patch, minor, major: none) and the first five bytes of PX4's git hash, which is a name here."""
 OS_CUSTOM_VERSION = bytes(8)
 """PX4 knows no hash of an operating system but NuttX's."""
-UID = 0x5349544C_00000000
-OS_SW_VERSION = 0
+UID: Final = 0x5349544C_00000000
+OS_SW_VERSION: Final = 0
 
 
 def fields(now_us: int, context: Context) -> Fields:

@@ -1,6 +1,7 @@
 """BATTERY_STATUS: the batteries in detail, each in a message (PX4: streams/BATTERY_STATUS.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
@@ -9,14 +10,14 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
-UNKNOWN_TEMPERATURE = 32767
-UNKNOWN_CELL = 65535
-UNSUPPORTED = 0
-CELLS = 10
+UNKNOWN_TEMPERATURE: Final = 32767
+UNKNOWN_CELL: Final = 65535
+UNSUPPORTED: Final = 0
+CELLS: Final = 10
 CHARGE_STATE = (1, 2, 3, 4)
 """MAV_BATTERY_CHARGE_STATE of battery_status.warning: ok, low, critical, emergency."""
-LIPO = 1
-FUNCTION_ALL = 1
+LIPO: Final = 1
+FUNCTION_ALL: Final = 1
 
 
 def fields(now_us: int, context: Context) -> list[Fields]:

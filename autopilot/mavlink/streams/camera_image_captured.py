@@ -4,13 +4,14 @@ The camera tells its own, as component 100.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
-CAPTURED = 1
+CAPTURED: Final = 1
 
 
 def stamp(now_us: int, context: Context) -> int:

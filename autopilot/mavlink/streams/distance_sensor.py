@@ -1,5 +1,7 @@
 """DISTANCE_SENSOR: the downward lidar, and what others measure for us (PX4: streams/DISTANCE_SENSOR.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.topics import DistanceSensorSample
@@ -7,11 +9,12 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
-LASER = 0
-COVARIANCE_CM2 = 0
+LASER: Final = 0
+COVARIANCE_CM2: Final = 0
 """A simulated sensor states no variance."""
-SIGNAL_UNKNOWN, SIGNAL_INVALID = 0, 1
-SILENT_US = 1_000_000
+SIGNAL_UNKNOWN: Final = 0
+SIGNAL_INVALID: Final = 1
+SILENT_US: Final = 1_000_000
 """A sensor that has said nothing for so long is not told any more."""
 
 

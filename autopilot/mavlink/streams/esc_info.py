@@ -1,12 +1,14 @@
 """ESC_INFO: the speed controllers, four in a message (PX4: streams/ESC_INFO.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.mavlink.streams.esc_status import PER_MESSAGE, TIMEOUT_US
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_INFO
-TEMPERATURE_CDEGC = 5000
+TEMPERATURE_CDEGC: Final = 5000
 """What SIH's speed controllers say (sih.cpp)."""
 
 

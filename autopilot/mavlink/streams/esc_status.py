@@ -1,13 +1,15 @@
 """ESC_STATUS: speed, voltage and current of the motors, four in a message (PX4: streams/ESC_STATUS.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESC_STATUS
-PER_MESSAGE = 4
-TIMEOUT_US = 100_000
-NOT_MEASURED = (0.0,) * PER_MESSAGE
+PER_MESSAGE: Final = 4
+TIMEOUT_US: Final = 100_000
+NOT_MEASURED: Final = (0.0,) * PER_MESSAGE
 """Voltage and current: SIH's speed controllers tell neither (sih.cpp)."""
 
 

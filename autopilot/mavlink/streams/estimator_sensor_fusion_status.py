@@ -5,13 +5,14 @@ barometer, range finder, magnetometer, airspeed, ranging beacon. Each number is 
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ESTIMATOR_SENSOR_FUSION_STATUS
-SOURCES = 9
+SOURCES: Final = 9
 
 
 def fields(now_us: int, context: Context) -> Fields:

@@ -1,11 +1,13 @@
 """GIMBAL_MANAGER_INFORMATION: what the gimbal can, as its device says (PX4: streams/GIMBAL_MANAGER_INFORMATION.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_INFORMATION
-OF_MANAGER = (
+OF_MANAGER: Final = (
     mavlink.GIMBAL_MANAGER_CAP_FLAGS_HAS_NEUTRAL
     | mavlink.GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_LOCK
     | mavlink.GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_AXIS

@@ -1,14 +1,16 @@
 """GNSS_INTEGRITY: trust in the receiver (PX4: streams/GNSS_INTEGRITY.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_GNSS_INTEGRITY
-UNKNOWN = 0
-RAIM_UNKNOWN_CM = 65535
-QUALITY_UNKNOWN = 255
-RECEIVER = 4
+UNKNOWN: Final = 0
+RAIM_UNKNOWN_CM: Final = 65535
+QUALITY_UNKNOWN: Final = 255
+RECEIVER: Final = 4
 """Lowest byte of the device_id of PX4's simulated receiver (bus type SIMULATION, bus 0)."""
 
 

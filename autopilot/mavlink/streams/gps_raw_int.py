@@ -1,6 +1,7 @@
 """GPS_RAW_INT: what the receiver says (PX4: streams/GPS_RAW_INT.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
@@ -8,16 +9,17 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
-HDOP_CENTI = 70
-VDOP_CENTI = 110
-VELOCITY_ACCURACY_MM_S = 400
+HDOP_CENTI: Final = 70
+VDOP_CENTI: Final = 110
+VELOCITY_ACCURACY_MM_S: Final = 400
 """What PX4's simulated receiver states (SIH: hdop 0.7, vdop 1.1, s_variance 0.4 m/s)."""
-NO_FIX_DOP_CENTI, NO_FIX_VELOCITY_ACCURACY_MM_S = 10_000, 100_000
+NO_FIX_DOP_CENTI: Final = 10_000
+NO_FIX_VELOCITY_ACCURACY_MM_S: Final = 100_000
 """And without a fix."""
-FIX_3D = 3
-UNKNOWN = 65535
-UNKNOWN_SATELLITES = 255
-SILENT_US = 1_000_000
+FIX_3D: Final = 3
+UNKNOWN: Final = 65535
+UNKNOWN_SATELLITES: Final = 255
+SILENT_US: Final = 1_000_000
 """A receiver that has said nothing for so long is gone."""
 
 

@@ -1,5 +1,7 @@
 """HEARTBEAT: type, mode and state of the vehicle (PX4: streams/HEARTBEAT.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.control_mode import control_mode
 from sitl_emu.autopilot.commander.custom_mode import base_mode_of, custom_mode_of
 from sitl_emu.autopilot.mavlink.context import Context
@@ -7,7 +9,7 @@ from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HEARTBEAT
-MAVLINK_VERSION = 3
+MAVLINK_VERSION: Final = 3
 
 
 def fields(now_us: int, context: Context) -> Fields:

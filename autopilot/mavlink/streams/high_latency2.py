@@ -4,6 +4,7 @@ On request: PX4's SITL has no link of the mode that streams it (MAVLINK_MODE_IRI
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
 from sitl_emu.autopilot.mavlink.context import Context
@@ -12,13 +13,17 @@ from sitl_emu.core import attitude
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2
-SPEED_SCALE, CLIMB_SCALE, ERROR_SCALE, HEADING_SCALE = 5.0, 10.0, 10.0, 0.5
+SPEED_SCALE: Final = 5.0
+CLIMB_SCALE: Final = 10.0
+ERROR_SCALE: Final = 10.0
+HEADING_SCALE: Final = 0.5
 """Units of the message: 1/5 m/s, dm/s, dm, 2 degrees."""
 UNKNOWN_TEMPERATURE = UNUSED = -128
-UINT8_MAX, INT16_MAX = 255, 32767
-LOW = 1
+UINT8_MAX: Final = 255
+INT16_MAX: Final = 32767
+LOW: Final = 1
 """battery_status.warning."""
-MAIN_AND_SUB_SHIFT = 16
+MAIN_AND_SUB_SHIFT: Final = 16
 """custom_mode here is the upper half of the HEARTBEAT's: main mode below, sub mode above."""
 FAILURES = (
     (mavlink.MAV_SYS_STATUS_SENSOR_GPS, mavlink.HL_FAILURE_FLAG_GPS),

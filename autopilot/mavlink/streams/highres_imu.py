@@ -1,13 +1,17 @@
 """HIGHRES_IMU: IMU, magnetometer and barometer in SI units (PX4: streams/HIGHRES_IMU.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIGHRES_IMU
-IMU_FIELDS, MAG_FIELDS, BARO_FIELDS = 0b111111, 0b111 << 6, 0b1101 << 9
+IMU_FIELDS: Final = 0b111111
+MAG_FIELDS: Final = 0b111 << 6
+BARO_FIELDS: Final = 0b1101 << 9
 """HIGHRES_IMU_UPDATED_FLAGS; there is no differential pressure."""
-PERIOD_US = 20_000
+PERIOD_US: Final = 20_000
 """From one message to the next, at PX4's own rate: what is older was told before."""
 
 

@@ -1,5 +1,7 @@
 """HIL_ACTUATOR_CONTROLS: what the simulator is sent (PX4: streams/HIL_ACTUATOR_CONTROLS.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.custom_mode import FLAG_GUIDED_ENABLED
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.mavlink.context import Context
@@ -7,8 +9,8 @@ from sitl_emu.autopilot.mavlink.streams import Fields, heartbeat
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS
-CHANNELS = 16
-TEST_ENABLED = 2
+CHANNELS: Final = 16
+TEST_ENABLED: Final = 2
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -1,11 +1,13 @@
 """LANDING_TARGET: where a precision landing is to end, from the vehicle (PX4: streams/LANDING_TARGET.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_LANDING_TARGET
-POSITION_VALID = 1
+POSITION_VALID: Final = 1
 
 
 def stamp(now_us: int, context: Context) -> int:

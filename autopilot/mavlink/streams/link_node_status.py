@@ -1,12 +1,14 @@
 """LINK_NODE_STATUS: traffic of a link (PX4: streams/LINK_NODE_STATUS.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_LINK_NODE_STATUS
-PER_LINK = True
+PER_LINK: Final = True
 
 
 def fields(now_us: int, context: Context, link: Link) -> Fields:

@@ -1,12 +1,15 @@
 """MAG_CAL_REPORT: the magnetometer's calibration as the parameters have it (PX4: streams/MAG_CAL_REPORT.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_MAG_CAL_REPORT
-CONFIDENCE = SCALE_FACTOR = 1.0
+CONFIDENCE: Final = 1.0
+SCALE_FACTOR: Final = 1.0
 
 
 def stamp(now_us: int, context: Context) -> int:

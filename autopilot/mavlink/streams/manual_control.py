@@ -1,12 +1,14 @@
 """MANUAL_CONTROL: the sticks in use, and the switches of the RC (PX4: streams/MANUAL_CONTROL.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL
-ALL_AUX = 0b1111_1100
+ALL_AUX: Final = 0b1111_1100
 """enabled_extensions: every auxiliary stick, there or not."""
 
 

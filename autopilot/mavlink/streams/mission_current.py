@@ -1,14 +1,16 @@
 """MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
-NO_MISSION_TOTAL = 65535
-MODE_ACTIVE = 1
-MODE_SUSPENDED = 2
+NO_MISSION_TOTAL: Final = 65535
+MODE_ACTIVE: Final = 1
+MODE_SUSPENDED: Final = 2
 
 
 def fields(now_us: int, context: Context) -> Fields:

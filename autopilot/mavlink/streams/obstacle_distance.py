@@ -1,11 +1,13 @@
 """OBSTACLE_DISTANCE: what collision prevention knows around the vehicle (PX4: streams/OBSTACLE_DISTANCE.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE
-LASER = 0
+LASER: Final = 0
 
 
 def stamp(now_us: int, context: Context) -> int:

@@ -1,19 +1,20 @@
 """ODOMETRY: pose and velocity in NED, rates about the body's axes (PX4: streams/ODOMETRY.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ODOMETRY
-AUTOPILOT = 8
+AUTOPILOT: Final = 8
 """MAV_ESTIMATOR_TYPE_AUTOPILOT."""
-ATTITUDE_VARIANCE = 1e-4
+ATTITUDE_VARIANCE: Final = 1e-4
 """rad²; the filter does not tell the variance of its attitude."""
 NAN = math.nan
 ATTITUDE_DIAGONAL = (ATTITUDE_VARIANCE, NAN, NAN, ATTITUDE_VARIANCE, NAN, ATTITUDE_VARIANCE)
-RATES_DIAGONAL = (NAN,) * 6
+RATES_DIAGONAL: Final = (NAN,) * 6
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -1,11 +1,13 @@
 """OPEN_DRONE_ID_BASIC_ID: who the aircraft is (PX4: streams/OPEN_DRONE_ID_BASIC_ID.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_BASIC_ID
-ID_TYPE_SERIAL_NUMBER = 1
+ID_TYPE_SERIAL_NUMBER: Final = 1
 
 
 def fields(now_us: int, context: Context) -> Fields:

@@ -1,6 +1,7 @@
 """OPEN_DRONE_ID_LOCATION: the aircraft, for remote identification (PX4: streams/OPEN_DRONE_ID_LOCATION.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
@@ -8,21 +9,26 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_LOCATION
-GROUND, AIRBORNE, EMERGENCY = 1, 2, 3
+GROUND: Final = 1
+AIRBORNE: Final = 2
+EMERGENCY: Final = 3
 """MAV_ODID_STATUS."""
-FIX_2D, FIX_3D = 2, 3
-UNKNOWN_DIRECTION = 36100
-UNKNOWN_SPEED_HORIZONTAL, UNKNOWN_SPEED_VERTICAL = 25500, 6300
-FASTEST_HORIZONTAL_CM_S, FASTEST_VERTICAL_CM_S = 25425, 6200
-UNKNOWN_ALTITUDE = -1000.0
-UNKNOWN_TIME = 65535.0
+FIX_2D: Final = 2
+FIX_3D: Final = 3
+UNKNOWN_DIRECTION: Final = 36100
+UNKNOWN_SPEED_HORIZONTAL: Final = 25500
+UNKNOWN_SPEED_VERTICAL: Final = 6300
+FASTEST_HORIZONTAL_CM_S: Final = 25425
+FASTEST_VERTICAL_CM_S: Final = 6200
+UNKNOWN_ALTITUDE: Final = -1000.0
+UNKNOWN_TIME: Final = 65535.0
 ACCURACY_LIMITS_HORIZONTAL_M = ((1.0, 12), (3.0, 11), (10.0, 10), (30.0, 9))
 ACCURACY_LIMITS_VERTICAL_M = ((1.0, 6), (3.0, 5), (10.0, 4), (25.0, 3), (45.0, 2), (150.0, 1))
-SPEED_ACCURACY_UNDER_1_M_S = 3
+SPEED_ACCURACY_UNDER_1_M_S: Final = 3
 """PX4's simulated receiver states 0.4 m/s."""
-TIMESTAMP_ACCURACY_UNDER_1_S = 10
-SECONDS_PER_HOUR = 3600
-FORGOTTEN_US = 10_000_000
+TIMESTAMP_ACCURACY_UNDER_1_S: Final = 10
+SECONDS_PER_HOUR: Final = 3600
+FORGOTTEN_US: Final = 10_000_000
 """What a receiver said is told for so long."""
 
 

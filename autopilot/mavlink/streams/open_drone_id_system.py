@@ -1,17 +1,19 @@
 """OPEN_DRONE_ID_SYSTEM: the operator's place, which is home (PX4: streams/OPEN_DRONE_ID_SYSTEM.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_SYSTEM
-UNKNOWN_ALTITUDE = -1000.0
-EPOCH_2019_S = 1_546_300_800
+UNKNOWN_ALTITUDE: Final = -1000.0
+EPOCH_2019_S: Final = 1_546_300_800
 """2019-01-01T00:00:00Z, from which the message counts."""
 
 
-FIX_3D = 3
+FIX_3D: Final = 3
 
 
 def stamp(now_us: int, context: Context) -> int:

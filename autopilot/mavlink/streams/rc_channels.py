@@ -1,13 +1,15 @@
 """RC_CHANNELS: the sticks, as RC_CHANNELS_OVERRIDE set them (PX4: streams/RC_CHANNELS.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_RC_CHANNELS
-UNUSED = 65535
-CHANNELS = 18
-FULL_STRENGTH = 100
+UNUSED: Final = 65535
+CHANNELS: Final = 18
+FULL_STRENGTH: Final = 100
 
 
 def stamp(now_us: int, context: Context) -> int:

@@ -1,6 +1,7 @@
 """SCALED_IMU: IMU and magnetometer in thousandths (PX4: streams/SCALED_IMU.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
@@ -8,7 +9,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import rounded, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_SCALED_IMU
-GRAVITY = 9.80665
+GRAVITY: Final = 9.80665
 
 
 def milli(value: float, unit: float = 1.0) -> int:

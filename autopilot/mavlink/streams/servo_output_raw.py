@@ -1,11 +1,13 @@
 """SERVO_OUTPUT_RAW: outputs 1 to 16 as the mixer gives them (PX4: streams/SERVO_OUTPUT_RAW.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW
-CHANNELS = 16
+CHANNELS: Final = 16
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -2,14 +2,16 @@
 
 import math
 import shutil
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION
-NOT_AVAILABLE, READY = 0, 2
-BYTES_PER_MIB = 1 << 20
+NOT_AVAILABLE: Final = 0
+READY: Final = 2
+BYTES_PER_MIB: Final = 1 << 20
 
 
 def fields(now_us: int, context: Context) -> Fields:

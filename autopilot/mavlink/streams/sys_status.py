@@ -1,6 +1,7 @@
 """SYS_STATUS: which sensors and systems are there and well, and the emptiest battery (PX4: streams/SYS_STATUS.hpp)."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
@@ -9,7 +10,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
-UNKNOWN_VOLTAGE = 65535
+UNKNOWN_VOLTAGE: Final = 65535
 
 
 def fields(now_us: int, context: Context) -> Fields:

@@ -1,12 +1,14 @@
 """TIME_ESTIMATE_TO_TARGET: seconds until the vehicle could be home (PX4: streams/TIME_ESTIMATE_TO_TARGET.hpp)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_TIME_ESTIMATE_TO_TARGET
-UNSUPPORTED = -1
+UNSUPPORTED: Final = -1
 
 
 def stamp(now_us: int, context: Context) -> int:

@@ -5,15 +5,16 @@ without common corrections do. `eph` and `epv` are what the receiver says of its
 """
 
 import math
+from typing import Final
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import HilGps
 from sitl_emu.vehicles.description import Gps as GpsData
 from sitl_emu.world.noise import GaussMarkov, normals
 
-MIN_SATELLITES = 4
-NO_FIX_DOP = 10_000
-FIX_3D = 3
+MIN_SATELLITES: Final = 4
+NO_FIX_DOP: Final = 10_000
+FIX_3D: Final = 3
 
 
 class Gps:

@@ -6,12 +6,13 @@ Bias instability over a flight and temperature are left out: PX4 re-estimates bi
 """
 
 import math
+from typing import Final
 
 from sitl_emu.vehicles.description import Imu as ImuData
 from sitl_emu.vehicles.dynamics import Quaternion
 from sitl_emu.world.noise import normals
 
-EARTH_SPIN_RATE_RAD_S = 7.2921150e-5
+EARTH_SPIN_RATE_RAD_S: Final = 7.2921150e-5
 
 
 class Imu:

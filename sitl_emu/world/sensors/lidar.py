@@ -8,6 +8,7 @@ corn field's plants are not seen.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.core.simulator_api import DistanceSensor
 from sitl_emu.vehicles.description import Lidar as LidarData
@@ -16,11 +17,13 @@ from sitl_emu.world.ground import Terrain
 from sitl_emu.world.noise import normals
 from sitl_emu.world.obstacles import Areas, Obstacles
 
-LASER = 0
-DOWNWARD_FACING = 25
-ITERATIONS = 8
-TOLERANCE_M = 0.005
-UNKNOWN, NO_SIGNAL, GOOD_SIGNAL = 0, 1, 100
+LASER: Final = 0
+DOWNWARD_FACING: Final = 25
+ITERATIONS: Final = 8
+TOLERANCE_M: Final = 0.005
+UNKNOWN: Final = 0
+NO_SIGNAL: Final = 1
+GOOD_SIGNAL: Final = 100
 """DISTANCE_SENSOR.signal_quality: 0 is "unknown", 1 invalid, 100 perfect."""
 
 

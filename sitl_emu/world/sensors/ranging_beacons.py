@@ -5,15 +5,16 @@ second, white noise of SIH_RNGBC_NOISE. Here the distance is that in the local p
 """
 
 import math
+from typing import Final
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.simulator_api import RangingBeacon
 from sitl_emu.world.noise import normals
 
-RANGING_EVERY_US = 500_000
+RANGING_EVERY_US: Final = 500_000
 OFFSETS_M = ((5_000.0, 0.0, 30.0), (0.0, 10_000.0, 0.0), (-20_000.0, -15_000.0, 110.0), (35_000.0, 45_000.0, 310.0))
 """North, east and up of home (sih.hpp)."""
-PLACE_ACCURACY_MM = 1_000
+PLACE_ACCURACY_MM: Final = 1_000
 """What SIH's beacons say of their place."""
 
 
