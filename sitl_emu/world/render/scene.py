@@ -286,7 +286,7 @@ class MeshRenderer:
         )
         smooth = edges.smoothed(self._buffers, self._drawn, scene.meshes, scene.surfaces.materials.kind, picture)
         if scene.fires is not None:
-            some = sprites.at_time(scene.fires, scene.world.terrain, camera, time_s)
+            some = sprites.at_time(scene.fires, scene.world.terrain, camera, time_s, air.haze)
             flat = picture.depth.reshape(-1), picture.objects.reshape(-1), smooth.reshape(-1)
             soft.draw(soft.lay(some, camera), scene.frames, scene.smoke, camera, self._row, *flat)
         return View(smooth, picture.depth, picture.objects)

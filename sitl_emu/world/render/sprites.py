@@ -66,7 +66,9 @@ def pictures(seed: int) -> U32:
         made.append(_glowing(np.clip(body * 1.05 + 0.15 * wild, 0, 1), np.clip(body * 1.4, 0, 0.92)))
     for _ in range(PUFFS):
         wild = cloudy(rng, 3, 5, 2 * SIDE, 0.55)[:SIDE, :SIDE]
-        body = np.clip(1.0 - np.hypot(x, y) * 1.08 + 0.16 * wild, 0, 1)
+        # Ragged, but for the picture's border, where nothing may be cut
+        away = np.hypot(x, y)
+        body = np.clip(1.0 - away * 1.08 + 0.34 * wild * (1.0 - away), 0, 1)
         alpha = body * body * (3.0 - 2.0 * body)
         shade = np.clip(0.92 + 0.10 * wild + 0.14 * y, 0, 1.2)
         made.append(np.stack((shade / 1.3, shade / 1.3, shade / 1.3, alpha), axis=2))
@@ -104,12 +106,16 @@ def fires_of(described: WorldDescription, terrain: Terrain, first_object: int) -
     return Fires(described, all_[:, :3], all_[:, 3], all_[:, 4], all_[:, 5], all_[:, 6], all_[:, 7].astype(np.int32))
 
 
-def at_time(burning: Fires, terrain: Terrain, camera: Pinhole, time_s: float) -> F32:
-    """(n, SPRITE), the nearest first: what there is of flames and smoke for a camera at a time."""
+def at_time(burning: Fires, terrain: Terrain, camera: Pinhole, time_s: float, haze_1_m: float) -> F32:
+    """(n, SPRITE), the nearest first: what there is of flames and smoke for a camera at a time.
+
+    Haze before them makes them fainter: what is behind them has been painted with it.
+    """
     parts = [_flames(burning, camera, time_s)]
     parts += [_smoke(fire, burning.described, terrain, camera, time_s) for fire in burning.described.fires]
     every = np.concatenate(parts)
     away = np.linalg.norm(every[:, :3] - camera.position, axis=1)
+    every[:, 9] *= np.exp(-haze_1_m * away)
     return np.ascontiguousarray(every[np.argsort(away, kind="stable")], np.float32)
 
 
