@@ -47,8 +47,10 @@ class _Marked(Renderer):
         cv2.circle(ground, (middle, middle), round(radius_m / gsd_m * 16), (255, 255, 255, 0), -1, cv2.LINE_AA, 4)
         self._marked = Layers(ground, np.zeros((8, 8, 4), np.uint8), south, west, gsd_m)
 
-    def _layers_for(self, *_: object) -> tuple[Layers, int]:
-        return self._marked, 0
+    def ground(self, position: np.ndarray, camera_to_ned: np.ndarray) -> np.ndarray:
+        """The disc alone, where the ground is looked up."""
+        pixels = self._pixels(self._marked, self._view(position, camera_to_ned).surfaces[0])
+        return np.asarray(cv2.remap(self._marked.ground, pixels, None, cv2.INTER_LINEAR))
 
 
 @pytest.mark.parametrize("mount", ["nadir", "mast"])
@@ -80,7 +82,7 @@ def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField
             outline.append(pixel)
         if not all(5 < x < 634 and 5 < y < 474 for x, y in outline):
             continue
-        picture = _Marked(field, gsd, spot, radius).draw(position, rotation @ camera_to_body(own))
+        picture = _Marked(field, gsd, spot, radius).ground(position, rotation @ camera_to_body(own))
         moments = cv2.moments(picture[..., 0])
         assert moments["m00"] > 0.0
         shape = cv2.moments(np.array(outline, np.float32)[:, None, :])

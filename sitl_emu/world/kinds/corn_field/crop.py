@@ -5,6 +5,7 @@ weeds stand anywhere within their patch and take no heed of rows; disease, palen
 the rows; bare soil, water and residue leave few plants.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from sitl_emu.world.kinds.corn_field.sprites import SPRITES_PER_KIND
 
 FloatArray = npt.NDArray[np.float64]
 KINDS = tuple(SPRITES_PER_KIND)
+PASS_ROWS = 8
+"""Of a planter; ours."""
 SURVIVAL = {"bare_soil": 0.06, "puddle": 0.22, "residue": 0.45, "weed": 0.75}
 """Share of the corn plants that stand within such an object."""
 
@@ -93,6 +96,17 @@ def grow(field: CornField) -> Plants:
     )
 
 
+def _between_the_ends(field: CornField, north_m: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which plants (rows, places) a planter sowed: at each pass it is let down and lifted a little late or early."""
+    rng = np.random.Generator(np.random.PCG64([field.seed, 0xE2D5]))
+    rows = len(north_m)
+    passes = math.ceil(rows / PASS_ROWS)
+    late = np.repeat(rng.uniform(0.0, 0.6, size=(2, passes)), PASS_ROWS, axis=1)[:, :rows]
+    late = late + rng.uniform(0.0, 0.25, size=(2, rows))
+    first, last = HEADLAND_M + late[0] - 0.1, field.size_m[0] - HEADLAND_M - late[1] + 0.1
+    return np.asarray((north_m >= first[:, None]) & (north_m <= last[:, None]))
+
+
 def _rows(
     rng: np.random.Generator, field: CornField
 ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int8], npt.NDArray[np.int16]]:
@@ -106,6 +120,7 @@ def _rows(
     east = (rows[:, None] + np.clip(wander, -0.08, 0.08) + rng.normal(scale=0.012, size=wander.shape)).ravel()
     kind, variant = _pick(rng, "corn", len(north))
     stands = rng.uniform(size=len(north)) > 0.05
+    stands &= _between_the_ends(field, north.reshape(len(rows), -1)).ravel()
     for thing in field.objects:
         near = np.flatnonzero((abs(north - thing.north_m) < 1.5) & (abs(east - thing.east_m) < 1.5))
         within = near[inside(thing, north[near], east[near])]

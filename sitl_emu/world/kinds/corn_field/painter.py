@@ -23,9 +23,13 @@ from sitl_emu.world.kinds.corn_field.sprites import SPRITES_PER_KIND, Image, Spr
 SOIL_DARK_BGR, SOIL_LIGHT_BGR = (34.0, 48.0, 62.0), (122.0, 148.0, 172.0)
 GRASS_DARK_BGR, GRASS_LIGHT_BGR = (22.0, 62.0, 44.0), (92.0, 178.0, 142.0)
 GRASS_STRIP_M = 7.0
+WANDER_M = 6.0
+"""Between places where the field's border is drawn off its line."""
+TRACKS_M, TRACK_M, TRACK_DEPTH = (0.7, 2.3), 0.28, 11.0
+"""Of a tractor's wheels: how far within the outline, half of their width, and how much darker they are; ours."""
 _PLANT_REACH_M = 0.95
 """Half of the largest sprite, and a plant's shadow: how far outside a rectangle a plant may matter."""
-_BUCKET_M = 4.0
+BUCKET_M = 4.0
 
 
 class Layers(NamedTuple):
@@ -80,8 +84,8 @@ def plant(field: CornField) -> Planted:
     """A field's plants, sorted."""
     plants = grow(field)
     before = np.cumsum([0, *SPRITES_PER_KIND.values()])
-    rows = np.floor(plants.north_m / _BUCKET_M).astype(np.int32)
-    columns = np.floor(plants.east_m / _BUCKET_M).astype(np.int32)
+    rows = np.floor(plants.north_m / BUCKET_M).astype(np.int32)
+    columns = np.floor(plants.east_m / BUCKET_M).astype(np.int32)
     key = rows * 10_000 + columns
     order = np.argsort(key, kind="stable").astype(np.int32)
     starts = np.flatnonzero(np.diff(key[order], prepend=key[order[0]] - 1))
@@ -108,6 +112,9 @@ class Painter:
             rng.normal(size=(cells[0] // 9 + 2, cells[1] // 9 + 2)), cells[::-1], interpolation=cv2.INTER_CUBIC
         )
         self._blotches = (9.0 * broad + 5.0 * rng.normal(size=cells)).astype(np.float32)
+        wander = np.random.Generator(np.random.PCG64([field.seed, 0x3EA2]))
+        self._wander = wander.normal(scale=0.5, size=[each // 6 + 3 for each in cells]).astype(np.float32)
+        """How far the grass's edges wander, in metres, on a grid of WANDER_M."""
         grain = np.random.Generator(np.random.PCG64([field.seed, 0x62A1, round(gsd_m * 1e4)]))
         noise = grain.normal(size=(256, 256)).astype(np.float32)
         clods = cv2.GaussianBlur(np.tile(noise, (3, 3)), (0, 0), 0.05 / gsd_m)[256:512, 256:512]
@@ -115,7 +122,7 @@ class Painter:
         self._grain = (noise * 5.0 + clods / clods.std() * 8.0).astype(np.float32)
         self._soil = _ramp(field, SOIL_DARK_BGR, SOIL_LIGHT_BGR)
         self._grass = _ramp(field, GRASS_DARK_BGR, GRASS_LIGHT_BGR)
-        self._tint = _tint(field)
+        self._tint = tint_of(field)
         self._sprites = self._tinted_sprites()
         self._sides = np.array([len(sprite.mask) for sprite in self._sprites])
 
@@ -173,26 +180,33 @@ class Painter:
         east = cut.east0_m + (np.arange(columns, dtype=np.float32) + 0.5) * gsd
         phase = (east - field.row_east_m[0]) * (math.tau / ROW_SPACING_M)
         light -= (5.0 * np.cos(phase)).astype(np.float32)[None, :]
+        outside = self._outside(cut)
+        for along_m in TRACKS_M:
+            # Where the planter turned: two wheels' tracks around the field, within the headland.
+            light -= TRACK_DEPTH * np.clip(1.0 - abs(outside + along_m) / TRACK_M, 0.0, 1.0)
         np.clip(light, 0.0, 255.0, out=light)
         level = light.astype(np.uint8)
         ground = np.asarray(cv2.LUT(cv2.merge((level, level, level)), self._soil), np.uint8)
-        self._paint_grass(ground, level, cut)
+        self._paint_grass(ground, level, outside)
         for thing in field.objects:
             if thing.kind in ("bare_soil", "puddle"):
                 self._paint_patch(ground, level, thing, cut)
         return ground
 
-    def _paint_grass(self, ground: Image, level: Image, cut: _Cut) -> None:
-        """A grass strip around the outline; beyond it lies tilled soil."""
+    def _outside(self, cut: _Cut) -> npt.NDArray[np.float32]:
+        """How far each pixel of a cut lies outside the outline, the larger of both axes; less than 0 within."""
         gsd, size = self.gsd_m, self.field.size_m
-        north = cut.north0_m + (np.arange(cut.rows) + 0.5) * gsd
+        north = cut.north0_m + (np.arange(cut.first, cut.last) + 0.5) * gsd
         east = cut.east0_m + (np.arange(cut.columns) + 0.5) * gsd
-        # Distance outside the outline, larger of both axes; the border frays with the ground's blotches.
         out_north = np.maximum(-north, north - size[0])
         out_east = np.maximum(-east, east - size[1])
-        if max(float(out_north.max()), float(out_east.max())) < 0.0:
+        straight = np.maximum(out_north[:, None], out_east[None, :]).astype(np.float32)
+        return np.asarray(straight + self._window(self._wander, -SURROUNDINGS_M - 6.0, WANDER_M, cut), np.float32)
+
+    def _paint_grass(self, ground: Image, level: Image, out: npt.NDArray[np.float32]) -> None:
+        """A grass strip around the outline; beyond it lies tilled soil."""
+        if float(out.max()) < -1.0:
             return
-        out = np.maximum(out_north[cut.first : cut.last, None], out_east[None, :]).astype(np.float32)
         fray = (level.astype(np.float32) - 105.0) * 0.012
         grass = ((out + fray > 0.6) & (out + fray < GRASS_STRIP_M)).astype(np.uint8) * 255
         contrast = cv2.convertScaleAbs(level, alpha=2.2, beta=-126.0)
@@ -253,10 +267,10 @@ class Painter:
         gsd, rows = self.gsd_m, cut.last - cut.first
         picture = np.zeros((rows, cut.columns, 4), np.uint8)
         reach = int(self._sides.max())
-        first_row = math.floor((cut.north0_m + (cut.first - reach) * gsd) / _BUCKET_M)
-        first_column = math.floor(cut.east0_m / _BUCKET_M)
-        last_row = math.floor((cut.north0_m + (cut.last + reach) * gsd) / _BUCKET_M)
-        last_column = math.floor((cut.east0_m + cut.columns * gsd) / _BUCKET_M)
+        first_row = math.floor((cut.north0_m + (cut.first - reach) * gsd) / BUCKET_M)
+        first_column = math.floor(cut.east0_m / BUCKET_M)
+        last_row = math.floor((cut.north0_m + (cut.last + reach) * gsd) / BUCKET_M)
+        last_column = math.floor((cut.east0_m + cut.columns * gsd) / BUCKET_M)
         plants, sprite, buckets = self._planted
         groups = [
             buckets[key]
@@ -341,7 +355,7 @@ def _slopes(field: CornField) -> npt.NDArray[np.float32]:
     return np.asarray(70.0 * towards, np.float32)
 
 
-def _tint(field: CornField) -> npt.NDArray[np.float64]:
+def tint_of(field: CornField) -> npt.NDArray[np.float64]:
     """Factor on blue, green and red that light and exposure make."""
     light = field.light
     return np.array((light.gain / light.warmth, light.gain, light.gain * light.warmth))
@@ -350,7 +364,7 @@ def _tint(field: CornField) -> npt.NDArray[np.float64]:
 def _ramp(field: CornField, dark: tuple[float, ...], light: tuple[float, ...]) -> Image:
     """Look-up table (1, 256, 3) from brightness to colour."""
     t = np.linspace(0.0, 1.0, 256)[:, None]
-    colours = (np.array(dark) * (1.0 - t) + np.array(light) * t) * _tint(field)
+    colours = (np.array(dark) * (1.0 - t) + np.array(light) * t) * tint_of(field)
     return np.clip(colours, 0, 255).astype(np.uint8).reshape(1, 256, 3)
 
 

@@ -44,6 +44,22 @@ class Sprite(NamedTuple):
     mask: Image
 
 
+class Blade(NamedTuple):
+    """A leaf, or a straw, as it was drawn: `_Canvas.leaf` says what the figures are."""
+
+    bearing_rad: float
+    length_m: float
+    width_m: float
+    colour: Bgr
+    heights_m: tuple[float, float]
+    bend_rad: float
+    start_m: tuple[float, float]
+    taper: float
+    segments: int
+    lesions: dict[int, Bgr]
+    """Colours of those upon it, by the number of the joint."""
+
+
 class _Canvas:
     """A square picture that leaves are drawn on, with the height of what was drawn."""
 
@@ -52,6 +68,7 @@ class _Canvas:
         self.bgra = np.zeros((side, side, 4), np.uint8)
         self.mask = np.zeros((side, side), np.uint8)
         self.middle = side // 2
+        self.blades: list[Blade] = []
 
     def leaf(
         self,
@@ -66,6 +83,9 @@ class _Canvas:
         segments: int = 7,
     ) -> list[tuple[int, int, int]]:
         """A tapering blade from `start_m`; returns its joints as (x, y, width) in pixels for marks upon it."""
+        self.blades.append(
+            Blade(bearing_rad, length_m, width_m, colour, heights_m, bend_rad, start_m, taper, segments, {})
+        )
         x = self.middle + start_m[0] / DRAWN_GSD_M
         y = self.middle + start_m[1] / DRAWN_GSD_M
         step = length_m / DRAWN_GSD_M / segments
@@ -154,11 +174,12 @@ def _corn(rng: np.random.Generator, kind: str, height_m: float) -> _Canvas:
         joints = canvas.leaf(bearing, length, width, colour, heights, bend_rad=float(rng.normal(scale=0.35)))
         canvas.rib(joints, 1.18)
         if kind == "disease":
-            for x, y, thickness in joints:
+            for joint, (x, y, thickness) in enumerate(joints):
                 if rng.uniform() < 0.55:
                     lesion = _vary(rng, ((70.0, 112.0, 150.0), (52.0, 76.0, 104.0))[int(rng.integers(2))], 0.08)
                     axes = (int(rng.integers(2, 7)), max(1, thickness // 3))
                     canvas.spot(x, y, axes, math.degrees(bearing), lesion)
+                    canvas.blades[-1].lesions[joint] = lesion
     return canvas
 
 
