@@ -19,7 +19,7 @@ from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.kinds.corn_field.sprites import Sprite, library
-from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, STRIP_ROWS, WholeField
+from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, SQUEEZE, STRIP_ROWS, WholeField, squeezed
 from sitl_emu.world.lens import NADIR
 
 SIDE_M = 60.0
@@ -43,7 +43,8 @@ def painter() -> Painter:
 def own(painter: Painter) -> Layers:
     """The whole field, painted at once."""
     whole = WholeField(TALL, lambda: painter).layers
-    return painter.paint(whole.north0_m, whole.east0_m, *whole.ground.shape[:2])
+    painted = painter.paint(whole.north0_m, whole.east0_m, *whole.canopy.shape[:2])
+    return painted._replace(ground=squeezed(painted.ground))
 
 
 def nobody() -> Painter:
@@ -129,13 +130,14 @@ def test_one_look_paints_what_it_sees_and_no_more(painter: Painter) -> None:
     assert len(asked) == 2
     whole.paint(STRIP_ROWS * 3 + 5.0, STRIP_ROWS * 5 - 5.0)
     assert len(asked) == 3
-    assert not whole.layers.ground[STRIP_ROWS * 5 :].any()
+    assert not whole.layers.ground[STRIP_ROWS * 5 // SQUEEZE :].any()
+    assert not whole.layers.canopy[STRIP_ROWS * 5 :].any()
 
 
 def test_cameras_in_several_processes_paint_one_field(painter: Painter, shared_memory: int) -> None:
     """All at once, from other ends; what each sees is the field, and afterwards nothing is left to paint."""
     truth = own(painter)
-    rows = len(truth.ground)
+    rows = len(truth.canopy)
 
     def look(first: int) -> None:
         mine = WholeField(TALL, lambda: painter, shared_memory)
@@ -143,7 +145,8 @@ def test_cameras_in_several_processes_paint_one_field(painter: Painter, shared_m
             at = (first + start) % rows
             seen = slice(at, min(at + 300, rows))
             mine.paint(seen.start, seen.stop - 1)
-            assert np.array_equal(mine.layers.ground[seen], truth.ground[seen])
+            below = slice(-(-seen.start // SQUEEZE), seen.stop // SQUEEZE)
+            assert np.array_equal(mine.layers.ground[below], truth.ground[below])
             assert np.array_equal(mine.layers.canopy[seen], truth.canopy[seen])
 
     processes = [in_a_process(partial(look, at)) for at in (0, rows // 3, 0)]
@@ -164,7 +167,7 @@ def test_a_painter_that_is_killed_leaves_its_strip_to_the_next(painter: Painter,
         mine = WholeField(TALL, lambda: painter, shared_memory)
         mine.paint(0, 5)
         # Something of a strip, and then the end, under its lock.
-        mine.layers.ground[STRIP_ROWS : STRIP_ROWS + 9] = 77
+        mine.layers.canopy[STRIP_ROWS : STRIP_ROWS + 9] = 77
         WholeField(TALL, dying, shared_memory).paint(STRIP_ROWS + 5, STRIP_ROWS + 6)
 
     process = in_a_process(half_of_it)

@@ -42,6 +42,8 @@ class Layers(NamedTuple):
     north0_m: float
     east0_m: float
     gsd_m: float
+    squeeze: int = 1
+    """Rows of the canopy that one of the ground's stands for."""
 
 
 class _Cut(NamedTuple):

@@ -103,7 +103,7 @@ class Renderer:
         self._planted: Planted | None = None
         self._standing: standing.Standing | None = None
         self._focal_px = float(focal_px)
-        rows, columns = self._whole.layers.ground.shape[:2]
+        rows, columns = self._whole.layers.canopy.shape[:2]
         self._backdrop = backdrop.of(field, tint_of(field), columns, rows)
 
     def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
@@ -114,7 +114,7 @@ class Renderer:
         view = self._view(position_ned_m, camera_to_ned)
         layers = self._whole.layers
         box = _box(layers, view.surfaces[0])
-        self._whole.paint(*(min(max(row, 0.0), len(layers.ground) - 1.0) for row in (box[0], box[1])))
+        self._whole.paint(*(min(max(row, 0.0), len(layers.canopy) - 1.0) for row in (box[0], box[1])))
         seen = self._from_high(view) if view.above_m > FINE_M else self._from_low(view)
         if view.is_flat:
             self._soften(seen, view)
@@ -144,7 +144,7 @@ class Renderer:
     def _from_low(self, view: View) -> Image:
         """The ground, and the plants that are painted, by shells."""
         layers = self._whole.layers
-        picture = _remapped(layers.ground, self._pixels(layers, view.surfaces[0]))
+        picture = _remapped(layers.ground, self._pixels(layers, view.surfaces[0], squeeze=layers.squeeze))
         if view.above_m < NEAR_M:
             self._put_near(picture, view)
         self._put_shells(picture, view)
@@ -247,15 +247,15 @@ class Renderer:
             cv2.remap(terrain.grid_m, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float64
         ).reshape(north.shape)
 
-    def _pixels(self, layers: Layers, surface: Surface, scale: int = 1) -> F32:
+    def _pixels(self, layers: Layers, surface: Surface, scale: int = 1, squeeze: int = 1) -> F32:
         """(height, width, 2): where on a painted layer each pixel looks, from where the grid's rays meet it.
 
-        `scale`: of so many times as many pixels along each side.
+        `scale`: of so many times as many pixels along each side. `squeeze`: see Layers.
         """
         north, east = surface
         grid = np.empty((*self._grid_shape, 2), np.float32)
         grid[..., 0] = ((east - layers.east0_m) / layers.gsd_m - 0.5).reshape(self._grid_shape)
-        grid[..., 1] = ((north - layers.north0_m) / layers.gsd_m - 0.5).reshape(self._grid_shape)
+        grid[..., 1] = ((north - layers.north0_m) / (layers.gsd_m * squeeze) - 0.5).reshape(self._grid_shape)
         return self._drawn_out(grid, scale)
 
     def _drawn_out(self, grid: npt.NDArray[Any], scale: int = 1) -> npt.NDArray[Any]:
@@ -300,5 +300,5 @@ def _box(layers: Layers, surface: Surface) -> tuple[float, float, float, float]:
 
 def _leaves(box: tuple[float, float, float, float], layers: Layers) -> bool:
     """Whether any pixel looks beyond a layer."""
-    rows, columns = layers.ground.shape[:2]
+    rows, columns = layers.canopy.shape[:2]
     return box[0] < 0.0 or box[2] < 0.0 or box[1] >= rows or box[3] >= columns

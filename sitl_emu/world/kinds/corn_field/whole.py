@@ -1,9 +1,10 @@
-"""The whole field at 5 cm a pixel, painted strip by strip as it comes into view, in memory that cameras may share.
+"""The whole field at 5 cm a pixel (its ground at 10 along the rows), in memory that cameras may share.
 
-The processes of several cameras of one world are given one file descriptor (a memfd: it has no name, so that nothing
-can be left behind, and goes with the last process that holds it). Whoever looks at a strip that nobody has painted
-paints it, under a lock on its byte (fcntl): while it does, others that need the strip paint their next one, or wait. A
-painter that dies leaves its lock to the next, and the strip unmarked. What is painted is the same whoever does it when.
+It is painted strip by strip as it comes into view. The processes of several cameras of one world are given one file
+descriptor (a memfd: it has no name, so that nothing can be left behind, and goes with the last process that holds it).
+Whoever looks at a strip that nobody has painted paints it, under a lock on its byte (fcntl): while it does, others that
+need the strip paint their next one, or wait. A painter that dies leaves its lock to the next, and the strip unmarked.
+What is painted is the same whoever does it when.
 """
 
 import fcntl
@@ -11,14 +12,27 @@ import mmap
 import os
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 
-from sitl_emu.world.kinds.corn_field.field import SURROUNDINGS_M, CornField
+from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter
+from sitl_emu.world.kinds.corn_field.sprites import Image
 
 FIELD_GSD_M = 0.05
+PAINTED_M = 12.0
+"""How far around the outline is painted: the grass, and some of the soil beyond. Further off is backdrop.py's."""
+SQUEEZE = 2
+"""Rows of the canopy that one of the ground's stands for. The rows of corn run north, so that what lies between them is
+as sharp across them as it was, and a field of 200 m takes 40 MB less."""
 STRIP_ROWS = 64
 """Ours: a strip of 200 m takes 20 ms to paint and 8 MB meanwhile; what a UAS sees from 15 m are eight."""
+
+
+def squeezed(ground: Image) -> Image:
+    """A painted ground with SQUEEZE rows made one."""
+    size = (ground.shape[1], len(ground) // SQUEEZE)
+    return np.asarray(cv2.resize(ground, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 class WholeField:
@@ -26,10 +40,11 @@ class WholeField:
 
     def __init__(self, field: CornField, painter: Callable[[], Painter], shared_memory: int | None = None) -> None:
         """`shared_memory`: a descriptor of what the cameras of this very field share; None: memory of its own."""
-        self._rows, self._columns = (round((side + 2.0 * SURROUNDINGS_M) / FIELD_GSD_M) for side in field.size_m)
+        rows, self._columns = (round((side + 2.0 * PAINTED_M) / FIELD_GSD_M) for side in field.size_m)
+        self._rows = rows + rows % SQUEEZE
         self._painter, self._lock_fd = painter, shared_memory
         layer_bytes = self._rows * self._columns * 4
-        size = mmap.PAGESIZE + 2 * layer_bytes
+        size = mmap.PAGESIZE + layer_bytes + layer_bytes // SQUEEZE
         if shared_memory is None:
             memory = mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
         else:
@@ -38,9 +53,10 @@ class WholeField:
         shape = (self._rows, self._columns, 4)
         # Pages that nobody has painted take no memory.
         self._is_painted = np.frombuffer(memory, np.uint8, mmap.PAGESIZE)
-        ground = np.frombuffer(memory, np.uint8, layer_bytes, mmap.PAGESIZE).reshape(shape)
-        canopy = np.frombuffer(memory, np.uint8, layer_bytes, mmap.PAGESIZE + layer_bytes).reshape(shape)
-        self.layers = Layers(ground, canopy, -SURROUNDINGS_M, -SURROUNDINGS_M, FIELD_GSD_M)
+        canopy = np.frombuffer(memory, np.uint8, layer_bytes, mmap.PAGESIZE).reshape(shape)
+        ground = np.frombuffer(memory, np.uint8, layer_bytes // SQUEEZE, mmap.PAGESIZE + layer_bytes)
+        ground = ground.reshape(self._rows // SQUEEZE, self._columns, 4)
+        self.layers = Layers(ground, canopy, -PAINTED_M, -PAINTED_M, FIELD_GSD_M, SQUEEZE)
         """All of it; of what was not asked for by `paint`, nothing may be there."""
         self._known = set[int]()
 
@@ -76,7 +92,7 @@ class WholeField:
 
     def _paint(self, strip: int) -> None:
         part = strip * STRIP_ROWS, min((strip + 1) * STRIP_ROWS, self._rows)
-        painted = self._painter().paint(-SURROUNDINGS_M, -SURROUNDINGS_M, self._rows, self._columns, part)
-        rows = slice(*part)
-        self.layers.ground[rows], self.layers.canopy[rows] = painted.ground, painted.canopy
+        painted = self._painter().paint(-PAINTED_M, -PAINTED_M, self._rows, self._columns, part)
+        self.layers.canopy[slice(*part)] = painted.canopy
+        self.layers.ground[part[0] // SQUEEZE : part[1] // SQUEEZE] = squeezed(painted.ground)
         self._is_painted[strip] = 1
