@@ -102,13 +102,20 @@ def wildfire_perimeter(world: World) -> list[Shot]:
 
 
 def corn_field(world: World) -> list[Shot]:
-    """Its painter draws no sky: from above, and from the rover's mast."""
+    """From above, from the rover's mast, and along the rows to the horizon."""
     south, west, north, east = views.extent(world)
     patches = [(thing.north_m, thing.east_m) for thing in world.description.things if thing.target]
     n, e = min(patches, key=lambda each: math.dist(each, (0.5 * (south + north), 0.5 * (west + east))))
     oblique, mast = towards(n, e, 20.0, 14.0, 14.0, 45.0), towards(n, e, 0.0, 2.2, 2.0, 40.0)
+    among = towards(n, e, 0.0, 6.0, 0.8, 6.0)
     low = dataclasses.replace(world.description.light, elevation_deg=12.0, gain=1.3, warmth=1.08)
-    return [*nadir(n, e), Shot("oblique", oblique), Shot("from a mast, 2 m", mast), Shot("low sun", oblique, low)]
+    return [
+        *nadir(n, e),
+        Shot("oblique", oblique),
+        Shot("from a mast, 2 m", mast),
+        Shot("among the rows", among),
+        Shot("low sun", oblique, low),
+    ]
 
 
 LISTS: dict[str, Callable[[World], list[Shot]]] = {
