@@ -19,7 +19,7 @@ setup: .venv/.run-ready compiled ## .venv with sitl-emu in it: afterwards .venv/
 # The rooms at the top are packages of sitl_emu (setup.py); mypy and import-linter, which know no setup.py, find them by
 # links, which git ignores.
 # compileall: the dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
-# world.render, corn_field: a camera's first frame would wait for numba, twenty seconds on one core.
+# world.render, corn_field: a camera's first frame would wait for numba, 45 seconds and more on one core.
 .venv/.run-ready: pyproject.toml setup.py | .venv/bin/python
 	$(PIP) install -e .
 	@for room in vehicles autopilot gcs missions; do ln -sfn ../$$room sitl_emu/$$room; done
