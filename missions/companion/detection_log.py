@@ -1,6 +1,6 @@
 """What the detector found in each frame, and what might become a target: a line of JSON a frame.
 
-    {"time_s": 35.668, "found": [["weed", 0.945, 417.1, 368.8, 34.8, 43.5]], "candidates": [...]}
+    {"time_s": 35.668, "found": [["car", 0.945, 417.1, 368.8, 34.8, 43.5]], "candidates": [...]}
 
 `time_s`: when the frame was taken, in the vehicle's boot time. `found`: label, score, and the box's centre and size in
 pixels. `candidates`, at most once a second: label, score, latitude and longitude in degrees, horizontal standard

@@ -1,7 +1,7 @@
 """What a run keeps of its cameras, depth cameras and lidars, for whoever looks on or looks back: a frame a second.
 
 `feeds/VEHICLE-FEED/TIME_US.SUFFIX` in the run's folder. A picture becomes a JPEG of at most 480 pixels across (31 kB of
-a corn field on average), depth a PNG of millimetres (16 bits, 0 where nothing is: ROS REP 118), a scan an .npy of its
+crop on average), depth a PNG of millimetres (16 bits, 0 where nothing is: ROS REP 118), a scan an .npy of its
 points in body axes (float32, metres). A frame is written after it was handed on, so nobody waits for it; and under its
 name when it is whole, so that nobody reads half a file.
 """

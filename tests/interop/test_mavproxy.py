@@ -1,5 +1,6 @@
 """MAVProxy loads every parameter, lists a mission that was uploaded by it, and downloads a log."""
 
+import contextlib
 import os
 import pathlib
 import re
@@ -16,6 +17,8 @@ from tests.launched import launched
 
 INSTANCE = 21
 LIMIT_S = 60.0
+ATTEMPTS = 4
+DOWNLOADED = r"Finished downloading .*fetched\.ulg"
 MISSION = """QGC WPL 110
 0\t1\t3\t22\t0\t0\t0\t0\t47.397742\t8.545594\t10.0\t1
 1\t0\t3\t16\t0\t0\t0\t0\t47.397842\t8.545594\t10.0\t1
@@ -46,9 +49,9 @@ class MavProxy:
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
 
-    def expect(self, pattern: str) -> re.Match[str]:
+    def expect(self, pattern: str, limit_s: float = LIMIT_S) -> re.Match[str]:
         """Wait until the output matches."""
-        end = time.monotonic() + LIMIT_S
+        end = time.monotonic() + limit_s
         while time.monotonic() < end:
             found = re.search(pattern, self.log.read_text())
             if found:
@@ -90,8 +93,16 @@ def test_mavproxy_downloads_a_log(mavproxy: MavProxy, tmp_path: pathlib.Path) ->
     mavproxy.say("log list")
     mavproxy.expect(r"Log 0  numLogs 1 lastLog 1 size \d+")
     fetched = tmp_path / "fetched.ulg"
-    mavproxy.say(f"log download 0 {fetched}")
-    mavproxy.expect(r"Finished downloading .*fetched\.ulg")
+    # Of a log with a lost datagram MAVProxy asks for what lies beyond its end, which PX4 does not answer: it would wait
+    # for ever, so that one has to ask anew.
+    for _ in range(ATTEMPTS - 1):
+        mavproxy.say(f"log download 0 {fetched}")
+        with contextlib.suppress(TimeoutError):
+            mavproxy.expect(DOWNLOADED, LIMIT_S / 2.0)
+            break
+    else:
+        mavproxy.say(f"log download 0 {fetched}")
+        mavproxy.expect(DOWNLOADED)
     (onboard,) = (tmp_path / "state").rglob("*.ulg")
     data = fetched.read_bytes()
     assert data == onboard.read_bytes()[: len(data)]
