@@ -23,6 +23,7 @@ from sitl_emu.world.render import furniture, model, surface_mesh, terrain_mesh, 
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene
 from sitl_emu.world.terrain import HeightMap, hills
 from sitl_emu.world.world import World
+from tests import embree
 
 F64 = npt.NDArray[np.float64]
 DOWN = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
@@ -161,35 +162,15 @@ def test_a_patch_follows_the_ground_and_what_moves_is_where_its_path_says() -> N
 # --- what is seen, and how far away -----------------------------------------------------------------------------------
 
 
-def _rays(rotation: F64) -> F64:
-    x, y = (np.arange(640) + 0.5 - 320.0) / 320.0, (np.arange(480) + 0.5 - 240.0) / 320.0
-    grid = np.stack((*np.meshgrid(x, y), np.ones((480, 640))), axis=2).reshape(-1, 3)
-    return np.asarray(grid @ rotation.T)
-
-
 @pytest.mark.parametrize("view", VIEWS)
 def test_objects_and_depth_agree_with_embree(scene: MeshScene, renderer: MeshRenderer, view: str) -> None:
     """The same triangles, by rays of another's make."""
-    rtcore_scene = pytest.importorskip("embreex.rtcore_scene", reason="embreex has no wheel for this machine")
-    from embreex.mesh_construction import TriangleMesh
-
     place, rotation = looking(*VIEWS[view])
     seen = renderer.look(place, rotation, 0.0)
-    drawn, meshes, things = renderer._drawn, scene.meshes, scene.things
-    corners, objects = [], []
-    for instance, level in zip(drawn.instance[: renderer.count], drawn.level, strict=False):
-        first, end, begin, stop = meshes.levels[level]
-        own = meshes.corners[first:end].astype(float) @ things.rotation[instance].T + things.place[instance] - place
-        corners.append(own[meshes.triangles[begin:stop]])
-        objects += [int(things.objects[instance])] * (stop - begin)
-    soup = rtcore_scene.EmbreeScene()
-    TriangleMesh(soup, np.concatenate(corners).astype(np.float32))
-    rays = _rays(rotation).astype(np.float32)
-    met = soup.run(np.zeros_like(rays), rays, output=True)
-    theirs = np.where(met["primID"] >= 0, np.array([*objects, -1])[met["primID"]], -1).reshape(480, 640)
+    theirs, range_m = embree.seen_by_rays(scene, renderer, place, rotation)
     assert int((theirs != seen.objects).sum()) <= 20
     both = (theirs == seen.objects) & (theirs >= 0)
-    error = np.abs(met["tfar"].reshape(480, 640)[both] - seen.depth_m[both])
+    error = np.abs(range_m[both] - seen.depth_m[both])
     near = seen.depth_m[both] < 200.0
     assert float(np.mean(error[near] < 1e-3)) > 0.99
 
@@ -201,7 +182,7 @@ def test_depth_agrees_with_the_rays_of_lidar_and_with_contact(town: World, rende
     seen = renderer.look(place, rotation, 0.0)
     rows, columns = np.meshgrid(np.arange(6, 480, 12), np.arange(6, 640, 12), indexing="ij")
     picked = rows.ravel(), columns.ravel()
-    rays = _rays(rotation).reshape(480, 640, 3)[picked]
+    rays = embree.rays_of(rotation).reshape(480, 640, 3)[picked]
     lengths = np.linalg.norm(rays, axis=1)
     hits = town.raycast(np.tile(place, (len(rays), 1)), rays / lengths[:, None], 0.0, 400.0)
     depth, names = hits.range_m / lengths, np.array(hits.name)
@@ -240,7 +221,11 @@ def test_hills_show_no_gaps_between_levels_of_detail() -> None:
         seen = looker.look(*looking(-60.0, -50.0, up, heading, 30.0), 0.0)
         below = seen.objects[240:]
         assert (below == 0).all(), "the picture's lower half is all ground"
-        rays = _rays(looking(0, 0, 0, heading, 30.0)[1]).reshape(480, 640, 3)[250:470:20, 10:630:20].reshape(-1, 3)
+        rays = (
+            embree.rays_of(looking(0, 0, 0, heading, 30.0)[1])
+            .reshape(480, 640, 3)[250:470:20, 10:630:20]
+            .reshape(-1, 3)
+        )
         lengths = np.linalg.norm(rays, axis=1)
         hits = world.raycast(np.tile((-60.0, -50.0, -up), (len(rays), 1)), rays / lengths[:, None], 0.0, 300.0)
         depth = seen.depth_m[250:470:20, 10:630:20].ravel()

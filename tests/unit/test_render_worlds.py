@@ -1,7 +1,6 @@
 """Every generated world from eight places: another's rays meet the same things, and the bytes are always the same."""
 
 import hashlib
-import math
 import os
 import subprocess
 import sys
@@ -16,20 +15,11 @@ from sitl_emu.run import worlds
 from sitl_emu.world.render import shared
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene
 from sitl_emu.world.world import World
+from tests import embree
+from tools.bench_renderer import AT_S, KINDS, VIEWS, pose
 
 F64 = npt.NDArray[np.float64]
-KINDS = ("urban_flood", "debris_field", "wildfire_perimeter")
-AT_S = 20.0
-VIEWS = {  # share of the area north and east, height m, heading and degrees below the horizon
-    "nadir 5 m": (0.45, 0.45, 5.0, 0.0, 90.0),
-    "nadir 15 m": (0.5, 0.5, 15.0, 0.0, 90.0),
-    "nadir 30 m": (0.5, 0.5, 30.0, 0.0, 90.0),
-    "nadir 60 m": (0.5, 0.5, 60.0, 0.0, 90.0),
-    "oblique": (0.2, 0.25, 24.0, 40.0, 38.0),
-    "forward": (0.35, 0.6, 9.0, 100.0, 15.0),
-    "street": (0.62, 0.5, 1.7, 180.0, 3.0),
-    "whole world": (-0.1, -0.1, 60.0, 45.0, 28.0),
-}
+ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.timeout(600)
 
 
@@ -41,44 +31,17 @@ def seen_by(kind: str) -> tuple[World, MeshScene, MeshRenderer]:
     return world, scene, scene.renderer(640, 480, 320.0)
 
 
-def pose(world: World, view: str) -> tuple[F64, F64]:
-    """A view's place and axes in NED."""
-    n, e, above, heading, below = VIEWS[view]
-    north, east = np.max(world.description.area_m, axis=0)
-    h, p = math.radians(heading), math.radians(below)
-    ahead = np.array((math.cos(p) * math.cos(h), math.cos(p) * math.sin(h), math.sin(p)))
-    right = np.array((-math.sin(h), math.cos(h), 0.0))
-    axes = np.stack((right, np.cross(ahead, right), ahead), axis=1)
-    return np.array((n * north, e * east, -world.ground(n * north, e * east) - above)), axes
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_objects_and_depth_agree_with_embree(kind: str, view: str) -> None:
     """The same triangles, by rays of another's make. Flames are no triangles, and have no depth."""
-    rtcore_scene = pytest.importorskip("embreex.rtcore_scene", reason="embreex has no wheel for this machine")
-    from embreex.mesh_construction import TriangleMesh
-
     world, scene, renderer = seen_by(kind)
     place, rotation = pose(world, view)
     seen = renderer.look(place, rotation, AT_S)
-    drawn, meshes, things = renderer._drawn, scene.meshes, scene.things
-    corners, objects = [], []
-    for instance, level in zip(drawn.instance[: renderer.count], drawn.level, strict=False):
-        first, end, begin, stop = meshes.levels[level]
-        own = meshes.corners[first:end].astype(float) @ things.rotation[instance].T + things.place[instance] - place
-        corners.append(own[meshes.triangles[begin:stop]])
-        objects += [int(things.objects[instance])] * (stop - begin)
-    soup = rtcore_scene.EmbreeScene()
-    TriangleMesh(soup, np.concatenate(corners).astype(np.float32))
-    x, y = (np.arange(640) + 0.5 - 320.0) / 320.0, (np.arange(480) + 0.5 - 240.0) / 320.0
-    grid = np.stack((*np.meshgrid(x, y), np.ones((480, 640))), axis=2).reshape(-1, 3)
-    rays = (grid @ rotation.T).astype(np.float32)
-    met = soup.run(np.zeros_like(rays), rays, output=True)
-    theirs = np.where(met["primID"] >= 0, np.array([*objects, -1])[met["primID"]], -1).reshape(480, 640)
+    theirs, range_m = embree.seen_by_rays(scene, renderer, place, rotation)
     burning = np.isin(seen.objects, np.flatnonzero(np.array(scene.labels) == "fire"))
-    gap = np.abs(met["tfar"].reshape(480, 640) - seen.depth_m)
+    gap = np.abs(range_m - seen.depth_m)
     # Walls and their parapets have faces in one plane: either may be named
     differ = (theirs != seen.objects) & ~burning & ~(gap < 1e-3)
     assert int(differ.sum()) <= 20
@@ -98,12 +61,12 @@ def digest(kind: str) -> str:
 @pytest.mark.slow
 def test_worlds_have_the_same_bytes_also_on_another_kind_of_processor() -> None:
     """Compiled for a generic one: no vector instructions but the oldest."""
-    code = "import sys; sys.path.insert(0, sys.argv[1]); import test_render_worlds as t; "
-    code += "print(*map(t.digest, t.KINDS * 2))"
+    code = "import tests.unit.test_render_worlds as t; print(*map(t.digest, t.KINDS * 2))"
 
     def drawn(**environment: str) -> list[str]:
-        command = [sys.executable, "-c", code, str(Path(__file__).parent)]
-        told = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=True)
+        command = [sys.executable, "-c", code]
+        given = {**os.environ, **environment}
+        told = subprocess.run(command, cwd=ROOT, env=given, capture_output=True, text=True, check=True)
         return told.stdout.split()[-2 * len(KINDS) :]
 
     own = drawn()
