@@ -201,7 +201,7 @@ class Eyes:
         found = [Labelled(seen, drawn.objects == number) for number, seen in things]
         for label, numbers in self._areas.items():
             mask = np.isin(drawn.objects, numbers)
-            regions = regions_of(Area(label, label, GAP_M, LEAST_M2), mask, drawn, camera, LEAST_PX)
+            regions = regions_of(Area(label, (label,), GAP_M, LEAST_M2), mask, drawn, camera, LEAST_PX)
             found += [Labelled(seen, own) for seen, own in regions]
         return picture, drawn, found
 

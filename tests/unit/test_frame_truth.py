@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sitl_emu.world.render.burning import EMBERS_S
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.scene import MeshScene, View
 from sitl_emu.world.render.truth import Area, mask_of, regions_in, things_in
@@ -14,15 +15,15 @@ from tests.unit.test_render import DOWN, NOWHERE, world_of
 pytestmark = pytest.mark.timeout(300)
 WIDTH, HEIGHT, FOCAL = 320, 240, 160.0
 BOXES = {"building": "house", "shed": "shed"}
-WATER = Area("water_body", "water", gap_m=3.0, least_m2=4.0)
+WATER = Area("water_body", ("water",), gap_m=3.0, least_m2=4.0)
 
 
-def seen_from(up: float, **fields: Any) -> tuple[MeshScene, View, Pinhole]:
+def seen_from(up: float, time_s: float = 0.0, **fields: Any) -> tuple[MeshScene, View, Pinhole]:
     """Straight down on the origin."""
     scene = MeshScene(world_of(**fields), NOWHERE)
     at = np.array((0.0, 0.0, -up))
     camera = Pinhole(at, DOWN, FOCAL, WIDTH, HEIGHT)
-    return scene, scene.renderer(WIDTH, HEIGHT, FOCAL).look(at, DOWN, 0.0), camera
+    return scene, scene.renderer(WIDTH, HEIGHT, FOCAL).look(at, DOWN, time_s), camera
 
 
 def solid(name: str, north: float, east: float, up: float, label: str = "building", side: float = 4.0) -> Any:
@@ -93,6 +94,28 @@ def test_water_counts_from_where_it_hides_the_ground() -> None:
     hides = 1.0 - math.exp(-2.0 * 2.0 * 0.05)
     assert mask_of(scene, view, camera, WATER._replace(least_hiding=hides - 0.02)).any()
     assert not mask_of(scene, view, camera, WATER._replace(least_hiding=hides + 0.02)).any()
+
+
+def test_fire_is_where_the_ground_burns_or_glows() -> None:
+    """A front that has gone 5 m to the north in 50 s: what it left 30 s ago is cold."""
+    fire = Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True)
+    front = {"name": "front", "polygon_m": [[-4, -6], [-4, 6], [0, 6], [0, -6]], "spread_m_s": 0.1, "burns_s": 20.0}
+    wind = {"north_m_s": 3.0, "east_m_s": 0.0}
+    scene, view, camera = seen_from(20.0, 50.0, fires=[front], wind=wind)
+    mask = mask_of(scene, view, camera, fire, 50.0)
+    north_m = (HEIGHT / 2 - np.arange(HEIGHT) - 0.5) * 20.0 / FOCAL
+    burning = north_m[mask[:, WIDTH // 2]]
+    assert burning.max() == pytest.approx(5.0, abs=0.3)
+    assert burning.min() == pytest.approx(5.0 - 0.1 * (20.0 + EMBERS_S), abs=0.3)
+
+
+def test_loose_pieces_are_ignored_and_make_no_ruin_larger() -> None:
+    ruin = Area("debris_field", ("debris slab",), gap_m=1.0, least_m2=3.0, ignored=("debris rubble",))
+    pieces = [solid("slab", 0.0, 0.0, 0.0, "debris slab"), solid("stone", 0.0, 2.8, 0.0, "debris rubble", 1.0)]
+    scene, view, camera = seen_from(20.0, solids=pieces)
+    heap, stone = regions_in(scene, view, camera, [ruin])
+    assert (heap.is_ignored, stone.is_ignored) == (False, True)
+    assert heap.box[2] < stone.box[0]
 
 
 def test_nothing_in_view_is_no_region() -> None:

@@ -1,5 +1,6 @@
 """Generated worlds: the same from the same seed, files that can be read again, and what their options do."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,13 @@ def test_options_count_and_wrong_ones_are_named(kind: str) -> None:
         made(kind, siz=5)
     with pytest.raises(WorldError, match=r"persons: 1\.5; must be a whole number"):
         made(kind, persons=1.5)
+
+
+def test_no_house_stood_in_another() -> None:
+    floors = [np.mean(land.polygon_m, axis=0) for land in made("debris_field").description.ground.land
+              if land.use == "concrete"]  # fmt: skip
+    apart = [math.dist(a, b) for k, a in enumerate(floors) for b in floors[:k]]
+    assert len(floors) == 7 and min(apart) > 16.4  # two diagonals of 6.5 by 5 m
 
 
 def test_floods_stand_in_the_low_streets_and_persons_keep_their_heads_above_water() -> None:

@@ -28,9 +28,9 @@ from tools.detector import variation
 
 FloatArray = npt.NDArray[np.float64]
 AREAS = (
-    Area("water_body", "water", gap_m=3.0, least_m2=4.0, least_hiding=0.4),
-    Area("debris_field", "debris", gap_m=2.5, least_m2=3.0),
-    Area("fire_region", "fire", gap_m=3.0, least_m2=1.5),
+    Area("water_body", ("water",), gap_m=3.0, least_m2=4.0, least_hiding=0.4),
+    Area("debris_field", ("debris slab", "debris wall", "debris beam"), 1.0, 3.0, ignored=("debris rubble",)),
+    Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True),
 )
 """The second paper's classes. What makes a region of them is ours."""
 CLASSES = tuple(area.label for area in AREAS)
@@ -161,7 +161,7 @@ def _frame(
     up = recorder.scene.world.terrain.height_m(shot.north_m, shot.east_m) + shot.above_m
     pose = Pose(shot.north_m, shot.east_m, -up, quaternion(shot.roll_rad, shot.tilt_rad, shot.heading_rad))
     image = cameras[0.0].render(pose, round(shot.time_s * 1e6))
-    return image, regions_in(recorder.scene, recorder.view, recorder.camera, AREAS)
+    return image, regions_in(recorder.scene, recorder.view, recorder.camera, AREAS, shot.time_s)
 
 
 def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[float, float]]:

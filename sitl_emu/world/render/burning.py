@@ -16,6 +16,8 @@ CELL_M = 0.5
 RAGGED_M = 3.0
 NEVER = 1e9
 """In seconds."""
+EMBERS_S = 10.0
+"""Where nothing burns any more, what glows falls to a third in so long. Ours."""
 
 
 def arrival_s(fire: Fire, described: WorldDescription, north: F64, east: F64) -> F64:

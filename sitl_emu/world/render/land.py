@@ -5,6 +5,7 @@ Water shows the ground, too; the same loops colour what lies under it.
 
 import numpy as np
 
+from sitl_emu.world.render.burning import EMBERS_S
 from sitl_emu.world.render.kernel import HALF, ONE, ZERO, f4, i4, kernel, streamed, u4
 from sitl_emu.world.render.maps import (
     FireMap,
@@ -27,6 +28,7 @@ MEAN = f4(1.0 / 128.0)
 """One over what ground's detail textures have for 1."""
 DETAIL_TO_M, FINE_TO_M = f4(0.12), f4(0.03)
 """Footprint of a pixel above which the ground's detail is too fine to be seen, at its two sizes."""
+BY_EMBERS_S = f4(1.0 / EMBERS_S)
 FADES_1_M = f4(0.07)
 """How fast the ground's map gives way to far land before its border."""
 
@@ -185,7 +187,7 @@ def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float3
         burns = inside & (since >= ZERO)
         char = min(f4(0.45) + since * f4(0.08), ONE) if burns else ZERO
         heat = max(wild[0] * fine[0] * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
-        heat = heat * heat * (ONE if after < ZERO else fading(after * f4(1.0 / 45.0)) * f4(0.35))
+        heat = heat * heat * (ONE if after < ZERO else fading(after * BY_EMBERS_S) * f4(0.35))
         ash = f4(0.03) + wild[3] * fine[3] * f4(0.11 / 16384.0)
         b.glow[i] = heat if burns else ZERO
         # What is left is a little of its pattern, on soot

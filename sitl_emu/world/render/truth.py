@@ -1,8 +1,8 @@
 """What is to be seen in a frame, as the renderer knows it: boxes of things, and of areas such as water or a fire.
 
 A thing (car, person) has a box of what is seen and one of all of it, and the share that others hide. An area (water,
-rubble, flames) is what pixels show: those nearer to each other than `Area.gap_m` are one region, whose box is that of
-its part in the picture, however far the area reaches beyond. A region too small to be asked for is there all the same,
+ruins, fire) is what pixels show: those nearer to each other than `Area.gap_m` are one region, whose box is that of its
+part in the picture, however far the area reaches beyond. A region too small to be asked for is there all the same,
 as `is_ignored`: whoever finds it is neither right nor wrong.
 """
 
@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.world.render.burning import EMBERS_S, NEVER, arrival_s
 from sitl_emu.world.render.kernel import F32, F64, I32
 from sitl_emu.world.render.raster import NEAR_M, NOTHING, Buffers, Drawn, Pinhole, project, rasterise
 from sitl_emu.world.render.scene import MeshScene, View
@@ -26,14 +27,18 @@ class Area(NamedTuple):
     """A class of areas."""
 
     label: str
-    of: str
-    """Objects whose label begins with this are parts of it."""
+    of: tuple[str, ...]
+    """Objects whose label begins with one of these are parts of it."""
     gap_m: float
     """Parts nearer than this are one region."""
     least_m2: float
     """What is seen of a smaller one is ignored."""
     least_hiding: float = 0.0
     """Water that hides less than this share of the ground below it is not counted: one sees the ground."""
+    burns: bool = False
+    """Ground that burns or still glows (burning.EMBERS_S) is part of it as well, smoke or not."""
+    ignored: tuple[str, ...] = ()
+    """Objects whose label begins with one of these are no region of their own: they are ignored."""
 
 
 SMALLEST_SHARE = 1.0 / 32.0
@@ -59,15 +64,32 @@ class Seen(NamedTuple):
     is_ignored: bool
 
 
-def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area]) -> list[Seen]:
-    """All regions of all areas, area by area, from top to bottom."""
-    return [seen for area in areas for seen, _ in regions_of(area, mask_of(scene, view, camera, area), view, camera)]
+def regions_in(
+    scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0
+) -> list[Seen]:
+    """All regions of all areas, area by area, from top to bottom, in a view of a time."""
+    found: list[Seen] = []
+    for area in areas:
+        found += [seen for seen, _ in regions_of(area, mask_of(scene, view, camera, area, time_s), view, camera)]
+        if area.ignored:
+            loose = regions_of(area, _of_labels(scene, view, area.ignored), view, camera)
+            found += [seen._replace(is_ignored=True) for seen, _ in loose]
+    return found
 
 
-def mask_of(scene: MeshScene, view: View, camera: Pinhole, area: Area) -> Mask:
+def _of_labels(scene: MeshScene, view: View, beginnings: tuple[str, ...]) -> Mask:
+    part = np.array([label.startswith(beginnings) for label in scene.labels] + [False])
+    return np.asarray(part[view.objects])  # SKY is -1, the last
+
+
+def mask_of(scene: MeshScene, view: View, camera: Pinhole, area: Area, time_s: float = 0.0) -> Mask:
     """(height, width): the pixels that show an area."""
-    part = np.array([label.startswith(area.of) for label in scene.labels] + [False])
-    mask = part[view.objects]  # SKY is -1, the last
+    mask = _of_labels(scene, view, area.of)
+    for fire in scene.world.description.fires if area.burns else ():
+        rows, columns = np.nonzero(view.objects == scene.labels.index("terrain"))
+        north, east, _ = _places(view.depth_m, camera, rows, columns)
+        since_s = time_s - arrival_s(fire, scene.world.description, north, east)
+        mask[rows, columns] |= (since_s >= 0.0) & (since_s < (fire.burns_s or NEVER) + EMBERS_S)
     for water in scene.world.description.water if area.least_hiding > 0.0 else ():
         number = scene.names.index(water.name)
         rows, columns = np.nonzero(view.objects == number)

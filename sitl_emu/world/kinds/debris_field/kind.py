@@ -24,6 +24,8 @@ OPTIONS = {
     "relief_m": Option(3.0, 0.0, 20.0),
 }
 SURROUNDINGS_M = 40.0
+APART_M, TRIES = 19.0, 50
+"""Between the middles of two ruins: the diagonal of a floor and a path. Where tries end, they lie as they fall."""
 SMALLEST_M, LARGEST_M, EXPONENT = 0.18, 1.6, 1.5
 """Radii of rubble, and the exponent of how many are larger than one."""
 GREYS = ((0.62, 0.60, 0.57), (0.55, 0.53, 0.50), (0.68, 0.65, 0.60), (0.50, 0.46, 0.42), (0.60, 0.42, 0.34))
@@ -39,7 +41,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
     size = wanted["size_m"]
     reach = (-SURROUNDINGS_M, size + SURROUNDINGS_M)
     terrain = hills(rng, reach, reach, max(wanted["relief_m"], 0.05), (size, size))
-    places = [_place(rng, size, 14.0) for _ in range(int(wanted["ruins"]))]
+    places = _apart(rng, size, int(wanted["ruins"]))
     solids: list[d.Solid] = []
     headings = [float(rng.uniform(0, 180)) for _ in places]
     for (n, e), heading in zip(places, headings, strict=True):
@@ -69,6 +71,18 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
 def _place(rng: Rng, size: float, margin: float) -> tuple[float, float]:
     n, e = rng.uniform(margin, size - margin, 2)
     return float(n), float(e)
+
+
+def _apart(rng: Rng, size: float, count: int) -> list[tuple[float, float]]:
+    """Where houses stood: none in another, as long as there is room."""
+    places: list[tuple[float, float]] = []
+    for _ in range(count):
+        for _ in range(TRIES):
+            place = _place(rng, size, 14.0)
+            if all(math.dist(place, other) > APART_M for other in places):
+                break
+        places.append(place)
+    return places
 
 
 def _way_through(rng: Rng, size: float, places: list[tuple[float, float]]) -> float:
