@@ -1,5 +1,6 @@
 """Pictures changed for training, the data set's tables and splits; with PyTorch also assignment, loss and learning."""
 
+import dataclasses
 import json
 from collections import Counter
 from pathlib import Path
@@ -7,9 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel
 from sitl_emu.missions.companion.yolo import decoded, middles
+from sitl_emu.world.camera import Pose
+from sitl_emu.world.kinds.corn_field import field as corn
 from sitl_emu.world.render.truth import Seen
-from tools.detector import augment, data, dataset, variation
+from tools.detector import augment, data, dataset, disaster, field, variation
+from tools.detector.plan import Plan
 
 STILL = augment.Strength(0.0, 0.0, 0.0, (1.0, 1.0), 0.0, 0.0, 0.0, (1.0, 1.0), 0.0)
 ROWS = np.array([[1, 20, 10, 60, 40, 1]], np.float32)
@@ -62,13 +67,46 @@ def test_the_same_seed_gives_the_same_picture() -> None:
 
 
 def test_worlds_are_dealt_70_15_15_kind_by_kind() -> None:
-    plan = dataset.Plan(Path(), images=60 * 24, held_out=48)
-    jobs = dataset.jobs(plan)
+    plan = Plan(Path(), images=60 * 24, held_out=48)
+    jobs = disaster.jobs(plan)
     for kind in range(len(variation.KINDS)):
         usual = [job for job in jobs if job.family == "usual" and job.number % len(variation.KINDS) == kind]
         assert Counter(job.split for job in usual) == {"train": 14, "val": 3, "test": 3}
     assert Counter(job.split for job in jobs if job.family != "usual") == {"asset": 2, "light": 2}
     assert len({job.name for job in jobs}) == len(jobs)
+
+
+def test_corn_and_things_are_dealt_each_by_itself() -> None:
+    jobs = field.jobs(Plan(Path(), images=80 * 24, held_out=48, subject="field"))
+    for family, splits in (("corn", 60), ("things", 20)):
+        dealt = Counter(job.split for job in jobs if job.family == family)
+        assert dealt == {"train": splits * 7 // 10, "val": splits * 3 // 20, "test": splits * 3 // 20}
+    assert {job.split for job in jobs if job.family == "light"} == {"light"}
+
+
+def over_a_patch(up_m: float, aside_m: float = 0.0) -> list[Seen]:
+    """What is labelled in a picture straight down on a level field's only patch."""
+    grown = corn.build(1, targets=1, distractors=0, relief_m=2.0)
+    patch = grown.targets[0]._replace(radius_m=1.0, harmonics=())
+    level = dataclasses.replace(grown, objects=(patch,))
+    ground = level.terrain.height_m(patch.north_m, patch.east_m)
+    pose = Pose(patch.north_m, patch.east_m + aside_m, -ground - up_m, (1.0, 0.0, 0.0, 0.0))
+    return field.patches(level, CameraModel(), pose, NADIR)
+
+
+def test_a_patch_is_boxed_by_its_outline() -> None:
+    (one,) = over_a_patch(20.0)
+    left, top, right, bottom = one.box
+    assert (right - left, bottom - top) == pytest.approx((32.0, 32.0), abs=1.5)  # 320 px / 20 m
+    assert (left + right) / 2 == pytest.approx(320, abs=1.5)
+    assert not one.is_cut and not one.is_ignored
+
+
+def test_a_patch_far_below_or_nearly_out_of_the_picture_is_ignored() -> None:
+    assert over_a_patch(80.0)[0].is_ignored
+    (cut,) = over_a_patch(20.0, aside_m=20.2)
+    assert cut.is_cut and cut.is_ignored
+    assert over_a_patch(20.0, aside_m=30.0) == []
 
 
 def seen(label: str, ignored: bool = False) -> Seen:
@@ -78,8 +116,8 @@ def seen(label: str, ignored: bool = False) -> Seen:
 def test_tables_are_read_back_at_the_networks_size(tmp_path: Path) -> None:
     import cv2
 
-    plan = dataset.Plan(tmp_path, images=1, held_out=0, per_world=1, width=64, height=48)
-    (job,) = dataset.jobs(plan)
+    plan = Plan(tmp_path, images=1, held_out=0, per_world=1, width=64, height=48)
+    (job,) = disaster.jobs(plan)
     for folder in ("parts", "labels/train", "images/train"):
         (tmp_path / folder).mkdir(parents=True)
     shot = variation.Shot(0, 0, 12.0, 0, 0, 0, 1.0)
@@ -89,7 +127,7 @@ def test_tables_are_read_back_at_the_networks_size(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "images/train/a.jpg"), np.zeros((48, 64, 3), np.uint8))
     assert dataset.tables(plan, [job])["train"] == 1
     split = data.load(tmp_path, "train", 128, 128)
-    assert split.labels == dataset.CLASSES
+    assert split.labels == disaster.SUBJECT.classes
     assert split.rows[0].tolist() == [[1, 32, 16 + 24, 96, 16 + 48, data.REAL]]
     assert split.truth(0).labels.tolist() == [1] and split.about[0]["above_m"] == 12.0
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 DEFAULT = Path("runs/detector")
+"""Each subject has a folder in it: `data`, `training`, `detector.onnx`, `scores`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -18,6 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _train(commands.add_parser("train", help="train the network, or go on (needs the extra `train`)"))
     _export(commands.add_parser("export", help="write a trained network as ONNX (needs the extra `train`)"))
     _evaluate(commands.add_parser("evaluate", help="score an ONNX file on all sets, as tables and a picture"))
+    for command in commands.choices.values():
+        command.add_argument("--subject", choices=("disaster", "field"), default="disaster", help="what is looked for")
     given = parser.parse_args(arguments)
     try:
         given.run(given)
@@ -28,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _dataset(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", type=Path, default=DEFAULT / "data")
+    parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/data")
     parser.add_argument("--images", type=int, default=4200)
     parser.add_argument("--held-out", type=int, default=360)
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480), metavar=("WIDTH", "HEIGHT"))
@@ -39,15 +42,21 @@ def _dataset(parser: argparse.ArgumentParser) -> None:
 
 def _run_dataset(given: argparse.Namespace) -> None:
     from tools.detector import dataset
+    from tools.detector.plan import Plan
 
     width, height = given.size
-    plan = dataset.Plan(given.out, given.images, given.held_out, width=width, height=height, seed=given.seed)
+    out = _path(given, given.out, "data")
+    plan = Plan(out, given.images, given.held_out, width=width, height=height, seed=given.seed, subject=given.subject)
     print(dataset.draw(plan, given.processes))
 
 
+def _path(given: argparse.Namespace, path: Path | None, *inner: str) -> Path:
+    return path or DEFAULT.joinpath(given.subject, *inner)
+
+
 def _train(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, default=DEFAULT / "data")
-    parser.add_argument("--out", type=Path, default=DEFAULT / "training")
+    parser.add_argument("--data", type=Path, help="default: runs/detector/SUBJECT/data")
+    parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/training")
     parser.add_argument("--epochs", type=int, default=100)
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--width", type=float, default=1.0, help="of the network: 1 is 3 million parameters")
@@ -62,35 +71,37 @@ def _run_train(given: argparse.Namespace) -> None:
     from tools.detector import train
 
     width, height = given.size
+    data, out = _path(given, given.data, "data"), _path(given, given.out, "training")
     train.train(train.Settings(
-        given.data, given.out, given.epochs, given.batch, given.width, width, height, seed=given.seed,
-        workers=given.workers, minutes=given.minutes,
+        data, out, given.epochs, given.batch, given.width, width, height, seed=given.seed, workers=given.workers,
+        minutes=given.minutes,
     ))  # fmt: skip
 
 
 def _export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--checkpoint", type=Path, default=DEFAULT / "training" / "best.pt")
-    parser.add_argument("--out", type=Path, default=DEFAULT / "detector.onnx")
+    parser.add_argument("--checkpoint", type=Path, help="default: runs/detector/SUBJECT/training/best.pt")
+    parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/detector.onnx")
     parser.set_defaults(run=_run_export)
 
 
 def _run_export(given: argparse.Namespace) -> None:
     from tools.detector import train
 
-    train.export(given.checkpoint, given.out)
+    train.export(_path(given, given.checkpoint, "training", "best.pt"), _path(given, given.out, "detector.onnx"))
 
 
 def _evaluate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--model", type=Path, default=DEFAULT / "detector.onnx")
-    parser.add_argument("--data", type=Path, default=DEFAULT / "data")
-    parser.add_argument("--out", type=Path, default=DEFAULT / "scores")
+    parser.add_argument("--model", type=Path, help="default: runs/detector/SUBJECT/detector.onnx")
+    parser.add_argument("--data", type=Path, help="default: runs/detector/SUBJECT/data")
+    parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/scores")
     parser.set_defaults(run=_run_evaluate)
 
 
 def _run_evaluate(given: argparse.Namespace) -> None:
     from tools.detector import evaluate
 
-    evaluate.evaluate(given.model, given.data, given.out)
+    model, data = _path(given, given.model, "detector.onnx"), _path(given, given.data, "data")
+    evaluate.evaluate(model, data, _path(given, given.out, "scores"))
 
 
 if __name__ == "__main__":

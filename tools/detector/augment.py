@@ -116,7 +116,7 @@ def _seen(image: Image, how: Strength, rng: Rng) -> Image:
 
 def noisy(image: Image, sigma: float, rng: Rng) -> Image:
     """With noise of a standard deviation."""
-    return np.clip(image + rng.normal(scale=sigma, size=image.shape), 0, 255).astype(np.uint8)
+    return np.clip(image + sigma * rng.standard_normal(image.shape, np.float32), 0, 255).astype(np.uint8)
 
 
 def squeezed(image: Image, quality: int) -> Image:

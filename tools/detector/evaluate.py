@@ -36,11 +36,12 @@ def evaluate(model: Path, folder: Path, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     detector = OnnxDetector(model)
     splits = {name: data.load(folder, name, WIDTH, HEIGHT) for name in SETS}
+    splits = {name: split for name, split in splits.items() if split.images}
     found = {name: [detector.found(image, LEAST) for image in split.images] for name, split in splits.items()}
     truths = {name: [split.truth(k) for k in range(len(split.images))] for name, split in splits.items()}
     classes = len(detector.labels)
     at = score(found["val"], truths["val"], classes).at
-    scores = {name: score(found[name], truths[name], classes, at) for name in SETS}
+    scores = {name: score(found[name], truths[name], classes, at) for name in splits}
     drops = {name: score([detector.found(change(image), LEAST) for image in splits["test"].images], truths["test"],
                          classes, at) for name, change in changes().items()}  # fmt: skip
     heights = _by_height(found["test"], truths["test"], splits["test"], classes, at)
@@ -86,7 +87,7 @@ def curved(image: Image, gamma: float) -> Image:
 
 def _by_height(found: list[Found], truths: list[Truth], split: data.Split, classes: int, at: float) -> dict[str, Score]:
     rows = {}
-    for low, high in ((5, 10), (10, 20), (20, 30), (30, 40)):
+    for low, high in ((0, 5), (5, 10), (10, 20), (20, 30), (30, 40)):
         chosen = [k for k, about in enumerate(split.about) if low <= about.get("above_m", math.nan) < high]
         rows[f"{low}-{high}"] = score([found[k] for k in chosen], [truths[k] for k in chosen], classes, at)
     return rows

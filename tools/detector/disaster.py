@@ -1,0 +1,74 @@
+"""The second paper's classes: water, ruins and fire, over the worlds that `variation.py` draws."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from sitl_emu.world import polygons
+from sitl_emu.world.lens import Intrinsics
+from sitl_emu.world.render.truth import Area, regions_in
+from tools.detector import variation
+from tools.detector.plan import Frame, Job, Plan, Subject, World, dealt
+from tools.detector.recorder import Eye
+
+AREAS = (
+    Area("water_body", ("water",), gap_m=3.0, least_m2=4.0, least_hiding=0.4),
+    Area("debris_field", ("debris slab", "debris wall", "debris beam"), 1.0, 3.0, ignored=("debris rubble",)),
+    Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True),
+)
+"""The paper's classes. What makes a region of them is ours."""
+NEAREST_M = 1.5
+"""Frames with anything nearer to the camera are taken elsewhere."""
+TRIES = 20
+
+
+def jobs(plan: Plan) -> list[Job]:
+    """The usual family's worlds are dealt kind by kind; the other families are sets of their own."""
+    worlds = math.ceil(plan.images / plan.per_world)
+    others = math.ceil(plan.held_out / plan.per_world)
+    usual = [Job(plan, "usual", k, dealt(k // len(variation.KINDS))) for k in range(worlds)]
+    return usual + [Job(plan, family, k, family) for family in variation.FAMILIES[1:] for k in range(others)]
+
+
+def draw(job: Job) -> World:
+    """One world's frames."""
+    drawn = variation.world(job.number, job.family, job.plan.seed)
+    about = {"kind": drawn.description.name, "haze_1_m": drawn.haze_1_m,
+             "sun_deg": drawn.description.light.elevation_deg}  # fmt: skip
+    return World(about, _frames(job, drawn))
+
+
+def _frames(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
+    eye = Eye(drawn, Intrinsics(job.plan.width, job.plan.height))
+    rng = np.random.default_rng((job.plan.seed, job.number, variation.FAMILIES.index(job.family), 13))
+    targets = targets_of(drawn, rng)
+    recorder = eye.recorder
+    for _ in range(job.plan.per_world):
+        for _ in range(TRIES):
+            shot = variation.shot(rng, drawn, targets)
+            image = eye.take(shot)
+            if recorder.view.depth_m.min() > NEAREST_M:
+                break
+        seen = regions_in(recorder.scene, recorder.view, recorder.camera, AREAS, shot.time_s)
+        yield Frame(image, seen, shot._asdict())
+
+
+def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Places (north, east) where something of the classes is, or near."""
+    described = drawn.description
+    places = [(each.north_m, each.east_m) for each in described.solids if each.label.startswith("debris")]
+    for fire in described.fires:
+        corners = np.array(fire.polygon_m)
+        shares = rng.dirichlet(np.ones(len(corners)), 40)
+        places += [(float(n), float(e)) for n, e in shares @ corners]
+    for water in described.water:
+        area = np.array(described.area_m)
+        north, east = rng.uniform(area.min(axis=0), area.max(axis=0), (200, 2)).T
+        wet = polygons.inside(water.polygon_m, north, east)
+        wet &= np.array([drawn.terrain.height_m(n, e) < water.level_m for n, e in zip(north, east, strict=True)])
+        places += [(float(n), float(e)) for n, e in zip(north[wet], east[wet], strict=True)]
+    return places
+
+
+SUBJECT = Subject(tuple(area.label for area in AREAS), jobs, draw)
