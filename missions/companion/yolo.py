@@ -63,8 +63,9 @@ class OnnxDetector:
         options.intra_op_num_threads = options.inter_op_num_threads = threads
         try:
             self._session: Any = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-            told = self._session.get_modelmeta().custom_metadata_map
-            self._labels = tuple(json.loads(told["labels"]))
+            self.told: dict[str, str] = self._session.get_modelmeta().custom_metadata_map
+            """What the file says of itself: labels, settings of its training, and how that went."""
+            self._labels = tuple(json.loads(self.told["labels"]))
             self._input = self._session.get_inputs()[0]
             _, _, self.height, self.width = (int(side) for side in self._input.shape)
         except (KeyError, ValueError, TypeError) as error:

@@ -2,6 +2,7 @@
 
     python tools/agriculture/score_detector.py [--seeds 1:11] [--height 15] [--spacing 12] [--every 1]
                                                [--size 80 80] [--mast] [--white-balance RED BLUE] [--jpeg QUALITY]
+                                               [--detector NAME|FILE.onnx] [--report-score S] [--confirm-score S]
 
 A camera is carried along the lines of a survey at 5 m/s and 15 frames a second (`--every 3`: each third frame), with
 wandering roll and pitch; the pose the companion believes is off by a slow GPS error (0.5 m), a barometer's, and errors
@@ -35,9 +36,11 @@ import numpy.typing as npt
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.missions.agriculture.detector import ClassicalDetector
+from sitl_emu.missions.agriculture.detector import DETECTORS
 from sitl_emu.missions.companion import camera_model, confirmation
 from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import Perception, perception_of
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
@@ -97,11 +100,18 @@ def survey(size_m: tuple[float, float], spacing_m: float, step_m: float) -> list
 
 
 def score(
-    seed: int, height_m: float, spacing_m: float, every: int, size_m: tuple[float, float], change: Change, verbose: bool
+    seed: int,
+    seeing: Perception,
+    height_m: float,
+    spacing_m: float,
+    every: int,
+    size_m: tuple[float, float],
+    change: Change,
+    verbose: bool,
 ) -> Score:
     """One field, flown once."""
     field = corn_field.build(seed, size_m)
-    camera, detector = Camera(FieldScene(field), NADIR), ClassicalDetector()
+    camera, detector = Camera(FieldScene(field), NADIR), seeing.detector
     rng = np.random.Generator(np.random.PCG64([seed, 77]))
 
     def draw() -> float:
@@ -114,7 +124,7 @@ def score(
     off = [GaussMarkov(math.radians(s), 5.0, dt, draw) for s in (0.7, 0.7, 1.5)]
     model = CameraModel()
     tracker = confirmation.Confirmation(
-        model, 0.0, inside=lambda north, east: 0.0 <= north <= size_m[0] and 0.0 <= east <= size_m[1]
+        model, 0.0, seeing.confirming, inside=lambda north, east: 0.0 <= north <= size_m[0] and 0.0 <= east <= size_m[1]
     )
     render_s = detect_s = 0.0
     path = survey(size_m, spacing_m, SPEED_M_S * dt)
@@ -159,13 +169,13 @@ def judged(field: corn_field.CornField, reported: list[confirmation.Target], ver
     return Score(len(field.targets), len(found), wrong, twice, false, missed, errors)
 
 
-def inspect(seed: int, change: Change, verbose: bool) -> tuple[int, int, int, int]:
+def inspect(seed: int, seeing: Perception, change: Change, verbose: bool) -> tuple[int, int, int, int]:
     """The rover's look: (targets looked at, confirmed with their label, distractors looked at, taken for a target).
 
     It stands about 1 m short of each, facing it within 15 degrees, and its camera takes 6 frames.
     """
     field = corn_field.build(seed)
-    camera, detector, model = Camera(FieldScene(field), MAST), ClassicalDetector(), CameraModel()
+    camera, detector, model = Camera(FieldScene(field), MAST), seeing.detector, CameraModel()
     rng = np.random.Generator(np.random.PCG64([seed, 78]))
     counts = {True: [0, 0], False: [0, 0]}
     for thing in field.objects:
@@ -173,7 +183,7 @@ def inspect(seed: int, change: Change, verbose: bool) -> tuple[int, int, int, in
         north, east = thing.north_m - ahead * math.cos(yaw), thing.east_m - ahead * math.sin(yaw)
         ground = -field.terrain.height_m(north, east)
         heading = yaw + rng.uniform(-0.26, 0.26)
-        tracker = confirmation.Confirmation(model, ground, confirmation.STANDING)
+        tracker = confirmation.Confirmation(model, ground, seeing.confirming)
         seen = []
         for i in range(6):
             q = quaternion(float(rng.normal(scale=0.02)), float(rng.normal(scale=0.02)), heading)
@@ -192,9 +202,9 @@ def inspect(seed: int, change: Change, verbose: bool) -> tuple[int, int, int, in
     return counts[True][0], counts[True][1], counts[False][0], counts[False][1]
 
 
-def score_mast(first: int, last: int, change: Change, verbose: bool) -> int:
+def score_mast(first: int, last: int, seeing: Perception, change: Change, verbose: bool) -> int:
     """All fields from the rover's mast."""
-    rows = [inspect(seed, change, verbose) for seed in range(first, last)]
+    rows = [inspect(seed, seeing, change, verbose) for seed in range(first, last)]
     targets, confirmed, others, false = (sum(row[i] for row in rows) for i in range(4))
     print(f"from the mast: {confirmed}/{targets} targets confirmed, {false}/{others} distractors taken for one")
     return 0 if confirmed >= 0.9 * targets else 1
@@ -211,16 +221,23 @@ def main() -> int:
     parser.add_argument("--mast", action="store_true", help="score the rover's look at each object instead")
     parser.add_argument("--white-balance", type=float, nargs=2, default=(1.0, 1.0), metavar=("RED", "BLUE"))
     parser.add_argument("--jpeg", type=int, metavar="QUALITY", help="0 to 100; pictures are not compressed otherwise")
+    parser.add_argument("--detector", default=next(iter(DETECTORS)), help="as the mission's option `detector` has it")
+    parser.add_argument("--report-score", type=float, help="instead of the mission's")
+    parser.add_argument("--confirm-score", type=float, help="instead of the mission's")
     parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
     first, last = (int(v) for v in args.seeds.split(":"))
     red, blue = args.white_balance
     change = Change(red, blue, args.jpeg)
+    chosen = {"detector": args.detector, "report_score": args.report_score, "confirm_score": args.confirm_score}
+    options = Options({name: value for name, value in chosen.items() if value is not None})
+    standard = confirmation.STANDING if args.mast else confirmation.SURVEYING
+    seeing = perception_of(options, DETECTORS, standard)
     if args.mast:
-        return score_mast(first, last, change, args.verbose)
+        return score_mast(first, last, seeing, change, args.verbose)
     scores = []
     for seed in range(first, last):
-        s = score(seed, args.height, args.spacing, args.every, tuple(args.size), change, args.verbose)
+        s = score(seed, seeing, args.height, args.spacing, args.every, tuple(args.size), change, args.verbose)
         scores.append(s)
         rmse = math.sqrt(sum(e * e for e in s.errors_m) / max(len(s.errors_m), 1))
         print(

@@ -81,13 +81,18 @@ def _run_train(given: argparse.Namespace) -> None:
 def _export(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--checkpoint", type=Path, help="default: runs/detector/SUBJECT/training/best.pt")
     parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/detector.onnx")
+    parser.add_argument("--int8", action="store_true", help="write detector.int8.onnx beside it")
+    parser.add_argument("--data", type=Path, help="what calibrates it; default: runs/detector/SUBJECT/data")
     parser.set_defaults(run=_run_export)
 
 
 def _run_export(given: argparse.Namespace) -> None:
-    from tools.detector import train
+    from tools.detector import export
 
-    train.export(_path(given, given.checkpoint, "training", "best.pt"), _path(given, given.out, "detector.onnx"))
+    out = _path(given, given.out, "detector.onnx")
+    export.export(_path(given, given.checkpoint, "training", "best.pt"), out)
+    if given.int8:
+        export.quantise(out, out.with_suffix(".int8.onnx"), _path(given, given.data, "data"))
 
 
 def _evaluate(parser: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """Scores an exported network on what no training saw, as the second paper's Table 2 does, and how it breaks.
 
-Writes `scores.json`, `scores.md` and `misses.png`, the page of the worst misses and false finds. Precision, recall and
-F1 of all sets are those at the score where the validation split's mean F1 is highest.
+Writes `scores.json`, `scores.md`, `curves.png`, and `misses.png`, the page of the worst misses and false finds.
+Precision, recall and F1 of all sets are those at the score where the validation split's mean F1 is highest.
 """
 
 import json
@@ -19,7 +19,8 @@ from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import Found, OnnxDetector, overlaps
 from tools.detector import data
 from tools.detector.augment import noisy, squeezed
-from tools.detector.scores import Score, Truth, confusion, score
+from tools.detector.plots import draw
+from tools.detector.scores import Score, Truth, confusion, curves, score
 
 Image = npt.NDArray[np.uint8]
 SETS = ("val", "test", "asset", "light")
@@ -56,6 +57,7 @@ def evaluate(model: Path, folder: Path, out: Path) -> None:
     (out / "scores.json").write_text(json.dumps(result, indent=1) + "\n")
     text = markdown(result)
     (out / "scores.md").write_text(text)
+    draw(out / "curves.png", detector.told, result, curves(found["test"], truths["test"], classes))
     cv2.imwrite(str(out / "misses.png"), misses(splits["test"], found["test"], truths["test"], at))
     print(text)
 

@@ -16,6 +16,8 @@ from sitl_emu.missions.companion.yolo import Found, overlaps
 
 Floats = npt.NDArray[np.float64]
 IOUS = tuple(0.5 + 0.05 * k for k in range(10))
+STEPS = np.arange(1, 1000) / 1000.0
+"""Scores at which precision, recall and F1 are taken."""
 COVERED = 0.5
 """Share of a detection that lies in something ignored, from which it does not count."""
 
@@ -40,6 +42,14 @@ class ClassScore(NamedTuple):
     truths: int
 
 
+class Curves(NamedTuple):
+    """Of a class, over STEPS: what detections from each score on come to."""
+
+    precision: Floats
+    recall: Floats
+    f1: Floats
+
+
 class Score(NamedTuple):
     """Of a data set."""
 
@@ -61,16 +71,15 @@ class Score(NamedTuple):
 def score(found: Sequence[Found], truths: Sequence[Truth], classes: int, at: float | None = None) -> Score:
     """Of pictures, detections and truths in the same order; `at`: see Score, None: where the mean F1 is highest."""
     every = [[_ranked(found, truths, label, iou) for iou in IOUS] for label in range(classes)]
-    steps = np.arange(1, 1000) / 1000.0
-    curves = [_curves(*ranked[0], steps) for ranked in every]
-    means = np.mean([curve[2] for curve, ranked in zip(curves, every, strict=True) if ranked[0][2]] or [steps * 0], 0)
-    k = int(np.argmax(means)) if at is None else int(np.searchsorted(steps, at))
+    curves = [_curves(*ranked[0]) for ranked in every]
+    means = np.mean([curve.f1 for curve, ranked in zip(curves, every, strict=True) if ranked[0][2]] or [STEPS * 0], 0)
+    k = int(np.argmax(means)) if at is None else int(np.searchsorted(STEPS, at))
     rows = []
     for ranked, curve in zip(every, curves, strict=True):
         aps = [average_precision(hits, count) for _, hits, count in ranked]
         precision, recall, f1 = (float(each[k]) for each in curve)
         rows.append(ClassScore(precision, recall, f1, aps[0], float(np.mean(aps)), ranked[0][2]))
-    return Score(tuple(rows), float(steps[k]))
+    return Score(tuple(rows), float(STEPS[k]))
 
 
 def _ranked(
@@ -132,12 +141,16 @@ def average_precision(hits: npt.NDArray[np.bool_], count: int) -> float:
     return float(np.append(best, 0.0)[place].mean())
 
 
-def _curves(scores: Floats, hits: npt.NDArray[np.bool_], count: int, steps: Floats) -> tuple[Floats, Floats, Floats]:
-    """Precision, recall and F1 of the detections from each score on."""
-    kept = np.searchsorted(-scores, -steps, side="right")
+def curves(found: Sequence[Found], truths: Sequence[Truth], classes: int) -> list[Curves]:
+    """Of pictures, class by class, at an IoU of 0.5."""
+    return [_curves(*_ranked(found, truths, label, IOUS[0])) for label in range(classes)]
+
+
+def _curves(scores: Floats, hits: npt.NDArray[np.bool_], count: int) -> Curves:
+    kept = np.searchsorted(-scores, -STEPS, side="right")
     right = np.append(0, np.cumsum(hits))[kept].astype(np.float64)
     precision, recall = right / np.maximum(kept, 1), right / max(count, 1)
-    return precision, recall, 2 * precision * recall / np.maximum(precision + recall, 1e-9)
+    return Curves(precision, recall, 2 * precision * recall / np.maximum(precision + recall, 1e-9))
 
 
 def confusion(

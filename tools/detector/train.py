@@ -236,23 +236,3 @@ def train(settings: Settings) -> None:
     while sitting.epoch < settings.epochs and time.monotonic() - began < 60 * settings.minutes:
         print("\r" + json.dumps(sitting.run_epoch()), flush=True)
         sitting.keep()
-
-
-def export(checkpoint: Path, path: Path) -> None:
-    """Write a checkpoint's average as ONNX, with its labels. Raises OSError."""
-    import onnx
-
-    kept = torch.load(checkpoint, map_location="cpu", weights_only=True)
-    height, width = kept["settings"]["input_height"], kept["settings"]["input_width"]
-    network = Network(len(kept["labels"]), kept["settings"]["width"])
-    network.load_state_dict(kept["average"])
-    deployed = Deployed(network, height, width).eval()
-    torch.onnx.export(
-        deployed, (torch.zeros(1, 3, height, width),), str(path), input_names=["image"], output_names=["found"],
-        external_data=False, dynamo=True,
-    )  # fmt: skip
-    model = onnx.load(str(path))
-    told = {"labels": json.dumps(kept["labels"]), "epochs": str(kept["epoch"]), "seconds": f"{kept['seconds']:.0f}",
-            "settings": json.dumps(kept["settings"])}  # fmt: skip
-    onnx.helper.set_model_props(model, told)
-    onnx.save(model, str(path))
