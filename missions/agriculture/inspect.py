@@ -33,7 +33,7 @@ from collections.abc import Generator, Sequence
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import distance_m, from_metres
 from sitl_emu.gcs.mission import MissionItem
-from sitl_emu.gcs.statustext import WARNING
+from sitl_emu.gcs.statustext import CRITICAL, WARNING
 from sitl_emu.gcs.telemetry import Telemetry
 from sitl_emu.missions.agriculture import driving, ways
 from sitl_emu.missions.agriculture import field_map as field_maps
@@ -209,6 +209,13 @@ class Inspect:
 
     def _run(self) -> Script:
         yield from steps.heard(self._onboard)
+        try:
+            yield from steps.select(self._onboard, self.perception)
+        except steps.StepFailed as failure:
+            self._astray = str(failure)
+            self._onboard.say(f"Can't look: {failure}", CRITICAL)
+            self._onboard.note("failed", self._astray)
+            return
         while True:
             self._onboard.enter("waiting", "for a target")
             yield from self._until_asked()
@@ -308,7 +315,7 @@ class Inspect:
         """Until the target is confirmed, or the time is over."""
         self._onboard.enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
         origin = Origin(job.lat_deg, job.lon_deg, None)
-        _, confirming, look_rate_hz = self.perception
+        _, confirming, look_rate_hz, _ = self.perception
         confirmation = Confirmation(self._camera, GROUND_DOWN_M, confirming)
         self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation, look_rate_hz)
         since_us = self._onboard.now_us

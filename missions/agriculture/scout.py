@@ -180,6 +180,7 @@ class Scout:
     def _fly(self) -> Script:
         onboard = self._onboard
         yield from steps.heard(onboard)
+        yield from steps.select(onboard, self.perception)
         onboard.enter("uploading", f"plan with {len(self.plan.mission)} items")
         if self.return_altitude_m > 0.0:
             altitude = ParameterSet(onboard.system_id, "RTL_RETURN_ALT", self.return_altitude_m)
@@ -224,7 +225,7 @@ class Scout:
     def _begin_to_look(self) -> None:
         home = self._onboard.telemetry.home
         assert home is not None  # it was, when the autopilot was ready
-        _, confirming, look_rate_hz = self.perception
+        _, confirming, look_rate_hz, _ = self.perception
         confirmation = Confirmation(self._camera, 0.0, confirming, inside=self._in_area)
         telemetry = self._onboard.telemetry
         self._spotter = Spotter(telemetry, self._camera, self._mount, Origin(*home), confirmation, look_rate_hz)

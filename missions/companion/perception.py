@@ -2,23 +2,22 @@
 
 - `detector`: a name that the program knows, a network's .onnx file (`yolo.py`), or MODULE:FACTORY of a detector of
   one's own, called without arguments.
-- `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, or a JSON file of them. Scores are multiplied by the
-  weight, and a class that is not named is not looked for. Without it every class counts in full.
+- `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, a JSON file of them, or mftp:///PATH, such a file on
+  the autopilot's card (`selection.py`). Without it every class counts in full.
 - `look_rate_hz`: at most so many frames a second go to the detector; 0: every one.
 - `confirmations`, `confirm_score`, `report_score`, `hit_share`, `gate_m`, `merge_m`: those of `Confirming`
   (`confirmation.py`).
 """
 
 import importlib
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.confirmation import Confirming
-from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.detector import Detector
 from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.selection import MFTP, Selected, read, selection_of
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 
 
@@ -29,28 +28,8 @@ class Perception(NamedTuple):
     confirming: Confirming
     look_rate_hz: float = 0.0
     """0: every frame."""
-
-
-class Selected:
-    """A detector that looks for some classes only, and believes in each as much as it is told."""
-
-    def __init__(self, detector: Detector, weights: Mapping[str, float]) -> None:
-        """`weights` by label; a label that is not there is not looked for."""
-        self._detector, self._weights = detector, weights
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """The labels that are looked for."""
-        return tuple(label for label in self._detector.labels if self._weights.get(label, 0.0) > 0.0)
-
-    def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
-        """As `Detector`; best score first."""
-        found = [
-            one._replace(score=min(1.0, one.score * self._weights[one.label]))
-            for one in self._detector.detect(image, gsd_m)
-            if self._weights.get(one.label, 0.0) > 0.0
-        ]
-        return sorted(found, key=lambda one: -one.score)
+    selection_path: str | None = None
+    """Of a selection file on the autopilot, which has yet to be fetched (`steps.select`)."""
 
 
 def perception_of(
@@ -58,7 +37,7 @@ def perception_of(
 ) -> Perception:
     """From options. `detectors`: those the program knows, its default first. Raises ValueError."""
     detector = _detector(given.text("detector", next(iter(detectors))), detectors)
-    weights = _weights(given, detector)
+    detector, selection_path = _selected(given, detector)
     wanted = confirming._replace(
         confirmations=given.whole("confirmations", confirming.confirmations, 1, 100),
         confirm_score=given.number("confirm_score", confirming.confirm_score, 0.0, 1.0),
@@ -68,7 +47,7 @@ def perception_of(
         merge_m=given.number("merge_m", confirming.merge_m, 0.0, 100.0),
     )
     rate_hz = given.number("look_rate_hz", 0.0, 0.0, 60.0)
-    return Perception(detector if weights is None else Selected(detector, weights), wanted, rate_hz)
+    return Perception(detector, wanted, rate_hz, selection_path)
 
 
 def _detector(name: str, detectors: Mapping[str, Callable[[], Detector]]) -> Detector:
@@ -92,23 +71,15 @@ def _detector(name: str, detectors: Mapping[str, Callable[[], Detector]]) -> Det
     return made
 
 
-def _weights(given: Options, detector: Detector) -> dict[str, float] | None:
-    """The selection, None if there is none."""
+def _selected(given: Options, detector: Detector) -> tuple[Detector, str | None]:
+    """The detector with its selection, if one is given, and the path of one that lies on the autopilot."""
     chosen = given.mapping("selection")
     if chosen is None:
-        return None
-    if isinstance(chosen, str):
-        try:
-            chosen = json.loads(Path(chosen).read_text())
-        except (OSError, ValueError) as error:
-            raise ValueError(f"option selection: {chosen!r}: can't be read as a JSON file: {error}") from None
-    if not isinstance(chosen, Mapping):
-        raise ValueError(f"option selection: {chosen!r}; allowed: a mapping of classes to weights")
-    for label, weight in chosen.items():
-        if label not in detector.labels:
-            raise ValueError(
-                f"option selection: {label!r}: no class of this detector; it knows {', '.join(detector.labels)}"
-            )
-        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0.0 <= weight <= 10.0:
-            raise ValueError(f"option selection: {label}: {weight!r}; allowed: a weight from 0 to 10")
-    return {label: float(weight) for label, weight in chosen.items()}
+        return detector, None
+    if isinstance(chosen, str) and chosen.startswith(MFTP):
+        return Selected(detector, {}), chosen.removeprefix(MFTP)
+    try:
+        made = read(Path(chosen), detector.labels) if isinstance(chosen, str) else selection_of(chosen, detector.labels)
+    except ValueError as error:
+        raise ValueError(f"option selection: {error}") from None
+    return Selected(detector, made), None

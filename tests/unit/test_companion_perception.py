@@ -59,6 +59,13 @@ def test_a_selection_looks_for_some_classes_and_weighs_them(tmp_path: Path) -> N
         assert perception.detector.labels == ("fire", "water")
 
 
+def test_a_selection_may_have_thresholds() -> None:
+    assert found(perceived(selection={"fire": {"weight": 0.5, "threshold": 0.45}, "water": 1})) == [
+        ("water", 0.7), ("fire", 0.45)
+    ]  # fmt: skip
+    assert found(perceived(selection={"fire": {"threshold": 0.95}, "water": 1})) == [("water", 0.7)]
+
+
 def test_confirmations_gates_and_rate_are_settings() -> None:
     perception = perceived(confirmations=5.0, gate_m=3, look_rate_hz=2)
     assert perception.confirming == SURVEYING._replace(confirmations=5, gate_m=3.0)
@@ -88,6 +95,9 @@ def test_a_detector_of_ones_own_is_found_by_module_and_name(tmp_path: Path, monk
             "option selection: 'fier': no class of this detector; it knows fire, debris, water",
         ),
         ({"selection": {"fire": -1}}, "option selection: fire: -1; allowed: a weight from 0 to 10"),
+        ({"selection": {"fire": {"wieght": 1}}}, "option selection: fire: 'wieght'; allowed: weight and threshold"),
+        ({"selection": {"fire": {"threshold": 2}}}, "option selection: fire: 2; allowed: a threshold from 0 to 1"),
+        ({"selection": {"fire": 0}}, "looks for nothing; give a class a weight above 0"),
         ({"selection": "nowhere.json"}, "option selection: 'nowhere.json': can't be read as a JSON file"),
         ({"selection": 3}, "option selection: 3; allowed: a mapping"),
         ({"confirmations": 2.5}, "option confirmations: 2.5; allowed: a whole number from 1 to 100"),

@@ -1,17 +1,25 @@
 """The steps that missions share, each against a stand-in for a PX4: what is sent, when it ends, and how it fails."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sitl_emu.gcs.geodesy import distance_m, from_metres
 from sitl_emu.gcs.mission import MissionItem
 from sitl_emu.missions.companion import steps
+from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.confirmation import SURVEYING
+from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import perception_of
 from sitl_emu.missions.companion.wire import Wire
 from tests.unit.companion_px4 import HOLD, MISSION, STEP_US, FakePx4
+from tests.unit.ftp_server import Server
 
 HOME = (40.47, -86.99, 215.0)
 NO_CHANGE: Callable[[int, FakePx4], None] = lambda now_us, px4: None  # noqa: E731
@@ -160,3 +168,57 @@ def test_a_return_home_ends_landed_and_disarmed() -> None:
     with pytest.raises(steps.StepFailed, match="did not land and disarm"):
         one.run(steps.arm(one.onboard))
         one.run(steps.until_landed(one.onboard, timeout_s=3.0))
+
+
+class TwoFires:
+    labels = ("fire", "water")
+
+    def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
+        scores = (("fire", 0.9), ("fire", 0.5), ("water", 0.9))
+        return [Detection(label, score, 1.0, 1.0, 2.0, 2.0) for label, score in scores]
+
+
+def carrying(files: Path) -> Vehicle:
+    """A vehicle whose autopilot has a card."""
+    one = Vehicle()
+    server, commands = Server(files), one.px4.on_message
+
+    def on_message(now_us: int, msg: Any) -> list[Any]:
+        is_ftp = msg.get_type() == "FILE_TRANSFER_PROTOCOL"
+        return server.on_message(now_us, msg) if is_ftp else commands(now_us, msg)
+
+    one.px4.on_message = on_message  # type: ignore[method-assign]
+    one.run(steps.heard(one.onboard))
+    return one
+
+
+def test_what_is_looked_for_is_read_from_the_autopilots_card(tmp_path: Path) -> None:
+    (tmp_path / "selection.json").write_text('{"fire": {"weight": 0.8, "threshold": 0.6}}')
+    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": TwoFires}, SURVEYING)
+    assert perception.detector.detect(np.zeros((2, 2, 3), np.uint8)) == []
+    one = carrying(tmp_path)
+    one.run(steps.select(one.onboard, perception))
+    found = perception.detector.detect(np.zeros((2, 2, 3), np.uint8))
+    assert [(each.label, round(each.score, 6)) for each in found] == [("fire", 0.72)]
+    assert perception.detector.labels == ("fire",)
+    assert [event.text for event in one.onboard.events()] == ["mftp:///selection.json: fire 0.8"]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (None, "selection mftp:///selection.json: .*put the file there by MAVLink FTP"),
+        ("{fire", "selection 'mftp:///selection.json': can't be read as a JSON file"),
+        ('{"smoke": 1}', "selection 'smoke': no class of this detector; it knows fire, water"),
+        ('{"fire": 0}', "looks for nothing"),
+    ],
+)
+def test_a_selection_that_is_missing_or_wrong_is_told_before_take_off(
+    tmp_path: Path, text: str | None, wanted: str
+) -> None:
+    if text is not None:
+        (tmp_path / "selection.json").write_text(text)
+    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": TwoFires}, SURVEYING)
+    one = carrying(tmp_path)
+    with pytest.raises(steps.StepFailed, match=wanted):
+        one.run(steps.select(one.onboard, perception))

@@ -2,6 +2,7 @@
 `yield from`, and is where it was when the step has been done.
 
     yield from steps.heard(onboard)
+    yield from steps.select(onboard, perception)
     yield from steps.upload(onboard, plan.mission)
     yield from steps.ready(onboard, timeout_s=120.0)
     yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
@@ -16,6 +17,7 @@ from sitl_emu.missions.companion.steps.commanding import StepFailed, command, up
 from sitl_emu.missions.companion.steps.landing import return_home, until_landed
 from sitl_emu.missions.companion.steps.moving import STILL_M_S, centre, go_to, pause, until_standing
 from sitl_emu.missions.companion.steps.resuming import leave, resume
+from sitl_emu.missions.companion.steps.selecting import select
 
 __all__ = [
     "STILL_M_S",
@@ -31,6 +33,7 @@ __all__ = [
     "ready",
     "resume",
     "return_home",
+    "select",
     "until_landed",
     "until_standing",
     "upload",

@@ -64,9 +64,7 @@ class Seen(NamedTuple):
     is_ignored: bool
 
 
-def regions_in(
-    scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0
-) -> list[Seen]:
+def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0) -> list[Seen]:
     """All regions of all areas, area by area, from top to bottom, in a view of a time."""
     found: list[Seen] = []
     for area in areas:
