@@ -17,7 +17,7 @@ steps. An autopilot that was shut down takes no part in anything. No clock is re
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -106,6 +106,7 @@ class Recorder(Protocol):
 
     def event(self, vehicle: str, event: Event) -> None: ...  # noqa: D102
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None: ...  # noqa: D102
+    def loose(self, now_us: int, poses: Iterable[LoosePose]) -> None: ...  # noqa: D102
 
 
 @dataclass
@@ -216,6 +217,7 @@ class Conductor:
         if ticks % TRUTH_TICKS == 0:
             for vehicle in vehicles:
                 self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
+            self._recorder.loose(self.now_us, self._simulation.loose_poses())
         if ticks % BARRIER_TICKS == 0:
             self._barrier()
 

@@ -5,6 +5,7 @@ A map with the tracks, what truly stands there and what the missions mark; heigh
 """
 
 import base64
+import csv
 import html
 import io
 import math
@@ -21,9 +22,12 @@ from matplotlib.path import Path as Path2D
 from sitl_emu.missions.reporting import OTHER_COLOUR, Page, Plot, Section, Table
 from sitl_emu.missions.scoring import Track
 from sitl_emu.run import score
+from sitl_emu.run.recorder import LOOSE
 
 matplotlib.use("Agg")
 
+Way = list[tuple[float, float]]
+"""(north, east) in m, one after the other."""
 TRACK_COLOURS = ("#1565c0", "#6a1b9a", "#00838f", "#ad1457", "#4e342e")
 
 AREA_COLOURS = {
@@ -64,7 +68,7 @@ def write(
     if any(track.time_s for track in tracks.values()):
         parts += [
             "<h2>Map</h2>",
-            _image(draw_map(truth, tracks, pages, photo)),
+            _image(draw_map(truth, tracks, pages, photo, read_ways(folder))),
             "<h2>Heights</h2>",
             _image(_heights(tracks)),
         ]
@@ -75,9 +79,13 @@ def write(
 
 
 def draw_map(
-    truth: Mapping[str, Any], tracks: dict[str, Track], pages: Sequence[Page], photo: np.ndarray | None
+    truth: Mapping[str, Any],
+    tracks: dict[str, Track],
+    pages: Sequence[Page],
+    photo: np.ndarray | None,
+    ways: Mapping[str, Way] | None = None,
 ) -> Figure:
-    """Outline, true tracks, what is really there, and what the missions mark."""
+    """Outline, true tracks, what is really there, and what the missions mark; `ways`: of loose bodies."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     axes = figure.add_subplot()
     outline = truth.get("outline", [])
@@ -89,7 +97,7 @@ def draw_map(
         axes.plot(east, north, color="#8d8468", linewidth=1, zorder=1)
     drawn = set[str]()
     _draw_areas(axes, truth.get("areas", []))
-    _draw_loose(axes, truth.get("loose", []))
+    _draw_loose(axes, truth.get("loose", []), ways or {})
     for thing in truth.get("objects", []):
         kind = thing["kind"]
         colour = next((page.colours[kind] for page in pages if kind in page.colours), OTHER_COLOUR)
@@ -124,14 +132,30 @@ def draw_map(
     return figure
 
 
-def _draw_loose(axes: Any, loose: Sequence[dict[str, Any]]) -> None:
-    """Where loose bodies were at the beginning."""
+def read_ways(folder: Path) -> dict[str, Way]:
+    """Where a run's loose bodies were, by name."""
+    ways: dict[str, Way] = {}
+    if (folder / LOOSE).exists():
+        with (folder / LOOSE).open(newline="") as file:
+            for row in csv.DictReader(file):
+                ways.setdefault(row["name"], []).append((float(row["north_m"]), float(row["east_m"])))
+    return ways
+
+
+def _draw_loose(axes: Any, loose: Sequence[dict[str, Any]], ways: Mapping[str, Way]) -> None:
+    """Where loose bodies came to lie, the way there, and those that were released in the run as well."""
     drawn = set[str]()
-    for body in loose:
-        label = body["label"] if body["label"] not in drawn else None
-        drawn.add(body["label"])
-        north, east, _ = body["place_m"]
-        axes.scatter(east, north, s=40, marker="D", color=OTHER_COLOUR, edgecolors="black", label=label, zorder=3)
+    labels = {body["name"]: body["label"] for body in loose}
+    first = {body["name"]: [(body["place_m"][0], body["place_m"][1])] for body in loose}
+    for name, way in {**first, **ways}.items():
+        label = labels.get(name, name)
+        north, east = zip(*way, strict=True)
+        axes.plot(east, north, color=OTHER_COLOUR, linewidth=1, linestyle=":", zorder=2)
+        shown = label if label not in drawn else None
+        drawn.add(label)
+        axes.scatter(
+            east[-1], north[-1], s=40, marker="D", color=OTHER_COLOUR, edgecolors="black", label=shown, zorder=3
+        )
 
 
 def _draw_areas(axes: Any, areas: Sequence[dict[str, Any]]) -> None:

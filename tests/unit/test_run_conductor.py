@@ -148,6 +148,9 @@ class FakeRecorder:
     def truth(self, now_us: int, vehicle: str, pose: Any) -> None:
         self.truths.append((now_us, vehicle))
 
+    def loose(self, now_us: int, poses: Any) -> None:
+        pass
+
 
 def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success") -> Stepped:
     return Stepped(autopilot, peer, Status("x", 0.0, done, outcome, ""), (), 0)
