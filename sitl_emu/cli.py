@@ -270,7 +270,14 @@ def detect(
             help="A video file, a folder of pictures named by their time in µs, rtsp://… or /dev/videoN.",
         ),
     ],
-    model: Annotated[Path, typer.Option(metavar="FILE", help="The network: an .onnx file that tools/detector made.")],
+    model: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            help="The network: field (weed, disease, truck, car, person, stop sign), disaster (water, ruins, fire), "
+            "or an .onnx file of tools/detector.",
+        ),
+    ],
     score: Annotated[float, typer.Option(min=0.01, max=1.0, metavar="S", help="From which finds are shown.")] = 0.25,
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")] = Path("detected"),
     frames: Annotated[

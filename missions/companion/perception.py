@@ -1,7 +1,7 @@
 """How a mission's program sees, as options: its detector, which classes it looks for, how often, and what confirms one.
 
-- `detector`: a name that the program knows, a network's .onnx file (`yolo.py`), or MODULE:FACTORY of a detector of
-  one's own, called without arguments.
+- `detector`: a name that the program knows, a network that comes with the package (`networks/`) or an .onnx file of
+  one's own (`yolo.py`), or MODULE:FACTORY of a detector of one's own, called without arguments.
 - `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, a JSON file of them, or mftp:///PATH, such a file on
   the autopilot's card (`selection.py`). Without it every class counts in full.
 - `look_rate_hz`: at most so many frames a second go to the detector; 0: every one.
@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from sitl_emu.missions.companion import networks
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Detector
 from sitl_emu.missions.companion.options import Options
@@ -54,13 +55,14 @@ def _detector(name: str, detectors: Mapping[str, Callable[[], Detector]]) -> Det
     """By a name that is known, a network's file, or MODULE:FACTORY."""
     if name in detectors:
         return detectors[name]()
-    if name.endswith(".onnx"):
+    if name in networks.names() or name.endswith(networks.SUFFIX):
         try:
-            return OnnxDetector(name)
+            return OnnxDetector(networks.path_of(name))
         except ModelError as error:
             raise ValueError(f"option detector: {error}") from None
     module, colon, factory = name.partition(":")
-    allowed = f"allowed: {', '.join(detectors)}, FILE.onnx, or MODULE:FACTORY of a detector of your own"
+    known = ", ".join(dict.fromkeys((*detectors, *networks.names())))
+    allowed = f"allowed: {known}, FILE.onnx, or MODULE:FACTORY of a detector of your own"
     if not colon:
         raise ValueError(f"option detector: {name!r}; {allowed}")
     try:

@@ -53,8 +53,13 @@ class Found(NamedTuple):
 class OnnxDetector:
     """See the module. Raises ModelError."""
 
-    def __init__(self, path: Path | str, score: float = 0.25, iou: float = 0.6, threads: int = 1) -> None:
-        """`score`: from which detections are given; `iou`: from which one hides another of its class."""
+    def __init__(
+        self, path: Path | str, score: float = 0.25, iou: float = 0.6, threads: int = 1, one_label: bool = False
+    ) -> None:
+        """`score`: from which detections are given; `iou`: from which one hides another of its class.
+
+        `one_label`: it hides others of any class as well: what is there is one thing.
+        """
         try:
             import onnxruntime
         except ImportError:
@@ -72,7 +77,7 @@ class OnnxDetector:
             raise ModelError(f"{path}: no model of tools/detector: {error}") from None
         except Exception as error:  # onnxruntime's own, which share no base but this
             raise ModelError(f"{path}: can't be read as a model: {' '.join(str(error).split())}") from None
-        self._score, self._iou = score, iou
+        self._score, self._iou, self._one_label = score, iou, one_label
         self._middles = middles(self.height, self.width)
 
     @property
@@ -96,7 +101,7 @@ class OnnxDetector:
         fit = fitted(image, self.width, self.height)
         planes = np.ascontiguousarray(fit.image[None, :, :, ::-1].transpose(0, 3, 1, 2), np.float32) / np.float32(255.0)
         out = self._session.run(None, {self._input.name: planes})[0][0]
-        chosen = decoded(out, self._middles, least, self._iou)
+        chosen = decoded(out, self._middles, least, self._iou, self._one_label)
         boxes = (chosen.boxes - np.array((fit.left, fit.top) * 2, np.float32)) / np.float32(fit.scale)
         height, width = image.shape[:2]
         return chosen._replace(boxes=np.clip(boxes, 0, np.array((width, height) * 2, np.float32)).round(2))
@@ -126,7 +131,7 @@ def middles(height: int, width: int) -> Floats:
     return np.concatenate(parts).astype(np.float32)
 
 
-def decoded(out: Floats, at: Floats, least: float, iou: float) -> Found:
+def decoded(out: Floats, at: Floats, least: float, iou: float, one_label: bool = False) -> Found:
     """Boxes of a network's figures (anchors, 4 + classes): left, top, right, bottom from the middles, then scores."""
     scores = out[:, 4:].round(DECIMALS)
     labels = scores.argmax(axis=1)
@@ -134,7 +139,7 @@ def decoded(out: Floats, at: Floats, least: float, iou: float) -> Found:
     chosen = np.flatnonzero(best >= least)
     chosen = chosen[np.argsort(-best[chosen], kind="stable")]
     boxes = np.concatenate((at[chosen] - out[chosen, :2], at[chosen] + out[chosen, 2:4]), axis=1)
-    kept = distinct(boxes, labels[chosen], iou)[:MOST]
+    kept = distinct(boxes, labels[chosen] * (not one_label), iou)[:MOST]
     return Found(boxes[kept], best[chosen][kept], labels[chosen][kept])
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from sitl_emu.missions.companion import networks
 from sitl_emu.missions.companion.camera import CameraError, Image, open_camera
 from sitl_emu.missions.companion.detector import Detection, Detector
 from sitl_emu.missions.companion.inference import be_repeatable
@@ -21,13 +22,15 @@ WAIT_S = 0.002
 TABLE = "detections.jsonl"
 
 
-def detect(source: str, model: Path, least: float, out: Path, most: int | None, say: Callable[[str], None]) -> None:
+def detect(source: str, model: str, least: float, out: Path, most: int | None, say: Callable[[str], None]) -> None:
     """Look at a source's frames until it ends, or at `most` of them, and write each with its boxes, and a table.
+
+    `model`: a file, or the name of a network that comes with the package.
 
     Raises Trouble, OSError.
     """
     try:
-        detector = OnnxDetector(model, least)
+        detector = OnnxDetector(networks.path_of(model), least)
         camera = open_camera(source)
     except (ModelError, CameraError) as error:
         raise Trouble(str(error)) from None

@@ -43,7 +43,7 @@ def test_each_frame_is_written_with_its_boxes(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(detect, "OnnxDetector", Bright)
     said: list[str] = []
     out = tmp_path / "out"
-    detect.detect(str(recorded(tmp_path / "in")), Path("x.onnx"), 0.5, out, None, said.append)
+    detect.detect(str(recorded(tmp_path / "in")), "x.onnx", 0.5, out, None, said.append)
     rows = [json.loads(line) for line in (out / "detections.jsonl").read_text().splitlines()]
     assert [(row["time_us"], len(row["found"])) for row in rows] == [(1000, 0), (2000, 1)]
     assert rows[1]["found"][0] == {"label": "bright", "score": 1.0, "x": 40.0, "y": 30.0, "w": 20.0, "h": 10.0}
@@ -55,7 +55,7 @@ def test_each_frame_is_written_with_its_boxes(tmp_path: Path, monkeypatch: pytes
 def test_it_stops_after_as_many_as_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(detect, "OnnxDetector", Bright)
     said: list[str] = []
-    detect.detect(str(recorded(tmp_path / "in")), Path("x.onnx"), 0.5, tmp_path / "out", 1, said.append)
+    detect.detect(str(recorded(tmp_path / "in")), "x.onnx", 0.5, tmp_path / "out", 1, said.append)
     assert said[0].startswith("1 frames, ") and ": nothing; " in said[0]
 
 

@@ -53,6 +53,12 @@ def test_of_two_boxes_on_one_thing_the_better_is_kept_unless_they_differ_in_clas
     assert distinct(boxes, np.array([0, 0, 1, 0]), 0.6).tolist() == [0, 2, 3]
 
 
+def test_where_there_is_one_thing_the_better_hides_another_class() -> None:
+    out = figures((0, (4, 4, 4, 4), (0.8, 0.0)), (1, (12, 4, -4, 4), (0.0, 0.6)))
+    assert decoded(out, middles(32, 64), 0.5, 0.6).labels.tolist() == [0, 1]
+    assert decoded(out, middles(32, 64), 0.5, 0.6, one_label=True).labels.tolist() == [0]
+
+
 def test_overlaps() -> None:
     a = np.array([[0, 0, 10, 10]], np.float32)
     b = np.array([[0, 0, 10, 10], [5, 0, 15, 10], [20, 20, 30, 30]], np.float32)
@@ -77,6 +83,7 @@ def detector_of(out: Any) -> tuple[OnnxDetector, Session]:
     session = Session(out)
     made._session, made._input, made._labels = session, type("Input", (), {"name": "image"}), ("water", "fire")
     made.height, made.width, made._score, made._iou, made._middles = 32, 64, 0.25, 0.6, middles(32, 64)
+    made._one_label = False
     return made, session
 
 
