@@ -32,8 +32,11 @@ STAGES = (8, 5, 7, 8, 6, 7)
 """Growth stages of the fields, in turn: the more the rows close, the harder it is."""
 TARGETS, DISTRACTORS = 16, 56
 """More than a mission meets: a field is dear, a look at it cheap."""
-EVERY_FOURTH = 4
-"""World has things, the others corn."""
+THINGS_SHARE, MAST_SHARE = 0.17, 0.31
+"""Of the worlds; the others are corn from the air and, every third picture, from the mast."""
+SEEDS = {"corn": 0, "light": 5_000, "mast": 7_000}
+"""Where the seeds of each family's fields begin, counted from FIRST_SEED."""
+FAMILIES = ("corn", "things", "light", "mast")
 LEAST_PX, LEAST_SHARE = 9.0, 0.25
 """A patch with a shorter side, or of which the picture cuts off more, is ignored."""
 CAMERA_UP_M = 0.2
@@ -45,11 +48,11 @@ TRIES = 20
 
 
 def jobs(plan: Plan) -> list[Job]:
-    """Corn and things are dealt each by itself."""
+    """Each family is dealt by itself."""
     worlds = math.ceil(plan.images / plan.per_world)
-    things = worlds // EVERY_FOURTH
-    made = [Job(plan, "corn", k, dealt(k)) for k in range(worlds - things)]
-    made += [Job(plan, "things", k, dealt(k)) for k in range(things)]
+    things, mast = round(THINGS_SHARE * worlds), round(MAST_SHARE * worlds)
+    counts = {"corn": worlds - things - mast, "things": things, "mast": mast}
+    made = [Job(plan, family, k, dealt(k)) for family, count in counts.items() for k in range(count)]
     return made + [Job(plan, "light", k, "light") for k in range(math.ceil(plan.held_out / plan.per_world))]
 
 
@@ -66,7 +69,7 @@ def draw(job: Job) -> World:
 
 
 def _rng(job: Job) -> Rng:
-    return np.random.default_rng((job.plan.seed, job.number, ("corn", "things", "light").index(job.family), 17))
+    return np.random.default_rng((job.plan.seed, job.number, FAMILIES.index(job.family), 17))
 
 
 # --- corn -------------------------------------------------------------------------------------------------------------
@@ -75,7 +78,7 @@ def _rng(job: Job) -> Rng:
 def field_of(job: Job) -> corn.CornField:
     """A job's field."""
     is_light = job.family == "light"
-    seed = FIRST_SEED * job.plan.seed + job.number + (5_000 if is_light else 0)
+    seed = FIRST_SEED * job.plan.seed + SEEDS[job.family] + job.number
     stage = STAGES[job.number % len(STAGES)]
     field = corn.build(seed, targets=TARGETS, distractors=DISTRACTORS, growth_stage=stage)
     rng = np.random.default_rng((seed, 18))
@@ -90,7 +93,7 @@ def field_of(job: Job) -> corn.CornField:
 
 
 def _of_corn(job: Job, field: corn.CornField) -> Iterator[Frame]:
-    """Two of three from the air, at any heading; the third from a mast in front of a patch or a distractor."""
+    """From the air, at any heading, and from a mast in front of a patch or a distractor."""
     rng, lens = _rng(job), Intrinsics(job.plan.width, job.plan.height)
     scene = FieldScene(field)
     nadir, mast = Camera(scene, NADIR, lens), Camera(scene, MAST, lens)
@@ -101,7 +104,7 @@ def _of_corn(job: Job, field: corn.CornField) -> Iterator[Frame]:
         thing = field.objects[int(rng.integers(len(field.objects)))]
         if rng.random() < 0.5:
             thing = field.targets[int(rng.integers(len(field.targets)))]
-        is_low = k % 3 == 2
+        is_low = job.family == "mast" or k % 3 == 2
         pose = _in_front(rng, field, thing) if is_low else _over(rng, field, thing)
         mount = camera_model.MAST if is_low else camera_model.NADIR
         image = (mast if is_low else nadir).render(pose, int(rng.integers(1 << 40)))
