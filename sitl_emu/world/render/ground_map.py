@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.description import LAND_USES, Ground, WorldDescription
-from sitl_emu.world.render.kernel import F32, HALF, ONE, U8, ZERO, f4, streamed
+from sitl_emu.world.render.kernel import F32, HALF, ONE, U8, ZERO, f4, streamed_kernel
 from sitl_emu.world.render.maps import GroundMap
 from sitl_emu.world.render.textures import LAYER
 
@@ -106,7 +106,7 @@ OWN_PATCHES = np.array((1.12, 1.03, 0.9), np.float32)
 """What broad patches of a colour of one's own go towards, as factors."""
 
 
-@streamed
+@streamed_kernel
 def _paint(
     texels: U8, broad: F32, other: F32, fine: F32, mask: npt.NDArray[np.bool_], first_row: int, first_column: int,
     mean: F32, towards: F32, patchy: np.float32, fineness: np.float32, detail: int,

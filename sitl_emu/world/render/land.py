@@ -6,7 +6,7 @@ Water shows the ground, too; the same loops colour what lies under it.
 import numpy as np
 
 from sitl_emu.world.render.burning import EMBERS_S
-from sitl_emu.world.render.kernel import HALF, ONE, ZERO, f4, i4, kernel, streamed, u4
+from sitl_emu.world.render.kernel import HALF, ONE, ZERO, f4, i4, part, streamed, u4
 from sitl_emu.world.render.maps import (
     FireMap,
     GroundMap,
@@ -142,7 +142,7 @@ def _add_far_land(b: Block, n: int, ground: GroundMap, textures: Textures) -> No
         b.blue[i] = b.blue[i] * share + frame[5] * m
 
 
-@kernel
+@part
 def colour_ground(b: Block, n: int, surfaces: Surfaces) -> None:
     """The ground's colour at each place."""
     beyond, detailed = _find_colours(b, n, surfaces.ground)
@@ -196,7 +196,7 @@ def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float3
         b.blue[i] += (ash - f4(0.91) * b.blue[i]) * char
 
 
-@kernel
+@part
 def burn_ground(b: Block, n: int, surfaces: Surfaces, time_s: np.float32) -> bool:
     """Char the ground where it has burnt, and let embers glow; whether any may."""
     if surfaces.fire.grid.shape[0] < 2 or not _is_near_fire(b, n, surfaces.fire, time_s):

@@ -204,5 +204,5 @@ def draw_sun_map(
             a, b, c = meshes.triangles[number]
             fill(
                 p[a, 0], p[a, 1], p[a, 2], p[b, 0], p[b, 1], p[b, 2], p[c, 0], p[c, 1], p[c, 2],
-                False, NOTHING, 0, side, side, out,
+                False, i4(NOTHING), 0, side, side, out,
             )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, HALF, I32, ONE, U8, U32, ZERO, f4, inlined, streamed, u4
+from sitl_emu.world.render.kernel import F32, HALF, I32, ONE, U8, U32, ZERO, f4, inlined, part, streamed, u4
 from sitl_emu.world.render.maps import GROUND, LEAF, WATER, Materials
 from sitl_emu.world.render.raster import Buffers, Drawn, Instances, Meshes, Pinhole
 
@@ -91,13 +91,8 @@ class Block(NamedTuple):
     """The picture's figures: blue, green, red from the lowest byte on."""
 
 
-class Sorted(NamedTuple):
-    """Pixels by kind."""
-
-    ground: Block
-    water: Block
-    mesh: Block
-    sky: Block
+KINDS = 4
+"""Of pixels: ground, water, meshes and sky, each of which has a quarter of a room's columns, in this order."""
 
 
 def rows_at_once(width: int) -> int:
@@ -105,15 +100,29 @@ def rows_at_once(width: int) -> int:
     return max(1, ABOUT // width)
 
 
-def room(width: int) -> Sorted:
-    """For `rows_at_once` of them."""
-    count = rows_at_once(width) * width
-    return Sorted(*(Block(**{name: _column(name, count) for name in Block._fields}) for _ in Sorted._fields))
+def room(width: int) -> Block:
+    """For `rows_at_once` of them, of every kind."""
+    count = KINDS * rows_at_once(width) * width
+    return Block(**{name: _column(name, count) for name in Block._fields})
 
 
 def _column(name: str, count: int) -> Any:
     kinds: dict[Any, type[np.generic]] = {I32: np.int32, U32: np.uint32}
     return np.zeros(count, kinds.get(Block.__annotations__[name], np.float32))
+
+
+@part
+def from_(b: Block, first: int) -> Block:
+    """Its columns from there on."""
+    return Block(
+        b.at[first:], b.x[first:], b.y[first:], b.z[first:], b.facing[first:], b.dither[first:], b.way_n[first:],
+        b.way_e[first:], b.way_d[first:], b.distance[first:], b.footprint[first:], b.north[first:], b.east[first:],
+        b.down[first:], b.height[first:], b.rise_n[first:], b.rise_e[first:], b.open[first:], b.normal_n[first:],
+        b.normal_e[first:], b.normal_d[first:], b.u[first:], b.v[first:], b.repeats[first:], b.layer[first:],
+        b.is_leaf[first:], b.mirror[first:], b.glow[first:], b.share[first:], b.tint_r[first:], b.tint_g[first:],
+        b.tint_b[first:], b.red[first:], b.green[first:], b.blue[first:], b.sun[first:], b.lambert[first:],
+        b.packed[first:],
+    )  # fmt: skip
 
 
 FIGURES = 15
@@ -179,13 +188,14 @@ def _put_texture(b: Block, k: int, p: F32, layer: int, gloss: np.float32, is_lea
 @streamed
 def sort_pixels(
     seen: Buffers, drawn: Drawn, meshes: Meshes, things: Instances, materials: Materials, camera: Pinhole, first: int,
-    end: int, sorted_: Sorted, out: Picture, p: F32,
+    end: int, b: Block, out: Picture, p: F32,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Depth and object of rows, and their pixels by kind: how many of ground, water, meshes, sky; `p` is used."""
     width = camera.width
     by_focal = f4(1.0 / camera.focal_px)
     middle_x, middle_y = f4(width) * HALF, f4(camera.height) * HALF
-    grounds, waters, meshed, skies = 0, 0, 0, 0
+    each = len(b.at) // KINDS
+    ground, water, mesh, sky = 0, each, 2 * each, 3 * each
     last_triangle, last_slot = -2, -2
     nx, ny, nz, offset, by_normal = ZERO, ZERO, ZERO, ZERO, ZERO
     kind, layer, gloss, object_ = 0, 0, ZERO, -1
@@ -197,8 +207,8 @@ def sort_pixels(
             dither = f4(0.85) + f4(0.1) * f4(((row & 1) << 1) | (column & 1))
             number, slot = seen.triangle[at], seen.slot[at]
             if number < 0:
-                _put(sorted_.sky, skies, at, x, y, ONE, ONE, dither)
-                skies += 1
+                _put(b, sky, at, x, y, ONE, ONE, dither)
+                sky += 1
                 out.depth[row, column], out.objects[row, column] = np.inf, -1
                 continue
             if number != last_triangle or slot != last_slot:
@@ -215,17 +225,17 @@ def sort_pixels(
             z = z if ZERO < z < FARTHEST_M else FARTHEST_M
             out.depth[row, column], out.objects[row, column] = z, object_
             if kind == GROUND:
-                _put(sorted_.ground, grounds, at, x, y, z, facing, dither)
-                grounds += 1
+                _put(b, ground, at, x, y, z, facing, dither)
+                ground += 1
             elif kind == WATER:
-                _put(sorted_.water, waters, at, x, y, z, facing, dither)
-                _put_texture(sorted_.water, waters, p, layer, gloss, False)
-                waters += 1
+                _put(b, water, at, x, y, z, facing, dither)
+                _put_texture(b, water, p, layer, gloss, False)
+                water += 1
             else:
-                _put(sorted_.mesh, meshed, at, x, y, z, facing, dither)
-                _put_texture(sorted_.mesh, meshed, p, layer, gloss, kind == LEAF)
-                meshed += 1
-    return grounds, waters, meshed, skies
+                _put(b, mesh, at, x, y, z, facing, dither)
+                _put_texture(b, mesh, p, layer, gloss, kind == LEAF)
+                mesh += 1
+    return ground, water - each, mesh - 2 * each, sky - 3 * each
 
 
 @streamed

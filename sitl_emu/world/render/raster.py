@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, F64, I32, ZERO, f4, f8, inlined, kernel
+from sitl_emu.world.render.kernel import F32, F64, I32, ZERO, f4, f8, inlined, kernel, part
 
 NOTHING = -1
 NEAR_M = f4(0.05)
@@ -196,10 +196,10 @@ def _is_hidden(
     return True
 
 
-@kernel
+@part
 def fill(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float,
-    is_culled: bool, number: int, slot: int, width: int, height: int, out: Buffers,
+    is_culled: bool, number: int | np.int32, slot: int, width: int, height: int, out: Buffers,
 ) -> None:  # fmt: skip
     """Draw one triangle, given by pixels and nearness; in double precision, so that neighbours leave no gap.
 
@@ -260,7 +260,7 @@ def fill(
             at += 1
 
 
-@kernel
+@part
 def _clipped(corners: I32, at: int, drawn: Drawn, camera: Pinhole, is_decal: bool, polygon: F64) -> int:
     """What of a triangle lies beyond the near plane: up to four corners into `polygon` (4, 3); how many."""
     count, near = 0, f8(NEAR_M)

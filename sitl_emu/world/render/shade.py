@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, streamed, u4
+from sitl_emu.world.render.kernel import F32, HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, part, streamed, u4
 from sitl_emu.world.render.land import BY_BYTE, burn_ground, colour_ground, find_relief, slope
 from sitl_emu.world.render.maps import SunMap, Surfaces, Textures, level_of, sunlit, texel
-from sitl_emu.world.render.pixels import ABOUT, Block, Picture, Sorted, find_places, scatter, sort_pixels
+from sitl_emu.world.render.pixels import ABOUT, KINDS, Block, Picture, find_places, from_, scatter, sort_pixels
 from sitl_emu.world.render.raster import Buffers, Drawn, Instances, Meshes, Pinhole
 from sitl_emu.world.render.sky import Air, clouded_sky, developed, fading, sky_light
 from sitl_emu.world.render.water import light_water
@@ -135,7 +135,7 @@ def _develop(b: Block, n: int, air: Air) -> None:
         b.packed[i] = u4(blue | u4(green << u4(8)) | u4(red << u4(16)))
 
 
-@kernel
+@part
 def _find_light(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
     """The sun on pixels whose normals are known."""
     _find_sun(b, n, surfaces.sun, air)
@@ -143,7 +143,7 @@ def _find_light(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
         _find_moving_shadows(b, n, surfaces.moving_sun)
 
 
-@kernel
+@part
 def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
     find_relief(b, n, surfaces.relief)
@@ -157,7 +157,7 @@ def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
     _see_through_air(b, n, air)
 
 
-@kernel
+@part
 def _shade_meshes(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
     find_relief(b, n, surfaces.relief)
@@ -169,7 +169,7 @@ def _shade_meshes(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
     _see_through_air(b, n, air)
 
 
-@kernel
+@part
 def _shade_water(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
     find_relief(b, n, surfaces.relief)
@@ -178,27 +178,38 @@ def _shade_water(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air
     _see_through_air(b, n, air)
 
 
+@part
+def _put_down(b: Block, n: int, air: Air, bytes_: U8) -> None:
+    """From light to a picture."""
+    _develop(b, n, air)
+    scatter(b, n, bytes_)
+
+
 @kernel
 def shade(
     seen: Buffers, drawn: Drawn, meshes: Meshes, things: Instances, surfaces: Surfaces, camera: Pinhole, air: Air,
-    out: Picture, bytes_: U8, room: Sorted, figures: F32,
+    out: Picture, bytes_: U8, room: Block, figures: F32,
 ) -> None:  # fmt: skip
     """Fill a picture: `bytes_` are its colours; `room`, that of its width (pixels.room), and `figures` are used."""
-    step = max(1, ABOUT // camera.width)
+    step, each = max(1, ABOUT // camera.width), len(room.at) // KINDS
     for first in range(0, camera.height, step):
         end = min(first + step, camera.height)
         ground, water, mesh, sky = sort_pixels(
             seen, drawn, meshes, things, surfaces.materials, camera, first, end, room, out, figures
         )
         if ground:
-            _shade_ground(room.ground, ground, surfaces, camera, air)
+            _shade_ground(room, ground, surfaces, camera, air)
+            _put_down(room, ground, air, bytes_)
         if water:
-            _shade_water(room.water, water, surfaces, camera, air)
+            b = from_(room, each)
+            _shade_water(b, water, surfaces, camera, air)
+            _put_down(b, water, air, bytes_)
         if mesh:
-            _shade_meshes(room.mesh, mesh, surfaces, camera, air)
+            b = from_(room, 2 * each)
+            _shade_meshes(b, mesh, surfaces, camera, air)
+            _put_down(b, mesh, air, bytes_)
         if sky:
-            find_places(room.sky, sky, camera)
-            _light_sky(room.sky, sky, air, surfaces.textures)
-        for b, n in ((room.ground, ground), (room.water, water), (room.mesh, mesh), (room.sky, sky)):
-            _develop(b, n, air)
-            scatter(b, n, bytes_)
+            b = from_(room, 3 * each)
+            find_places(b, sky, camera)
+            _light_sky(b, sky, air, surfaces.textures)
+            _put_down(b, sky, air, bytes_)

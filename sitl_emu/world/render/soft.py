@@ -23,7 +23,7 @@ from sitl_emu.world.render.kernel import (
     i4,
     inlined,
     kernel,
-    streamed,
+    streamed_kernel,
     u4,
 )
 from sitl_emu.world.render.maps import mixed
@@ -163,7 +163,7 @@ def _mix(laid: Laid, s: int, pictures: U32, smoke: F32, dx0: np.float32, dy: np.
         objects[k] = number if (alpha > HALF) & (objects[k] < 0) else objects[k]
 
 
-@streamed
+@streamed_kernel
 def draw(
     laid: Laid, pictures: U32, smoke: F32, camera: Pinhole, row: Row, depth: F32, objects: I32, picture: U8
 ) -> None:

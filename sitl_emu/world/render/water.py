@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import HALF, ONE, TWO, ZERO, f4, i4, kernel, streamed
+from sitl_emu.world.render.kernel import HALF, ONE, TWO, ZERO, f4, i4, part, streamed
 from sitl_emu.world.render.land import NOISE, colour_ground
 from sitl_emu.world.render.maps import Surfaces, Textures, grey, level_of
 from sitl_emu.world.render.pixels import Block
@@ -71,7 +71,7 @@ def _light(b: Block, n: int, air: Air) -> None:
         b.blue[i] = body * (rows[1, 2] * sun + rows[2, 2] * open_) * shown + sky_b * sky_share + rows[1, 2] * glint
 
 
-@kernel
+@part
 def light_water(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
     """Light that comes from water, where relief and sun are known."""
     _ripple(b, n, surfaces.textures, f4(air.time_s))
