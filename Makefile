@@ -10,31 +10,47 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 12
 
-setup: .venv/.run-ready compiled ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-emu is the command line
+setup: compiled ## .venv with sitl-emu in it: afterwards .venv/bin/sitl-emu is the command line
 
 .venv/bin/python:
 	@test -n "$(PYTHON)" || { echo "no Python 3.11 or newer with venv found: apt install python3 python3-venv, or make PYTHON=..." >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 
 # The rooms at the top are packages of sitl_emu (setup.py); mypy and import-linter, which know no setup.py, find them by
-# links, which git ignores.
-# compileall: the dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
-# world.render, corn_field: a camera's first frame would wait for numba, 45 seconds and more on one core.
-.venv/.run-ready: pyproject.toml setup.py | .venv/bin/python
-	$(PIP) install -e .
+# links, which git ignores. --no-compile: see bytecode.
+.venv/.installed: pyproject.toml setup.py | .venv/bin/python
+	@echo "installing sitl-emu and what it needs, half a minute and the download..."
+	@$(PIP) install --no-compile -e .
 	@for room in vehicles autopilot gcs missions; do ln -sfn ../$$room sitl_emu/$$room; done
-	$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
-	$(BIN)/python -m sitl_emu.world.render
-	$(BIN)/python -m sitl_emu.world.kinds.corn_field
 	@touch $@
 
+# Three kinds of compiling side by side: two minutes instead of three on two cores.
+.venv/.run-ready: .venv/.installed
+	@$(MAKE) --no-print-directory --jobs 3 modules kernels bytecode
+	@touch $@
+
+.PHONY: modules kernels bytecode compiled
 # What runs in every tick is compiled, where there is a C compiler (sitl_emu/compiled.py): a minute once, and two fifths of
 # the CPU saved ever after. Where that fails, all works as plain Python; `make test` does fail then.
 COMPILE := $(BIN)/python tools/compile_hot_modules.py
-.PHONY: compiled
-compiled: .venv/.run-ready
+modules:
 	@! command -v cc >/dev/null || $(BIN)/python -c 'import mypyc' 2>/dev/null || $(PIP) install --constraint $(LOCK) mypy setuptools
 	@$(COMPILE) || echo "not compiled: the autopilot runs as plain Python, at two thirds of its speed" >&2
+
+# A camera's first frame would wait for numba. The corn field has kernels of its own, and draws with the renderer's.
+kernels:
+	@echo "compiling what cameras draw with, half a minute..."
+	@$(BIN)/python -m sitl_emu.world.render
+	@$(BIN)/python -m sitl_emu.world.kinds.corn_field
+
+# As pip would, which takes as long for it as for all else. Packages may carry files for another Python, which fail.
+# The dialect alone is two megabytes of source, half a second of every start where nothing keeps its bytecode.
+bytecode:
+	@$(BIN)/python -m compileall -qq .venv/lib || true
+	@$(BIN)/python -m compileall -q sitl_emu vehicles autopilot gcs missions
+
+compiled: .venv/.run-ready
+	@$(MAKE) --no-print-directory modules
 
 # What the tests and checks run with is locked (requirements-dev.lock); what users install has lower bounds (pyproject).
 # --no-deps: the lock is complete, but for the viewers that MAVProxy's wheel asks for (vtk, opencv-python).
