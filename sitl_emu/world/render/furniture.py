@@ -1,8 +1,10 @@
 """Persons, vehicles, trees and signs as meshes: they stand on their origin and look north. Their shapes are ours."""
 
+import functools
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from sitl_emu.world.render.material import NUMBER
 from sitl_emu.world.render.model import (
@@ -10,6 +12,7 @@ from sitl_emu.world.render.model import (
     Colour,
     Model,
     box,
+    cross,
     ellipsoid,
     face,
     hull,
@@ -18,6 +21,8 @@ from sitl_emu.world.render.model import (
     moved,
     of_triangles,
 )
+
+F64 = npt.NDArray[np.float64]
 
 PAINT, GLASS, CLOTH, LEAVES, BARK = (NUMBER[name] for name in ("paint", "glass", "cloth", "leaves", "bark"))
 RUBBER: Colour = (0.09, 0.09, 0.10)
@@ -36,10 +41,10 @@ def _limb(start: tuple[float, float, float], end: tuple[float, float, float], ra
     rod = lathe(((0.0, 0.0), (radius * 0.8, 0.01), (radius, length * 0.7), (radius * 0.9, length), (0.0, length)), 7,
                 CLOTH, tint)  # fmt: skip
     along = (b - a) * (1.0, 1.0, -1.0) / length
-    side = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.9 else (0.0, 1.0, 0.0))
+    side = cross(along, np.array((1.0, 0.0, 0.0) if abs(along[0]) < 0.9 else (0.0, 1.0, 0.0)))
     side /= np.linalg.norm(side)
     # The rod's own axis is up, which is -z
-    turn = np.stack((side, np.cross(-along, side), -along), axis=1)
+    turn = np.stack((side, cross(-along, side), -along), axis=1)
     return moved(rod, a * (1.0, 1.0, -1.0), turn)
 
 
@@ -75,6 +80,7 @@ def _scaled(model: Model, by: float) -> Model:
     return Model(corners, model.uv, model.triangles, model.normals, model.materials, model.tints)
 
 
+@functools.lru_cache(maxsize=16)
 def wheel(radius: float, width: float) -> Model:
     """Its axle east to west, about its middle."""
     tyre = lathe(((0.0, -width / 2), (radius * 0.9, -width / 2), (radius, -width / 4), (radius, width / 4),
@@ -157,6 +163,69 @@ def truck(length_m: float, colour: Colour) -> Model:
     return _scaled(merged(parts), length_m / 7.0)
 
 
+def _cos_sin(angles: F64) -> tuple[F64, F64]:
+    """By libm: numpy has others for some processors."""
+    each = angles.tolist()
+    return np.array([math.cos(angle) for angle in each]), np.array([math.sin(angle) for angle in each])
+
+
+def _unit(rows: F64) -> F64:
+    return np.asarray(rows / np.sqrt((rows * rows).sum(axis=1))[:, None])
+
+
+def _on_cone(rng: np.random.Generator, angle: F64, crown: tuple[float, float, float]) -> tuple[F64, F64, F64, F64]:
+    """A conifer's tufts: where, which way out, how large, how bright."""
+    crown_m, low, top = crown
+    count = len(angle)
+    high = np.array([share**1.4 for share in rng.random(count).tolist()])
+    taper = np.array([(1.0 - share) ** 0.9 for share in high.tolist()])
+    reach = crown_m * taper * rng.uniform(0.55, 1.05, count) + 0.04 * crown_m
+    c, s = _cos_sin(angle)
+    at = np.stack((reach * c, reach * s, low + high * (top - low)), axis=1)
+    outward = np.stack((c, s, np.full(count, 0.55)), axis=1) / 1.14
+    return at, outward, crown_m * (0.62 - 0.40 * high) * min(1.0, (70.0 / count) ** 0.5), np.full(count, 0.9)
+
+
+def _on_sphere(
+    rng: np.random.Generator, angle: F64, crown: tuple[float, float, float], seed: int
+) -> tuple[F64, F64, F64, F64]:
+    """The same of a broadleaf: even over the sphere (golden angle), more tufts outside than inside."""
+    crown_m, low, top = crown
+    middle, half, count = 0.5 * (low + top), 0.5 * (top - low), len(angle)
+    z = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
+    ring = np.sqrt(np.maximum(1.0 - z * z, 0.0))
+    c, s = _cos_sin(angle)
+    outward = np.stack((ring * c, ring * s, z), axis=1)
+    reach = rng.uniform(0.62, 1.0, count)
+    bumpy = 1.0 + 0.16 * _cos_sin(3.0 * angle + seed)[1] * ring + 0.1 * _cos_sin(5.0 * z + 2.0 * angle)[1]
+    at = outward * (crown_m, crown_m, half) * (reach * bumpy)[:, None] + (0.0, 0.0, middle)
+    size = (0.75 + 0.4 * rng.random(count)) * (crown_m * crown_m * half) ** (1 / 3) * (2.4 / count) ** 0.5 * 2.0
+    return at, outward, size, 0.55 + 0.45 * reach
+
+
+def _tufts(
+    rng: np.random.Generator, count: int, crown: tuple[float, float, float], green: F64, seed: int, is_conifer: bool
+) -> Model:
+    """Leaves of a crown (half its width, where it begins, its top): ragged pentagons, each of three triangles."""
+    angle = 2.39996 * np.arange(count) + rng.uniform(-0.4, 0.4, count)
+    at, outward, size, bright = (
+        _on_cone(rng, angle, crown) if is_conifer else _on_sphere(rng, angle, crown, seed)
+    )  # fmt: skip
+    tilt = _unit(outward + rng.normal(scale=0.45, size=(count, 3)))
+    side = _unit(cross(tilt, rng.normal(size=(count, 3))))
+    other = cross(tilt, side)
+    shade = rng.uniform(0.72, 1.18, count) * bright
+    along, across = _cos_sin(1.2566 * np.arange(5.0))
+    spokes = along[:, None] * side[:, None] + across[:, None] * other[:, None]
+    rim = at[:, None] + (size[:, None] * rng.uniform(0.7, 1.25, (count, 5)))[:, :, None] * spokes
+    points = rim[:, [0, 1, 2, 0, 2, 3, 0, 3, 4]].reshape(-1, 3) * (1.0, 1.0, -1.0)
+    leaves = of_triangles(points, np.arange(len(points)), LEAVES, WHITE, 1.1)
+    lit = np.repeat(outward * (1.0, 1.0, -1.0), 3, axis=0).astype(np.float32)
+    tints = np.repeat(np.clip(green * shade[:, None], 0.02, 1.0), 3, axis=0).astype(np.float32)
+    kept = len(leaves.triangles)
+    return Model(leaves.corners, leaves.uv, leaves.triangles, lit[:kept], leaves.materials, tints[:kept])
+
+
 def tree(
     height_m: float, crown_m: float, seed: int, tufts: int = 110, is_conifer: bool = False, low_m: float = -1.0
 ) -> Model:
@@ -173,41 +242,7 @@ def tree(
                   (0.36, 0.30, 0.25), 1.0)  # fmt: skip
     middle, half = 0.5 * (low + height_m), 0.5 * (height_m - low)
     green = np.array((0.20, 0.33, 0.17) if is_conifer else (0.33, 0.44, 0.19)) * rng.uniform(0.85, 1.15, 3)
-    corners, normals, tints = [], [], []
-    for k in range(tufts):
-        # Even over the sphere (golden angle), more tufts outside than inside
-        z = 1.0 - 2.0 * (k + 0.5) / tufts
-        angle = 2.39996 * k + rng.uniform(-0.4, 0.4)
-        ring = math.sqrt(max(1.0 - z * z, 0.0))
-        outward = np.array((ring * math.cos(angle), ring * math.sin(angle), z))
-        if is_conifer:
-            high = rng.uniform(0.0, 1.0) ** 1.4
-            reach = crown_m * (1.0 - high) ** 0.9 * rng.uniform(0.55, 1.05) + 0.04 * crown_m
-            at = np.array((reach * math.cos(angle), reach * math.sin(angle), low + high * (height_m - low)))
-            outward = np.array((math.cos(angle), math.sin(angle), 0.55)) / 1.14
-            size = crown_m * (0.62 - 0.40 * high) * min(1.0, (70.0 / tufts) ** 0.5)
-        else:
-            reach = rng.uniform(0.62, 1.0)
-            bumpy = 1.0 + 0.16 * math.sin(3.0 * angle + seed) * ring + 0.1 * math.sin(5.0 * z + 2.0 * angle)
-            at = outward * np.array((crown_m, crown_m, half)) * reach * bumpy + (0.0, 0.0, middle)
-            size = (0.75 + 0.4 * rng.random()) * (crown_m * crown_m * half) ** (1 / 3) * (2.4 / tufts) ** 0.5 * 2.0
-        tilt = outward + rng.normal(scale=0.45, size=3)
-        tilt /= np.linalg.norm(tilt)
-        side = np.cross(tilt, rng.normal(size=3))
-        side /= np.linalg.norm(side)
-        other = np.cross(tilt, side)
-        shade = rng.uniform(0.72, 1.18) * (0.55 + 0.45 * reach if not is_conifer else 0.9)
-        ragged = rng.uniform(0.7, 1.25, 5)
-        rim = [at + size * ragged[j] * (math.cos(1.2566 * j) * side + math.sin(1.2566 * j) * other) for j in range(5)]
-        for j in range(1, 4):
-            corners += [rim[0], rim[j], rim[j + 1]]
-            normals.append(outward)
-            tints.append(np.clip(green * shade, 0.02, 1.0))
-    points = np.array(corners) * (1.0, 1.0, -1.0)
-    crown = of_triangles(points, np.arange(len(points)), LEAVES, WHITE, 1.1)
-    lit = (np.array(normals) * (1.0, 1.0, -1.0)).astype(np.float32)
-    crown = Model(crown.corners, crown.uv, crown.triangles, lit[: len(crown.triangles)], crown.materials,
-                  np.array(tints, np.float32)[: len(crown.triangles)])  # fmt: skip
+    crown = _tufts(rng, tufts, (crown_m, low, height_m), green, seed, is_conifer)
     dark = (float(green[0]) * 0.5, float(green[1]) * 0.5, float(green[2]) * 0.5)
     if is_conifer:
         inside = lathe(

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.description import LAND_USES, Ground, WorldDescription
+from sitl_emu.world.description import LAND_USES, Cover, Ground, WorldDescription
 from sitl_emu.world.render.kernel import F32, HALF, ONE, U8, ZERO, f4, streamed_kernel
 from sitl_emu.world.render.maps import GroundMap
 from sitl_emu.world.render.textures import LAYER
@@ -217,6 +217,13 @@ def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> Painte
     return painter
 
 
+def details(ground: Ground, covers: Sequence[Cover]) -> set[int]:
+    """The detail textures that `paint` may name."""
+    uses = {ground.use or _nearest_use(ground.colour), *(land.use for land in ground.land)}
+    uses |= {"grass" for cover in covers if cover.kind == "grass"} | ({"soil"} if ground.orthophoto else set())
+    return {LAYER[LOOKS[use].detail] for use in uses}
+
+
 def _nearest_use(colour: Sequence[float]) -> str:
     """What ground of a colour is likely to be made of: green is grass, brown is soil, grey is gravel."""
     red, green, blue = colour
@@ -228,7 +235,6 @@ def _nearest_use(colour: Sequence[float]) -> str:
 def packed(painter: Painter) -> GroundMap:
     """For the shading, with coarser levels."""
     frame, texels = painter.frame, painter.texels
-    far = texels[..., :3].mean(axis=(0, 1)) / 255.0
     parts, starts, sizes, start = [], [], [], 0
     for _ in range(LEVELS):
         if min(texels.shape[:2]) < 4:
@@ -241,5 +247,6 @@ def packed(painter: Painter) -> GroundMap:
         even = texels[: 2 * half[1], : 2 * half[0]]
         texels = np.asarray(cv2.resize(even, half, interpolation=cv2.INTER_AREA), np.uint8)
         texels[..., 3] = even[::2, ::2, 3]
+    far = parts[-1].view(np.uint8).reshape(-1, 4)[:, :3].mean(axis=0) / 255.0
     corner = np.array((frame.north0_m, frame.east0_m, frame.gsd_m, *far), np.float32)
     return GroundMap(np.concatenate(parts), np.array(starts, np.int32), np.array(sizes, np.int32), corner)

@@ -4,6 +4,7 @@ Red, green, blue, and in the fourth channel how much of a tint a texel takes (25
 Textures of the ground hold factors instead of colours, 128 for 1: the ground map (`ground_map.py`) has the colours.
 """
 
+import math
 from collections.abc import Callable
 
 import cv2
@@ -25,12 +26,12 @@ def cloudy(rng: Rng, first: int, octaves: int, side: int = SIDE, gain: float = 0
     for octave in range(octaves):
         cells = min(first << octave, side)
         grid = rng.normal(size=(cells, cells)).astype(np.float32)
-        # Three cells over on each side, for the cubic's reach, then cut back
-        grid = np.pad(grid, 3, mode="wrap")
-        scale = side / cells
-        padded = cv2.resize(grid, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-        edge = round(3 * scale)
-        total += weight * padded[edge : edge + side, edge : edge + side]
+        if cells < side:
+            # Three cells over on each side, for the cubic's reach, then cut back
+            scale, edge = side / cells, round(3 * side / cells)
+            padded = cv2.resize(np.pad(grid, 3, mode="wrap"), None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+            grid = padded[edge : edge + side, edge : edge + side]
+        total += np.float32(weight) * grid
         weight *= gain
     total -= total.mean()
     return np.asarray(total / total.std(), np.float32)
@@ -38,10 +39,16 @@ def cloudy(rng: Rng, first: int, octaves: int, side: int = SIDE, gain: float = 0
 
 def _with_tint(colour: npt.NDArray[np.floating], tint: npt.NDArray[np.floating] | float = 1.0) -> U8:
     """(side, side, 3) or (side, side), 0 to 1, and the tint's share."""
-    if colour.ndim == 2:
-        colour = np.repeat(colour[..., None], 3, axis=2)
-    full = np.concatenate((colour, np.broadcast_to(np.asarray(tint), colour.shape[:2])[..., None]), axis=2)
-    return np.clip(np.round(full * 255.0), 0, 255).astype(np.uint8)
+    full = np.empty((*colour.shape[:2], 4), np.uint8)
+    bytes_ = _bytes(colour)
+    full[..., :3] = bytes_[..., None] if colour.ndim == 2 else bytes_
+    full[..., 3] = _bytes(np.asarray(tint))
+    return full
+
+
+def _bytes(shares: npt.NDArray[np.floating]) -> U8:
+    """From 0 to 1."""
+    return np.clip(np.round(shares * np.float32(255.0)), 0, 255).astype(np.uint8)
 
 
 def _factors(relief: F32, strength: float, colour: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> U8:
@@ -49,10 +56,10 @@ def _factors(relief: F32, strength: float, colour: tuple[float, float, float] = 
     # Nothing broad: that would be seen to repeat from high above
     wrapped = np.pad(relief, 48, mode="wrap")
     relief = relief - cv2.GaussianBlur(wrapped, (0, 0), 14.0)[48:-48, 48:-48]
-    bright = strength * np.clip(relief, -2.5, 2.5)[..., None]
+    bright = np.float32(strength) * np.clip(relief, -2.5, 2.5)[..., None]
     cast = 1.0 + bright * np.array(colour, np.float32)
     cast /= cast.mean(axis=(0, 1))
-    return _with_tint(cast * (128.0 / 255.0))
+    return _with_tint(cast * np.float32(128.0 / 255.0))
 
 
 def noise(rng: Rng) -> U8:
@@ -68,10 +75,9 @@ def clouds(rng: Rng) -> U8:
 def grass(rng: Rng) -> U8:
     """Blades that lie all ways, in tufts."""
     canvas = np.full((SIDE, SIDE), 0.0, np.float32)
-    for _ in range(5200):
-        x, y, angle, length = rng.uniform(0, SIDE), rng.uniform(0, SIDE), rng.uniform(0, 2 * np.pi), rng.uniform(7, 22)
-        end = (x + length * np.cos(angle), y + length * np.sin(angle))
-        value = float(rng.normal(0.1, 0.9))
+    figures = rng.uniform((0, 0, 0, 7), (SIDE, SIDE, 2 * math.pi, 22), (5200, 4)).tolist()
+    for (x, y, angle, length), value in zip(figures, rng.normal(0.1, 0.9, len(figures)).tolist(), strict=True):
+        end = (x + length * math.cos(angle), y + length * math.sin(angle))
         for shift_x in (-SIDE, 0, SIDE) if not 24 < x < SIDE - 24 else (0,):
             for shift_y in (-SIDE, 0, SIDE) if not 24 < y < SIDE - 24 else (0,):
                 start = (round(x + shift_x), round(y + shift_y))
@@ -161,14 +167,14 @@ def brick(rng: Rng, rows: int = 28, per_row: int = 8) -> U8:
     """Courses of bricks; the mortar takes no tint."""
     field, tint = np.full((SIDE, SIDE), 0.62, np.float32), np.full((SIDE, SIDE), 0.25, np.float32)
     high, wide = SIDE / rows, SIDE / per_row
+    shades = 0.85 + 0.09 * np.random.default_rng(rows).normal(size=(rows, per_row))
     for row in range(rows):
         for k in range(-1, per_row + 1):
             left = (k + 0.5 * (row % 2)) * wide
-            shade = 0.85 + 0.09 * float(np.random.default_rng(row * 97 + (k % per_row)).normal())
             joint = 2 if rows < 64 else 1
             y = slice(round(row * high) + joint, round((row + 1) * high))
             x = slice(max(round(left) + joint, 0), max(min(round(left + wide), SIDE), 0))
-            field[y, x], tint[y, x] = shade, 1.0
+            field[y, x], tint[y, x] = shades[row, k % per_row], 1.0
     return _with_tint(field + 0.03 * cloudy(rng, 96, 3), tint)
 
 
