@@ -110,8 +110,7 @@ class ControlAllocator:
         self.thrusts = motors
         factor = self._factor
         if factor == 1.0:
-            sqrt = math.sqrt
-            return tuple([sqrt(m) if m > 0.0 else 0.0 for m in motors])
+            return tuple([math.sqrt(m) if m > 0.0 else 0.0 for m in motors])
         if factor == 0.0:
             return tuple(motors)
         return tuple([self.signal(m) for m in motors])

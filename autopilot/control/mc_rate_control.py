@@ -6,10 +6,11 @@ stands on the ground; the yaw torque is low-passed (MC_YAW_TQ_CUTOFF).
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import Vector3
 
-INTEGRATOR_FADE_RAD_S = math.radians(400.0)
+INTEGRATOR_FADE_RAD_S: Final = math.radians(400.0)
 """Rate error at which an integrator no longer moves: flips don't wind it up."""
 
 

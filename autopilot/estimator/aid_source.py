@@ -101,7 +101,7 @@ class AidSource:
 
 
 def _toward(old: float, new: float, alpha: float) -> float:
-    return old + alpha * (new - old) if math.isfinite(old) else new
+    return new if math.isnan(old) or math.isinf(old) else old + alpha * (new - old)
 
 
 def record_1d(aid: AidSource, now_us: int, device_id: int = 0) -> EstimatorAidSource1d:

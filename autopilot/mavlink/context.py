@@ -1,6 +1,7 @@
 """What a stream sees when it makes its message: the topics, the parameters it needs, and the date of boot."""
 
 from pathlib import Path
+from typing import Final
 
 from sitl_emu.autopilot.constants import MOST_ROTORS
 from sitl_emu.autopilot.parameters import Parameters
@@ -8,7 +9,7 @@ from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
-BOOT_UNIX_US = 1_767_225_600_000_000
+BOOT_UNIX_US: Final = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
 
 

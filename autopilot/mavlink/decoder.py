@@ -77,9 +77,9 @@ def decode(frame: bytes) -> Message | None:
         if table is None:
             return None
         layout = _LAYOUTS[header.message_id] = _Layout(table)
-    if not framing.is_intact(frame, header.payload.stop, layout.crc_extra):
+    if not framing.is_intact(frame, header.payload_end, layout.crc_extra):
         return None
-    payload, size = frame[header.payload], layout.size
+    payload, size = frame[header.payload_start : header.payload_end], layout.size
     if len(payload) != size:
         payload = payload[:size].ljust(size, b"\0")
     values = layout.unpack(payload)

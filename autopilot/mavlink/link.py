@@ -6,12 +6,13 @@ MAVLink 2 is answered, the sequence number counts per link. The frames of one mo
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
 from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
 from sitl_emu.autopilot.mavlink.signature import LinkSigning
+from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
@@ -31,21 +32,6 @@ RESCALE_US: Final = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
 MAX_REMOTE_COMPONENTS: Final = 16
 """So many senders are told apart on a link; PX4 takes no note of a further one, which it still answers."""
-
-
-class Stream(Protocol):
-    """What the schedule needs of a stream; see streams/__init__.py."""
-
-    name: str
-    codec: Codec
-
-    def payloads(self, now_us: int, link: "Link") -> tuple[bytes, ...]:
-        """Payloads to send now; empty when there is nothing to say."""
-        ...
-
-    def forget(self, link: "Link") -> None:
-        """The stream was stopped on a link; started again, it says at once what it has."""
-        ...
 
 
 class ScheduledStream:

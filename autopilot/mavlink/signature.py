@@ -6,18 +6,18 @@ believes, and may never fall within one stream (sender and link id).
 """
 
 from hashlib import sha256
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 
-KEY_BYTES = 32
-HASH_BYTES = 6
-TIMESTAMP_BYTES = 6
+KEY_BYTES: Final = 32
+HASH_BYTES: Final = 6
+TIMESTAMP_BYTES: Final = 6
 TIMESTAMP_MASK = (1 << 48) - 1
-MAX_STREAMS = 16
+MAX_STREAMS: Final = 16
 """Streams that are kept apart (MAVLINK_MAX_SIGNING_STREAMS); messages of a further one are refused."""
-OLDEST_NEW_STREAM = 6_000_000
+OLDEST_NEW_STREAM: Final = 6_000_000
 """A new stream may lag by one minute."""
 ACCEPTED_UNSIGNED = frozenset(
     {

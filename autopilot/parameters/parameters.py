@@ -9,19 +9,16 @@ PX4 takes NaN and infinity for a value, tells it, and flies with it. Here they a
 them: it goes on with the value before.
 """
 
-import functools
-import json
 import math
-import pathlib
 from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, Final
 
+from sitl_emu.autopilot.parameters.table import table
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.c_types import float32, integer
 
-TABLE = pathlib.Path(__file__).with_name("parameters.json")
-SMALLEST_CHANGE = 2.0**-23
+SMALLEST_CHANGE: Final = 2.0**-23
 """PX4 takes two floats that differ by no more (FLT_EPSILON) for the same value."""
 Value = float | int
 
@@ -169,13 +166,6 @@ class Parameters:
 def matches(name: str, patterns: tuple[str, ...]) -> bool:
     """Whether a name is one of `patterns`, in which a `*` at the end stands for any rest."""
     return any(fnmatchcase(name, pattern) for pattern in patterns)
-
-
-@functools.cache
-def table() -> dict[str, dict[str, Any]]:
-    """Every parameter of PX4 v1.18 with its type, default, bounds and who announces it."""
-    loaded: dict[str, dict[str, Any]] = json.loads(TABLE.read_text())
-    return loaded
 
 
 def _differs(one: Value, other: Value) -> bool:

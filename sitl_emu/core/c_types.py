@@ -9,7 +9,7 @@ import math
 import re
 import struct
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Final
 
 STRUCT_CODES = {
     "uint8_t": "B",
@@ -26,12 +26,13 @@ STRUCT_CODES = {
     "char": "c",
 }
 """Code of Python's struct by C type."""
-BITS = {code: 8 * struct.calcsize(f"<{code}") for code in "BbHhIiQq"}
-IN_64_BITS = frozenset("IQq")
+BITS: Final = {code: 8 * struct.calcsize(f"<{code}") for code in "BbHhIiQq"}
+IN_64_BITS: Final = frozenset("IQq")
 """Codes of the integers to which a float is converted by way of an int64, the others by way of an int32."""
-INT32_MIN, INT32_MAX = -(1 << 31), (1 << 31) - 1
-_FLOAT32 = struct.Struct("<f")
-_ITEM = re.compile(r"(\d*)([a-zA-Z?])")
+INT32_MIN: Final = -(1 << 31)
+INT32_MAX: Final = (1 << 31) - 1
+_FLOAT32: Final = struct.Struct("<f")
+_ITEM: Final = re.compile(r"(\d*)([a-zA-Z?])")
 
 Value = float | int | bool | bytes
 
@@ -68,7 +69,7 @@ def fitted(codes: Sequence[str], values: Sequence[Value]) -> list[Value]:
     return [_fitted(code, value) for code, value in zip(codes, values, strict=True)]
 
 
-def float32(value: float) -> float:
+def float32(value: float | int) -> float:
     """The nearest float32; infinite where it is too large for one."""
     try:
         rounded: float = _FLOAT32.unpack(_FLOAT32.pack(value))[0]
@@ -94,13 +95,15 @@ def quotient(dividend: float, divisor: float) -> float:
     return math.copysign(math.inf, dividend) * math.copysign(1.0, divisor) if dividend else math.nan
 
 
-def integer(code: str, value: float) -> int:
+def integer(code: str, value: float | int) -> int:
     """A number as an integer type (its struct code) holds it."""
     bits = BITS[code]
     if isinstance(value, float):
         least = -(1 << 63) if code in IN_64_BITS else INT32_MIN
-        value = int(value) if least <= value < -least else least
-    wrapped = value & (1 << bits) - 1
+        whole = int(value) if least <= value < -least else least
+    else:
+        whole = value
+    wrapped = whole & (1 << bits) - 1
     return wrapped - (1 << bits) if code.islower() and wrapped >> bits - 1 else wrapped
 
 

@@ -6,23 +6,25 @@ both and the message's CRC_EXTRA, a signature if the header says so. Nothing is 
 
 import re
 import struct
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from fastcrc import crc16
 
-STX_V1, STX_V2 = 0xFE, 0xFD
-SIGNED = 0x01
+STX_V1: Final = 0xFE
+STX_V2: Final = 0xFD
+SIGNED: Final = 0x01
 """The incompatibility flag of a signed frame, the only one there is."""
-SIGNATURE_BYTES = 13
-HEADER_V1_BYTES, HEADER_V2_BYTES = 6, 10
-CRC_BYTES = 2
+SIGNATURE_BYTES: Final = 13
+HEADER_V1_BYTES: Final = 6
+HEADER_V2_BYTES: Final = 10
+CRC_BYTES: Final = 2
 
-_crc = crc16.mcrf4xx
-_crc_layout = struct.Struct("<H")
-_pack_crc = _crc_layout.pack
-_header_v1 = struct.Struct("<xBBBBB")
-_header_v2 = struct.Struct("<xBxxBBBHB")
-_start = re.compile(rb"[\xfd\xfe]")
+_crc: Final = crc16.mcrf4xx
+_crc_layout: Final = struct.Struct("<H")
+_pack_crc: Final = _crc_layout.pack
+_header_v1: Final = struct.Struct("<xBBBBB")
+_header_v2: Final = struct.Struct("<xBxxBBBHB")
+_start: Final = re.compile(rb"[\xfd\xfe]")
 
 
 def header_tail(system: int, component: int, message_id: int) -> bytes:
@@ -47,17 +49,17 @@ class Header(NamedTuple):
     system: int
     component: int
     message_id: int
-    payload: slice
-    """Where the payload is."""
+    payload_start: int
+    payload_end: int
 
 
 def header(frame: bytes) -> Header:
     """The header of a whole frame."""
     if frame[0] == STX_V1:
         size, sequence, system, component, number = _header_v1.unpack_from(frame)
-        return Header(sequence, system, component, number, slice(HEADER_V1_BYTES, HEADER_V1_BYTES + size))
+        return Header(sequence, system, component, number, HEADER_V1_BYTES, HEADER_V1_BYTES + size)
     size, sequence, system, component, low, high = _header_v2.unpack_from(frame)
-    return Header(sequence, system, component, low | high << 16, slice(HEADER_V2_BYTES, HEADER_V2_BYTES + size))
+    return Header(sequence, system, component, low | high << 16, HEADER_V2_BYTES, HEADER_V2_BYTES + size)
 
 
 def is_intact(frame: bytes, end: int, crc_extra: bytes) -> bool:

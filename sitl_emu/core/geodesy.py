@@ -66,4 +66,4 @@ def bearing_rad(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: flo
 
 def wrap_pi(angle_rad: float) -> float:
     """The same angle in -π..π; NaN for an infinite one."""
-    return math.remainder(angle_rad, math.tau) if math.isfinite(angle_rad) else math.nan
+    return math.nan if math.isinf(angle_rad) else math.remainder(angle_rad, math.tau)

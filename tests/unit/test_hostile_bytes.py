@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from sitl_emu.autopilot.mavlink.signature import SigningKey
 from sitl_emu.autopilot.storage import storage
+from sitl_emu.autopilot.topics import topic_names
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import framing
 from tests import hostile
@@ -100,9 +101,9 @@ class Bystander:
 
     def state(self) -> Any:
         """Topics, parameters, plans, texts, stream rates, keys."""
-        mavlink_ = self.peer.mavlink
+        mavlink_, topics = self.peer.mavlink, self.peer.topics
         return (
-            {name: record for name, record in vars(self.peer.topics).items() if name != "gcs_heartbeats"},
+            {name: getattr(topics, name) for name in topic_names(topics) if name != "gcs_heartbeats"},
             dict(self.peer.parameters._values),
             self.peer.texts.count,
             [{number: link.interval_us(number) for number in mavlink.mavlink_map} for link in mavlink_.links],

@@ -7,7 +7,7 @@ import pytest
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
 from sitl_emu.autopilot.system.failure_injection import inject
-from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics
+from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics, topic_names
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
@@ -201,7 +201,7 @@ def test_one_failure_at_a_time_and_never_too_many() -> None:
 
 def test_the_truth_is_kept_apart_from_what_is_flown_by() -> None:
     reader, topics = sensors()
-    before = dict(vars(topics))
+    before = {name: getattr(topics, name) for name in topic_names(topics)}
     place, velocity = (473_977_420, 85_455_940, 488_000), (100, -200, 50)
     truth = HilStateQuaternion(5, (0.0, 1.0, 0.0, 0.0), 0.1, 0.2, 0.3, *place, *velocity, 0, 0, 0, 0, 0)
     reader.update([truth])

@@ -7,6 +7,7 @@ that runs. Nothing starts while the vehicle is armed, nor is it armed while one 
 
 import math
 from collections.abc import Callable
+from typing import Final
 
 from sitl_emu.autopilot.commander.calibration import accelerometer, airspeed, barometer, gyro, level, magnetometer
 from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
@@ -17,8 +18,8 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 
 NOT_A_NUMBER = -1
-TEMPERATURE = 3
-REMOTE_CONTROL = 4
+TEMPERATURE: Final = 3
+REMOTE_CONTROL: Final = 4
 CALIBRATIONS: dict[tuple[int, int], Callable[[Bench], Steps]] = {
     (1, 1): gyro.calibrate,
     (2, 1): magnetometer.calibrate,

@@ -7,7 +7,7 @@ intervals) are decided by their services here, all others by their owner in the 
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
 from sitl_emu.autopilot.commands.table import COMMANDS, UNKNOWN
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
@@ -21,9 +21,9 @@ from sitl_emu.core import dialect as mavlink
 
 LOCAL_FRAMES = frozenset({1, 4, 7, 8, 9, 12, 20, 21})
 """MAV_FRAMEs in which COMMAND_INT's x and y are in units of 0.1 mm; in all others they are 1e-7 degrees."""
-NOT_GIVEN = 0x7FFFFFFF
+NOT_GIVEN: Final = 0x7FFFFFFF
 """x and y of a COMMAND_INT that leaves both out."""
-NAN_AS_INTEGER = 0x7FF80000
+NAN_AS_INTEGER: Final = 0x7FF80000
 """x and y of a sender that takes the bits of a number that is none for an integer."""
 NOT_GIVEN_AS_FLOATS = (2147483520.0, 2147483904.0)
 """The floats around NOT_GIVEN: what a COMMAND_LONG has in param5 and param6 that was meant to be a COMMAND_INT."""

@@ -10,7 +10,7 @@ once more; which one begins is chance, often that to SIH's display. Here nobody 
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import tell
@@ -19,10 +19,10 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-RETRY_US = 500_000
+RETRY_US: Final = 500_000
 FIRST_RETRY_US = 2 * RETRY_US
-RETRIES = 3
-TRACKED = 3
+RETRIES: Final = 3
+TRACKED: Final = 3
 """PX4 repeats the newest three only."""
 NEVER_US = 1 << 62
 

@@ -6,21 +6,21 @@ start, of which a link sends the newest alone: the others are there for who asks
 """
 
 from collections import deque
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.events.events import Events
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
 
-ANNOUNCE_US = 3_000_000
-CAPACITY = 20
-FIRST_SEQUENCE = 65526
+ANNOUNCE_US: Final = 3_000_000
+CAPACITY: Final = 20
+FIRST_SEQUENCE: Final = 65526
 """PX4 begins shortly before the numbers wrap around, so that clients learn to expect it."""
-ARGUMENT_BYTES = 40
-FLAG_RESET = 1
+ARGUMENT_BYTES: Final = 40
+FLAG_RESET: Final = 1
 """MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET."""
-ERROR_UNAVAILABLE = 0
+ERROR_UNAVAILABLE: Final = 0
 """MAV_EVENT_ERROR_REASON_UNAVAILABLE."""
 SEQUENCES = 1 << 16
 

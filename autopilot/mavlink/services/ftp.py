@@ -12,7 +12,7 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.mavlink.component_metadata import files
 from sitl_emu.autopilot.mavlink.link import Link
@@ -22,8 +22,8 @@ from sitl_emu.core import dialect as mavlink
 
 HEADER = struct.Struct("<HBBBBBBI")
 SIZE = struct.Struct("<I")
-DATA_BYTES = 239
-PATH_BYTES = 238
+DATA_BYTES: Final = 239
+PATH_BYTES: Final = 238
 ACK, NAK = 128, 129
 NONE, TERMINATE, RESET, LIST, OPEN_RO, READ, CREATE, WRITE, REMOVE, MKDIR, RMDIR = range(11)
 OPEN_WO, TRUNCATE, RENAME, CRC32, BURST, LIST_WITH_TIME = range(11, 17)
@@ -35,14 +35,14 @@ OPEN_FLAGS = {
     OPEN_WO: os.O_CREAT | os.O_WRONLY,
     CREATE: os.O_CREAT | os.O_TRUNC | os.O_WRONLY,
 }
-SESSION = 0
+SESSION: Final = 0
 """The only session there is."""
-KEPT_BYTES = 4
+KEPT_BYTES: Final = 4
 """Answers up to so long are kept for a request that comes again; longer ones only read, and are made anew."""
-IDLE_US = 10_000_000
-BURST_BYTES = 35_000
+IDLE_US: Final = 10_000_000
+BURST_BYTES: Final = 35_000
 """A burst ends with the first batch that goes beyond; the reader asks for the next."""
-BATCH_PACKETS = 24
+BATCH_PACKETS: Final = 24
 """Packets that PX4's UDP buffer takes at a time. Each is full, whatever size was asked for."""
 CRC_PIECE_BYTES = 1 << 20
 """How much of a file a CRC covers before the tick must go on."""

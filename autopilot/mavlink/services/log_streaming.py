@@ -9,7 +9,7 @@ acknowledges nothing holds the logger up for 2.5 s. File logging does not suffer
 import math
 import struct
 from collections import deque
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import (
@@ -31,12 +31,12 @@ from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
-LEAST_BYTES_PER_S = 5000.0
+LEAST_BYTES_PER_S: Final = 5000.0
 """A link with less gets no stream."""
-ACK_TIMEOUT_US = 50_000
-ACK_MAX_TRIES = 50
+ACK_TIMEOUT_US: Final = 50_000
+ACK_MAX_TRIES: Final = 50
 """ulog_stream_ack.ACK_TIMEOUT and ACK_MAX_TRIES."""
-COMMANDS_KEPT = 8
+COMMANDS_KEPT: Final = 8
 """Length of PX4's queue of vehicle_command."""
 DATA = struct.Struct("<HBBBB249s")
 """LOGGING_DATA and LOGGING_DATA_ACKED in wire order: sequence, target, length, first_message_offset, data."""

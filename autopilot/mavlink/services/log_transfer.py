@@ -11,7 +11,7 @@ import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import is_for
@@ -19,18 +19,18 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.storage.file_system import DiskFile
 from sitl_emu.core import dialect as mavlink
 
-ALL = 0xFFFF
+ALL: Final = 0xFFFF
 """LOG_REQUEST_LIST.end for every log."""
-DATA_BYTES = 90
+DATA_BYTES: Final = 90
 DATA = struct.Struct("<IHB90s")
 """LOG_DATA in wire order: offset, id, count, data."""
-WINDOW = 512
+WINDOW: Final = 512
 """Packets that QGroundControl and MAVSDK ask for at a time; they fit into any reader's buffer."""
-PACKETS_PER_TICK = 48
+PACKETS_PER_TICK: Final = 48
 """As long as a request is within the window."""
-PACKETS_PER_TICK_BEYOND = 12
+PACKETS_PER_TICK_BEYOND: Final = 12
 """A datagram each tick: a client that asks for a whole log at once must keep up, and streams go on between."""
-UINT32 = 0xFFFFFFFF
+UINT32: Final = 0xFFFFFFFF
 
 
 class Log(NamedTuple):

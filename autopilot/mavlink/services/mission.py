@@ -9,7 +9,7 @@ Every answer goes out in the datagram's own moment, so that a transfer runs as f
 
 from collections.abc import Callable
 from enum import Enum
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say, Texts
@@ -20,13 +20,13 @@ from sitl_emu.autopilot.topics import Topics
 from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
 
-ALL_TYPES = 255
+ALL_TYPES: Final = 255
 MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
-MISSION_PLANNER = 190
+MISSION_PLANNER: Final = 190
 """A component id that PX4 takes for its own in this protocol."""
-RETRY_US = 250_000
+RETRY_US: Final = 250_000
 """MAVLINK_MISSION_RETRY_TIMEOUT_DEFAULT."""
-TIMEOUT_US = 5_000_000
+TIMEOUT_US: Final = 5_000_000
 """MAVLINK_MISSION_PROTOCOL_TIMEOUT_DEFAULT."""
 REACHED_EVERY_US, REACHED_REPEATS = 1_000_000, 10
 """MISSION_ITEM_REACHED is said again, as it may be lost on the way."""

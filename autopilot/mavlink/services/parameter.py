@@ -9,7 +9,7 @@ by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either
 import math
 import struct
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.mavlink.link import Link
@@ -20,8 +20,8 @@ from sitl_emu.autopilot.storage.dataman import crc32_part
 from sitl_emu.autopilot.topics import RcParameter, Topics
 from sitl_emu.core import dialect as mavlink
 
-HASH_NAME = "_HASH_CHECK"
-NO_INDEX = 65535
+HASH_NAME: Final = "_HASH_CHECK"
+NO_INDEX: Final = 65535
 REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 INT32 = mavlink.MAV_PARAM_TYPE_INT32
 UINT32 = mavlink.MAV_PARAM_TYPE_UINT32
@@ -31,11 +31,11 @@ TYPE_UNSUPPORTED = mavlink.MAV_PARAM_ERROR_TYPE_UNSUPPORTED
 TYPE_MISMATCH = mavlink.MAV_PARAM_ERROR_TYPE_MISMATCH
 NO_PARAM_INDEX = -1
 """PARAM_ERROR's index where a name was asked for."""
-PER_TICK = 5
+PER_TICK: Final = 5
 """Values of a list per tick of 4 ms: 1250 a second, the whole set in 0.8 s."""
-TELL_DELAY_US = 5_000
+TELL_DELAY_US: Final = 5_000
 """From a change until the links hear of it (MavlinkParametersManager::send_untransmitted)."""
-RC_CHANNELS_MAPPED = 3
+RC_CHANNELS_MAPPED: Final = 3
 """PARAM_MAP_RC's knobs."""
 UNMAP = -2
 

@@ -7,19 +7,19 @@ starve, addressed to who typed last.
 """
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
 from sitl_emu.autopilot.events.texts import Text, Texts
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
-DATA_BYTES = 70
+DATA_BYTES: Final = 70
 EVERYTHING = 1 << 30
-TARGET_OFFSET = 79
+TARGET_OFFSET: Final = 79
 """Where target_system and target_component stand in the payload: extensions that pymavlink's dialect lacks."""
-MAVLINK2_MARKER = 0xFD
-MAVLINK2_HEADER_BYTES = 10
-AUTOPILOT_COMPONENT = 1
+MAVLINK2_MARKER: Final = 0xFD
+MAVLINK2_HEADER_BYTES: Final = 10
+AUTOPILOT_COMPONENT: Final = 1
 CONSOLE_LEVELS = ("ERROR", "ERROR", "WARN", "WARN", "WARN", "INFO", "INFO", "DEBUG")
 """How the console calls the severities of texts."""
 

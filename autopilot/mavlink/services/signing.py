@@ -8,7 +8,7 @@ and the timestamp in 8, little-endian. MAVLink wants the timestamp saved at leas
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.mavlink.link import Link
@@ -18,8 +18,8 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
-STAMP_BYTES = 8
-SAVE_EVERY_US = 60_000_000
+STAMP_BYTES: Final = 8
+SAVE_EVERY_US: Final = 60_000_000
 
 
 class SigningKeyFile:

@@ -9,16 +9,16 @@ its last heartbeat; here it does once the connection counts as lost (COM_DL_LOSS
 stations that send a heartbeat once a second beside a simulation that is faster than that.
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.events.texts import Text, Texts
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
-CHUNK = 50
+CHUNK: Final = 50
 STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
-QUEUE = 8
+QUEUE: Final = 8
 """Texts that wait for a link (uORB mavlink_log)."""
 LAST_ID = (1 << 16) - 1
 

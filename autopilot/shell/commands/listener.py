@@ -10,6 +10,7 @@ from typing import Any
 from sitl_emu.autopilot.logger import packing
 from sitl_emu.autopilot.shell import message_text
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
+from sitl_emu.autopilot.topics import topic_names
 
 PATIENCE_US = 2_000_000
 COMMANDS = (("TOPIC", "print it; -n how many, -r at most so many a second, -i instance"),)
@@ -83,7 +84,7 @@ def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
 
 def _sources(vehicle: Vehicle) -> dict[str, str]:
     """Our topic by PX4's name."""
-    own = {name: name for name in vars(vehicle.topics) if not name.startswith("_")}
+    own = {name: name for name in topic_names(vehicle.topics)}
     return {topic.name: topic.source for topic in vehicle.logger.topics()} | own
 
 

@@ -6,7 +6,7 @@ Subscribers are not counted here, because every module reads the topics where th
 from collections.abc import Sequence
 
 from sitl_emu.autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, usage
-from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.topics import topic_names
 
 ONCE_US = 2_000_000
 ROUND_US = 1_400_000
@@ -26,7 +26,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "start":
         return SUCCESS
     if command == "status":
-        names = _names(vehicle.topics)
+        names = topic_names(vehicle.topics)
         width = max(len(name) for name in names)
         yield f"{'TOPIC NAME':<{width - 2}} INST #SUB #Q SIZE PATH\n"
         for name in names:
@@ -43,7 +43,7 @@ def _top(vehicle: Vehicle, words: list[str]) -> Output:
     filters = [word for word in words if word not in ("-a", "-1")]
     active_only = "-a" not in words and not filters
     topics = vehicle.topics
-    names = [name for name in _names(topics) if not filters or any(part in name for part in filters)]
+    names = [name for name in topic_names(topics) if not filters or any(part in name for part in filters)]
     width = max((len(name) for name in names), default=0)
     yield CLEAR_SCREEN
     for _ in range(1 if once else ROUNDS):
@@ -69,7 +69,3 @@ def _top(vehicle: Vehicle, words: list[str]) -> Output:
         if not once:
             yield "\033[0J"
     return SUCCESS
-
-
-def _names(topics: "Topics") -> list[str]:
-    return sorted(name for name in vars(topics) if not name.startswith("_"))
