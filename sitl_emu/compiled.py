@@ -74,7 +74,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "topics/topics.py",
     ),
     "core": ("attitude.py", "c_types.py", "framing.py", "geodesy.py", "simulator_api.py"),
-    "vehicles": ("battery.py", "dynamics.py", "multicopter.py", "rigid_body.py"),
+    "vehicles": ("*ackermann.py", "battery.py", "dynamics.py", "multicopter.py", "rigid_body.py"),
     "world": ("atmosphere.py", "noise.py", "sensors/*.py", "simulator.py", "wind.py"),
 }
 """Files by room: what a hovering tick spends its time in (tools/bench_tick.py)."""

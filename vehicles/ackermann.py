@@ -22,19 +22,20 @@ Sources: R. Rajamani, Vehicle Dynamics and Control, ch. 2 (single-track model); 
 """
 
 import math
+from typing import Final
 
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.vehicles.description import Vehicle
-from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Vector3, slope_angles
+from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Height, Quaternion, Vector3, slope_angles
 
-SLIP_SPEED_M_S = 0.5
-BRAKE_M_S = 1.0
-BRAKE_COMMAND = 0.01
-GROUND_FRESH_M = 0.02
+SLIP_SPEED_M_S: Final = 0.5
+BRAKE_M_S: Final = 1.0
+BRAKE_COMMAND: Final = 0.01
+GROUND_FRESH_M: Final = 0.02
 
 
-class Ackermann:
-    """State and step of the rover; implements `dynamics.Dynamics`. controls: (steering -1..1, motor -1..1)."""
+class Ackermann(Dynamics):
+    """State and step of the rover. controls: (steering -1..1, motor -1..1)."""
 
     def __init__(
         self,
@@ -80,8 +81,7 @@ class Ackermann:
         self._jolt = (0.0, 0.0)
         """Specific force of impulses since the last step, forward and right."""
 
-    @property
-    def speeds(self) -> tuple[float, ...]:
+    def motor_speeds(self) -> tuple[float, ...]:
         """The motor's is not told: none."""
         return ()
 

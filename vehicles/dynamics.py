@@ -5,7 +5,7 @@ Frames: position and velocity NED in metres from the world's origin, body FRD, q
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final, Protocol
+from typing import Final
 
 Quaternion = tuple[float, float, float, float]
 Vector3 = tuple[float, float, float]
@@ -18,7 +18,7 @@ Surface = Callable[[float, float, float], tuple[float, float, float]]
 STEP_S: Final = 0.004
 
 
-class Dynamics(Protocol):
+class Dynamics:
     """A moving vehicle. `step` advances by STEP_S; everything else is state that may be read at any time."""
 
     north_m: float
@@ -45,34 +45,33 @@ class Dynamics(Protocol):
     wrecked: bool
     """Whether a crash has ended its driving."""
 
-    @property
-    def speeds(self) -> Sequence[float]:
+    def motor_speeds(self) -> Sequence[float]:
         """Of the motors, over the greatest, 0..1; none where they are not modelled."""
-        ...
+        raise NotImplementedError
 
     def velocity_at(self, arm: Vector3) -> Vector3:
         """Velocity NED of the point `arm` (NED, m) away from the centre of mass."""
-        ...
+        raise NotImplementedError
 
     def mobility(self, arm: Vector3, direction: Vector3) -> float:
         """How much an impulse at `arm` along a unit vector changes the velocity there along it, 1/kg."""
-        ...
+        raise NotImplementedError
 
     def push(self, arm: Vector3, impulse: Vector3) -> None:
         """Take an impulse (NED, N s) at `arm`; the accelerometer feels it in the next step."""
-        ...
+        raise NotImplementedError
 
     def shift(self, north_m: float, east_m: float, down_m: float) -> None:
         """Move without speed: out of what it has sunk into."""
-        ...
+        raise NotImplementedError
 
     def wreck(self) -> None:
         """Nothing drives it any more."""
-        ...
+        raise NotImplementedError
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by STEP_S; `controls` as HIL_ACTUATOR_CONTROLS, wind as the velocity of the air, NED."""
-        ...
+        raise NotImplementedError
 
 
 def slope(height: Height, north_m: float, east_m: float, reach_m: float) -> tuple[float, float, float]:

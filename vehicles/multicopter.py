@@ -23,7 +23,7 @@ from typing import Final
 from sitl_emu.core.attitude import quaternion, rotation
 from sitl_emu.vehicles import rigid_body
 from sitl_emu.vehicles.description import Vehicle
-from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Surface, Vector3, slope, slope_angles
+from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Height, Quaternion, Surface, Vector3, slope, slope_angles
 
 GEAR_RAD_S: Final = 30.0
 GEAR_DAMPING: Final = 1.0
@@ -38,8 +38,8 @@ CAN_STAND_COS: Final = 0.5
 """A wreck that lies on its side or back is not turned onto its gear: cosine of the tilt from which on."""
 
 
-class Multicopter:
-    """State and step of a multicopter; implements `dynamics.Dynamics`. Starts at rest on the ground.
+class Multicopter(Dynamics):
+    """State and step of a multicopter. Starts at rest on the ground.
 
     `motor_off[i]` stops rotor i, whatever its control says.
     """
@@ -227,6 +227,10 @@ class Multicopter:
         y2, z2 = y + q * w - r * x + p * z, z + r * w + q * x - p * y
         k = 1.0 / math.sqrt(w2 * w2 + x2 * x2 + y2 * y2 + z2 * z2)
         self.q = (w2 * k, x2 * k, y2 * k, z2 * k)
+
+    def motor_speeds(self) -> list[float]:
+        """See Dynamics."""
+        return self.speeds
 
     # --- contacts: see dynamics.Dynamics ---------------------------------------------------------------------
 

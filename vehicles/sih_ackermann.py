@@ -19,22 +19,23 @@ changes.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.vehicles.description import Vehicle
-from sitl_emu.vehicles.dynamics import STEP_S, Height, Quaternion, Vector3
+from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Height, Quaternion, Vector3
 
-ROLLING_M_S = 0.05
-STATIC_M_S = 0.01
-FRICTION_GRAVITY_M_S2 = 9.81
+ROLLING_M_S: Final = 0.05
+STATIC_M_S: Final = 0.01
+FRICTION_GRAVITY_M_S2: Final = 9.81
 """Of Sih::generate_rover_ackermann_dynamics, wherever the vehicle is."""
-FASTEST_RAD_S = 6.0 * math.pi
+FASTEST_RAD_S: Final = 6.0 * math.pi
 """Sih::equations_of_motion."""
-FASTEST_M_S = 50.0
+FASTEST_M_S: Final = 50.0
 """Ours: what overshoots stays within."""
 
 
-class SihAckermann:
-    """State and step of the rover; implements `dynamics.Dynamics`. controls: (steering -1..1, throttle -1..1)."""
+class SihAckermann(Dynamics):
+    """State and step of the rover. controls: (steering -1..1, throttle -1..1)."""
 
     def __init__(
         self,
@@ -74,8 +75,7 @@ class SihAckermann:
         self.drive = 1.0
         self.wrecked = False
 
-    @property
-    def speeds(self) -> tuple[float, ...]:
+    def motor_speeds(self) -> tuple[float, ...]:
         """Of the motor, over the greatest, as SIH's speed controller tells it: never backwards."""
         return (math.sqrt(max(0.0, min(1.0, self._throttle))),)
 

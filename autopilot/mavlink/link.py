@@ -12,7 +12,6 @@ from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
 from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
 from sitl_emu.autopilot.mavlink.signature import LinkSigning
-from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
@@ -34,12 +33,27 @@ MAX_REMOTE_COMPONENTS: Final = 16
 """So many senders are told apart on a link; PX4 takes no note of a further one, which it still answers."""
 
 
+class Schedulable:
+    """What the schedule needs of a stream (stream.Stream): a class, as compiled code goes straight to its methods."""
+
+    name: str
+    codec: Codec
+
+    def payloads(self, now_us: int, link: "Link") -> tuple[bytes, ...]:
+        """Payloads to send now; empty when there is nothing to say."""
+        raise NotImplementedError
+
+    def forget(self, link: "Link") -> None:
+        """The stream was stopped on a link; started again, it says at once what it has."""
+        raise NotImplementedError
+
+
 class ScheduledStream:
     """A stream on a link: its interval, when it should go out, and when it is looked at next."""
 
     __slots__ = ("due_us", "interval_us", "nominal_us", "parts", "requested_us", "stream")
 
-    def __init__(self, stream: Stream, interval_us: int, due_us: int) -> None:
+    def __init__(self, stream: Schedulable, interval_us: int, due_us: int) -> None:
         self.stream, self.requested_us, self.interval_us = stream, interval_us, interval_us
         self.nominal_us = self.due_us = due_us
         self.parts = 1
@@ -143,7 +157,7 @@ class Link:
 
     # --- streams -----------------------------------------------------------------------------------------
 
-    def schedule(self, now_us: int, stream: Stream, interval_us: int) -> None:
+    def schedule(self, now_us: int, stream: Schedulable, interval_us: int) -> None:
         """Send a stream every `interval_us` from now on (0: as often as it has something new).
 
         1 µs is accepted and sends nothing, as in PX4.

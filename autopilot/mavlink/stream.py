@@ -1,16 +1,14 @@
 """A stream at work: what one module of streams/ says, as payloads for the links."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.encoder import Encoder
+from sitl_emu.autopilot.mavlink.link import Link, Schedulable
 from sitl_emu.autopilot.mavlink.streams import modules
 
-if TYPE_CHECKING:
-    from sitl_emu.autopilot.mavlink.link import Link
 
-
-class Stream:
+class Stream(Schedulable):
     """A stream module at work for one vehicle; payloads made in one tick are shared by the links."""
 
     def __init__(self, name: str, context: Context, encoder: Encoder) -> None:
@@ -28,7 +26,7 @@ class Stream:
         self._payloads: tuple[bytes, ...] = ()
         self._sent_stamps: dict[str, int] = {}
 
-    def payloads(self, now_us: int, link: "Link") -> tuple[bytes, ...]:
+    def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
         """What to send on a link now; empty if nothing, or nothing new."""
         if self._per_link:
             return (self.codec.pack(*self._fields(now_us, self._context, link)),)
@@ -42,7 +40,7 @@ class Stream:
             self._sent_stamps[link.name] = stamp
         return self.latest(now_us)
 
-    def forget(self, link: "Link") -> None:
+    def forget(self, link: Link) -> None:
         """What was sent on a link is no longer known: the stream was switched off there."""
         self._sent_stamps.pop(link.name, None)
 
@@ -59,7 +57,7 @@ class Stream:
                 self._payloads = (self.codec.pack(*fields),)
         return self._payloads
 
-    def requested(self, now_us: int, link: "Link", param2: float) -> tuple[bytes, ...] | None:
+    def requested(self, now_us: int, link: Link, param2: float) -> tuple[bytes, ...] | None:
         """The messages that REQUEST_MESSAGE wants, as of now (a command may have come since the last tick).
 
         None: there is nothing to say, or nothing new since the last time that it was said on the link.

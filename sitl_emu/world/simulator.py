@@ -283,7 +283,7 @@ class VehicleSimulator:
         """How fast the motors turn; SIH's rover says so only when outputs come, the first of which arming brings."""
         if self._by_output and (not self._was_armed or now_us - self._output_us >= ESCS_EVERY_US):
             return []
-        rpm = tuple([round(self._full_rpm * speed) for speed in self.dynamics.speeds])
+        rpm = tuple([round(self._full_rpm * speed) for speed in self.dynamics.motor_speeds()])
         firsts = range(0, len(rpm), ESCS_PER_MESSAGE)
         return [EscTelemetry(now_us, first, rpm[first : first + ESCS_PER_MESSAGE]) for first in firsts]
 

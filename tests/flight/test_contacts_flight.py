@@ -48,7 +48,7 @@ def test_an_iris_at_5_m_s_crashes_at_the_wall() -> None:
     assert pilot.truth.north_m + reach == pytest.approx(WALL_NORTH_M, abs=0.1)
     pilot.run(5.0)
     assert pilot.truth.north_m < WALL_NORTH_M and -pilot.truth.down_m < 0.5, "it lies before the wall"
-    assert max(pilot.simulator.dynamics.speeds) < 0.01, "its propellers stand still"
+    assert max(pilot.simulator.dynamics.motor_speeds()) < 0.01, "its propellers stand still"
 
 
 def test_it_lands_on_a_roof_and_lidar_and_camera_see_the_roof_there() -> None:

@@ -168,4 +168,4 @@ def test_a_wreck_stays_one_when_a_motor_that_had_failed_comes_back() -> None:
     full = HilActuatorControls(0, 1, (1.0,) * 4, 128)
     for _ in range(250):
         simulation.tick([full, full])
-    assert max(one.dynamics.speeds) < 0.01
+    assert max(one.dynamics.motor_speeds()) < 0.01

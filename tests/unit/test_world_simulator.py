@@ -128,7 +128,7 @@ def test_failures() -> None:
     simulator.motor_off[0] = True
     simulator.tick(HilActuatorControls(0, 1, (1.0,) * 6, 128))
     assert isinstance(simulator.dynamics, Multicopter)
-    assert simulator.dynamics.speeds[0] == 0.0 < simulator.dynamics.speeds[1]
+    assert simulator.dynamics.motor_speeds()[0] == 0.0 < simulator.dynamics.motor_speeds()[1]
 
 
 def test_sih_wind_follows_px4s_sign() -> None:
@@ -269,9 +269,9 @@ def test_thrust_falls_with_the_voltage_and_ends_with_the_charge() -> None:
     worn.battery.remaining = 0.15
     for _ in range(250):
         worn.tick(climb)
-    assert 0.75 < worn.dynamics.speeds[0] / fresh.dynamics.speeds[0] < 0.95
+    assert 0.75 < worn.dynamics.motor_speeds()[0] / fresh.dynamics.motor_speeds()[0] < 0.95
     assert -worn.pose().down_m < -fresh.pose().down_m - 0.5
     worn.battery.remaining = 0.0
     for _ in range(250):
         worn.tick(climb)
-    assert max(worn.dynamics.speeds) < 0.01
+    assert max(worn.dynamics.motor_speeds()) < 0.01
