@@ -80,7 +80,7 @@ def _patch(stage: Stage, cover: Cover, seed: int) -> tuple[int, int]:
     def of(share: float) -> Model:
         return _leaves(cover, seed, share)
 
-    return stage.add_model(of(1.0), (of(0.45), 0.018), (of(0.18), 0.045), (of(0.06), 0.10))
+    return stage.add_model(of(1.0), (of(0.45), 0.012), (of(0.18), 0.03), (of(0.06), 0.065))
 
 
 def _leaves(cover: Cover, seed: int, share: float) -> Model:
