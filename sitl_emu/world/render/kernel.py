@@ -66,7 +66,7 @@ class _Apart(_Compiler):
 
 def _compiled(function: Function, **options: Any) -> Function:
     options = {"pipeline_class": _Compiler, "no_cfunc_wrapper": True} | options
-    return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False, **options)(function))
+    return cast(Function, numba.njit(cache=True, error_model="numpy", _nrt=False, **options)(function))
 
 
 def kernel(function: Function) -> Function:

@@ -2,8 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence, Set
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -100,28 +98,20 @@ class MeshScene:
 
     def _looked_up(self) -> Iterator[npt.NDArray[Any]]:
         """The arrays of `_surfaces`, in order: room for textures, and what sun and sky reach of all that is still."""
+        built, described = self.built, self.world.description
         yield from textures.empty()
         yield np.zeros(len(textures.DRAWN), np.uint8)
-        # Half of the time to paint, numpy and OpenCV let another thread work
-        with ThreadPoolExecutor(1) as pool:
-            painted = pool.submit(self._painted)
-            light = self._light_maps()
-            yield from painted.result()
-        yield from light
-
-    def _painted(self) -> GroundMap:
-        return ground_map.packed(ground_map.paint(self.world.description, self.built.frame, self._photo()))
-
-    def _light_maps(self) -> list[npt.NDArray[Any]]:
-        built, described = self.built, self.world.description
+        yield from ground_map.packed(ground_map.paint(described, built.frame, self._photo()))
         moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
         fine = self.things.first_level
-        relief = light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
+        yield from light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
+        yield from burning.map_of(described, built.frame)
         sun = light_maps.sun_map(self.air.rows[0].astype(np.float64), built.middle, built.reach_m, self._sun_side)
         near = still[self.things.radius[still] < 4.0 * built.reach_m]
         light_maps.draw(sun, self.meshes, self.things, near, fine)
-        return [*relief, *burning.map_of(described, built.frame), sun.nearness, sun.frame]
+        yield sun.nearness
+        yield sun.frame
 
     @property
     def _sun_side(self) -> int:
@@ -137,15 +127,15 @@ class MeshScene:
         )  # fmt: skip
 
     def _draw_textures(self, ground: Set[int] = frozenset()) -> None:
-        """Draw the textures of the ground, of the meshes and of the sky, as far as nobody has; two at a time.
+        """Draw the textures of the ground, of the meshes and of the sky, as far as nobody has.
 
         Others who share them may do so at the same time: they write the same.
         """
         used = self.surfaces.materials.layer[np.unique(self.meshes.materials)].tolist()
-        missing = sorted(number for number in {*used, NOISE, CLOUDS, *ground} if not self._is_drawn[number])
-        with ThreadPoolExecutor(2) as pool:
-            list(pool.map(partial(textures.add, self.surfaces.textures, self.seed), missing))
-        self._is_drawn[missing] = 1
+        for number in sorted({*used, NOISE, CLOUDS, *ground}):
+            if not self._is_drawn[number]:
+                textures.add(self.surfaces.textures, self.seed, number)
+                self._is_drawn[number] = 1
 
     @property
     def seed(self) -> int:
