@@ -12,7 +12,8 @@ import numpy.typing as npt
 import pytest
 
 from sitl_emu.run import worlds
-from sitl_emu.world.render import shared
+from sitl_emu.world.render import ground_map, shared
+from sitl_emu.world.render.maps import SIDE
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene
 from sitl_emu.world.world import World
 from tests import embree
@@ -114,3 +115,13 @@ def test_shared_arrays_are_made_once_and_again_after_one_who_died_over_it() -> N
         assert second[1][2, 1] == 9.0, "they are the same memory"
     finally:
         os.close(fd)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_ground_is_shown_by_a_texture_that_nobody_drew(kind: str) -> None:
+    """The map names no detail texture but those that are foretold, and drawn, from the description."""
+    world, scene, _ = seen_by(kind)
+    named = set(np.unique(scene.surfaces.ground.texels >> 24).tolist())
+    assert named <= ground_map.details(world.description.ground, world.description.cover)
+    starts = scene.surfaces.textures.starts
+    assert all(scene.surfaces.textures.texels[starts[0] + number * SIDE * SIDE] for number in named)
