@@ -24,6 +24,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "commander/[!_]*.py",
         "commander/arming_checks/*.py",
         "commander/calibration/worker.py",
+        "constants.py",
         "control/actuator_group_test.py",
         "control/actuator_test.py",
         "control/control.py",

@@ -29,8 +29,8 @@ HEIGHT: Final = POSITION + 2
 MOVING: Final = 9
 DRIVING: Final = 15
 """States that change by themselves, and those that make them change."""
-FLOOR = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
-CEILING = np.array([1.0] * 3 + [1e6] * 6 + [1.0] * 12 + [1e6] * 2 + [1e4])
+FLOOR: Final = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
+CEILING: Final = np.array([1.0] * 3 + [1e6] * 6 + [1.0] * 12 + [1e6] * 2 + [1e4])
 """PX4's limits of variances (constrainStateVariances)."""
 
 
@@ -90,7 +90,11 @@ def too_large(p: Matrix) -> list[int]:
     return np.flatnonzero(p.diagonal() > CEILING).tolist()
 
 
-def raise_to_floor(p: Matrix) -> None:
+def variances(p: Matrix) -> Matrix:
+    """The diagonal, as a view that may be written to."""
+    return p.reshape(-1)[:: STATES + 1]
+
+
+def raise_to_floor(diagonal: Matrix) -> None:
     """Keep the variances from vanishing."""
-    diagonal = p.reshape(-1)[:: STATES + 1]
     np.maximum(diagonal, FLOOR, out=diagonal)

@@ -82,6 +82,7 @@ class Ekf:
         self.settings = settings
         self.state = State()
         self.p = np.zeros((cov.STATES, cov.STATES))
+        self._variances = cov.variances(self.p)
         self._transition = cov.transition()
         self._growth, self._caps = np.zeros(cov.STATES), np.zeros(cov.STATES)
         self.imu_position: Vector3 = (0.0, 0.0, 0.0)
@@ -257,7 +258,7 @@ class Ekf:
         cov.predict(p, self._transition, state.rotation, (state.dvn, state.dve, state.dvd), total_s)
         # Every step adds the square of noise times step.
         spread = total_s * total_s / state.steps
-        diagonal = p.reshape(-1)[:: cov.STATES + 1]
+        diagonal = self._variances
         diagonal += self._growth * spread * (diagonal < self._caps)
         if self.faults.bad_acc_vertical:
             diagonal[cov.VELOCITY : cov.POSITION] += BAD_ACCEL_NOISE_M_S2**2 * spread
@@ -288,7 +289,7 @@ class Ekf:
         return (density * (1.0 + WIND_NOISE_WITH_CLIMB * abs(self._climb_rate))) ** 2
 
     def _constrain_variances(self) -> None:
-        cov.raise_to_floor(self.p)
+        cov.raise_to_floor(self._variances)
         if not self.flags.heading_observable:
             heading = min(float(self.p[cov.YAW, cov.YAW]), self.settings["EKF2_HEAD_NOISE"] ** 2)
             cov.uncorrelate(self.p, cov.YAW, (heading,))

@@ -3,7 +3,7 @@
 PX4's `Report` (src/modules/commander/HealthAndArmingChecks/Common.hpp, v1.18).
 """
 
-from enum import IntFlag
+from enum import IntEnum
 from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
@@ -31,8 +31,8 @@ NO_MODE: Final = 0
 """A failure that forbids nothing; people are told that it concerns all modes."""
 
 
-class Component(IntFlag):
-    """health_component_t of the events."""
+class Component(IntEnum):
+    """health_component_t of the events; several are the bits of an int."""
 
     ABSOLUTE_PRESSURE = 1 << 1
     GPS = 1 << 3

@@ -29,6 +29,6 @@ def fields(now_us: int, context: Context) -> Fields | None:
     )
     mask = 0
     for bit, value in zip(IGNORE_BITS, values, strict=True):
-        if not math.isfinite(value):
+        if math.isnan(value) or math.isinf(value):
             mask |= bit
     return (setpoint.timestamp // 1000, *values, mask, mavlink.MAV_FRAME_LOCAL_NED)
