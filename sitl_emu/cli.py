@@ -274,8 +274,7 @@ def detect(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help="The network: field (weed, disease, truck, car, person, stop sign), disaster (water, ruins, fire), "
-            "or an .onnx file of tools/detector.",
+            help="The network: field (weed and disease in corn), or an .onnx file of tools/detector.",
         ),
     ],
     score: Annotated[float, typer.Option(min=0.01, max=1.0, metavar="S", help="From which finds are shown.")] = 0.25,

@@ -196,10 +196,6 @@ class ClassicalDetector:
         return _strongest(found)
 
 
-DETECTORS = {"classical": ClassicalDetector}
-"""Those of this mission by name, as its option `detector` knows them."""
-
-
 def _blobs(smooth: Maps, label: str, cell_x: float, cell_y: float) -> list[Detection]:
     """Connected cells of one label, if they have a target's size."""
     count, marks, stats, _ = cv2.connectedComponentsWithStats((smooth > EDGE).astype(np.uint8), connectivity=8)

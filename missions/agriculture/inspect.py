@@ -37,7 +37,7 @@ from sitl_emu.gcs.statustext import CRITICAL, WARNING
 from sitl_emu.gcs.telemetry import Telemetry
 from sitl_emu.missions.agriculture import driving, ways
 from sitl_emu.missions.agriculture import field_map as field_maps
-from sitl_emu.missions.agriculture.detector import DETECTORS
+from sitl_emu.missions.agriculture.detectors import FROM_THE_MAST
 from sitl_emu.missions.agriculture.field_map import FieldMap
 from sitl_emu.missions.agriculture.jobs import SAME_M, Asker, Job, JobQueue, Sight, wanted_of
 from sitl_emu.missions.agriculture.report import Result
@@ -48,7 +48,7 @@ from sitl_emu.missions.companion import calibration, steps
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.camera_model import MAST, CameraModel, Mount
 from sitl_emu.missions.companion.companion import PEER_LINK, Event, Outgoing, Status
-from sitl_emu.missions.companion.confirmation import STANDING, Confirmation, Target, widened_m
+from sitl_emu.missions.companion.confirmation import Confirmation, Target, widened_m
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.mission_server import ACCEPTED, UNSUPPORTED, MissionServer
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
@@ -106,7 +106,7 @@ class Inspect:
         """From a scenario's options. Raises ValueError for a wrong one."""
         camera, mount = calibration.of(given, MAST)
         return cls(
-            perception_of(given, DETECTORS, STANDING),
+            perception_of(given, FROM_THE_MAST),
             approach_m=given.number("approach_m", 0.6, 0.0, 5.0),
             arrival_m=given.number("arrival_m", 2.0, 0.2, 20.0),
             match_m=given.number("match_m", 2.5, 0.2, 10.0),

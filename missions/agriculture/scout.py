@@ -32,7 +32,7 @@ from sitl_emu.gcs.plan_file import FlightPlan, PlanError, read_plan
 from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
 from sitl_emu.missions.agriculture.deliveries import Deliveries, Delivery, PeerLost
-from sitl_emu.missions.agriculture.detector import DETECTORS
+from sitl_emu.missions.agriculture.detectors import FROM_THE_AIR
 from sitl_emu.missions.agriculture.report import ack_of, report_of
 from sitl_emu.missions.agriculture.roles import Role
 from sitl_emu.missions.companion import calibration, steps
@@ -40,7 +40,7 @@ from sitl_emu.missions.companion.area import contains
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Candidate, Event, Outgoing, Status
-from sitl_emu.missions.companion.confirmation import SURVEYING, Confirmation, Target
+from sitl_emu.missions.companion.confirmation import Confirmation, Target
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
@@ -98,7 +98,7 @@ class Scout:
             raise PlanError(f"{path}: mission.items: empty; allowed: a mission with a Survey")
         return cls(
             plan,
-            perception_of(given, DETECTORS, SURVEYING),
+            perception_of(given, FROM_THE_AIR),
             peer_timeout_s=given.number("peer_timeout_s", 20.0, 5.0, 600.0),
             report_timeout_s=given.number("report_timeout_s", 900.0, 10.0, 3600.0),
             queue_timeout_s=given.number("queue_timeout_s", 1800.0, 10.0, 36000.0),

@@ -22,6 +22,14 @@ from sitl_emu.missions.companion.selection import MFTP, Selected, read, selectio
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 
 
+class Known(NamedTuple):
+    """A detector that a program knows by name."""
+
+    make: Callable[[], Detector]
+    confirming: Confirming
+    """What confirms a target that it finds."""
+
+
 class Perception(NamedTuple):
     """What a program sees with."""
 
@@ -33,12 +41,12 @@ class Perception(NamedTuple):
     """Of a selection file on the autopilot, which has yet to be fetched (`steps.select`)."""
 
 
-def perception_of(
-    given: Options, detectors: Mapping[str, Callable[[], Detector]], confirming: Confirming
-) -> Perception:
-    """From options. `detectors`: those the program knows, its default first. Raises ValueError."""
-    detector = _detector(given.text("detector", next(iter(detectors))), detectors)
-    detector, selection_path = _selected(given, detector)
+def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
+    """From options. `known`: detectors that the program knows, its default first. Raises ValueError."""
+    default = next(iter(known))
+    name = given.text("detector", default)
+    detector, selection_path = _selected(given, _detector(name, known))
+    confirming = known[name if name in known else default].confirming
     wanted = confirming._replace(
         confirmations=given.whole("confirmations", confirming.confirmations, 1, 100),
         confirm_score=given.number("confirm_score", confirming.confirm_score, 0.0, 1.0),
@@ -51,18 +59,18 @@ def perception_of(
     return Perception(detector, wanted, rate_hz, selection_path)
 
 
-def _detector(name: str, detectors: Mapping[str, Callable[[], Detector]]) -> Detector:
-    """By a name that is known, a network's file, or MODULE:FACTORY."""
-    if name in detectors:
-        return detectors[name]()
+def _detector(name: str, known: Mapping[str, Known]) -> Detector:
+    """By a name that is known, a network's, its file, or MODULE:FACTORY."""
+    if name in known:
+        return known[name].make()
     if name in networks.names() or name.endswith(networks.SUFFIX):
         try:
             return OnnxDetector(networks.path_of(name))
         except ModelError as error:
             raise ValueError(f"option detector: {error}") from None
     module, colon, factory = name.partition(":")
-    known = ", ".join(dict.fromkeys((*detectors, *networks.names())))
-    allowed = f"allowed: {known}, FILE.onnx, or MODULE:FACTORY of a detector of your own"
+    names = ", ".join(dict.fromkeys((*known, *networks.names())))
+    allowed = f"allowed: {names}, FILE.onnx, or MODULE:FACTORY of a detector of your own"
     if not colon:
         raise ValueError(f"option detector: {name!r}; {allowed}")
     try:

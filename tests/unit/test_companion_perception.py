@@ -16,7 +16,7 @@ from sitl_emu.missions.companion.camera_model import NADIR, CameraModel
 from sitl_emu.missions.companion.confirmation import SURVEYING, Confirmation
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.companion.perception import Perception, perception_of
+from sitl_emu.missions.companion.perception import Known, Perception, perception_of
 from sitl_emu.missions.companion.spotter import Origin, Spotter
 from tests.unit.companion_px4 import on_the_wire
 
@@ -35,7 +35,7 @@ class Fires:
 
 def perceived(**options: Any) -> Perception:
     given = Options(options)
-    perception = perception_of(given, {"fires": Fires}, SURVEYING)
+    perception = perception_of(given, {"fires": Known(Fires, SURVEYING)})
     given.end()
     return perception
 
@@ -86,7 +86,7 @@ def test_a_detector_of_ones_own_is_found_by_module_and_name(tmp_path: Path, monk
     [
         (
             {"detector": "fire"},
-            "option detector: 'fire'; allowed: fires, FILE.onnx, or MODULE:FACTORY of a detector of your own",
+            "option detector: 'fire'; allowed: fires, field, FILE.onnx, or MODULE:FACTORY of a detector of your own",
         ),
         ({"detector": "no_such:Thing"}, "option detector: 'no_such:Thing': ModuleNotFoundError"),
         ({"detector": "json:JSONDecoder"}, "'json:JSONDecoder': AttributeError: .* has no attribute 'labels'"),

@@ -16,7 +16,7 @@ from sitl_emu.missions.companion.confirmation import SURVEYING
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.companion.perception import perception_of
+from sitl_emu.missions.companion.perception import Known, perception_of
 from sitl_emu.missions.companion.wire import Wire
 from tests.unit.companion_px4 import HOLD, MISSION, STEP_US, FakePx4
 from tests.unit.ftp_server import Server
@@ -194,7 +194,7 @@ def carrying(files: Path) -> Vehicle:
 
 def test_what_is_looked_for_is_read_from_the_autopilots_card(tmp_path: Path) -> None:
     (tmp_path / "selection.json").write_text('{"fire": {"weight": 0.8, "threshold": 0.6}}')
-    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": TwoFires}, SURVEYING)
+    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": Known(TwoFires, SURVEYING)})
     assert perception.detector.detect(np.zeros((2, 2, 3), np.uint8)) == []
     one = carrying(tmp_path)
     one.run(steps.select(one.onboard, perception))
@@ -218,7 +218,7 @@ def test_a_selection_that_is_missing_or_wrong_is_told_before_take_off(
 ) -> None:
     if text is not None:
         (tmp_path / "selection.json").write_text(text)
-    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": TwoFires}, SURVEYING)
+    perception = perception_of(Options({"selection": "mftp:///selection.json"}), {"fires": Known(TwoFires, SURVEYING)})
     one = carrying(tmp_path)
     with pytest.raises(steps.StepFailed, match=wanted):
         one.run(steps.select(one.onboard, perception))

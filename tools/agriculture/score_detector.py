@@ -36,7 +36,7 @@ import numpy.typing as npt
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.missions.agriculture.detector import DETECTORS
+from sitl_emu.missions.agriculture.detectors import FROM_THE_AIR, FROM_THE_MAST
 from sitl_emu.missions.companion import camera_model, confirmation
 from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose
 from sitl_emu.missions.companion.options import Options
@@ -221,7 +221,7 @@ def main() -> int:
     parser.add_argument("--mast", action="store_true", help="score the rover's look at each object instead")
     parser.add_argument("--white-balance", type=float, nargs=2, default=(1.0, 1.0), metavar=("RED", "BLUE"))
     parser.add_argument("--jpeg", type=int, metavar="QUALITY", help="0 to 100; pictures are not compressed otherwise")
-    parser.add_argument("--detector", default=next(iter(DETECTORS)), help="as the mission's option `detector` has it")
+    parser.add_argument("--detector", help="as the mission's option `detector` has it")
     parser.add_argument("--report-score", type=float, help="instead of the mission's")
     parser.add_argument("--confirm-score", type=float, help="instead of the mission's")
     parser.add_argument("--verbose", action="store_true")
@@ -231,8 +231,7 @@ def main() -> int:
     change = Change(red, blue, args.jpeg)
     chosen = {"detector": args.detector, "report_score": args.report_score, "confirm_score": args.confirm_score}
     options = Options({name: value for name, value in chosen.items() if value is not None})
-    standard = confirmation.STANDING if args.mast else confirmation.SURVEYING
-    seeing = perception_of(options, DETECTORS, standard)
+    seeing = perception_of(options, FROM_THE_MAST if args.mast else FROM_THE_AIR)
     if args.mast:
         return score_mast(first, last, seeing, change, args.verbose)
     scores = []
