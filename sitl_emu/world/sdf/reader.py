@@ -171,6 +171,8 @@ class Reader:
                 found.append(Placed(name, label_of(model), shape, pose, colour))
             except NotRead as reason:
                 missed.append(f"{tag} {reason}")
+            except WorldError as error:
+                raise WorldError(f"{self._path}: {error}") from None
         return found, missed
 
     def _colour(self, visual: Element | None, where: str) -> list[float] | None:
@@ -186,7 +188,7 @@ class Reader:
         try:
             return [min(max(float(word), 0.0), 1.0) for word in told.split()[:3]]
         except ValueError:
-            raise WorldError(f"{self._path}: {where}: material: {told!r} must be 3 or 4 numbers") from None
+            raise WorldError(f"{where}: material: {told!r} must be 3 or 4 numbers") from None
 
     def _is_ground(self, geometry: Element, pose: Pose, folder: Path, colour: list[float] | None, where: str) -> bool:
         """Take a level plane or a heightmap as the ground, the first that comes."""
