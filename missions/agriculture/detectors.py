@@ -17,10 +17,13 @@ NETWORK = "field"
 LEAST = 0.15
 """Score from which the network's finds count: confirmation weighs them over many frames."""
 
+APART_IOU = 0.3
+"""Boxes that overlap more are of one patch: patches lie metres apart, and two boxes of one would share its score."""
+
 
 def network() -> Detector:
     """The network `field`, asked for patches alone, of which a place has one."""
-    found = OnnxDetector(networks.path_of(NETWORK), LEAST, one_label=True)
+    found = OnnxDetector(networks.path_of(NETWORK), LEAST, APART_IOU, one_label=True)
     return Selected(found, {label: Wanted() for label in LABELS})
 
 
