@@ -88,14 +88,6 @@ def test_a_puddle_is_ignored_but_told() -> None:
     assert puddle.is_ignored
 
 
-def test_water_counts_from_where_it_hides_the_ground() -> None:
-    shallow = {**pond("film", -5, -5, 5, 5, level=0.05), "murk_1_m": 2.0}
-    scene, view, camera = seen_from(20.0, water=[shallow])
-    hides = 1.0 - math.exp(-2.0 * 2.0 * 0.05)
-    assert mask_of(scene, view, camera, WATER._replace(least_hiding=hides - 0.02)).any()
-    assert not mask_of(scene, view, camera, WATER._replace(least_hiding=hides + 0.02)).any()
-
-
 def test_fire_is_where_the_ground_burns_or_glows() -> None:
     """A front that has gone 5 m to the north in 50 s: what it left 30 s ago is cold."""
     fire = Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True)

@@ -13,7 +13,7 @@ from tools.detector.plan import Frame, Job, Plan, Subject, World, dealt
 from tools.detector.recorder import Eye
 
 AREAS = (
-    Area("water_body", ("water",), gap_m=3.0, least_m2=4.0, least_hiding=0.4),
+    Area("water_body", ("water",), gap_m=3.0, least_m2=4.0),
     Area("debris_field", ("debris slab", "debris wall", "debris beam"), 1.0, 3.0, ignored=("debris rubble",)),
     Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True),
 )

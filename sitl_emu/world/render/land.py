@@ -29,6 +29,8 @@ MEAN = f4(1.0 / 128.0)
 DETAIL_TO_M, FINE_TO_M = f4(0.12), f4(0.03)
 """Footprint of a pixel above which the ground's detail is too fine to be seen, at its two sizes."""
 BY_EMBERS_S = f4(1.0 / EMBERS_S)
+ROOT_HALF = f4(0.7071)
+"""Two patterns together vary as one."""
 FADES_1_M = f4(0.07)
 """How fast the ground's map gives way to far land before its border."""
 
@@ -178,6 +180,10 @@ def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float3
         level = level_of(footprint * f4(512.0 / 5.3))
         u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 5.3), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 5.3)
         fine = texel(textures, NOISE, level, u, v)
+        # What glows and what is ash is of two such patterns, which together repeat nowhere
+        level = level_of(footprint * f4(512.0 / 8.3))
+        u, v = (east * f4(0.28) - north * f4(0.96)) * f4(1 / 8.3), (north * f4(0.28) + east * f4(0.96)) * f4(1 / 8.3)
+        other = texel(textures, NOISE, level, u, v)
         # Borders are ragged: noise says how far away a pixel looks up when its place burns
         y = (north - frame[0] + (wild[1] + fine[1] - f4(256.0)) * f4(0.010)) * by_cell
         x = (east - frame[1] + (wild[2] + fine[2] - f4(256.0)) * f4(0.010)) * by_cell
@@ -186,9 +192,11 @@ def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float3
         since, after = time_s - grid[row, column, 0], time_s - grid[row, column, 1]
         burns = inside & (since >= ZERO)
         char = min(f4(0.45) + since * f4(0.08), ONE) if burns else ZERO
-        heat = max(wild[0] * fine[0] * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
+        glowing = f4(128.0) + (fine[0] + other[1] - f4(256.0)) * ROOT_HALF
+        heat = max(wild[0] * glowing * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
         heat = heat * heat * (ONE if after < ZERO else fading(after * BY_EMBERS_S) * f4(0.35))
-        ash = f4(0.03) + wild[3] * fine[3] * f4(0.11 / 16384.0)
+        ashen = f4(128.0) + (fine[3] + other[2] - f4(256.0)) * ROOT_HALF
+        ash = f4(0.03) + max(wild[3] * ashen, ZERO) * f4(0.11 / 16384.0)
         b.glow[i] = heat if burns else ZERO
         # What is left is a little of its pattern, on soot
         b.red[i] += (ash - f4(0.90) * b.red[i]) * char

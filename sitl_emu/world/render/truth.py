@@ -33,8 +33,6 @@ class Area(NamedTuple):
     """Parts nearer than this are one region."""
     least_m2: float
     """What is seen of a smaller one is ignored."""
-    least_hiding: float = 0.0
-    """Water that hides less than this share of the ground below it is not counted: one sees the ground."""
     burns: bool = False
     """Ground that burns or still glows (burning.EMBERS_S) is part of it as well, smoke or not."""
     ignored: tuple[str, ...] = ()
@@ -88,19 +86,7 @@ def mask_of(scene: MeshScene, view: View, camera: Pinhole, area: Area, time_s: f
         north, east, _ = _places(view.depth_m, camera, rows, columns)
         since_s = time_s - arrival_s(fire, scene.world.description, north, east)
         mask[rows, columns] |= (since_s >= 0.0) & (since_s < (fire.burns_s or NEVER) + EMBERS_S)
-    for water in scene.world.description.water if area.least_hiding > 0.0 else ():
-        number = scene.names.index(water.name)
-        rows, columns = np.nonzero(view.objects == number)
-        north, east, _ = _places(view.depth_m, camera, rows, columns)
-        depth = water.level_m - _heights(scene, north, east)
-        mask[rows, columns] &= 1.0 - np.exp(-2.0 * water.murk_1_m * depth) >= area.least_hiding
     return np.asarray(mask)
-
-
-def _heights(scene: MeshScene, north: F64, east: F64) -> F64:
-    terrain = scene.world.terrain
-    many = getattr(terrain, "heights_m", None)
-    return many(north, east) if many else np.full(len(north), terrain.height_m(0.0, 0.0))
 
 
 def _places(depth: F32, camera: Pinhole, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> F64:
