@@ -1,6 +1,5 @@
 """What the renderer says is to be seen in a frame: boxes of things and areas, what hides them, what is cut."""
 
-import math
 from typing import Any
 
 import numpy as np
