@@ -1,7 +1,8 @@
 """Any world as something that cameras look at (camera.Scene): its geometry built once, its pictures from any place."""
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -79,7 +80,7 @@ class MeshScene:
         self.meshes, self.things = self.built.stage.packed()
         self.air = air_of(described.light)
         self.surfaces = self._surfaces(shared.arrays(shared_memory, self._looked_up))
-        self._draw_textures(ground_map.details(described.ground, described.cover))
+        self._draw_textures()
 
         self.fires = None
         if described.fires:
@@ -97,10 +98,24 @@ class MeshScene:
         return np.asarray(read, np.uint8)
 
     def _looked_up(self) -> Iterator[npt.NDArray[Any]]:
-        """The arrays of `_surfaces`, in order: room for textures, and what sun and sky reach of all that is still."""
+        """The arrays of `_surfaces`, in order: what sun and sky reach of all that is still, and the textures."""
+        described = self.world.description
+        ground = ground_map.details(described.ground, described.cover)
+        # Beside the rest: both are mostly numpy's and OpenCV's, which let others run meanwhile
+        with ThreadPoolExecutor(1) as beside:
+            layers = {number: beside.submit(textures.draw, self.seed, number) for number in self._used() | ground}
+            yield from self._lit()
+            room = Textures(*textures.empty())
+            for number, layer in layers.items():
+                textures.add(room, number, layer.result())
+        yield from room
+        is_drawn = np.zeros(len(textures.DRAWN), np.uint8)
+        is_drawn[list(layers)] = 1
+        yield is_drawn
+
+    def _lit(self) -> Iterator[npt.NDArray[Any]]:
+        """Ground, relief, fire and sun."""
         built, described = self.built, self.world.description
-        yield from textures.empty()
-        yield np.zeros(len(textures.DRAWN), np.uint8)
         yield from ground_map.packed(ground_map.paint(described, built.frame, self._photo()))
         moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
@@ -118,7 +133,7 @@ class MeshScene:
         return min(light_maps.SUN_SIDE, math.ceil(2.0 * self.built.reach_m / light_maps.SUN_FINEST_M))
 
     def _surfaces(self, arrays: Sequence[npt.NDArray[Any]]) -> Surfaces:
-        texels, starts, self._is_drawn, *ground, grid, corner, fire, fire_corner, nearness, frame = arrays
+        *ground, grid, corner, fire, fire_corner, nearness, frame, texels, starts, self._is_drawn = arrays
         nothing = SunMap(np.zeros(1, np.float32), 0, np.zeros(13, np.float32))
         sun = SunMap(nearness, self._sun_side, frame)
         return Surfaces(
@@ -126,15 +141,18 @@ class MeshScene:
             FireMap(fire, fire_corner), sun, nothing,
         )  # fmt: skip
 
-    def _draw_textures(self, ground: Set[int] = frozenset()) -> None:
-        """Draw the textures of the ground, of the meshes and of the sky, as far as nobody has.
+    def _used(self) -> set[int]:
+        """The textures of all meshes and of the sky."""
+        return {NOISE, CLOUDS, *material.table().layer[np.unique(self.meshes.materials)].tolist()}
+
+    def _draw_textures(self) -> None:
+        """Draw the textures of meshes that nobody had when the others were drawn.
 
         Others who share them may do so at the same time: they write the same.
         """
-        used = self.surfaces.materials.layer[np.unique(self.meshes.materials)].tolist()
-        for number in sorted({*used, NOISE, CLOUDS, *ground}):
+        for number in sorted(self._used()):
             if not self._is_drawn[number]:
-                textures.add(self.surfaces.textures, self.seed, number)
+                textures.add(self.surfaces.textures, number, textures.draw(self.seed, number))
                 self._is_drawn[number] = 1
 
     @property

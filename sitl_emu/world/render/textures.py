@@ -21,20 +21,26 @@ BAYS, STOREYS = 4, 4
 
 def cloudy(rng: Rng, first: int, octaves: int, side: int = SIDE, gain: float = 0.5) -> F32:
     """Noise that repeats, mean 0 and standard deviation 1; its broadest waves are a `first`th of the side."""
-    total = np.zeros((side, side), np.float32)
+    cells = min(first, side)
+    total = rng.normal(size=(cells, cells)).astype(np.float32)
     weight = 1.0
-    for octave in range(octaves):
-        cells = min(first << octave, side)
-        grid = rng.normal(size=(cells, cells)).astype(np.float32)
-        if cells < side:
-            # Three cells over on each side, for the cubic's reach, then cut back
-            scale, edge = side / cells, round(3 * side / cells)
-            padded = cv2.resize(np.pad(grid, 3, mode="wrap"), None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-            grid = padded[edge : edge + side, edge : edge + side]
-        total += np.float32(weight) * grid
-        weight *= gain
+    for octave in range(1, octaves):
+        cells, weight = min(first << octave, side), weight * gain
+        total = _finer(total, cells) + np.float32(weight) * rng.normal(size=(cells, cells)).astype(np.float32)
+    total = _finer(total, side)
     total -= total.mean()
     return np.asarray(total / total.std(), np.float32)
+
+
+def _finer(wrapped: F32, side: int) -> F32:
+    """The same that repeats, with more texels to a side."""
+    cells = len(wrapped)
+    if cells == side:
+        return wrapped
+    # Three cells over on each side, for the cubic's reach, then cut back
+    scale, edge = side / cells, round(3 * side / cells)
+    padded = cv2.resize(np.pad(wrapped, 3, mode="wrap"), None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    return np.asarray(padded[edge : edge + side, edge : edge + side], np.float32)
 
 
 def _with_tint(colour: npt.NDArray[np.floating], tint: npt.NDArray[np.floating] | float = 1.0) -> U8:
@@ -375,9 +381,13 @@ def empty() -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.int32]]:
     return np.zeros(int(starts[-1]), np.uint32), starts[:-1].astype(np.int32)
 
 
-def add(textures: Textures, seed: int, number: int) -> None:
-    """Draw one texture of a world, with its coarser levels."""
-    layer = list(DRAWN.values())[number](np.random.default_rng((seed, number)))
+def draw(seed: int, number: int) -> U8:
+    """One texture of a world, (SIDE, SIDE, 4)."""
+    return list(DRAWN.values())[number](np.random.default_rng((seed, number)))
+
+
+def add(textures: Textures, number: int, layer: U8) -> None:
+    """Put one where it belongs, with its coarser levels."""
     for level, start in enumerate(textures.starts):
         side = SIDE >> level
         first = int(start) + number * side * side
