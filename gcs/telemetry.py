@@ -148,6 +148,7 @@ class Telemetry:
         self.ranges: deque[Range] = deque(maxlen=HISTORY)
         """Distances measured, in the order they came; what was out of the sensor's range is left out."""
         self.boot_time_us = 0
+        self._unix_ahead_us: int | None = None
         self._places: deque[Place] = deque(maxlen=HISTORY)
         self._attitudes: deque[Attitude] = deque(maxlen=HISTORY)
         self._gimbals: deque[GimbalAttitude] = deque(maxlen=HISTORY)
@@ -231,7 +232,13 @@ class Telemetry:
         elif kind == "GPS_RAW_INT":
             self.eph_m = msg.h_acc / 1000.0 if msg.h_acc else None
             self.epv_m = msg.v_acc / 1000.0 if msg.v_acc else None
+        elif kind == "SYSTEM_TIME" and msg.time_unix_usec:
+            self._unix_ahead_us = msg.time_unix_usec - now_us
         self.watch.heard(now_us)
+
+    def unix_us(self, now_us: int) -> int:
+        """Microseconds since 1970 by the autopilot's clock, at the runner's time; 0 as long as it does not know."""
+        return now_us + self._unix_ahead_us if self._unix_ahead_us is not None else 0
 
     def range_at(self, time_us: int, within_us: int, orientation: int = LOOKS_DOWN) -> Range | None:
         """The range measured nearest to a moment of the vehicle's boot time; None if none was within `within_us`."""

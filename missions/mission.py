@@ -42,6 +42,8 @@ class Setting(NamedTuple):
     """Corners (north, east) of what the world is about, from its origin; empty for a world without an outline."""
     folder: Path
     """Where files for the run may be written; their names should begin with the vehicle's."""
+    seed: int = 1
+    """The run's."""
 
 
 def as_given(options: dict[str, Any], _setting: Setting) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
             try:
                 with tempfile.TemporaryDirectory() as folder:
                     write_calibrations([vehicle], Path(folder))
-                    options = prepared(vehicle, vehicle.companion.mission, world, Path(folder))
+                    options = prepared(vehicle, vehicle.companion.mission, world, Path(folder), seed)
                     registry.make_companion(vehicle.companion.mission, options)
             except registry.MissionError as error:
                 raise ScenarioError(f"{where}.companion: {error}") from None
@@ -122,10 +122,10 @@ def write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
             cameras.write_calibration(path, depth.camera)
 
 
-def prepared(vehicle: VehiclePart, mission: str, world: World, folder: Path) -> dict[str, Any]:
+def prepared(vehicle: VehiclePart, mission: str, world: World, folder: Path, seed: int) -> dict[str, Any]:
     """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
     assert vehicle.companion is not None
     outline_m = list(world.description.area_m)
     home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
-    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder)
+    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder, seed)
     return registry.prepare(mission, vehicle.companion.options, setting)

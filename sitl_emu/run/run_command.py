@@ -53,7 +53,7 @@ def run_scenario(
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
         worlds.keep(world, folder)
         checks.write_calibrations(scenario.vehicles, folder)
-        _prepare_missions(scenario, world, folder)
+        _prepare_missions(scenario, world, folder, seed)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
@@ -92,11 +92,12 @@ def scenario_lines() -> list[str]:
     return [f"{name:<{width}}  {load(brought[name]).description}" for name in sorted(brought)] + registry.broken()
 
 
-def _prepare_missions(scenario: Scenario, world: World, folder: Path) -> None:
+def _prepare_missions(scenario: Scenario, world: World, folder: Path, seed: int) -> None:
     """Let the missions put what they need into the run's folder, and their options follow."""
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None and vehicle.companion.mission is not None:
-            vehicle.companion.options.update(checks.prepared(vehicle, vehicle.companion.mission, world, folder))
+            options = checks.prepared(vehicle, vehicle.companion.mission, world, folder, seed)
+            vehicle.companion.options.update(options)
 
 
 def make_folder(out: Path | None, name: str) -> Path:
