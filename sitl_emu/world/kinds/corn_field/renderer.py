@@ -169,8 +169,8 @@ class Renderer:
         """What lies beyond the painted field."""
         sky = np.empty((view.rays.shape[1], 3), np.uint8)
         backdrop.sky(view.rays, self._backdrop.air, sky)
-        above = self._drawn_out(sky.reshape(*self._grid_shape, 3))
-        ground = self._pixels(self._whole.layers, view.surfaces[0])
+        above = np.ascontiguousarray(self._drawn_out(sky.reshape(*self._grid_shape, 3)))
+        ground = np.ascontiguousarray(self._pixels(self._whole.layers, view.surfaces[0]))
         backdrop.paint(ground, self._pinhole(view), view.above_m, self._backdrop, above, seen)
 
     def _put_near(self, picture: Image, view: View) -> None:
@@ -259,12 +259,12 @@ class Renderer:
         return self._drawn_out(grid, scale)
 
     def _drawn_out(self, grid: npt.NDArray[Any], scale: int = 1) -> npt.NDArray[Any]:
-        """A figure of the grid's rays, for all pixels."""
+        """A figure of the grid's rays, for all pixels: a part of a larger array, which OpenCV takes as it is."""
         step = GRID_STEP_PX * scale
         full = cv2.resize(
             grid, (self._grid_shape[1] * step, self._grid_shape[0] * step), interpolation=cv2.INTER_LINEAR
         )
-        return np.ascontiguousarray(full[step:-step, step:-step])
+        return full[step:-step, step:-step]
 
     def _plants(self) -> standing.Standing:
         """Made when a camera is low: from higher up nobody needs them."""
