@@ -157,8 +157,8 @@ def launch(
         list[str],
         typer.Argument(
             metavar="MODEL[:COUNT]...",
-            help="Vehicles to launch: iris, m600, rover, sihsim_hex, sihsim_rover_ackermann, or a folder of your own "
-            "(./my_quad); iris:3 rover:2 are five.",
+            help="Vehicles to launch: iris, m600, responder, rover, sihsim_hex, sihsim_rover_ackermann, or a folder "
+            "of your own (./my_quad); iris:3 rover:2 are five.",
         ),
     ],
     instance: Annotated[

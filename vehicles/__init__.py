@@ -30,6 +30,7 @@ from sitl_emu.vehicles.description import (
     Gimbal,
     Part,
     Propulsion,
+    Release,
     Sensors,
     SihRover,
     Vector3,
@@ -37,10 +38,10 @@ from sitl_emu.vehicles.description import (
 )
 from sitl_emu.vehicles.errors import UnknownModel, VehicleError
 
-__all__ = ["UnknownModel", "Vehicle", "VehicleError", "is_folder", "load", "models", "with_sensors"]
+__all__ = ["UnknownModel", "Vehicle", "VehicleError", "is_folder", "load", "models", "with_parcel", "with_sensors"]
 
 FOLDER = pathlib.Path(__file__).parent
-TOML, AIRFRAME = "vehicle.toml", "airframe.json"
+TOML, AIRFRAME, RECEIVERS = "vehicle.toml", "airframe.json", "receivers.toml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +64,7 @@ class _File:
     depth: Mapping[str, Any] | None = None
     lidar: Mapping[str, Any] | None = None
     body: Body | None = None
+    release: Release | None = None
     wind_is_px4s: bool = False
     ranging_beacons: bool = False
     motor_speed_max_rad_s: Annotated[float, record.Limits(0.0)] = 0.0
@@ -95,13 +97,33 @@ def is_folder(path: pathlib.Path) -> bool:
 def with_sensors(vehicle: Vehicle, figures: Mapping[str, Any], where: str = "sensors") -> Vehicle:
     """The same vehicle with other figures of its sensors, named and nested as in vehicle.toml. Raises VehicleError.
 
+    `gps` may be a receiver's name instead, of those in receivers.toml.
+
     Other satellites change the airframe's SIM_GPS_USED, too, which is where the autopilot's shell shows them.
     """
+    if isinstance(named := figures.get("gps"), str):
+        figures = {**figures, "gps": _receiver(named, f"{where}: gps")}
     sensors = record.changed(vehicle.sensors, figures, where)
     airframe = dict(vehicle.airframe)
     if sensors.gps.satellites != vehicle.sensors.gps.satellites:
         airframe["SIM_GPS_USED"] = sensors.gps.satellites
     return dataclasses.replace(vehicle, sensors=sensors, airframe=airframe)
+
+
+def with_parcel(vehicle: Vehicle, figures: Mapping[str, Any], where: str = "parcel") -> Vehicle:
+    """The same vehicle with a parcel on its release: the release's own, but for these figures. Raises VehicleError."""
+    if vehicle.release is None or vehicle.gear is None:
+        able = ", ".join(model for model in models() if load(model).release is not None)
+        raise VehicleError(f"{where}: {vehicle.model} has no release that could hold one; of ours have one: {able}")
+    parcel = record.changed(vehicle.release.parcel, figures, where)
+    if parcel.centre_m[2] + 0.5 * parcel.size_m[2] > vehicle.gear.height_m:
+        raise VehicleError(f"{where}: it would hang lower than the landing gear ({vehicle.gear.height_m:g} m)")
+    loaded = dataclasses.replace(vehicle, parcel=parcel)
+    try:
+        inertia.laden(loaded)
+    except ValueError as error:
+        raise VehicleError(f"{where}: with it, {error}") from None
+    return loaded
 
 
 def read(folder: pathlib.Path) -> Vehicle:
@@ -124,8 +146,17 @@ def read(folder: pathlib.Path) -> Vehicle:
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, parameters,
         file.propulsion, file.aerodynamics, file.gear, file.chassis, file.sih_rover, file.camera, file.gimbal,
-        file.depth, file.lidar, file.body, file.wind_is_px4s, file.ranging_beacons, file.motor_speed_max_rad_s,
+        file.depth, file.lidar, file.body, file.release, None, file.wind_is_px4s, file.ranging_beacons,
+        file.motor_speed_max_rad_s,
     )  # fmt: skip
+
+
+def _receiver(name: str, where: str) -> Mapping[str, Any]:
+    """All figures of a GNSS receiver. Raises VehicleError for an unknown one."""
+    known: dict[str, dict[str, Any]] = tomllib.loads((FOLDER / RECEIVERS).read_text())
+    if name not in known:
+        raise VehicleError(f"{where} = {name!r}: known are {', '.join(known)}, or give its figures as a table")
+    return known[name]
 
 
 def _mass_properties(file: _File, where: str) -> tuple[float, Vector3]:

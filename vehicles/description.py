@@ -89,6 +89,28 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
+class Parcel:
+    """A box of even density that a vehicle carries and can let go; `size_m` along x, y, z."""
+
+    mass_kg: Annotated[float, Limits(0.001)]
+    size_m: Annotated[Vector3, Limits(0.001)]
+    centre_m: Vector3
+    """Where it hangs, from the centre of mass of the vehicle without it."""
+    drag_m2: Annotated[float, Limits(0.0)] = 0.0
+    """Drag coefficient times area, the same from all sides: what it adds to the vehicle's drag, and falls with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """What holds a parcel. Any of its outputs opens it, as PX4's gripper does when it releases."""
+
+    outputs: Annotated[tuple[int, ...], Limits(1, 16)]
+    """n of the PWM_MAIN_FUNCn: HIL_ACTUATOR_CONTROLS, counted from 1."""
+    parcel: Parcel
+    """What it carries where a scenario says `parcel`, but for the figures that are given there."""
+
+
+@dataclass(frozen=True, slots=True)
 class Chassis:
     """An Ackermann-steered chassis with rear motor; see `vehicles/ackermann.py` for what each number does."""
 
@@ -196,12 +218,18 @@ class Gps:
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
-    """A single beam along body down: range, white noise, rate."""
+    """A single beam along body down: range, white noise, rate, and an error that stays as it is."""
 
     min_distance_m: Annotated[float, Limits(0.0)]
     max_distance_m: Annotated[float, Limits(0.1)]
     noise_m: Annotated[float, Limits(0.0)]
     rate_hz: Annotated[float, Limits(1.0, 100.0)]
+    noise_share: Annotated[float, Limits(0.0, 1.0)] = 0.0
+    """Of the distance: its noise, where that is more than noise_m."""
+    accuracy_m: Annotated[float, Limits(0.0)] = 0.0
+    """How wrong it may be for all its life; drawn at start, with half of it as the standard deviation."""
+    accuracy_share: Annotated[float, Limits(0.0, 1.0)] = 0.0
+    """The same as a share of the distance, where that is more than accuracy_m."""
     tells_quality: bool = True
     """Whether it says how well it sees the ground."""
 
@@ -280,6 +308,9 @@ class Vehicle:
     them (`sitl_emu/run/scenario_parts/feeds.py`); the single beam that PX4 flies by is one of the sensors."""
     body: Body | None = None
     """None: nothing touches it but the ground."""
+    release: Release | None = None
+    parcel: Parcel | None = None
+    """What hangs on the release at start."""
     wind_is_px4s: bool = False
     """Wind comes from PX4's SIH_WIND_N/E alone, and not from the world (the reference vehicles)."""
     ranging_beacons: bool = False

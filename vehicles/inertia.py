@@ -6,8 +6,10 @@ part to the common centre of mass: I += m (|r|² E - r rᵀ). Products of inerti
 symmetric about both vertical planes, and `total` raises where one is not.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+from sitl_emu.vehicles.description import Vehicle
 
 Vector3 = tuple[float, float, float]
 
@@ -45,11 +47,23 @@ def parallel_axis(inertia_kg_m2: Vector3, mass_kg: float, offset_m: Vector3) -> 
 
 
 def total(parts: Iterable[Cuboid]) -> MassProperties:
-    """Mass properties of rigidly joined cuboids.
+    """Mass properties of rigidly joined cuboids. Raises ValueError as `joined` does."""
+    return joined([MassProperties(each.mass_kg, each.centre_m, cuboid(each.mass_kg, each.size_m)) for each in parts])
+
+
+def laden(vehicle: Vehicle) -> MassProperties:
+    """A vehicle with its parcel, if it has one, about the centre of mass that it has without. Raises ValueError."""
+    own, parcel = MassProperties(vehicle.mass_kg, (0.0, 0.0, 0.0), vehicle.inertia_kg_m2), vehicle.parcel
+    if parcel is None:
+        return own
+    return joined([own, total([Cuboid(parcel.mass_kg, parcel.size_m, parcel.centre_m)])])
+
+
+def joined(parts: Sequence[MassProperties]) -> MassProperties:
+    """Mass properties of rigidly joined bodies.
 
     Raises ValueError when there are no parts, or when they are so unsymmetric that the body axes are not principal.
     """
-    parts = list(parts)
     mass = sum(part.mass_kg for part in parts)
     if mass <= 0.0:
         raise ValueError("a vehicle needs at least one part with mass")
@@ -57,7 +71,7 @@ def total(parts: Iterable[Cuboid]) -> MassProperties:
     ixx = iyy = izz = ixy = ixz = iyz = 0.0
     for part in parts:
         x, y, z = part.centre_m[0] - cx, part.centre_m[1] - cy, part.centre_m[2] - cz
-        moments = parallel_axis(cuboid(part.mass_kg, part.size_m), part.mass_kg, (x, y, z))
+        moments = parallel_axis(part.inertia_kg_m2, part.mass_kg, (x, y, z))
         ixx, iyy, izz = ixx + moments[0], iyy + moments[1], izz + moments[2]
         ixy, ixz, iyz = ixy + part.mass_kg * x * y, ixz + part.mass_kg * x * z, iyz + part.mass_kg * y * z
     if max(abs(ixy), abs(ixz), abs(iyz)) > SYMMETRY_TOLERANCE * min(ixx, iyy, izz):

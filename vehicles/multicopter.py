@@ -12,18 +12,25 @@ Equations (body FRD, world NED, q body to NED, R its matrix):
 Ground: the gear's feet make a plane `height_m` below the centre of mass. In contact, a spring-damper along the
 ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 11 mm), Coulomb friction that holds what
 it can hold (a vehicle at rest stays exactly where it is, on a slope too), and moments that turn the gear's plane onto
-the ground as far as the load on it reaches (load · half the stance). Not modelled: ground effect, blade flapping,
-vortex ring, feet one by one.
+the ground as far as the load on it reaches (load · half the stance).
+
+A parcel on the release moves the centre of mass by c from the origin of the body, which stays where the centre of mass
+is without it (rotors, gear, sensors and what is reported are told from there). Then m, I are those of both; forces of
+rotors and air have the moment M - c × F about the centre of mass; its velocity v + R (ω × c) is what F and g change,
+and what is left of it after the step without R' (ω' × c) is v'. Its drag is added to the vehicle's, at sea level's
+density. Let go, both go on as they were: the momentum of the two together does not change.
+Not modelled: ground effect, blade flapping, vortex ring, feet one by one.
 PX4 for comparison: src/modules/simulation/simulator_sih (v1.18); `sihsim_hex` is its hexacopter, with its numbers.
 """
 
 import math
 from typing import Final
 
-from sitl_emu.core.attitude import quaternion, rotation
+from sitl_emu.core.attitude import quaternion, rotated, rotation
 from sitl_emu.vehicles import rigid_body
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.vehicles.dynamics import STEP_S, Dynamics, Height, Quaternion, Surface, Vector3, slope, slope_angles
+from sitl_emu.vehicles.inertia import laden
 
 GEAR_RAD_S: Final = 30.0
 GEAR_DAMPING: Final = 1.0
@@ -34,6 +41,8 @@ SLOPE_FRESH_M: Final = 0.1
 """The ground's plane is taken anew when the vehicle has moved so far along it."""
 LOOKS_TICKS: Final = 5
 """Where roofs and walls may stand below, the surface is looked for at least this often."""
+AIR_KG_M3: Final = 1.225
+"""Of the standard atmosphere at sea level, for a parcel's drag."""
 CAN_STAND_COS: Final = 0.5
 """A wreck that lies on its side or back is not turned onto its gear: cosine of the tilt from which on."""
 
@@ -60,12 +69,16 @@ class Multicopter(Dynamics):
         propulsion, air, gear = vehicle.propulsion, vehicle.aerodynamics, vehicle.gear
         self._height, self._surface = height, surface
         self._gravity = gravity_m_s2
-        self._mass = vehicle.mass_kg
-        self._inertia = vehicle.inertia_kg_m2
+        self._alone = vehicle.mass_kg, vehicle.inertia_kg_m2, air.quadratic_n_s2_m2
+        self._mass, offset, self._inertia = laden(vehicle)
+        self._offset: Vector3 | None = offset if vehicle.parcel is not None else None
+        """The centre of mass, from the body's origin; None: there."""
         self._gear_height = gear.height_m
         self._half_length, self._half_width, self._friction = gear.half_length_m, gear.half_width_m, gear.friction
-        self._linear, self._quadratic = air.linear_n_s_m, air.quadratic_n_s2_m2
-        self._has_quadratic = any(air.quadratic_n_s2_m2)
+        x, y, z = air.quadratic_n_s2_m2
+        hangs = 0.5 * AIR_KG_M3 * vehicle.parcel.drag_m2 if vehicle.parcel is not None else 0.0
+        self._linear, self._quadratic = air.linear_n_s_m, (x + hangs, y + hangs, z + hangs)
+        self._has_quadratic = any(self._quadratic)
         self._angular = air.angular_n_m_s
         self._lag = 1.0 - math.exp(-STEP_S / propulsion.time_constant_s)
         self._thrust_max = propulsion.thrust_max_n
@@ -156,6 +169,11 @@ class Multicopter(Dynamics):
         mx -= dx * p + (iz - iy) * q * r + spin * q
         my -= dy * q + (ix - iz) * p * r - spin * p
         mz -= dz * r + (iy - ix) * p * q
+        before = None
+        if self._offset is not None:
+            cx, cy, cz = self._offset
+            mx, my, mz = mx - cy * fz + cz * fy, my - cz * fx + cx * fz, mz - cx * fy + cy * fx
+            before = self._swing()
 
         dt = STEP_S
         fn = r00 * fx + r01 * fy + r02 * fz
@@ -227,6 +245,14 @@ class Multicopter(Dynamics):
         y2, z2 = y + q * w - r * x + p * z, z + r * w + q * x - p * y
         k = 1.0 / math.sqrt(w2 * w2 + x2 * x2 + y2 * y2 + z2 * z2)
         self.q = (w2 * k, x2 * k, y2 * k, z2 * k)
+        if before is not None:
+            self._follow(before)
+
+    def drop(self) -> None:
+        """Let the parcel go."""
+        self._mass, self._inertia, self._quadratic = self._alone
+        self._has_quadratic = any(self._quadratic)
+        self._offset = None
 
     def motor_speeds(self) -> list[float]:
         """See Dynamics."""
@@ -241,14 +267,18 @@ class Multicopter(Dynamics):
 
     def mobility(self, arm: Vector3, direction: Vector3) -> float:
         """See Dynamics."""
-        return rigid_body.mobility(self.q, self._mass, self._inertia, arm, direction)
+        return rigid_body.mobility(self.q, self._mass, self._inertia, self._from_centre(arm), direction)
 
     def push(self, arm: Vector3, impulse: Vector3) -> None:
         """See Dynamics."""
         n, e, d = impulse[0] / self._mass, impulse[1] / self._mass, impulse[2] / self._mass
-        self.vn_m_s, self.ve_m_s, self.vd_m_s = self.vn_m_s + n, self.ve_m_s + e, self.vd_m_s + d
-        p, q, r = rigid_body.turn(self.q, self._inertia, arm, impulse)
+        before = self._swing() if self._offset is not None else None
+        p, q, r = rigid_body.turn(self.q, self._inertia, self._from_centre(arm), impulse)
         self.p_rad_s, self.q_rad_s, self.r_rad_s = self.p_rad_s + p, self.q_rad_s + q, self.r_rad_s + r
+        if before is not None:
+            after = self._swing()
+            n, e, d = n + before[0] - after[0], e + before[1] - after[1], d + before[2] - after[2]
+        self.vn_m_s, self.ve_m_s, self.vd_m_s = self.vn_m_s + n, self.ve_m_s + e, self.vd_m_s + d
         x, y, z = to_body(self.q, (n / STEP_S, e / STEP_S, d / STEP_S))
         jx, jy, jz = self._jolt or (0.0, 0.0, 0.0)
         self._jolt = (jx + x, jy + y, jz + z)
@@ -260,6 +290,29 @@ class Multicopter(Dynamics):
     def wreck(self) -> None:
         """See Dynamics: all rotors stop, for good."""
         self.wrecked = True
+
+    def _swing(self) -> Vector3:
+        """Velocity (NED) of the centre of mass against the body's origin: R (ω × c)."""
+        offset = self._offset or (0.0, 0.0, 0.0)
+        return rotated(rotation(self.q), rigid_body.cross((self.p_rad_s, self.q_rad_s, self.r_rad_s), offset))
+
+    def _follow(self, before: Vector3) -> None:
+        """What was reckoned as the centre of mass's is the origin's, whose swing has changed from `before`."""
+        n, e, d = before
+        n2, e2, d2 = self._swing()
+        n, e, d = n - n2, e - e2, d - d2
+        self.vn_m_s, self.ve_m_s, self.vd_m_s = self.vn_m_s + n, self.ve_m_s + e, self.vd_m_s + d
+        half = 0.5 * STEP_S
+        self.north_m, self.east_m, self.down_m = self.north_m + half * n, self.east_m + half * e, self.down_m + half * d
+        x, y, z = to_body(self.q, (n / STEP_S, e / STEP_S, d / STEP_S))
+        self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = self.ax_m_s2 + x, self.ay_m_s2 + y, self.az_m_s2 + z
+
+    def _from_centre(self, arm: Vector3) -> Vector3:
+        """An arm (NED) from the centre of mass instead of the body's origin."""
+        if self._offset is None:
+            return arm
+        n, e, d = rotated(rotation(self.q), self._offset)
+        return arm[0] - n, arm[1] - e, arm[2] - d
 
     def _ground(self) -> tuple[float, float, float]:
         """The plane below, at `_plane_at`; the ground's is kept while the vehicle stays near."""

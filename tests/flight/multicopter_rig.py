@@ -12,7 +12,7 @@ from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.topics import NAN, NAN3, ActuatorArmed, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, actuators_as_on_the_wire, as_on_the_wire
-from sitl_emu.vehicles import load
+from sitl_emu.vehicles import load, with_parcel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 
@@ -34,8 +34,9 @@ class Sample(NamedTuple):
 class Rig:
     """Ticks of 4 ms as `autopilot.Autopilot` runs them."""
 
-    def __init__(self, model: str, seed: int = 1, **parameters: float) -> None:
-        vehicle = load(model)
+    def __init__(self, model: str, seed: int = 1, *, parcel: bool = False, **parameters: float) -> None:
+        """`parcel`: whether what its release can carry hangs there."""
+        vehicle = with_parcel(load(model), {}) if parcel else load(model)
         self.parameters = Parameters(VehicleKind.MULTICOPTER, {**vehicle.airframe, **parameters})
         self.topics = Topics()
         shared = (self.topics, self.parameters)

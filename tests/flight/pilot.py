@@ -24,9 +24,12 @@ BEAT_TICKS = 250
 class Pilot:
     """`every(hz, make)` sends a message again and again; `heard` is what came back on the first link."""
 
-    def __init__(self, model: str, world: World | None = None, **parameters: float) -> None:
-        """`world`: instead of flat ground; the vehicle starts at its origin, and it lies at HOME."""
-        vehicle = vehicles.load(model)
+    def __init__(self, model: str, world: World | None = None, *, parcel: bool = False, **parameters: float) -> None:
+        """`world`: instead of flat ground; the vehicle starts at its origin, and it lies at HOME.
+
+        `parcel`: whether what its release can carry hangs there.
+        """
+        vehicle = vehicles.with_parcel(vehicles.load(model), {}) if parcel else vehicles.load(model)
         self.autopilot = Autopilot({**vehicle.airframe, **parameters}, 0)
         payload.plug_in(vehicle, self.autopilot)
         solids = world.solids if world is not None else None

@@ -25,9 +25,12 @@ def first(samples: list[Sample], after: float) -> float:
     return next(s.t for s in samples if s.position[0] > after) - samples[0].t
 
 
-@pytest.mark.parametrize("model", ["sihsim_hex", "iris", "m600"])
-def test_climbs_holds_steps_and_lands(model: str) -> None:
-    rig = Rig(model)
+@pytest.mark.parametrize(
+    ("model", "parcel"),
+    [("sihsim_hex", False), ("iris", False), ("m600", False), ("responder", False), ("responder", True)],
+)
+def test_climbs_holds_steps_and_lands(model: str, parcel: bool) -> None:
+    rig = Rig(model, parcel=parcel)
     rig.take_off(10.0)
     assert rig.control._takeoff.state == TakeoffState.FLIGHT
     heading = rig.topics.vehicle_local_position.heading

@@ -21,7 +21,7 @@ def test_sags_under_load_and_recovers() -> None:
     assert loaded < battery.voltage_v < full
 
 
-@pytest.mark.parametrize("model", ["iris", "m600", "rover"])
+@pytest.mark.parametrize("model", ["iris", "m600", "responder", "rover"])
 def test_energy_taken_is_the_energy_it_holds(model: str) -> None:
     data = vehicles.load(model).battery
     battery, power, seconds = LoadBattery(data), 5.0 * data.capacity_ah * data.cells, 0.0

@@ -7,15 +7,17 @@ import pytest
 from sitl_emu import vehicles
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.vehicles import VehicleError, inertia
+from sitl_emu.vehicles.battery import LoadBattery
 from sitl_emu.vehicles.inertia import Cuboid
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 from tests.typed import present
 
-MODELS = ["iris", "m600", "rover", "sihsim_hex", "sihsim_rover_ackermann"]
+MODELS = ["iris", "m600", "responder", "rover", "sihsim_hex", "sihsim_rover_ackermann"]
 
 
 def test_models_and_unknown_model() -> None:
@@ -36,7 +38,7 @@ def test_airframe_is_known_to_the_autopilot(model: str) -> None:
     assert parameters["BAT1_N_CELLS"] == vehicles.load(model).battery.cells
 
 
-@pytest.mark.parametrize("model", ["iris", "m600", "sihsim_hex"])
+@pytest.mark.parametrize("model", ["iris", "m600", "responder", "sihsim_hex"])
 def test_airframe_and_rotors_tell_the_same_geometry(model: str) -> None:
     vehicle = vehicles.load(model)
     parameters = Parameters(VehicleKind.MULTICOPTER, vehicle.airframe)
@@ -55,7 +57,7 @@ def test_airframe_and_rotors_tell_the_same_geometry(model: str) -> None:
         assert y == pytest.approx(scale * rotor.position_m[1], abs=0.01 * scale)
 
 
-@pytest.mark.parametrize("model", ["iris", "m600"])
+@pytest.mark.parametrize("model", ["iris", "m600", "responder"])
 def test_hover_thrust_parameter_is_the_vehicles(model: str) -> None:
     vehicle = vehicles.load(model)
     propulsion = present(vehicle.propulsion)
@@ -73,6 +75,29 @@ def test_m600_is_djis() -> None:
     power = 6 * hover_u3 * propulsion.power_max_w
     assert 6 * 129.96 / power * 60.0 == pytest.approx(40.0, abs=1.0), "minutes of hover without payload"
     assert m600.battery.capacity_ah * 22.8 == pytest.approx(6 * 129.96, rel=0.01)
+
+
+@pytest.mark.parametrize(("figures", "minutes", "lifts"), [(None, 25.8, 3.35), ({}, 14.7, 2.29)])
+def test_responder_flies_as_long_and_lifts_as_much_as_the_papers(
+    figures: dict[str, float] | None, minutes: float, lifts: float
+) -> None:
+    """Table 1: 25 min without a parcel, 2 kg. The figures are those of tools/measure_vehicle.py, which flies it."""
+    vehicle = vehicles.load("responder")
+    if figures is not None:
+        vehicle = vehicles.with_parcel(vehicle, figures)
+    propulsion, battery = present(vehicle.propulsion), LoadBattery(vehicle.battery)
+    weight_n, most_n = inertia.laden(vehicle).mass_kg * 9.80665, 4 * propulsion.thrust_max_n
+    seconds = 0.0
+    while battery.remaining > 0.07:  # BAT_CRIT_THR
+        battery.step(0.2, 4 * propulsion.power_max_w * (weight_n / most_n) ** 1.5, True)
+        seconds += 0.2
+    assert seconds / 60.0 == pytest.approx(minutes, abs=0.6)
+    simulator = VehicleSimulator(vehicle, Home(47.4, 8.5, 489.0, 0.0), 1, FlatGround())
+    for _ in range(500):
+        simulator.tick(HilActuatorControls(0, 1, (1.0,) * 4, 128))
+    thrust_n = propulsion.thrust_max_n * sum(speed**2 for speed in simulator.dynamics.motor_speeds())
+    assert thrust_n / weight_n == pytest.approx(lifts, abs=0.05)
+    assert lifts >= 1.6
 
 
 def test_rover_fits_between_rows() -> None:

@@ -13,7 +13,7 @@ from sitl_emu.vehicles.multicopter import Multicopter, from_body_down
 from tests.typed import present
 
 G = 9.80665
-MODELS = ["iris", "m600", "sihsim_hex"]
+MODELS = ["iris", "m600", "responder", "sihsim_hex"]
 
 
 def flat(north: float, east: float) -> float:

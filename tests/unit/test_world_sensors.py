@@ -10,6 +10,7 @@ from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.core.geomagnetism import MagneticField
+from sitl_emu.vehicles.description import Gps as GpsData
 from sitl_emu.world.atmosphere import gravity_m_s2, pressure_altitude_m, pressure_hpa
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.noise import GaussMarkov, generator, normals
@@ -24,11 +25,11 @@ IRIS, M600 = vehicles.load("iris").sensors, vehicles.load("m600").sensors
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
-def gps_errors(seed: int, name: str, minutes: int = 60) -> list[tuple[float, float, float]]:
+def gps_errors(seed: int, name: str, minutes: float = 60, data: GpsData = IRIS.gps) -> list[tuple[float, float, float]]:
     projection = MapProjection(40.47, -86.99)
-    gps, fixes = Gps(IRIS.gps, projection, 215.0, seed, name), []
-    for tick in range(round(minutes * 60 * IRIS.gps.rate_hz)):
-        fix = gps.read(tick * 125_000, 10.0, -20.0, -15.0, 1.0, 0.0, 0.0)
+    gps, fixes = Gps(data, projection, 215.0, seed, name), []
+    for tick in range(round(minutes * 60 * data.rate_hz)):
+        fix = gps.read(round(tick * 1e6 / data.rate_hz), 10.0, -20.0, -15.0, 1.0, 0.0, 0.0)
         north, east = projection.project(fix.lat * 1e-7, fix.lon * 1e-7)
         fixes.append((north - 10.0, east + 20.0, 230.0 - fix.alt * 1e-3))
     return fixes
@@ -159,6 +160,33 @@ def test_lidar_reads_in_range_and_says_so_out_of_it() -> None:
         blind = lidar.read(0, 0.0, 0.0, down, attitude)
         assert blind.current_distance == blind.max_distance + 1
         assert blind.signal_quality == 1
+
+
+def test_an_m8n_is_a_word_and_has_its_circle() -> None:
+    m8n = vehicles.with_sensors(vehicles.load("responder"), {"gps": "m8n"}).sensors.gps
+    away = [math.hypot(north, east) for seed in range(3000) for north, east, _ in gps_errors(seed, "uas", 0.004, m8n)]
+    assert statistics.median(away) == pytest.approx(2.5, rel=0.05), "half of the fixes lie within 2.5 m"
+    with pytest.raises(vehicles.VehicleError, match=r"sensors: gps = 'm9n': known are m8n, or give its figures"):
+        vehicles.with_sensors(vehicles.load("iris"), {"gps": "m9n"})
+
+
+def test_a_tf_luna_is_as_exact_as_its_data_sheet_says() -> None:
+    data = present(vehicles.load("responder").sensors.lidar)
+    for range_m, accuracy_m, repeats_m in (
+        (1.0, 0.06, 0.005),
+        (2.0, 0.06, 0.005),
+        (4.0, 0.08, 0.01),
+        (7.0, 0.14, 0.0175),
+    ):
+        wrong = []
+        for seed in range(40):
+            lidar = Lidar(data, FlatGround(), seed, "uas")
+            shots = [lidar.read(tick * 20_000, 0.0, 0.0, -range_m, LEVEL).current_distance for tick in range(200)]
+            assert statistics.pstdev(shots) == pytest.approx(math.hypot(100.0 * repeats_m, 0.29), rel=0.25), "cm steps"
+            wrong.append(statistics.fmean(shots) / 100.0 - range_m)
+        assert max(map(abs, wrong)) < accuracy_m + 0.005
+        assert statistics.pstdev(wrong) == pytest.approx(0.5 * accuracy_m, rel=0.4), "each has its own"
+    assert lidar.read(0, 0.0, 0.0, -8.5, LEVEL).current_distance == 801
 
 
 def test_noise_sources_are_independent_and_repeatable() -> None:

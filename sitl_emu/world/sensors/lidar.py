@@ -2,9 +2,9 @@
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 1 ("invalid"). Canopy and crop of a world's `cover` are met where they
-have leaves; water is heard from steeply above alone, and never what lies below it (`areas.py`). Flames, smoke and the
-corn field's plants are not seen.
+centimetre above max_distance, signal quality 1 ("invalid"). It errs by white noise and by an error that lasts. Canopy
+and crop of a world's `cover` are met where they have leaves; water is heard from steeply above alone, and never what
+lies below it (`areas.py`). Flames, smoke and the corn field's plants are not seen.
 """
 
 import math
@@ -41,6 +41,8 @@ class Lidar:
     ) -> None:
         self._data, self._terrain, self._obstacles, self._areas = data, terrain, obstacles, areas
         self._draw = normals(seed, name, "lidar")
+        self._wrong = max(-1.0, min(1.0, 0.5 * normals(seed, name, "lidar accuracy")()))
+        """Its lasting error, over the greatest."""
         self._quality, self._no_quality = (GOOD_SIGNAL, NO_SIGNAL) if data.tells_quality else (UNKNOWN, UNKNOWN)
 
     def read(self, time_us: int, north_m: float, east_m: float, down_m: float, attitude: Quaternion) -> DistanceSensor:
@@ -54,7 +56,10 @@ class Lidar:
         if self._areas is not None:
             axis = body_down(attitude)
             distance = self._areas.heard((north_m, east_m, down_m), axis, distance, data.max_distance_m)
-        seen = distance + data.noise_m * self._draw()
+        near = min(distance, data.max_distance_m)
+        noise_m = max(data.noise_m, data.noise_share * near)
+        accuracy_m = max(data.accuracy_m, data.accuracy_share * near)
+        seen = distance + accuracy_m * self._wrong + noise_m * self._draw()
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
         return DistanceSensor(
@@ -65,7 +70,7 @@ class Lidar:
             LASER,
             0,
             DOWNWARD_FACING,
-            min(255, round((data.noise_m * 100) ** 2)),
+            min(255, round(1e4 * (noise_m**2 + 0.25 * accuracy_m**2))),
             0.0,
             0.0,
             (0.0, 0.0, 0.0, 0.0),
