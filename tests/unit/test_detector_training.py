@@ -5,6 +5,7 @@ import json
 from collections import Counter
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -24,7 +25,7 @@ def marked() -> augment.Sample:
     """A white box on black."""
     image = np.zeros((96, 128, 3), np.uint8)
     image[10:40, 20:60] = 255
-    return image, ROWS.copy()
+    return augment.Sample(image, ROWS.copy())
 
 
 def test_without_strength_nothing_changes() -> None:
@@ -43,6 +44,22 @@ def test_boxes_go_with_the_pictures(seed: int) -> None:
     assert np.allclose(rows[0, 1:5], (xs[0], ys[0], xs[-1] + 1, ys[-1] + 1), atol=9.0)
 
 
+@pytest.mark.parametrize("mosaic", [0.0, 1.0])
+def test_a_region_that_is_turned_or_cut_has_the_box_of_what_is_still_to_be_seen(mosaic: float) -> None:
+    """A white line from corner to corner, whose own box says little about a part's."""
+    image = cv2.line(np.zeros((96, 128, 3), np.uint8), (0, 0), (127, 95), (255, 255, 255), 5)
+    line = augment.Sample(image, np.array([[0, 0, 0, 128, 96, 1]], np.float32), (image[:, :, 0] > 0).astype(np.uint8))
+    how = STILL._replace(flip=0.5, rotation_deg=15.0, scale=(0.8, 1.2), shift=0.1, mosaic=mosaic)
+    for seed in range(12):
+        turned, rows = augment.sample(lambda _: line, 0, 4, how, np.random.default_rng(seed))
+        for _, left, top, right, bottom, kind in rows:
+            if kind == augment.IGNORED:
+                continue
+            part = np.all(turned[int(top) : int(bottom), int(left) : int(right)] > 150, axis=2)
+            for edge in (part[:4].any(), part[-4:].any(), part[:, :4].any(), part[:, -4:].any()):
+                assert edge, "a box touches what it is about on every side"
+
+
 def test_four_in_one_keeps_boxes_on_what_they_mark() -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -55,7 +72,8 @@ def test_four_in_one_keeps_boxes_on_what_they_mark() -> None:
 def test_of_what_is_cut_away_little_is_ignored_and_nothing_is_gone() -> None:
     rows = np.array([[0, 0, 0, 100, 100, 1], [0, 90, 0, 190, 100, 1], [0, 200, 0, 300, 100, 1]], np.float32)
     inner = augment.cut(rows, 0, 0, 100, 100)
-    assert inner[:, 5].tolist() == [1.0, augment.IGNORED] and inner[1, 1:5].tolist() == [90, 0, 100, 100]
+    assert inner[:, 5].tolist() == [1.0, augment.IGNORED, augment.IGNORED]
+    assert inner[1, 1:5].tolist() == [90, 0, 100, 100]
 
 
 def test_the_same_seed_gives_the_same_picture() -> None:

@@ -2,6 +2,8 @@
 
 The paper's: flips, 15 degrees of rotation, 20 per cent of brightness and contrast, scales of 0.8 to 1.2, four pictures
 in one. Besides: white balance, gamma, blur, noise, JPEG. Boxes are rows (n, 6): class, left, top, right, bottom, kind.
+Of areas (water, a front of flames) a box says little about the box of a part, or of the whole when it is turned: where
+it is known which pixels show them, boxes are drawn anew.
 """
 
 import math
@@ -14,12 +16,22 @@ import numpy.typing as npt
 
 Image = npt.NDArray[np.uint8]
 Rows = npt.NDArray[np.float32]
-Sample = tuple[Image, Rows]
 Rng = np.random.Generator
 PAD = (114, 114, 114)
 LEAST_SHARE = 0.15
-"""Of a box that must be left where a picture is cut; less of it is ignored."""
+"""Of a box, or of a region's pixels, that must be left where a picture is cut; less of it is ignored."""
+LEAST_PX = 6.0
+"""Shorter sides are ignored."""
 IGNORED = 2.0
+
+
+class Sample(NamedTuple):
+    """A picture and what is in it."""
+
+    image: Image
+    rows: Rows
+    regions: Image | None = None
+    """(height, width): by row, from 1 on, the pixels that show it; None: boxes are all that is known."""
 
 
 class Strength(NamedTuple):
@@ -37,19 +49,20 @@ class Strength(NamedTuple):
     """How often each of blur, noise and JPEG comes."""
 
 
-def sample(pick: Callable[[int], Sample], number: int, count: int, how: Strength, rng: Rng) -> Sample:
+def sample(pick: Callable[[int], Sample], number: int, count: int, how: Strength, rng: Rng) -> tuple[Image, Rows]:
     """Picture `number` of `count`, with others where it becomes one of four."""
     if rng.random() < how.mosaic:
         others = [number, *(int(k) for k in rng.integers(count, size=3))]
-        image, rows = _mosaic([_turned(*pick(k), how, rng) for k in others], rng)
+        image, rows = _mosaic([_turned(pick(k), how, rng) for k in others], rng)
     else:
-        image, rows = _turned(*pick(number), how, rng)
-    return _seen(image, how, rng), rows
+        image, rows, _ = _turned(pick(number), how, rng)
+    is_there = ((rows[:, 3:5] - rows[:, 1:3]) > 1.0).all(axis=1)
+    return _seen(image, how, rng), rows[is_there]
 
 
-def _turned(image: Image, rows: Rows, how: Strength, rng: Rng) -> Sample:
+def _turned(one: Sample, how: Strength, rng: Rng) -> Sample:
     """Flipped, rotated, scaled and moved."""
-    height, width = image.shape[:2]
+    height, width = one.image.shape[:2]
     angle = math.radians(float(rng.uniform(-how.rotation_deg, how.rotation_deg)))
     scale = math.exp(float(rng.uniform(*np.log(how.scale))))
     mirror_x, mirror_y = (-1.0 if rng.random() < how.flip else 1.0 for _ in range(2))
@@ -58,8 +71,37 @@ def _turned(image: Image, rows: Rows, how: Strength, rng: Rng) -> Sample:
     middle = np.array((width, height)) / 2
     shift = middle - turn @ middle + rng.uniform(-how.shift, how.shift, 2) * (width, height)
     matrix = np.concatenate((turn, shift[:, None]), axis=1)
-    moved = cv2.warpAffine(image, matrix, (width, height), flags=cv2.INTER_LINEAR, borderValue=PAD)
-    return np.asarray(moved, np.uint8), _moved(rows, turn, shift, width, height)
+    image = np.asarray(
+        cv2.warpAffine(one.image, matrix, (width, height), flags=cv2.INTER_LINEAR, borderValue=PAD), np.uint8
+    )
+    rows = _moved(one.rows, turn, shift, width, height)
+    if one.regions is None:
+        return Sample(image, rows)
+    regions = np.asarray(cv2.warpAffine(one.regions, matrix, (width, height), flags=cv2.INTER_NEAREST), np.uint8)
+    before = scale * scale * _pixels(one.regions, len(rows))
+    return Sample(image, _about_regions(rows, one.rows[:, 5], regions, before), regions)
+
+
+def _pixels(regions: Image, count: int) -> npt.NDArray[np.float64]:
+    """How many show each row."""
+    return np.bincount(regions.reshape(-1), minlength=count + 1)[1 : count + 1].astype(np.float64)
+
+
+def _about_regions(rows: Rows, kinds: npt.NDArray[np.float32], regions: Image, before: npt.NDArray[np.float64]) -> Rows:
+    """Boxes of what pixels show; `kinds` and `before`: what rows were, and how many pixels showed them, uncut."""
+    rows, now = rows.copy(), _pixels(regions, len(rows))
+    y, x = np.nonzero(regions)
+    shown = regions[y, x].astype(np.intp) - 1
+    in_row, in_column = (np.zeros((len(rows), side), np.bool_) for side in regions.shape)
+    in_row[shown, y] = in_column[shown, x] = True
+    known = before > 0.0
+    for first, last, seen in ((2, 4, in_row), (1, 3, in_column)):
+        rows[known, first] = seen[known].argmax(axis=1)
+        rows[known, last] = seen.shape[1] - seen[known, ::-1].argmax(axis=1)
+    rows[known & (now == 0.0), 1:5] = 0.0
+    is_little = (now < LEAST_SHARE * before) | ((rows[:, 3:5] - rows[:, 1:3]).min(axis=1) < LEAST_PX)
+    rows[known, 5] = np.where(is_little, np.float32(IGNORED), kinds)[known]
+    return rows
 
 
 def _moved(rows: Rows, turn: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], width: int, height: int) -> Rows:
@@ -71,28 +113,32 @@ def _moved(rows: Rows, turn: npt.NDArray[np.float64], shift: npt.NDArray[np.floa
 
 
 def cut(rows: npt.NDArray[np.floating], left: float, top: float, right: float, bottom: float) -> Rows:
-    """What of boxes lies in a window; those of which little is left are ignored from now on."""
+    """What of boxes lies in a window; those of which little is left, or nothing, are ignored from now on."""
     area = (rows[:, 3:5] - rows[:, 1:3]).prod(axis=1)
     inner = rows.astype(np.float32)
     inner[:, 1:5] = np.clip(rows[:, 1:5], (left, top, left, top), (right, bottom, right, bottom))
     sides = inner[:, 3:5] - inner[:, 1:3]
-    inner[(sides.prod(axis=1) < LEAST_SHARE * area) | (sides.min(axis=1) < 6.0), 5] = IGNORED
-    return inner[(sides > 1.0).all(axis=1)]
+    inner[(sides.prod(axis=1) < LEAST_SHARE * area) | (sides.min(axis=1) < LEAST_PX), 5] = IGNORED
+    return inner
 
 
-def _mosaic(four: list[Sample], rng: Rng) -> Sample:
+def _mosaic(four: list[Sample], rng: Rng) -> tuple[Image, Rows]:
     """Four pictures about a point near the middle, each with the part that lies about its own."""
-    height, width = four[0][0].shape[:2]
+    height, width = four[0].image.shape[:2]
     x, y = (int(side * rng.uniform(0.3, 0.7)) for side in (width, height))
     windows = ((0, 0, x, y), (x, 0, width, y), (0, y, x, height), (x, y, width, height))
-    whole = np.empty_like(four[0][0])
+    whole = np.empty_like(four[0].image)
     rows = []
-    for (image, own), (left, top, right, bottom) in zip(four, windows, strict=True):
+    for (image, own, regions), (left, top, right, bottom) in zip(four, windows, strict=True):
         dx, dy = int(rng.integers(width - (right - left) + 1)), int(rng.integers(height - (bottom - top) + 1))
         whole[top:bottom, left:right] = image[dy : dy + bottom - top, dx : dx + right - left]
-        moved = own.copy()
-        moved[:, 1:5] += (left - dx, top - dy) * 2
-        rows.append(cut(moved, left, top, right, bottom))
+        part = cut(own, dx, dy, dx + right - left, dy + bottom - top)
+        part[:, 1:5] -= (dx, dy) * 2
+        if regions is not None:
+            shown = np.ascontiguousarray(regions[dy : dy + bottom - top, dx : dx + right - left])
+            part = _about_regions(part, own[:, 5], shown, _pixels(regions, len(own)))
+        part[:, 1:5] += (left, top) * 2
+        rows.append(part)
     return whole, np.concatenate(rows)
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.missions.companion.yolo import fitted
+from sitl_emu.missions.companion.yolo import Fitted, fitted
 from tools.detector.scores import Truth
 
 Image = npt.NDArray[np.uint8]
@@ -24,6 +24,8 @@ class Split(NamedTuple):
     """(height, width, 3), BGR."""
     rows: list[npt.NDArray[np.float32]]
     """(n, 6) each: class, left, top, right, bottom in pixels, and kind."""
+    regions: list[Image | None]
+    """(height, width) each: the row that a pixel shows, from 1 on; None: boxes are all that is known."""
     about: list[dict[str, Any]]
     """What `dataset` wrote of each: height above ground, sun, haze."""
 
@@ -43,7 +45,7 @@ def load(folder: Path, split: str, width: int, height: int, most: int | None = N
         left, top, wide, high = each["bbox"]
         kind = IGNORED if each.get("iscrowd") else REAL
         rows[each["image_id"]].append([number[each["category_id"]], left, top, left + wide, top + high, kind])
-    images, moved, names = [], [], []
+    images, moved, names, regions = [], [], [], list[Image | None]()
     for each in table["images"][:most]:
         path = folder / "images" / split / each["file_name"]
         image = cv2.imread(str(path), cv2.IMREAD_COLOR)
@@ -55,4 +57,19 @@ def load(folder: Path, split: str, width: int, height: int, most: int | None = N
         images.append(fit.image)
         moved.append(own)
         names.append(each["file_name"])
-    return Split(tuple(each["name"] for each in categories), tuple(names), images, moved, table["images"][:most])
+        regions.append(
+            _regions((folder / "regions" / split / each["file_name"]).with_suffix(".png"), fit, width, height)
+        )
+    labels = tuple(each["name"] for each in categories)
+    return Split(labels, tuple(names), images, moved, regions, table["images"][:most])
+
+
+def _regions(path: Path, fit: Fitted, width: int, height: int) -> Image | None:
+    """Moved as its picture was, but that numbers don't mix."""
+    if not path.exists():
+        return None
+    read = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if read is None:
+        raise ValueError(f"{path}: can't be read as a picture")
+    matrix = np.array(((fit.scale, 0.0, fit.left), (0.0, fit.scale, fit.top)))
+    return np.asarray(cv2.warpAffine(read, matrix, (width, height), flags=cv2.INTER_NEAREST), np.uint8)

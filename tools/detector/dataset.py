@@ -25,7 +25,7 @@ def draw(plan: Plan, processes: int) -> dict[str, int]:
     """Draw what is missing, and write all tables; how many images each split has."""
     todo = SUBJECTS[plan.subject].jobs(plan)
     for split in SPLITS:
-        for kind in ("images", "labels"):
+        for kind in ("images", "labels", "regions"):
             (plan.folder / kind / split).mkdir(parents=True, exist_ok=True)
     (plan.folder / "parts").mkdir(exist_ok=True)
     with ProcessPoolExecutor(processes) as pool:
@@ -46,6 +46,9 @@ def draw_world(job: Job) -> str:
         name = f"{job.name}_{k:02d}.jpg"
         path = job.plan.folder / "images" / job.split / name
         cv2.imwrite(str(path), frame.image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        if frame.regions is not None:
+            path = job.plan.folder / "regions" / job.split / name
+            cv2.imwrite(str(path.with_suffix(".png")), frame.regions)
         rows.append({"file": name, "seen": [seen._asdict() for seen in frame.seen], "shot": frame.shot})
     part.write_text(json.dumps({**world.about, "frames": rows}))
     return job.name

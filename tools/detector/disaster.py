@@ -7,7 +7,7 @@ import numpy as np
 
 from sitl_emu.world import polygons
 from sitl_emu.world.lens import Intrinsics
-from sitl_emu.world.render.truth import Area, regions_in
+from sitl_emu.world.render.truth import Area, masked_regions
 from tools.detector import variation
 from tools.detector.plan import Frame, Job, Plan, Subject, World, dealt
 from tools.detector.recorder import Eye
@@ -21,6 +21,8 @@ AREAS = (
 NEAREST_M = 1.5
 """Frames with anything nearer to the camera are taken elsewhere."""
 TRIES = 20
+MOST_REGIONS = 255
+"""Of a picture's, that are known by their pixels: of later ones, which are single stones, by their boxes."""
 
 
 def jobs(plan: Plan) -> list[Job]:
@@ -50,8 +52,11 @@ def _frames(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
             image = eye.take(shot)
             if recorder.view.depth_m.min() > NEAREST_M:
                 break
-        seen = regions_in(recorder.scene, recorder.view, recorder.camera, AREAS, shot.time_s)
-        yield Frame(image, seen, shot._asdict())
+        seen = masked_regions(recorder.scene, recorder.view, recorder.camera, AREAS, shot.time_s)
+        regions = np.zeros(image.shape[:2], np.uint8)
+        for number, (_, mask) in enumerate(seen[:MOST_REGIONS], start=1):
+            regions[mask] = number
+        yield Frame(image, [one for one, _ in seen], shot._asdict(), regions)
 
 
 def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[float, float]]:

@@ -51,6 +51,8 @@ class Frame(NamedTuple):
     seen: list[Seen]
     shot: dict[str, Any]
     """Where and when it was taken; `above_m` among it."""
+    regions: npt.NDArray[np.uint8] | None = None
+    """(height, width): which of `seen` a pixel shows, from 1 on; 0: none. None: boxes are all that is known."""
 
 
 class World(NamedTuple):

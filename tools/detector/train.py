@@ -68,7 +68,7 @@ class Pictures(torch.utils.data.Dataset[tuple[Tensor, Tensor]]):
         return torch.from_numpy(np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))), torch.from_numpy(rows)
 
     def _pick(self, number: int) -> augment.Sample:
-        return self.split.images[number], self.split.rows[number]
+        return augment.Sample(self.split.images[number], self.split.rows[number], self.split.regions[number])
 
 
 def joined(samples: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:

@@ -64,12 +64,19 @@ class Seen(NamedTuple):
 
 def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0) -> list[Seen]:
     """All regions of all areas, area by area, from top to bottom, in a view of a time."""
-    found: list[Seen] = []
+    return [seen for seen, _ in masked_regions(scene, view, camera, areas, time_s)]
+
+
+def masked_regions(
+    scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0
+) -> list[tuple[Seen, Mask]]:
+    """The same, each with the pixels that show it."""
+    found: list[tuple[Seen, Mask]] = []
     for area in areas:
-        found += [seen for seen, _ in regions_of(area, mask_of(scene, view, camera, area, time_s), view, camera)]
+        found += regions_of(area, mask_of(scene, view, camera, area, time_s), view, camera)
         if area.ignored:
             loose = regions_of(area, _of_labels(scene, view, area.ignored), view, camera)
-            found += [seen._replace(is_ignored=True) for seen, _ in loose]
+            found += [(seen._replace(is_ignored=True), mask) for seen, mask in loose]
     return found
 
 

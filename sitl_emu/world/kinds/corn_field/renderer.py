@@ -264,7 +264,7 @@ class Renderer:
         full = cv2.resize(
             grid, (self._grid_shape[1] * step, self._grid_shape[0] * step), interpolation=cv2.INTER_LINEAR
         )
-        return full[step:-step, step:-step]
+        return np.asarray(full[step:-step, step:-step])
 
     def _plants(self) -> standing.Standing:
         """Made when a camera is low: from higher up nobody needs them."""
