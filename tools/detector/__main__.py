@@ -63,6 +63,7 @@ def _train(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(416, 320), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=0, help="processes that change pictures")
+    parser.add_argument("--start", type=Path, help="a checkpoint to begin with, as wide, of any input size")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
     parser.set_defaults(run=_run_train)
 
@@ -74,7 +75,7 @@ def _run_train(given: argparse.Namespace) -> None:
     data, out = _path(given, given.data, "data"), _path(given, given.out, "training")
     train.train(train.Settings(
         data, out, given.epochs, given.batch, given.width, width, height, seed=given.seed, workers=given.workers,
-        minutes=given.minutes,
+        start=given.start, minutes=given.minutes,
     ))  # fmt: skip
 
 

@@ -78,18 +78,18 @@ def _turned(one: Sample, how: Strength, rng: Rng) -> Sample:
     if one.regions is None:
         return Sample(image, rows)
     regions = np.asarray(cv2.warpAffine(one.regions, matrix, (width, height), flags=cv2.INTER_NEAREST), np.uint8)
-    before = scale * scale * _pixels(one.regions, len(rows))
-    return Sample(image, _about_regions(rows, one.rows[:, 5], regions, before), regions)
+    before = scale * scale * pixels_of(one.regions, len(rows))
+    return Sample(image, about_regions(rows, one.rows[:, 5], regions, before), regions)
 
 
-def _pixels(regions: Image, count: int) -> npt.NDArray[np.float64]:
+def pixels_of(regions: Image, count: int) -> npt.NDArray[np.float64]:
     """How many show each row."""
     return np.bincount(regions.reshape(-1), minlength=count + 1)[1 : count + 1].astype(np.float64)
 
 
-def _about_regions(rows: Rows, kinds: npt.NDArray[np.float32], regions: Image, before: npt.NDArray[np.float64]) -> Rows:
+def about_regions(rows: Rows, kinds: npt.NDArray[np.float32], regions: Image, before: npt.NDArray[np.float64]) -> Rows:
     """Boxes of what pixels show; `kinds` and `before`: what rows were, and how many pixels showed them, uncut."""
-    rows, now = rows.copy(), _pixels(regions, len(rows))
+    rows, now = rows.copy(), pixels_of(regions, len(rows))
     y, x = np.nonzero(regions)
     shown = regions[y, x].astype(np.intp) - 1
     in_row, in_column = (np.zeros((len(rows), side), np.bool_) for side in regions.shape)
@@ -136,7 +136,7 @@ def _mosaic(four: list[Sample], rng: Rng) -> tuple[Image, Rows]:
         part[:, 1:5] -= (dx, dy) * 2
         if regions is not None:
             shown = np.ascontiguousarray(regions[dy : dy + bottom - top, dx : dx + right - left])
-            part = _about_regions(part, own[:, 5], shown, _pixels(regions, len(own)))
+            part = about_regions(part, own[:, 5], shown, pixels_of(regions, len(own)))
         part[:, 1:5] += (left, top) * 2
         rows.append(part)
     return whole, np.concatenate(rows)

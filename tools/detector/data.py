@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.missions.companion.yolo import Fitted, fitted
+from tools.detector.augment import IGNORED, Sample
 from tools.detector.scores import Truth
 
 Image = npt.NDArray[np.uint8]
-REAL, IGNORED = 1.0, 2.0
+REAL = 1.0
 
 
 class Split(NamedTuple):
@@ -29,10 +30,19 @@ class Split(NamedTuple):
     about: list[dict[str, Any]]
     """What `dataset` wrote of each: height above ground, sun, haze."""
 
+    def sample(self, number: int) -> Sample:
+        """As `augment` and `changes` read it."""
+        return Sample(self.images[number], self.rows[number], self.regions[number])
+
     def truth(self, number: int) -> Truth:
         """As `scores` reads it."""
-        rows = self.rows[number]
-        return Truth(rows[:, 1:5], rows[:, 0].astype(np.int64), rows[:, 5] == IGNORED)
+        return truth_of(self.rows[number])
+
+
+def truth_of(rows: npt.NDArray[np.float32]) -> Truth:
+    """What rows tell, as `scores` reads it; those without extent are not there."""
+    there = rows[((rows[:, 3:5] - rows[:, 1:3]) > 0.0).all(axis=1)]
+    return Truth(there[:, 1:5], there[:, 0].astype(np.int64), there[:, 5] == IGNORED)
 
 
 def load(folder: Path, split: str, width: int, height: int, most: int | None = None) -> Split:

@@ -1,13 +1,13 @@
 """Scores an exported network on what no training saw, as the second paper's Table 2 does, and how it breaks.
 
-Writes `scores.json`, `scores.md`, `curves.png`, and `misses.png`, the page of the worst misses and false finds.
+Writes `scores.json`, `scores.md`, `curves.png`, `conditions.png` (finds by height, sun and haze), and `misses.png`, the
+page of the worst misses and false finds.
 Precision, recall and F1 of all sets are those at the score where the validation split's mean F1 is highest.
 """
 
 import json
-import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ import numpy.typing as npt
 from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import Found, OnnxDetector, overlaps
 from tools.detector import data
-from tools.detector.augment import noisy, squeezed
-from tools.detector.plots import draw
+from tools.detector.changes import Change, changes
+from tools.detector.conditions import CONDITIONS, binned
+from tools.detector.plots import draw, draw_conditions
 from tools.detector.scores import Score, Truth, confusion, curves, score
 
 Image = npt.NDArray[np.uint8]
@@ -43,56 +44,33 @@ def evaluate(model: Path, folder: Path, out: Path) -> None:
     classes = len(detector.labels)
     at = score(found["val"], truths["val"], classes).at
     scores = {name: score(found[name], truths[name], classes, at) for name in splits}
-    drops = {name: score([detector.found(change(image), LEAST) for image in splits["test"].images], truths["test"],
-                         classes, at) for name, change in changes().items()}  # fmt: skip
-    heights = _by_height(found["test"], truths["test"], splits["test"], classes, at)
+    drops = {name: _changed(detector, splits["test"], change, at) for name, change in changes().items()}
+    unseen = [name for name in splits if name != "val"]
+    every, real = [one for name in unseen for one in found[name]], [one for name in unseen for one in truths[name]]
+    about = [one for name in unseen for one in splits[name].about]
+    conditions = {each.name: binned(each, every, real, about, classes, at) for each in CONDITIONS}
     table = confusion(found["test"], truths["test"], classes, at)
     result = {"model": model.name, "input": [detector.width, detector.height], "at": at,
               "images": {name: len(split.images) for name, split in splits.items()},
               "sets": {name: _plain(one, detector.labels) for name, one in scores.items()},
               "changed": {name: _plain(one, detector.labels) for name, one in drops.items()},
-              "by_height_m": {name: _plain(one, detector.labels) for name, one in heights.items()},
+              "conditions": {name: [one._asdict() for one in bins] for name, bins in conditions.items()},
               "confusion": {"labels": [*detector.labels, "nothing"], "rows": table.tolist()},
               "frames_s": round(_speed(detector, splits["test"].images), 1)}  # fmt: skip
     (out / "scores.json").write_text(json.dumps(result, indent=1) + "\n")
     text = markdown(result)
     (out / "scores.md").write_text(text)
     draw(out / "curves.png", detector.told, result, curves(found["test"], truths["test"], classes))
+    draw_conditions(out / "conditions.png", conditions, at)
     cv2.imwrite(str(out / "misses.png"), misses(splits["test"], found["test"], truths["test"], at))
     print(text)
 
 
-def changes() -> Mapping[str, Callable[[Image], Image]]:
-    """What another camera does to a picture."""
-    rng = np.random.default_rng(5)
-    return {
-        "warm +15 %": lambda image: balanced(image, 1.15),
-        "cold -15 %": lambda image: balanced(image, 0.85),
-        "gamma 0.7": lambda image: curved(image, 0.7),
-        "gamma 1.4": lambda image: curved(image, 1.4),
-        "JPEG 40": lambda image: squeezed(image, 40),
-        "blur 1.5 px": lambda image: np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), np.uint8),
-        "noise 8": lambda image: noisy(image, 8.0, rng),
-    }
-
-
-def balanced(image: Image, red: float) -> Image:
-    """Red by a factor, blue by its inverse."""
-    return np.clip(image * np.array((1 / red, 1.0, red)), 0, 255).round().astype(np.uint8)
-
-
-def curved(image: Image, gamma: float) -> Image:
-    """Each figure to a power."""
-    table = (np.arange(256) / 255.0) ** gamma * 255.0
-    return np.asarray(cv2.LUT(image, table.round().astype(np.uint8)), np.uint8)
-
-
-def _by_height(found: list[Found], truths: list[Truth], split: data.Split, classes: int, at: float) -> dict[str, Score]:
-    rows = {}
-    for low, high in ((0, 5), (5, 10), (10, 20), (20, 30), (30, 40)):
-        chosen = [k for k, about in enumerate(split.about) if low <= about.get("above_m", math.nan) < high]
-        rows[f"{low}-{high}"] = score([found[k] for k in chosen], [truths[k] for k in chosen], classes, at)
-    return rows
+def _changed(detector: OnnxDetector, split: data.Split, change: Change, at: float) -> Score:
+    """Of a split as another camera sees it."""
+    seen = [change(split.sample(k)) for k in range(len(split.images))]
+    found = [detector.found(one.image, LEAST) for one in seen]
+    return score(found, [data.truth_of(one.rows) for one in seen], len(detector.labels), at)
 
 
 def _plain(one: Score, labels: tuple[str, ...]) -> dict[str, Any]:
@@ -124,8 +102,15 @@ def markdown(result: Mapping[str, Any]) -> str:
                      f"{one['map50_95']:.3f} | |")  # fmt: skip
     lines += ["", "| test pictures, changed | mAP@0.5 |", "| --- | --- |"]
     lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["changed"].items()]
-    lines += ["", "| test pictures by height (m) | mAP@0.5 |", "| --- | --- |"]
-    lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["by_height_m"].items()]
+    for name, bins in result["conditions"].items():
+        lines += [
+            "",
+            f"| all but validation, {name} | pictures | to find | found | false a picture |",
+            "| --- " * 5 + "|",
+        ]
+        lines += [f"| {one['low']:g} to {one['high']:g} | {one['pictures']} | {one['truths']} | "
+                  f"{one['found'] / max(one['truths'], 1):.0%} | {one['false'] / one['pictures']:.2f} |"
+                  for one in bins]  # fmt: skip
     labels = result["confusion"]["labels"]
     lines += ["", "| there is \\ found | " + " | ".join(labels) + " |", "| --- " * (len(labels) + 1) + "|"]
     lines += [f"| {label} | " + " | ".join(str(count) for count in row) + " |"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # after the choice of what draws
 
+from tools.detector.conditions import Bin
 from tools.detector.scores import STEPS, Curves
 
 
@@ -31,6 +32,24 @@ def draw(path: Path, told: Mapping[str, str], result: Mapping[str, Any], curves:
     axes[1, 0].axvline(result["at"], color="grey", linestyle=":")
     axes[0, 1].legend()
     _confusion(axes[1, 1], np.array(result["confusion"]["rows"]), result["confusion"]["labels"])
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def draw_conditions(path: Path, conditions: Mapping[str, Sequence[Bin]], at: float) -> None:
+    """Write it: for each condition what share was found, and how much was found that is not there."""
+    figure, axes = plt.subplots(1, len(conditions), figsize=(5.5 * len(conditions), 4), layout="constrained")
+    for axis, (name, bins) in zip(np.atleast_1d(axes), conditions.items(), strict=True):
+        places = range(len(bins))
+        axis.bar(places, [one.found / max(one.truths, 1) for one in bins], color="tab:blue", alpha=0.7)
+        for place, one in zip(places, bins, strict=True):
+            axis.text(place, 0.02, f"{one.truths} in\n{one.pictures}", ha="center", fontsize=8)
+        axis.set(xlabel=name, ylabel=f"share found, score {at:.2f}, IoU 0.5", ylim=(0, 1))
+        axis.set_xticks(places, [f"{one.low:g}-{one.high:g}" for one in bins])
+        false = axis.twinx()
+        false.plot(places, [one.false / one.pictures for one in bins], color="tab:red", marker="o")
+        false.set_ylabel("false finds a picture", color="tab:red")
+        false.set_ylim(bottom=0)
     figure.savefig(path, dpi=100)
     plt.close(figure)
 

@@ -47,6 +47,8 @@ class Settings(NamedTuple):
     warm_epochs: float = 3.0
     seed: int = 1
     workers: int = 0
+    start: Path | None = None
+    """A checkpoint of a network as wide, of any input size, whose average to begin with instead of chance."""
     minutes: float = math.inf
     """A sitting ends after the epoch in which they are over."""
 
@@ -68,7 +70,7 @@ class Pictures(torch.utils.data.Dataset[tuple[Tensor, Tensor]]):
         return torch.from_numpy(np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))), torch.from_numpy(rows)
 
     def _pick(self, number: int) -> augment.Sample:
-        return augment.Sample(self.split.images[number], self.split.rows[number], self.split.regions[number])
+        return self.split.sample(number)
 
 
 def joined(samples: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
@@ -90,6 +92,8 @@ class Sitting:
         self.train, self.val = (data.load(settings.data, name, *size) for name in ("train", "val"))
         classes, layout = len(self.train.labels), torch.channels_last  # a sixth faster on a CPU than the usual one
         self.network = Network(classes, settings.width).to(self.device, memory_format=layout)
+        if settings.start is not None:
+            self._begin_with(settings.start)
         self.average = Network(classes, settings.width).to(self.device, memory_format=layout).eval()
         self.average.load_state_dict(self.network.state_dict())
         self.optimiser = torch.optim.SGD(_groups(self.network, settings.decay), settings.rate, MOMENTUM, nesterov=True)
@@ -171,6 +175,15 @@ class Sitting:
 
     # --- sittings -----------------------------------------------------------------------------------------------------
 
+    def _begin_with(self, path: Path) -> None:
+        """Raises OSError, ValueError."""
+        kept = torch.load(path, map_location=self.device, weights_only=True)
+        if kept["labels"] != list(self.train.labels) or kept["settings"]["width"] != self.settings.width:
+            raise ValueError(
+                f"{path} is of {kept['labels']}, width {kept['settings']['width']}: it can't begin this one"
+            )
+        self.network.load_state_dict(kept["average"])
+
     def go_on(self) -> None:
         """Take up where the last sitting ended, if there was one. Raises ValueError."""
         path = self.settings.out / "last.pt"
@@ -201,7 +214,7 @@ class Sitting:
         (self.settings.out / "history.json").write_text(json.dumps(self.history, indent=1) + "\n")
 
     def _told(self) -> dict[str, Any]:
-        apart = ("data", "out", "workers", "minutes")
+        apart = ("data", "out", "workers", "start", "minutes")
         return {name: value for name, value in self.settings._asdict().items() if name not in apart}
 
 
