@@ -59,7 +59,7 @@ def test_finds_are_told_apart_by_where_they_were_made() -> None:
         np.array([0.9, 0.8], np.float32),
         np.array([0, 0]),
     )
-    nothing = Found(np.zeros((0, 4), np.float32), np.zeros(0), np.zeros(0, np.int64))
+    nothing = Found(np.zeros((0, 4), np.float32), np.zeros(0, np.float32), np.zeros(0, np.int64))
     about = [{"above_m": 4.0}, {"above_m": 4.5}, {"above_m": 30.0}]
     condition = Condition("height", "above_m", 1.0, (0, 5, 10, 40))
     low, high = binned(condition, [right, wrong, nothing], [truth] * 3, about, 1, 0.5)
