@@ -6,7 +6,9 @@ import pytest
 from sitl_emu.missions.companion.yolo import Found
 from tools.detector import augment
 from tools.detector.changes import ZOOM, changes, through_another_lens
+from tools.detector.colour import learn
 from tools.detector.conditions import Condition, binned
+from tools.detector.data import Split
 from tools.detector.scores import Truth
 
 
@@ -65,3 +67,17 @@ def test_finds_are_told_apart_by_where_they_were_made() -> None:
     low, high = binned(condition, [right, wrong, nothing], [truth] * 3, about, 1, 0.5)
     assert (low.pictures, low.truths, low.found, low.false) == (2, 2, 2, 1)
     assert (high.low, high.truths, high.found, high.false) == (10, 1, 0, 0)
+
+
+def test_colour_alone_finds_what_has_a_colour_of_its_own() -> None:
+    rng = np.random.default_rng(2)
+    images, rows, regions = [], [], []
+    for left in range(20, 260, 40):
+        image = np.asarray(90 + rng.integers(0, 40, (320, 416, 3)), np.uint8)
+        image[100:160, left : left + 80] = (30, 60, 220)
+        images.append(image)
+        rows.append(np.array([[0, left, 100, left + 80, 160, 1]], np.float32))
+        regions.append(np.asarray(image[..., 2] == 220, np.uint8))
+    learnt = learn(Split(("fire",), tuple("abcdef"), images[:5], rows[:5], list(regions[:5]), []))
+    found = learnt.found(images[5], 0.5)
+    assert found.boxes[0].tolist() == pytest.approx([220, 100, 300, 160], abs=8.0) and found.scores[0] > 0.9

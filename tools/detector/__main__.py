@@ -100,6 +100,7 @@ def _evaluate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", type=Path, help="default: runs/detector/SUBJECT/detector.onnx")
     parser.add_argument("--data", type=Path, help="default: runs/detector/SUBJECT/data")
     parser.add_argument("--out", type=Path, help="default: runs/detector/SUBJECT/scores")
+    parser.add_argument("--baseline", action="store_true", help="say what colour alone comes to as well: minutes more")
     parser.set_defaults(run=_run_evaluate)
 
 
@@ -107,7 +108,7 @@ def _run_evaluate(given: argparse.Namespace) -> None:
     from tools.detector import evaluate
 
     model, data = _path(given, given.model, "detector.onnx"), _path(given, given.data, "data")
-    evaluate.evaluate(model, data, _path(given, given.out, "scores"))
+    evaluate.evaluate(model, data, _path(given, given.out, "scores"), given.baseline)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ Precision, recall and F1 of all sets are those at the score where the validation
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import Found, OnnxDetector, overlaps
 from tools.detector import data
 from tools.detector.changes import Change, changes
+from tools.detector.colour import learn
 from tools.detector.conditions import CONDITIONS, binned
 from tools.detector.plots import draw, draw_conditions
 from tools.detector.scores import Score, Truth, confusion, curves, score
@@ -32,8 +33,8 @@ WIDTH, HEIGHT = 416, 320
 """Of pictures as they are read; the model fits them to its own input."""
 
 
-def evaluate(model: Path, folder: Path, out: Path) -> None:
-    """Write all tables and the page. Raises OSError, ValueError."""
+def evaluate(model: Path, folder: Path, out: Path, baseline: bool = False) -> None:
+    """Write all tables and the page; `baseline`: with that of colour alone. Raises OSError, ValueError."""
     be_repeatable()
     out.mkdir(parents=True, exist_ok=True)
     detector = OnnxDetector(model)
@@ -55,6 +56,7 @@ def evaluate(model: Path, folder: Path, out: Path) -> None:
               "sets": {name: _plain(one, detector.labels) for name, one in scores.items()},
               "changed": {name: _plain(one, detector.labels) for name, one in drops.items()},
               "conditions": {name: [one._asdict() for one in bins] for name, bins in conditions.items()},
+              "colour_alone": _baseline(folder, splits, truths) if baseline else {},
               "confusion": {"labels": [*detector.labels, "nothing"], "rows": table.tolist()},
               "frames_s": round(_speed(detector, splits["test"].images), 1)}  # fmt: skip
     (out / "scores.json").write_text(json.dumps(result, indent=1) + "\n")
@@ -64,6 +66,15 @@ def evaluate(model: Path, folder: Path, out: Path) -> None:
     draw_conditions(out / "conditions.png", conditions, at)
     cv2.imwrite(str(out / "misses.png"), misses(splits["test"], found["test"], truths["test"], at))
     print(text)
+
+
+def _baseline(folder: Path, splits: Mapping[str, data.Split], truths: Mapping[str, Sequence[Truth]]) -> dict[str, Any]:
+    """Test and held-out sets, by colour alone."""
+    colours = learn(data.load(folder, "train", WIDTH, HEIGHT))
+    labels = splits["val"].labels
+    found = {name: [colours.found(image, LEAST) for image in split.images] for name, split in splits.items()}
+    at = score(found["val"], truths["val"], len(labels)).at
+    return {name: _plain(score(found[name], truths[name], len(labels), at), labels) for name in splits}
 
 
 def _changed(detector: OnnxDetector, split: data.Split, change: Change, at: float) -> Score:
@@ -76,7 +87,11 @@ def _changed(detector: OnnxDetector, split: data.Split, change: Change, at: floa
 def _plain(one: Score, labels: tuple[str, ...]) -> dict[str, Any]:
     rows = {label: {name: round(value, 4) for name, value in row._asdict().items()}
             for label, row in zip(labels, one.classes, strict=True)}  # fmt: skip
-    return {"map50": round(one.map50, 4), "map50_95": round(one.map50_95, 4), "classes": rows}
+    there = [row for row in one.classes if row.truths]
+    precision = float(np.mean([row.precision for row in there] or [0.0]))
+    recall = float(np.mean([row.recall for row in there] or [0.0]))
+    return {"map50": round(one.map50, 4), "map50_95": round(one.map50_95, 4), "precision": round(precision, 4),
+            "recall": round(recall, 4), "classes": rows}  # fmt: skip
 
 
 def _speed(detector: OnnxDetector, images: list[Image]) -> float:
@@ -89,17 +104,19 @@ def _speed(detector: OnnxDetector, images: list[Image]) -> float:
 
 
 def markdown(result: Mapping[str, Any]) -> str:
-    """The tables, to be read."""
+    """The tables, to be read. Precision and recall of all classes are their means."""
     lines = [f"Precision, recall and F1 at a score of {result['at']:.2f}, IoU 0.5; input {result['input']}; "
              f"{result['frames_s']} frames a second of one core.", "",
              "| set | class | precision | recall | F1 | mAP@0.5 | mAP@0.5:0.95 | to find |",
              "| --- | --- | --- | --- | --- | --- | --- | --- |"]  # fmt: skip
-    for name, one in result["sets"].items():
+    colour = {f"{name}, colour alone": one for name, one in result["colour_alone"].items()}
+    for name, one in {**result["sets"], **colour}.items():
         for label, row in one["classes"].items():
             lines.append(f"| {name} | {label} | {row['precision']:.2f} | {row['recall']:.2f} | {row['f1']:.2f} | "
                          f"{row['ap50']:.3f} | {row['ap50_95']:.3f} | {row['truths']} |")  # fmt: skip
-        lines.append(f"| {name} | all of {result['images'][name]} pictures | | | | {one['map50']:.3f} | "
-                     f"{one['map50_95']:.3f} | |")  # fmt: skip
+        pictures = result["images"][name.partition(",")[0]]
+        lines.append(f"| {name} | all of {pictures} pictures | {one['precision']:.2f} | {one['recall']:.2f} | | "
+                     f"{one['map50']:.3f} | {one['map50_95']:.3f} | |")  # fmt: skip
     lines += ["", "| test pictures, changed | mAP@0.5 |", "| --- | --- |"]
     lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["changed"].items()]
     for name, bins in result["conditions"].items():
