@@ -19,6 +19,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _train(commands.add_parser("train", help="train the network, or go on (needs the extra `train`)"))
     _export(commands.add_parser("export", help="write a trained network as ONNX (needs the extra `train`)"))
     _evaluate(commands.add_parser("evaluate", help="score an ONNX file on all sets, as tables and a picture"))
+    _speed(
+        commands.add_parser("speed", help="pictures a second by input size, cores and bits (needs the extra `train`)")
+    )
     for command in commands.choices.values():
         command.add_argument("--subject", choices=("disaster", "field"), default="disaster", help="what is looked for")
     given = parser.parse_args(arguments)
@@ -109,6 +112,18 @@ def _run_evaluate(given: argparse.Namespace) -> None:
 
     model, data = _path(given, given.model, "detector.onnx"), _path(given, given.data, "data")
     evaluate.evaluate(model, data, _path(given, given.out, "scores"), given.baseline)
+
+
+def _speed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--checkpoint", type=Path, help="default: runs/detector/SUBJECT/training/best.pt")
+    parser.add_argument("--data", type=Path, help="what calibrates 8 bits; default: runs/detector/SUBJECT/data")
+    parser.set_defaults(run=_run_speed)
+
+
+def _run_speed(given: argparse.Namespace) -> None:
+    from tools.detector import speed
+
+    speed.measure(_path(given, given.checkpoint, "training", "best.pt"), _path(given, given.data, "data"))
 
 
 if __name__ == "__main__":

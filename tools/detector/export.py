@@ -15,12 +15,12 @@ CALIBRATES = 96
 """Pictures of the training split by which ranges of activations are found."""
 
 
-def export(checkpoint: Path, path: Path) -> None:
-    """Write a checkpoint's average, with its labels. Raises OSError."""
+def export(checkpoint: Path, path: Path, size: tuple[int, int] | None = None) -> None:
+    """Write a checkpoint's average, with its labels; `size`: of its input, if not as in training. Raises OSError."""
     import onnx
 
     kept = torch.load(checkpoint, map_location="cpu", weights_only=True)
-    height, width = kept["settings"]["input_height"], kept["settings"]["input_width"]
+    width, height = size or (kept["settings"]["input_width"], kept["settings"]["input_height"])
     network = Network(len(kept["labels"]), kept["settings"]["width"])
     network.load_state_dict(kept["average"])
     deployed = Deployed(network, height, width).eval()
