@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from sitl_emu import __version__, cli_world
-from sitl_emu.cli_words import LAST_INSTANCE, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
     name="sitl-emu",
@@ -221,6 +221,7 @@ def launch(
             help="Send what the vehicles' cameras see in the --world to the ground station: " + VIDEO,
         ),
     ] = False,
+    parcel: Annotated[bool, typer.Option("--parcel", help=PARCEL)] = False,
 ) -> None:
     """Launch emulated PX4 vehicles, with their simulator in the same process; they stay until Ctrl-C.
 
@@ -254,6 +255,7 @@ def launch(
             seed=seed,
             tlog=tlog,
             video=camera,
+            parcels=parcel,
         )
         status = launching.launch(numbered, options, say)
     except (vehicles.VehicleError, Trouble) as error:

@@ -9,6 +9,7 @@ import typer
 BAD_INPUT = 2
 LAST_INSTANCE = 249
 """Its system id is 250, PX4's largest."""
+PARCEL = "Vehicles with a release (responder) carry a parcel; MAV_CMD_DO_GRIPPER or DO_SET_ACTUATOR drops it."
 
 
 def say(text: str, nl: bool = True) -> None:

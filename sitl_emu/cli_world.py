@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from sitl_emu.cli_words import LAST_INSTANCE, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, refuse, say, speed_of, wanted_of
 
 SERVE = "serve"
 
@@ -65,6 +65,7 @@ def serve(
     ] = 0,
     seed: Seed = 1,
     speed: Annotated[str, typer.Option(metavar="1|N|max", help="Times real time.")] = "1",
+    parcel: Annotated[bool, typer.Option("--parcel", help=PARCEL)] = False,
 ) -> None:
     """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
 
@@ -79,7 +80,7 @@ def serve(
     from sitl_emu.run.trouble import Trouble
 
     try:
-        status = serve_world(name, wanted, instance, seed, factor, say)
+        status = serve_world(name, wanted, instance, seed, factor, say, parcels=parcel)
     except Trouble as error:
         refuse(str(error))
     raise typer.Exit(status)

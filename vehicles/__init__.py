@@ -15,7 +15,7 @@ import json
 import os
 import pathlib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -38,7 +38,17 @@ from sitl_emu.vehicles.description import (
 )
 from sitl_emu.vehicles.errors import UnknownModel, VehicleError
 
-__all__ = ["UnknownModel", "Vehicle", "VehicleError", "is_folder", "load", "models", "with_parcel", "with_sensors"]
+__all__ = [
+    "UnknownModel",
+    "Vehicle",
+    "VehicleError",
+    "is_folder",
+    "load",
+    "models",
+    "with_parcel",
+    "with_parcels",
+    "with_sensors",
+]
 
 FOLDER = pathlib.Path(__file__).parent
 TOML, AIRFRAME, RECEIVERS = "vehicle.toml", "airframe.json", "receivers.toml"
@@ -124,6 +134,13 @@ def with_parcel(vehicle: Vehicle, figures: Mapping[str, Any], where: str = "parc
     except ValueError as error:
         raise VehicleError(f"{where}: with it, {error}") from None
     return loaded
+
+
+def with_parcels(fleet: Sequence[Vehicle]) -> list[Vehicle]:
+    """The same vehicles, with a parcel on each that has a release. Raises VehicleError where none has one."""
+    if not any(vehicle.release is not None for vehicle in fleet):
+        with_parcel(fleet[0], {})
+    return [vehicle if vehicle.release is None else with_parcel(vehicle, {}) for vehicle in fleet]
 
 
 def read(folder: pathlib.Path) -> Vehicle:

@@ -20,6 +20,8 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
     """The scenario's world. Raises ScenarioError for whatever names nothing that exists, before anything is started."""
     try:
         world = worlds.build(scenario.world.kind, seed, scenario.world.options, scenario.changes)
+        if any(vehicle.parcel is not None for vehicle in scenario.vehicles):
+            worlds.expect_parcels(world)
     except worlds.WorldError as error:
         raise ScenarioError(f"{path}: world: {error}") from None
     for number, vehicle in enumerate(scenario.vehicles):
@@ -43,7 +45,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
 
 
 def _check_model(vehicle: VehiclePart, where: str) -> None:
-    """Raise ScenarioError for a model that can't be loaded, and for a figure of its sensors that is no such."""
+    """Raise ScenarioError for a model that can't be loaded, and for a wrong figure of its sensors or its parcel."""
     try:
         loaded = models.load(vehicle.model) if vehicle.autopilot is None else vehicles.load(vehicle.model)
     except vehicles.UnknownModel as error:
@@ -56,6 +58,8 @@ def _check_model(vehicle: VehiclePart, where: str) -> None:
         raise ScenarioError(f"{where}.model: {error}") from None
     try:
         vehicles.with_sensors(loaded, vehicle.sensors, f"{where}.sensors")
+        if vehicle.parcel is not None:
+            vehicles.with_parcel(loaded, vehicle.parcel, f"{where}.parcel")
     except vehicles.VehicleError as error:
         raise ScenarioError(str(error)) from None
 

@@ -48,6 +48,7 @@ from sitl_emu.run.messages import (
 )
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.obstacles import LoosePose
+from sitl_emu.world.parcels import ParcelTold
 
 TICK_US = 4000
 BARRIER_TICKS = 5
@@ -74,6 +75,10 @@ class Simulation(Protocol):
 
     def impacts(self) -> list[Impact]:
         """What vehicles have met since this was asked last."""
+        ...
+
+    def parcels_told(self) -> list[ParcelTold]:
+        """What has happened to parcels since this was asked last."""
         ...
 
     def loose_poses(self) -> list[LoosePose]:
@@ -208,6 +213,8 @@ class Conductor:
         self.ticks = ticks = self.ticks + 1
         for impact in self._simulation.impacts():
             self._note(impact)
+        for news in self._simulation.parcels_told():
+            self._note_parcel(news)
         for place, vehicle in enumerate(vehicles):
             if not vehicle.off:
                 self._take_answer(place, vehicle)
@@ -246,6 +253,11 @@ class Conductor:
         if impact.in_water:
             text, data = f"in water, {text}", data | {"cause": "in water"}
         self._tell(vehicle, kind, text, **data)
+
+    def _note_parcel(self, told: ParcelTold) -> None:
+        data: dict[str, Any] = {"name": told.name, **({"water": told.water} if told.water else {})}
+        data |= {"north_m": round(told.north_m, 3), "east_m": round(told.east_m, 3), "down_m": round(told.down_m, 3)}
+        self._tell(self.vehicles[told.place], told.what, told.text, **data)
 
     def finish(self) -> None:
         """Collect what companions and cameras are still at work on, so that nothing of the run is lost."""

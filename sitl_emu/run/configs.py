@@ -103,6 +103,8 @@ class ModelData:
     """One of ours, or the path of a folder."""
     sensors: Mapping[str, Any] = field(default_factory=dict)
     camera: CameraDescription | None = None
+    parcel: Mapping[str, Any] | None = None
+    """What of the parcel on its release is other than its data say; None: it carries none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

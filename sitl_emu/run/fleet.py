@@ -126,6 +126,8 @@ class Fleet:
         sensed = self._simulation.tick(self._controls)
         for impact in self._simulation.impacts():
             self._say(told(impact, self._names))
+        for news in self._simulation.parcels_told():
+            self._say(f"{self._names[news.place]}: {news.what}: {news.text}")
         if self._photographer is not None:
             for place, taken in self._photographer.taken():
                 sensed[place].insert(0, taken)

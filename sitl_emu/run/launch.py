@@ -15,6 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
+from sitl_emu import vehicles
 from sitl_emu.core import ports
 from sitl_emu.run import models, site, state
 from sitl_emu.run.process import settle
@@ -59,6 +60,8 @@ class Options(NamedTuple):
     """The folder of the telemetry logs; None: none are kept."""
     video: bool = False
     """Whether what cameras see is sent to the ground station."""
+    parcels: bool = False
+    """Whether those that have a release carry a parcel."""
 
 
 def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
@@ -92,11 +95,15 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     names = {vehicle.model: models.load(vehicle.model).model for vehicle in wanted}
     if options.video:
         _check_video(wanted, options)
+    if options.parcels:
+        _check_parcels(wanted, options)
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run.launched import Crew, Launched
 
-    here = site.plain(options.home) if options.world is None else site.in_world(options.world, options.seed, say)
+    here = site.plain(options.home)
+    if options.world is not None:
+        here = site.in_world(options.world, options.seed, say, parcels=options.parcels)
     launched = [
         Launched(model, instance, place, state.prepare(options.state, names[model], instance, fresh=options.fresh))
         for place, (model, instance) in enumerate(wanted)
@@ -111,6 +118,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
             options.gcs,
             options.tlog,
             options.video,
+            options.parcels,
         )
         for at in range(0, len(launched), each)
     ]
@@ -125,6 +133,13 @@ def _check_video(wanted: Sequence[Wanted], options: Options) -> None:
     from sitl_emu.run import video_sender
 
     video_sender.check()
+
+
+def _check_parcels(wanted: Sequence[Wanted], options: Options) -> None:
+    """Raise VehicleError or Trouble where no parcel can be carried, or there is nothing that it could fall on."""
+    if options.world is None:
+        raise Trouble("--parcel: without --world there is nowhere to fall to; give one, such as --world flat")
+    vehicles.with_parcels([models.load(vehicle.model) for vehicle in wanted])
 
 
 def _fork(crews: "Sequence[Crew]", began: int, say: Callable[[str], None]) -> "dict[int, Crew]":

@@ -20,7 +20,7 @@ from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import trim_heap
 from sitl_emu.run.site import Site
-from sitl_emu.vehicles import Vehicle
+from sitl_emu.vehicles import Vehicle, with_parcel
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
@@ -62,6 +62,8 @@ class Crew(NamedTuple):
     """The folder of the telemetry logs; None: none are kept."""
     video: bool = False
     """Whether what their cameras see is sent to the ground station."""
+    parcels: bool = False
+    """Whether those that have a release carry a parcel."""
 
 
 def preload(model: str) -> None:
@@ -159,6 +161,8 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
 
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:
     data = models.load(vehicle.model)
+    if crew.parcels and data.release is not None:
+        data = with_parcel(data, {})
     return crew.site.simulator(data, vehicle.place, vehicle.instance, data.model)
 
 

@@ -24,8 +24,10 @@ def load(model: str) -> Vehicle:
 
 
 def as_set(data: ModelData) -> Vehicle:
-    """A scenario's vehicle, with its own sensors and camera. Raises VehicleError."""
+    """A scenario's vehicle, with its own sensors, parcel and camera. Raises VehicleError."""
     vehicle = vehicles.with_sensors(vehicles.load(data.model), data.sensors)
+    if data.parcel is not None:
+        vehicle = vehicles.with_parcel(vehicle, data.parcel)
     if vehicle.camera is None or data.camera is None:
         return vehicle
     return dataclasses.replace(vehicle, camera=_rendered(vehicle.camera, data.camera))

@@ -34,12 +34,24 @@ from sitl_emu.world.simulation import Simulation
 
 
 def serve_world(
-    name: str, models: Sequence[str], instance: int, seed: int, speed: float | None, say: Callable[[str], None]
+    name: str,
+    models: Sequence[str],
+    instance: int,
+    seed: int,
+    speed: float | None,
+    say: Callable[[str], None],
+    *,
+    parcels: bool = False,
 ) -> int:
-    """Serve until Ctrl-C; the exit status. Raises Trouble for what is unknown and for a port in use."""
-    here = site.in_world(name, seed, say)
+    """Serve until Ctrl-C; the exit status. Raises Trouble for what is unknown and for a port in use.
+
+    `parcels`: whether vehicles that have a release carry one.
+    """
+    here = site.in_world(name, seed, say, parcels=parcels)
     try:
         described = [vehicles.load(model) for model in models]
+        if parcels:
+            described = vehicles.with_parcels(described)
         listeners = [SimulatorListener(ports.simulator(instance + place)) for place in range(len(models))]
     except vehicles.VehicleError as error:
         raise Trouble(str(error)) from None
@@ -83,6 +95,8 @@ def _serve(
         sensed = simulation.tick(controls)
         for impact in simulation.impacts():
             say(told(impact, models))
+        for news in simulation.parcels_told():
+            say(f"{models[news.place]}: {news.what}: {news.text}")
         for place, channel in on.items():
             channel.send(sensed[place])
         for place, channel in list(on.items()):

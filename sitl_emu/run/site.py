@@ -54,13 +54,18 @@ def plain(home: Home) -> Site:
     return Site(home, FlatGround())
 
 
-def in_world(name: str, seed: int, say: Callable[[str], None]) -> Site:
-    """The place `home` of a world, or its first; `say`: what of a Gazebo world is not there. Raises WorldError."""
+def in_world(name: str, seed: int, say: Callable[[str], None], *, parcels: bool = False) -> Site:
+    """The place `home` of a world, or its first; `say`: what of a Gazebo world is not there. Raises WorldError.
+
+    `parcels`: whether vehicles will let some go in it.
+    """
     from sitl_emu.run import worlds
 
     world = worlds.build(name, seed, {})
     for line in worlds.not_read(world):
         say(line)
+    if parcels:
+        worlds.expect_parcels(world)
     home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
     return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas, world)

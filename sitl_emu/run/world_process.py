@@ -93,6 +93,8 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     """Set the world up, run it until it is over, and tell the launcher how it ended."""
     try:
         world = worlds.kept(config.world)
+        if any(vehicle.model.parcel is not None for vehicle in config.vehicles):
+            worlds.expect_parcels(world)
     except worlds.WorldError as error:
         raise StartError(str(error)) from None
     names = [vehicle.name for vehicle in config.vehicles]

@@ -92,6 +92,14 @@ def keep(world: World, folder: Path) -> Path:
     return path
 
 
+def expect_parcels(world: World) -> None:
+    """Make a world ready for parcels that fall in it. Raises WorldError where physics is not installed."""
+    try:
+        world.expect_releases()
+    except description.WorldError as error:
+        raise WorldError(str(error)) from None
+
+
 def put_loose(world: World, loose: Sequence[LooseAt]) -> None:
     """Put a world's loose bodies where those of the world process are."""
     world.put_loose([LoosePose(description.loose_of(each.described), each.place, each.q) for each in loose])

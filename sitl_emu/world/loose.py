@@ -112,6 +112,8 @@ class LooseBody:
         self.inertia: Vector3 = bullet.getDynamicsInfo(number, -1, physicsClientId=client)[2]
         self.pushed = False
         """Since it was stepped last."""
+        self.slow_ticks = 0
+        """For how long it has been too slow to be moving."""
         self.read()
 
     def read(self) -> None:
@@ -139,6 +141,11 @@ class LooseBody:
     def spin_rad_s(self) -> float:
         """About whatever axis."""
         return math.hypot(*self.spin)
+
+    @property
+    def lies_still(self) -> bool:
+        """Whether it has been at rest for a while."""
+        return self.slow_ticks >= REST_TICKS
 
     def velocity_at(self, arm: Vector3) -> Vector3:
         """See contacts.Pushable."""
@@ -171,7 +178,6 @@ class LooseBodies:
         self._plane_shape = bullet.createCollisionShape(
             bullet.GEOM_PLANE, planeNormal=(0.0, 0.0, -1.0), physicsClientId=client
         )
-        self._rest_ticks = 0
         self._ticks = 0
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=STEP_S, deterministicOverlappingPairs=1, physicsClientId=client
@@ -181,7 +187,7 @@ class LooseBodies:
     @property
     def awake(self) -> bool:
         """Whether something moves."""
-        return bool(self.bodies) and self._rest_ticks < REST_TICKS
+        return not all(body.lies_still for body in self.bodies)
 
     @property
     def fastest_m_s(self) -> float:
@@ -190,7 +196,8 @@ class LooseBodies:
 
     def wake(self) -> None:
         """Something has changed."""
-        self._rest_ticks = 0
+        for body in self.bodies:
+            body.slow_ticks = 0
 
     def add(self, described: Loose, shape: Shape, place: Vector3, q: Quaternion) -> LooseBody:
         """A body, at rest with its centre of mass at a place (NED)."""
@@ -229,11 +236,10 @@ class LooseBodies:
             self._lay_ground(at, body)
             self._apply_forces(now_us, body)
         self._bullet.stepSimulation(physicsClientId=self._client)
-        still = True
         for body in self.bodies:
             body.read()
-            still = still and body.speed_m_s < REST_M_S and body.spin_rad_s < REST_RAD_S
-        self._rest_ticks = self._rest_ticks + 1 if still else 0
+            slow = body.speed_m_s < REST_M_S and body.spin_rad_s < REST_RAD_S
+            body.slow_ticks = body.slow_ticks + 1 if slow else 0
         if not self.awake:
             for body in self.bodies:
                 body.set_velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

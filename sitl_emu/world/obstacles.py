@@ -85,6 +85,10 @@ class Obstacles(Protocol):
         """The loose body of a name; None: what has this name is none."""
         ...
 
+    def lies_still(self, name: str) -> bool:
+        """Whether a loose body has been at rest for a while, half a second. Raises KeyError."""
+        ...
+
     def loose_poses(self) -> list[LoosePose]:
         """Where all loose bodies are."""
         ...

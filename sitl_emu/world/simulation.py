@@ -11,6 +11,7 @@ from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 from sitl_emu.vehicles.dynamics import Quaternion, Vector3
 from sitl_emu.world.contacts import Contacts, Impact
 from sitl_emu.world.obstacles import Areas, LoosePose, Obstacles
+from sitl_emu.world.parcels import Parcels, ParcelTold
 from sitl_emu.world.simulator import TICK_US, VehicleSimulator
 from sitl_emu.world.simulator_parameters import set_parameter
 
@@ -41,6 +42,7 @@ class Simulation:
         self._ticks = 0
         self._solids = solids
         self._contacts = Contacts(self.simulators, solids, areas)
+        self._parcels = Parcels(self.simulators, self.release, solids, areas)
 
     def tick(self, controls: Sequence[HilActuatorControls | None]) -> list[list[SimulatorMessage]]:
         """Advance all by 4 ms; what each vehicle's sensors say, HIL_SENSOR last, in the order of `simulators`.
@@ -54,6 +56,7 @@ class Simulation:
         self._ticks += 1
         if self._solids is not None:
             self._solids.step(self._ticks * TICK_US)
+        self._parcels.update(self._ticks * TICK_US, self.faults)
         self._contacts.update(self._ticks * TICK_US, self.faults)
         return said
 
@@ -62,6 +65,13 @@ class Simulation:
         taken = self._contacts.impacts
         if taken:
             self._contacts.impacts = []
+        return taken
+
+    def parcels_told(self) -> list[ParcelTold]:
+        """What has happened to parcels since this was asked last."""
+        if not self._parcels.told:
+            return []
+        taken, self._parcels.told = self._parcels.told, []
         return taken
 
     def loose_poses(self) -> list[LoosePose]:

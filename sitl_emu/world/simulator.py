@@ -225,6 +225,11 @@ class VehicleSimulator:
             (body.p_rad_s, body.q_rad_s, body.r_rad_s), lat, lon, self.home.alt_amsl_m - body.down_m,
         )  # fmt: skip
 
+    @property
+    def controls(self) -> tuple[float, ...]:
+        """The autopilot's last outputs, as HIL_ACTUATOR_CONTROLS has them; empty before the first."""
+        return self._controls
+
     def truth(self) -> HilStateQuaternion:
         """HIL_STATE_QUATERNION of now; accelerations in mg, as MAVLink has them."""
         pose, body = self.pose(), self.dynamics

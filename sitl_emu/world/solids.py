@@ -149,6 +149,10 @@ class Solids:
         """The loose body of a name; None: what has this name is none."""
         return self._by_name.get(name)
 
+    def lies_still(self, name: str) -> bool:
+        """Whether a loose body has been at rest for a while, half a second. Raises KeyError."""
+        return self._by_name[name].lies_still
+
     def loose_poses(self) -> list[LoosePose]:
         """Where all loose bodies are."""
         return [

@@ -38,6 +38,7 @@ from sitl_emu.run.messages import (
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.description import Loose
 from sitl_emu.world.obstacles import LoosePose
+from sitl_emu.world.parcels import ParcelTold
 from tests.typed import now
 
 Kind = TypeVar("Kind", bound=Message)
@@ -68,6 +69,9 @@ class FakeSimulation:
         self.told: list[tuple[int, int, str, float]] = []
         self.met: dict[int, Impact] = {}
         """By tick."""
+
+    def parcels_told(self) -> list[ParcelTold]:
+        return []
 
     def impacts(self) -> list[Impact]:
         return [self.met[self.ticks]] if self.ticks in self.met else []

@@ -64,6 +64,8 @@ class VehiclePart(Part):
     start: Annotated[Annotated[str, Tag(NAME)] | Annotated[Place, Tag(NUMBERS)], NAME_OR_NUMBERS] = "home"
     sensors: dict[str, Any] = Field(default_factory=dict)
     """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
+    parcel: dict[str, Any] | None = None
+    """Hangs on its model's release: figures of the parcel there that are other here. None: it carries none."""
     camera: CameraPart | None = None
     depth: DepthPart | None = None
     lidar: LidarPart | None = None
@@ -98,8 +100,8 @@ class VehiclePart(Part):
 
     @property
     def model_data(self) -> ModelData:
-        """The model with its sensors' figures, for the processes that load it."""
-        return ModelData(model=self.model, sensors=self.sensors, camera=self.camera_description)
+        """The model with its sensors' and its parcel's figures, for the processes that load it."""
+        return ModelData(model=self.model, sensors=self.sensors, camera=self.camera_description, parcel=self.parcel)
 
     @property
     def camera_description(self) -> CameraDescription | None:
