@@ -65,7 +65,7 @@ compiled: .venv/.run-ready
 UV = .venv/uv/bin/uv pip compile --quiet --universal --python-version 3.11 --no-annotate --no-header
 lock: .venv/bin/python ## the newest versions of what development needs, into requirements-dev.lock
 	$(PYTHON) -m venv .venv/uv && .venv/uv/bin/python -m pip --quiet install uv
-	printf '%s\n' vtk opencv-python quantized-mesh-tile shapely > .venv/excluded.txt
+	printf '%s\n' vtk opencv-python quantized-mesh-tile > .venv/excluded.txt
 	echo '# Made by `make lock`; the older MAVSDK, which is installed apart, in the comments at the end.' > $(LOCK).new
 	echo MAVProxy | $(UV) --extra dev --excludes .venv/excluded.txt pyproject.toml - >> $(LOCK).new
 	echo 'mavsdk<4' | $(UV) - | sed 's/^/# mavsdk3: /' >> $(LOCK).new

@@ -1,0 +1,243 @@
+"""Work shared among aircraft: who is there, whose are which lanes, targets and claims, and what to tell of it.
+
+A state machine on the times of messages, the same on every aircraft: hand it what peers have said and the time, and
+send what `say` returns. Each broadcast holds the sender's state, and in turn all else that it knows: what is new first,
+claims that are being settled more often. So what one has missed comes again, from whomever.
+
+**Who is there**: a member that was silent for `LOST_AFTER_US`, or says that it is out, is lost: its lanes and claims
+go to the others. An aircraft that has heard less than half of its group for `ALONE_AFTER_US` has lost its own radio, as
+far as it can tell; as the others are about to take its work over, it shares no more of it (`alone`), and should go
+home. Of a pair, or of two halves, neither can tell: both go on, and what both see may be served twice, so look whether
+somebody was there before. With `never_twice` the half with the lowest system goes on alone, and where that one was
+lost, nobody does. A lost member that comes back takes part again.
+
+**Once**: what can't be taken back, a delivery, is done `in_touch` alone. While all hear each other, no target ever has
+two owners. What remains: who falls silent within a second of its delivery, before anybody has heard of it, is not
+believed to have delivered, and the target is served again.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+
+from sitl_emu.missions.companion.swarm.claims import Claims
+from sitl_emu.missions.companion.swarm.division import Lane, shares
+from sitl_emu.missions.companion.swarm.records import (
+    LANES_OF_A_RECORD,
+    Claim,
+    Covered,
+    Doing,
+    Key,
+    Record,
+    Sighting,
+    Stage,
+    State,
+    as_sent,
+    filled,
+)
+from sitl_emu.missions.companion.swarm.targets import Target, merged
+
+UNSETTLED = (Stage.BID, Stage.ENGAGED)
+SAY_EVERY_US = 250_000
+"""Four broadcasts of at most 153 bytes (TUNNEL in MAVLink 2) a second: 5 kbit/s an aircraft. Ours."""
+SOONER_US = 2_000_000
+"""Claims that are being settled are told as if they had been told so much longer ago."""
+LOST_AFTER_US = 10_000_000
+"""40 broadcasts: with 30 % loss chance makes that silence once in 10^21."""
+ALONE_AFTER_US = 8_000_000
+"""Sooner than others take us for lost."""
+IN_TOUCH_US = 1_000_000
+"""Four broadcasts: with 30 % loss as many are missed in a row once in 120, and then it is a second later."""
+GROUP_AFTER_US = 15_000_000
+"""Later than that, so that a radio that fails is not taken for the others dying one by one."""
+
+
+class Sharing:
+    """What one aircraft knows of the common work."""
+
+    def __init__(
+        self,
+        now_us: int,
+        system: int,
+        members: Collection[int],
+        lanes: Sequence[Lane] = (),
+        *,
+        never_twice: bool = False,
+    ) -> None:
+        """`members`: the systems of all, ours among them; each counts as there until it has been silent for long."""
+        self.system, self.members = system, frozenset(members)
+        self.states = dict[int, State]()
+        """What each other has said of itself last."""
+        self.alone = False
+        self.lanes = lanes
+        self._never_twice = never_twice
+        self._scanned = 0
+        self._sightings = dict[Key, Sighting]()
+        self._claims = Claims(system)
+        self._targets: list[Target] | None = []
+        self._group = set(self.members)
+        self._heard_us = dict.fromkeys(self.members - {system}, now_us)
+        self._stamps_us = dict[int, int]()
+        self._said = dict[object, tuple[Record, int]]()
+        self._say_us = now_us
+        self._mine: Key | None = None
+
+    # What comes in
+
+    def hear(self, now_us: int, sender: int, stamp_us: int, records: Sequence[Record]) -> None:
+        """What a peer has said, and its time of it; it may come late, twice and in any order."""
+        if sender not in self._heard_us:
+            return
+        self._heard_us[sender] = now_us
+        for record in records:
+            if isinstance(record, State):
+                if stamp_us > self._stamps_us.get(sender, -1):
+                    self._stamps_us[sender], self.states[sender] = stamp_us, record
+            elif isinstance(record, Sighting):
+                self._see(record)
+            elif isinstance(record, Claim):
+                self._claims.hear(now_us, sender, record)
+            else:
+                self._scanned |= record.lanes << record.first
+
+    def see(self, number: int, sighting: Sighting) -> None:
+        """We have located a target: our `number`th, or that one better than before."""
+        before = self._sightings.get((self.system, number))
+        revision = 0 if before is None else before.revision + 1
+        self._see(as_sent(sighting._replace(key=(self.system, number), revision=revision)))
+
+    def step(self, now_us: int) -> None:
+        """Time has passed: who is lost, and what is free for it."""
+        silent_us = {other: now_us - heard_us for other, heard_us in self._heard_us.items()}
+        out = {other for other, state in self.states.items() if state.doing == Doing.OUT}
+        group = {*self._group, *(other for other, us in silent_us.items() if us <= LOST_AFTER_US)} - out
+        heard = {other for other in group if silent_us.get(other, 0) <= ALONE_AFTER_US}
+        decides = self._never_twice and min(group) not in heard
+        self.alone = 2 * len(heard) < len(group) + decides
+        if not self.alone:
+            group = {other for other in group if silent_us.get(other, 0) <= GROUP_AFTER_US}
+        self._group = group
+        if self.alone:
+            self.give_up(now_us)
+        there = self.there(now_us)
+        for other in self.members - there:
+            self._claims.release(now_us, other)
+        self._claims.expire(now_us)
+
+    # What is to be done
+
+    def there(self, now_us: int) -> set[int]:
+        """The members that are not lost, ourselves among them."""
+        return {self.system} | {
+            other
+            for other, heard_us in self._heard_us.items()
+            if now_us - heard_us <= LOST_AFTER_US
+            and (other not in self.states or self.states[other].doing != Doing.OUT)
+        }
+
+    def in_touch(self, now_us: int) -> bool:
+        """Whether we hear most of those who are there: else wait with what can't be taken back."""
+        there = self.there(now_us)
+        heard = [other for other in there if now_us - self._heard_us.get(other, now_us) <= IN_TOUCH_US]
+        return 2 * len(heard) > len(there) and not self.alone
+
+    def scan(self, now_us: int) -> list[int]:
+        """The numbers of the lanes that are ours and that nobody has scanned yet."""
+        if self.alone:
+            return []
+        ours = shares(self.lanes, self.members, self.there(now_us))[self.system]
+        return [number for number in ours if not self.is_scanned(number)]
+
+    def scanned(self, number: int) -> None:
+        """We have scanned a lane."""
+        self._scanned |= 1 << number
+
+    def is_scanned(self, number: int) -> bool:
+        """Whether anybody has, as far as we know."""
+        return bool(self._scanned >> number & 1)
+
+    def targets(self) -> list[Target]:
+        """All that were sighted by anybody."""
+        if self._targets is None:
+            self._targets = merged(self._sightings.values())
+        return self._targets
+
+    def claim(self, now_us: int, target: Target) -> Claim:
+        """What is claimed of a target; `Stage.FREE` by nobody where nothing is."""
+        return self._claims.join(now_us, target.keys)
+
+    def want(self, now_us: int, costs_s: Mapping[Key, float]) -> Target | None:
+        """Bids for the target that costs us least, of those that can be ours; the one that is ours to serve now.
+
+        `costs_s` by the names of the targets that we would serve. To be called at each step while we can serve one;
+        nobody has two at a time.
+        """
+        targets = {key: target for target in self.targets() for key in target.keys}
+        if self.alone:
+            return None
+        mine = targets.get(self._mine) if self._mine is not None else None
+        if mine is not None:
+            claim = self._claims.join(now_us, mine.keys)
+            if claim.owner == self.system and claim.stage in UNSETTLED:
+                others = self.there(now_us) - {self.system}
+                return mine if self._claims.engage(now_us, mine.keys, others) else None
+        self._mine = None
+        for key, cost_s in sorted(costs_s.items(), key=lambda one: (one[1], one[0])):
+            if key in targets and self._claims.may_bid(self.claim(now_us, targets[key]), cost_s):
+                self._claims.bid(now_us, targets[key].keys, cost_s)
+                self._mine = key
+                break
+        return None
+
+    def serve(self, now_us: int) -> None:
+        """The target that was ours has been served."""
+        for target in self.targets():
+            if self._mine in target.keys:
+                self._claims.serve(now_us, target.keys)
+        self.give_up(now_us)
+
+    def give_up(self, now_us: int) -> None:
+        """We serve nothing of what we have claimed and not served."""
+        self._mine = None
+        self._claims.release(now_us, self.system)
+
+    # What goes out
+
+    def say(self, now_us: int, own: State) -> bytes | None:
+        """The content of our next broadcast, where one is due."""
+        if now_us < self._say_us:
+            return None
+        self._say_us = now_us + SAY_EVERY_US
+        known = self._known(now_us)
+
+        def turn(name: object) -> tuple[int, bool]:
+            record, (said, said_us) = known[name], self._said.get(name, (None, 0))
+            unsettled = isinstance(record, Claim) and record.stage in UNSETTLED
+            return said_us - SOONER_US * unsettled if record == said else -SOONER_US, not unsettled
+
+        content, taken = filled([own, *(known[name] for name in sorted(known, key=turn))])
+        told = set(taken)
+        self._said |= {name: (record, now_us) for name, record in known.items() if record in told}
+        return content
+
+    def _known(self, now_us: int) -> dict[object, Record]:
+        """All there is to tell, by what it is about.
+
+        A claim is told by its target's name, that it was served of each of its sightings.
+        """
+        known = dict[object, Record]()
+        for first in range(0, len(self.lanes), LANES_OF_A_RECORD):
+            if bits := self._scanned >> first & ((1 << LANES_OF_A_RECORD) - 1):
+                known["lanes", first] = Covered(first, bits)
+        for key, sighting in self._sightings.items():
+            known["sighting", key] = sighting
+        for target in self.targets():
+            claim = self._claims.join(now_us, target.keys)
+            if claim.round or claim.stage != Stage.FREE:
+                for key in target.keys if claim.stage == Stage.SERVED else target.keys[:1]:
+                    known["claim", key] = self._claims.known[key]
+        return known
+
+    def _see(self, sighting: Sighting) -> None:
+        known = self._sightings.get(sighting.key)
+        if known is None or sighting.revision > known.revision:
+            self._sightings[sighting.key] = sighting
+            self._targets = None

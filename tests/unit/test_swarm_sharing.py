@@ -1,0 +1,266 @@
+"""Work shared over a bad radio: the whole area is scanned, every target is served once, also when a member fails."""
+
+import math
+import random
+from typing import NamedTuple
+
+import pytest
+
+from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.swarm.division import lanes
+from sitl_emu.missions.companion.swarm.records import Doing, Sighting, Stage, State, parsed
+from sitl_emu.missions.companion.swarm.sharing import IN_TOUCH_US, Sharing
+from sitl_emu.missions.companion.swarm.targets import Target
+
+HOME = (47.397742, 8.545594)
+AREA: list[Corner] = [(0.0, 0.0), (160.0, 0.0), (160.0, 70.0), (90.0, 80.0), (80.0, 150.0), (0.0, 150.0)]
+LANES = lanes(AREA, 16.0, heading_deg=20.0)
+STEP_US = 125_000
+SPEED_M_S, SERVING_US, SIGMA_M = 10.0, 5_000_000, 0.6
+SIGHT_M = 20.0
+TWO_OWNERS_US = 3_000_000
+"""Longest that two may own a target, by `sharing.py`: until the one that was taken for lost hears the others."""
+UNHEARD_US = 2_000_000
+"""Who falls silent so soon after it has served may not have been heard to have; or up to a second before."""
+END_US = 1_800_000_000
+
+
+class Served(NamedTuple):
+    place: int
+    system: int
+    at_us: int
+
+
+class Air:
+    """Loses, delays, reorders and doubles what is broadcast, by its seed."""
+
+    def __init__(self, loss: float, seed: int) -> None:
+        self._loss, self._dice = loss, random.Random(f"air {seed}")
+        self._coming = list[tuple[int, int, int, int, int, bytes]]()
+        self.bytes = 0
+
+    def send(self, now_us: int, sender: int, receivers: list[int], content: bytes) -> None:
+        self.bytes += len(content)
+        for receiver in receivers:
+            for _ in range(1 + (self._dice.random() < 0.1)):
+                delay_us = self._dice.choice((20_000, 50_000, 900_000))
+                if self._dice.random() >= self._loss:
+                    order = self._dice.randrange(1 << 30)
+                    self._coming.append((now_us + delay_us, order, receiver, sender, now_us, content))
+
+    def due(self, now_us: int) -> list[tuple[int, int, int, bytes]]:
+        come = sorted(one for one in self._coming if one[0] <= now_us)
+        self._coming = [one for one in self._coming if one[0] > now_us]
+        return [one[2:] for one in come]
+
+
+class Flyer:
+    """An aircraft on rails, which scans its lanes, sights places in passing, and serves what is its own."""
+
+    def __init__(self, system: int, members: list[int], places: list[Corner], seed: int, never_twice: bool) -> None:
+        self.sharing = Sharing(0, system, members, LANES, never_twice=never_twice)
+        self.system, self._places, self._dice = system, places, random.Random(f"flyer {seed} {system}")
+        self.at: Corner = (0.0, -5.0 * system)
+        self.owned: Target | None = None
+        self.dead = self.mute = False
+        self._seen = set[int]()
+        self._lane, self._to = -1, list[Corner]()
+        self._until_us = 0
+
+    def step(self, now_us: int) -> list[Served]:
+        sharing, before = self.sharing, self.owned
+        sharing.step(now_us)
+        open_targets = [one for one in sharing.targets() if sharing.claim(now_us, one).stage != Stage.SERVED]
+        self.owned = sharing.want(now_us, {one.key: math.dist(self.at, place_of(one)) for one in open_targets})
+        if self.owned is None:
+            self._scan(now_us)
+            return []
+        place = place_of(self.owned)
+        if before is None or self._move(place):
+            self._until_us = now_us + SERVING_US
+        if now_us < self._until_us or not sharing.in_touch(now_us):
+            return []
+        sharing.serve(now_us)
+        self.owned = None
+        return [Served(nearest(self._places, place), self.system, now_us)]
+
+    def state(self) -> State:
+        return State(Doing.SCANNING, *from_metres(*self.at, *HOME), 500.0, 0.0, 0.0, 0.0)
+
+    def _scan(self, now_us: int) -> None:
+        left = self.sharing.scan(now_us)
+        if self._lane not in left:
+            if not left:
+                return
+            self._lane = min(left, key=lambda number: math.dist(self.at, LANES[number][0]))
+            self._to = list(LANES[self._lane])
+        if not self._move(self._to[0]):
+            self._to.pop(0)
+        for number, place in enumerate(self._places):
+            if number not in self._seen and math.dist(self.at, place) < SIGHT_M:
+                self._seen.add(number)
+                self.sight(number, place)
+        if not self._to:
+            self.sharing.scanned(self._lane)
+
+    def sight(self, number: int, place: Corner) -> None:
+        north, east = (axis + self._dice.gauss(0.0, SIGMA_M) for axis in place)
+        seen = from_metres(north, east, *HOME)
+        self.sharing.see(number, Sighting((0, 0), 0, 1, 0.9, *seen, 490.0, SIGMA_M, SIGMA_M, 0.0))
+
+    def _move(self, to: Corner) -> bool:
+        """Whether there is still some way to go."""
+        away_m, way_m = math.dist(self.at, to), SPEED_M_S * STEP_US / 1e6
+        share = min(1.0, way_m / away_m) if away_m else 1.0
+        self.at = (self.at[0] + share * (to[0] - self.at[0]), self.at[1] + share * (to[1] - self.at[1]))
+        return share < 1.0
+
+
+def place_of(target: Target) -> Corner:
+    return to_metres(target.lat_deg, target.lon_deg, *HOME)
+
+
+def nearest(places: list[Corner], place: Corner) -> int:
+    return min(range(len(places)), key=lambda number: math.dist(places[number], place))
+
+
+class Work:
+    """All of them at work until everything is done, or time is up. `known`: most targets are known from the start."""
+
+    def __init__(
+        self,
+        count: int,
+        loss: float,
+        seed: int,
+        fails: str = "",
+        *,
+        known: bool = False,
+        never_twice: bool = False,
+        end_us: int = END_US,
+    ) -> None:
+        dice = random.Random(f"work {seed}")
+        places = list[Corner]()
+        while len(places) < 7:
+            lane = dice.choice(LANES)
+            share = dice.random()
+            place = (lane[0][0] + share * (lane[1][0] - lane[0][0]), lane[0][1] + share * (lane[1][1] - lane[0][1]))
+            if all(math.dist(place, other) > 12.0 for other in places):
+                places.append(place)
+        self.members = list(range(1, count + 1))
+        self.flyers = [Flyer(system, self.members, places, seed, never_twice) for system in self.members]
+        self.air, self.served = Air(loss, seed), list[Served]()
+        self.failed, self.fails = self.flyers[dice.randrange(count)], fails
+        self.fail_us = dice.randrange(1_000_000, 30_000_000)
+        """When it may fail; it does as soon as it owns a target then, or half a minute later."""
+        self.failed_us = 0
+        self.two_owners_us = 0
+        if known:
+            for flyer in self.flyers:
+                for number in range(5):
+                    flyer.sight(number, places[number])
+        self.places, self.now_us = places, 0
+        shared_us = [0] * len(places)
+        while self.now_us < end_us and not self.done:
+            self.now_us += STEP_US
+            self._step()
+            owned = [nearest(places, place_of(one.owned)) for one in self.flyers if one.owned and not one.dead]
+            shared_us = [us + STEP_US if owned.count(n) > 1 else 0 for n, us in enumerate(shared_us)]
+            self.two_owners_us = max(self.two_owners_us, *shared_us)
+
+    @property
+    def living(self) -> list[Flyer]:
+        return [one for one in self.flyers if not one.dead and not one.mute]
+
+    @property
+    def done(self) -> bool:
+        """As the survivors know it."""
+        return all(
+            all(map(one.sharing.is_scanned, range(len(LANES))))
+            and len(one.sharing.targets()) >= len(self.places)
+            and all(one.sharing.claim(self.now_us, each).stage == Stage.SERVED for each in one.sharing.targets())
+            for one in self.living
+        )
+
+    def _step(self) -> None:
+        now_us = self.now_us
+        engaged = now_us >= self.fail_us and self.failed.owned is not None
+        if self.fails and not self.failed_us and (engaged or now_us >= self.fail_us + 30_000_000):
+            self.failed.dead, self.failed.mute, self.failed_us = self.fails == "companion", True, now_us
+        for receiver, sender, stamp_us, content in self.air.due(now_us):
+            flyer = self.flyers[receiver - 1]
+            if not flyer.mute:
+                records = parsed(content)
+                assert records is not None
+                flyer.sharing.hear(now_us, sender, stamp_us, records)
+        for flyer in self.flyers:
+            if not flyer.dead:
+                self.served += flyer.step(now_us)
+                said = flyer.sharing.say(now_us, flyer.state())
+                if said is not None and not flyer.mute:
+                    self.air.send(now_us, flyer.system, [one for one in self.members if one != flyer.system], said)
+
+
+def twice(work: Work) -> list[Served]:
+    """The services of places that were served before, but for what its first server died on before it was heard."""
+    first, again = dict[int, Served](), list[Served]()
+    for one in work.served:
+        before = first.setdefault(one.place, one)
+        cut_off = before.system == work.failed.system or len(work.members) == 2
+        unheard = cut_off and -IN_TOUCH_US <= work.failed_us - before.at_us <= UNHEARD_US
+        if before is not one and not (unheard and one.system != before.system):
+            again.append(one)
+    return again
+
+
+ONE_SERVED_BY_ONE = [(1, ""), (2, ""), (4, ""), (2, "companion"), (4, "companion"), (4, "radio")]
+
+
+@pytest.mark.parametrize(("seed", "known"), [(1, False), (2, True)])
+@pytest.mark.parametrize("loss", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize(("count", "fails"), ONE_SERVED_BY_ONE)
+def test_all_is_scanned_and_every_target_is_served_once(
+    count: int, fails: str, loss: float, seed: int, known: bool
+) -> None:
+    work = Work(count, loss, seed, fails, known=known)
+    assert work.done, f"not done in {END_US / 6e7:.0f} minutes"
+    assert bool(work.failed_us) == bool(fails)
+    assert {one.place for one in work.served} == set(range(len(work.places)))
+    assert twice(work) == []
+    assert work.two_owners_us <= (TWO_OWNERS_US if fails else 0)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_of_a_pair_that_must_never_serve_twice_one_goes_home_when_a_radio_fails(loss: float) -> None:
+    work = Work(2, loss, 3, "radio", never_twice=True, end_us=400_000_000)
+    first, second = (one.sharing for one in work.flyers)
+    assert second.alone and not first.alone and second.scan(work.now_us) == []
+    assert {one.place for one in work.served} == set(range(len(work.places))) and twice(work) == []
+    assert all(map(first.is_scanned, range(len(LANES))))
+
+
+def test_a_lost_member_that_is_heard_again_takes_part_again() -> None:
+    one, two = (Sharing(0, system, [1, 2], LANES) for system in (1, 2))
+    state = State(Doing.SCANNING, *HOME, 500.0, 0.0, 0.0, 0.0)
+    before = one.scan(0)
+    one.step(11_000_000)
+    assert one.scan(11_000_000) == list(range(len(LANES))) and one.there(11_000_000) == {1}
+    content = two.say(11_000_000, state)
+    assert content is not None
+    one.hear(11_500_000, 2, 11_000_000, parsed(content) or [])
+    one.step(11_500_000)
+    assert one.scan(11_500_000) == before and one.states[2].lat_deg == pytest.approx(HOME[0])
+
+
+def test_who_says_that_it_is_out_leaves_its_work_at_once() -> None:
+    one = Sharing(0, 1, [1, 2], LANES)
+    one.hear(100_000, 2, 1, [State(Doing.OUT, *HOME, 500.0, 0.0, 0.0, 0.0)])
+    one.step(100_000)
+    assert one.scan(100_000) == list(range(len(LANES))) and not one.alone
+
+
+def test_an_older_state_that_comes_late_counts_no_more() -> None:
+    one = Sharing(0, 1, [1, 2], LANES)
+    for stamp_us, doing in ((5, Doing.RETURNING), (3, Doing.SCANNING)):
+        one.hear(100_000, 2, stamp_us, [State(doing, *HOME, 500.0, 0.0, 0.0, 0.0)])
+    assert one.states[2].doing == Doing.RETURNING
