@@ -98,6 +98,10 @@ class Parcel:
     """Where it hangs, from the centre of mass of the vehicle without it."""
     drag_m2: Annotated[float, Limits(0.0)] = 0.0
     """Drag coefficient times area, the same from all sides: what it adds to the vehicle's drag, and falls with."""
+    friction: Annotated[float, Limits(0.0, 2.0)] = 0.6
+    restitution: Annotated[float, Limits(0.0, 1.0)] = 0.1
+    rolling_m: Annotated[float, Limits(0.0, 1.0)] = 0.0
+    """How it bounces, slides and rolls: as of loose bodies (docs/worlds.md)."""
 
 
 @dataclass(frozen=True, slots=True)

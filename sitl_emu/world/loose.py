@@ -208,7 +208,8 @@ class LooseBodies:
         )  # fmt: skip
         bullet.changeDynamics(
             number, -1, linearDamping=0.0, angularDamping=0.0, lateralFriction=described.friction,
-            restitution=described.restitution, activationState=bullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+            restitution=described.restitution, rollingFriction=described.rolling_m,
+            spinningFriction=described.rolling_m, activationState=bullet.ACTIVATION_STATE_DISABLE_SLEEPING,
             physicsClientId=client,
         )  # fmt: skip
         body = LooseBody(bullet, client, number, described, shape)

@@ -7,13 +7,16 @@ A release opens when one of its outputs falls to OPENS_AT. PX4's gripper functio
 """
 
 from collections.abc import Callable, Container, Sequence
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from sitl_emu.core.attitude import rotated, rotation
 from sitl_emu.vehicles.description import Parcel
 from sitl_emu.vehicles.multicopter import Multicopter
 from sitl_emu.world.obstacles import Areas, Obstacles
 from sitl_emu.world.simulator import VehicleSimulator
+
+if TYPE_CHECKING:
+    from sitl_emu.world.description import Loose
 
 OPENS_AT: Final = -0.5
 """Ours: half of what PX4's gripper gives."""
@@ -74,8 +77,6 @@ class Parcels:
             self._follow(now_us, place, name)
 
     def _let_go(self, now_us: int, place: int) -> None:
-        from sitl_emu.world.description import Box, Loose  # for worlds that have such
-
         simulator = self._simulators[place]
         body, parcel = simulator.dynamics, simulator.vehicle.parcel
         assert isinstance(body, Multicopter) and isinstance(parcel, Parcel)
@@ -85,9 +86,7 @@ class Parcels:
         velocity = body.velocity_at((north, east, down))
         spin = rotated(matrix, (body.p_rad_s, body.q_rad_s, body.r_rad_s))
         name = self._name(place)
-        shape = Box(parcel.size_m)
-        made = Loose(name, 0.0, 0.0, mass_kg=parcel.mass_kg, box=shape, drag_m2=parcel.drag_m2)
-        self._release(made, centre, body.q, velocity, spin)
+        self._release(loose_parcel(name, parcel), centre, body.q, velocity, spin)
         body.drop()
         self._fallen[place] = name
         self.told.append(ParcelTold(now_us, place, RELEASED, name, *centre))
@@ -109,6 +108,16 @@ class Parcels:
         if self._solids.lies_still(name):
             del self._fallen[place]
             self.told.append(ParcelTold(now_us, place, AT_REST, name, *centre))
+
+
+def loose_parcel(name: str, parcel: Parcel) -> "Loose":
+    """What falls."""
+    from sitl_emu.world.description import Box, Loose  # for worlds that have such
+
+    return Loose(
+        name, 0.0, 0.0, mass_kg=parcel.mass_kg, box=Box(parcel.size_m), drag_m2=parcel.drag_m2,
+        friction=parcel.friction, restitution=parcel.restitution, rolling_m=parcel.rolling_m,
+    )  # fmt: skip
 
 
 def _is_open(simulator: VehicleSimulator) -> bool:

@@ -69,6 +69,8 @@ class Loose(Solid):
     friction: Annotated[float, Limits(0.0, 2.0)] = 0.6
     restitution: Annotated[float, Limits(0.0, 1.0)] = 0.1
     """Share of the closing speed that a bounce leaves."""
+    rolling_m: Annotated[float, Limits(0.0, 1.0)] = 0.0
+    """How far before its middle what it rolls or spins on pushes back: a soft body's, which is pressed in there."""
     label: str = "parcel"
     colour: Colour = (0.72, 0.53, 0.33)
 
