@@ -86,7 +86,7 @@ def debris_field(world: World) -> list[Shot]:
     slab = next(solid for solid in world.description.solids if solid.label == "debris slab")
     n, e, size = slab.north_m, slab.east_m, world.description.area_m[2][0]
     oblique = towards(0.5 * size, 0.5 * size, 30.0, 70.0, 34.0, 25.0)
-    made = [*nadir(n, e), Shot("oblique", oblique), Shot("street level", towards(n, e, 290.0, 24.0, 1.7, 1.0))]
+    made = [*nadir(n, e), Shot("oblique", oblique), Shot("street level", towards(n, e, 200.0, 17.0, 1.7, 0.0))]
     close = towards(n, e, 200.0, 11.0, 8.0, 35.0)
     return [*made, *lights(oblique._replace(depression_deg=17.0), world.description.light), Shot("a ruin, 11 m", close)]
 

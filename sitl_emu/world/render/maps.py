@@ -93,6 +93,8 @@ class Surfaces(NamedTuple):
     sun: SunMap
     moving_sun: SunMap
     """The same of what moves, about the place that is looked at; `side` 0: nothing does."""
+    lamps: F32
+    """(n, 4): what lights besides (firelight.py)."""
 
 
 @inlined

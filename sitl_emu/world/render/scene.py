@@ -19,6 +19,7 @@ from sitl_emu.world.render import (
     build,
     burning,
     edges,
+    firelight,
     ground_map,
     light_maps,
     material,
@@ -138,7 +139,7 @@ class MeshScene:
         sun = SunMap(nearness, self._sun_side, frame)
         return Surfaces(
             Textures(texels, starts), material.table(), GroundMap(*ground), Relief(grid, corner),
-            FireMap(fire, fire_corner), sun, nothing,
+            FireMap(fire, fire_corner), sun, nothing, firelight.NONE,
         )  # fmt: skip
 
     def _used(self) -> set[int]:
@@ -185,6 +186,12 @@ class MeshScene:
         sun = light_maps.sun_map(self.air.rows[0].astype(np.float64), middle, reach, light_maps.MOVING_SIDE)
         light_maps.draw(sun, self.meshes, self.things, seen[near], self.things.first_level)
         return sun
+
+    def lamps(self, camera: Pinhole, time_s: float) -> F32:
+        """What burns, as what lights in the dark."""
+        if self.fires is None:
+            return firelight.NONE
+        return firelight.lamps_of(self.fires, camera, time_s, self.world.description.light.elevation_deg)
 
     @property
     def names(self) -> list[str]:
@@ -286,7 +293,7 @@ class MeshRenderer:
             np.empty((height, width), np.float32),
             np.empty((height, width), np.int32),
         )
-        surfaces = scene.surfaces._replace(moving_sun=scene.moving_sun(camera))
+        surfaces = scene.surfaces._replace(moving_sun=scene.moving_sun(camera), lamps=scene.lamps(camera, time_s))
         shade(
             self._buffers,
             self._drawn,

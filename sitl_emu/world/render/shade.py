@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sitl_emu.world.render.firelight import add_firelight, find_firelight
 from sitl_emu.world.render.kernel import F32, HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, part, streamed, u4
 from sitl_emu.world.render.land import BY_BYTE, burn_ground, colour_ground, find_relief, slope
 from sitl_emu.world.render.maps import SunMap, Surfaces, Textures, level_of, sunlit, texel
@@ -144,14 +145,25 @@ def _find_light(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
 
 
 @part
+def _light(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
+    """From own colours to light, of what is not water."""
+    _find_light(b, n, surfaces, air)
+    if surfaces.lamps.shape[0] > 0:
+        find_firelight(b, n, surfaces.lamps, DAY / f4(air.exposure))
+        _light_land(b, n, air)
+        add_firelight(b, n)
+    else:
+        _light_land(b, n, air)
+
+
+@part
 def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
     find_relief(b, n, surfaces.relief)
     slope(b, n)
     colour_ground(b, n, surfaces)
     glows = burn_ground(b, n, surfaces, f4(air.time_s))
-    _find_light(b, n, surfaces, air)
-    _light_land(b, n, air)
+    _light(b, n, surfaces, air)
     if glows:
         _add_glow(b, n, f4(air.exposure))
     _see_through_air(b, n, air)
@@ -162,8 +174,7 @@ def _shade_meshes(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
     find_places(b, n, camera)
     find_relief(b, n, surfaces.relief)
     mirrors = _colour_meshes(b, n, surfaces.textures)
-    _find_light(b, n, surfaces, air)
-    _light_land(b, n, air)
+    _light(b, n, surfaces, air)
     if mirrors:
         _add_mirror(b, n, air)
     _see_through_air(b, n, air)
