@@ -12,6 +12,7 @@ from sitl_emu.missions.companion.swarm.division import lanes
 from sitl_emu.missions.companion.swarm.records import Doing, Sighting, Stage, State, parsed
 from sitl_emu.missions.companion.swarm.sharing import IN_TOUCH_US, Sharing
 from sitl_emu.missions.companion.swarm.targets import Target
+from tests.unit.lossy_air import Air
 
 HOME = (47.397742, 8.545594)
 AREA: list[Corner] = [(0.0, 0.0), (160.0, 0.0), (160.0, 70.0), (90.0, 80.0), (80.0, 150.0), (0.0, 150.0)]
@@ -30,29 +31,6 @@ class Served(NamedTuple):
     place: int
     system: int
     at_us: int
-
-
-class Air:
-    """Loses, delays, reorders and doubles what is broadcast, by its seed."""
-
-    def __init__(self, loss: float, seed: int) -> None:
-        self._loss, self._dice = loss, random.Random(f"air {seed}")
-        self._coming = list[tuple[int, int, int, int, int, bytes]]()
-        self.bytes = 0
-
-    def send(self, now_us: int, sender: int, receivers: list[int], content: bytes) -> None:
-        self.bytes += len(content)
-        for receiver in receivers:
-            for _ in range(1 + (self._dice.random() < 0.1)):
-                delay_us = self._dice.choice((20_000, 50_000, 900_000))
-                if self._dice.random() >= self._loss:
-                    order = self._dice.randrange(1 << 30)
-                    self._coming.append((now_us + delay_us, order, receiver, sender, now_us, content))
-
-    def due(self, now_us: int) -> list[tuple[int, int, int, bytes]]:
-        come = sorted(one for one in self._coming if one[0] <= now_us)
-        self._coming = [one for one in self._coming if one[0] > now_us]
-        return [one[2:] for one in come]
 
 
 class Flyer:
@@ -149,7 +127,7 @@ class Work:
                 places.append(place)
         self.members = list(range(1, count + 1))
         self.flyers = [Flyer(system, self.members, places, seed, never_twice) for system in self.members]
-        self.air, self.served = Air(loss, seed), list[Served]()
+        self.air, self.served = Air[bytes](loss, seed), list[Served]()
         self.failed, self.fails = self.flyers[dice.randrange(count)], fails
         self.fail_us = dice.randrange(1_000_000, 30_000_000)
         """When it may fail; it does as soon as it owns a target then, or half a minute later."""
