@@ -4,8 +4,8 @@ import random
 from typing import Any
 
 from sitl_emu.gcs.geodesy import from_metres
+from sitl_emu.missions.companion.coverage import Footprint, lawnmower, polygon
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.companion.swarm.division import lanes
 from sitl_emu.missions.companion.swarm.key import SwarmKey, key_of
 from sitl_emu.missions.companion.swarm.records import Column, Doing, Sighting, Stage, State
 from sitl_emu.missions.companion.swarm.seal import Seal
@@ -16,7 +16,8 @@ from tests.unit.lossy_air import Air
 HOME = (47.397742, 8.545594)
 UNIX_US = 1_781_514_000_000_000
 KEY = key_of(Options({"swarm_seed": 3}))
-LANES = lanes([(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)], 20.0)
+AREA = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
+LINES = lawnmower(polygon(AREA), Footprint(20.0, 20.0))
 MEMBERS = [1, 2, 3]
 
 
@@ -28,7 +29,7 @@ class Sky:
     """Three aircraft that stand in the air, and an attacker."""
 
     def __init__(self, loss: float, attacked: bool) -> None:
-        self.swarms = {system: Swarm(0, KEY, system, MEMBERS, HOME, LANES) for system in MEMBERS}
+        self.swarms = {system: Swarm(0, KEY, system, MEMBERS, HOME, LINES) for system in MEMBERS}
         self._air, self._attacked, self._dice = Air[Any](loss, 4), attacked, random.Random(9)
         self._stolen = list[Any]()
         self.attacks = self.now_us = 0

@@ -8,7 +8,7 @@ import pytest
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.swarm.division import lanes
+from sitl_emu.missions.companion.coverage import Footprint, lawnmower, polygon
 from sitl_emu.missions.companion.swarm.records import Doing, Sighting, Stage, State, parsed
 from sitl_emu.missions.companion.swarm.sharing import IN_TOUCH_US, Sharing
 from sitl_emu.missions.companion.swarm.targets import Target
@@ -16,7 +16,7 @@ from tests.unit.lossy_air import Air
 
 HOME = (47.397742, 8.545594)
 AREA: list[Corner] = [(0.0, 0.0), (160.0, 0.0), (160.0, 70.0), (90.0, 80.0), (80.0, 150.0), (0.0, 150.0)]
-LANES = lanes(AREA, 16.0, heading_deg=20.0)
+LINES = lawnmower(polygon(AREA), Footprint(16.0, 16.0), heading_deg=20.0)
 STEP_US = 125_000
 SPEED_M_S, SERVING_US, SIGMA_M = 10.0, 5_000_000, 0.6
 SIGHT_M = 20.0
@@ -34,16 +34,16 @@ class Served(NamedTuple):
 
 
 class Flyer:
-    """An aircraft on rails, which scans its lanes, sights places in passing, and serves what is its own."""
+    """An aircraft on rails, which scans its lines, sights places in passing, and serves what is its own."""
 
     def __init__(self, system: int, members: list[int], places: list[Corner], seed: int, never_twice: bool) -> None:
-        self.sharing = Sharing(0, system, members, LANES, never_twice=never_twice)
+        self.sharing = Sharing(0, system, members, LINES, never_twice=never_twice)
         self.system, self._places, self._dice = system, places, random.Random(f"flyer {seed} {system}")
         self.at: Corner = (0.0, -5.0 * system)
         self.owned: Target | None = None
         self.dead = self.mute = False
         self._seen = set[int]()
-        self._lane, self._to = -1, list[Corner]()
+        self._line, self._to = -1, list[Corner]()
         self._until_us = 0
 
     def step(self, now_us: int) -> list[Served]:
@@ -68,11 +68,11 @@ class Flyer:
 
     def _scan(self, now_us: int) -> None:
         left = self.sharing.scan(now_us)
-        if self._lane not in left:
+        if self._line not in left:
             if not left:
                 return
-            self._lane = min(left, key=lambda number: math.dist(self.at, LANES[number][0]))
-            self._to = list(LANES[self._lane])
+            self._line = min(left, key=lambda number: math.dist(self.at, LINES[number][0]))
+            self._to = list(LINES[self._line])
         if not self._move(self._to[0]):
             self._to.pop(0)
         for number, place in enumerate(self._places):
@@ -80,7 +80,7 @@ class Flyer:
                 self._seen.add(number)
                 self.sight(number, place)
         if not self._to:
-            self.sharing.scanned(self._lane)
+            self.sharing.scanned(self._line)
 
     def sight(self, number: int, place: Corner) -> None:
         north, east = (axis + self._dice.gauss(0.0, SIGMA_M) for axis in place)
@@ -120,9 +120,9 @@ class Work:
         dice = random.Random(f"work {seed}")
         places = list[Corner]()
         while len(places) < 7:
-            lane = dice.choice(LANES)
+            line = dice.choice(LINES)
             share = dice.random()
-            place = (lane[0][0] + share * (lane[1][0] - lane[0][0]), lane[0][1] + share * (lane[1][1] - lane[0][1]))
+            place = (line[0][0] + share * (line[1][0] - line[0][0]), line[0][1] + share * (line[1][1] - line[0][1]))
             if all(math.dist(place, other) > 12.0 for other in places):
                 places.append(place)
         self.members = list(range(1, count + 1))
@@ -154,7 +154,7 @@ class Work:
     def done(self) -> bool:
         """As the survivors know it."""
         return all(
-            all(map(one.sharing.is_scanned, range(len(LANES))))
+            all(map(one.sharing.is_scanned, range(len(LINES))))
             and len(one.sharing.targets()) >= len(self.places)
             and all(one.sharing.claim(self.now_us, each).stage == Stage.SERVED for each in one.sharing.targets())
             for one in self.living
@@ -214,15 +214,15 @@ def test_of_a_pair_that_must_never_serve_twice_one_goes_home_when_a_radio_fails(
     first, second = (one.sharing for one in work.flyers)
     assert second.alone and not first.alone and second.scan(work.now_us) == []
     assert {one.place for one in work.served} == set(range(len(work.places))) and twice(work) == []
-    assert all(map(first.is_scanned, range(len(LANES))))
+    assert all(map(first.is_scanned, range(len(LINES))))
 
 
 def test_a_lost_member_that_is_heard_again_takes_part_again() -> None:
-    one, two = (Sharing(0, system, [1, 2], LANES) for system in (1, 2))
+    one, two = (Sharing(0, system, [1, 2], LINES) for system in (1, 2))
     state = State(Doing.SCANNING, *HOME, 500.0, 0.0, 0.0, 0.0)
     before = one.scan(0)
     one.step(11_000_000)
-    assert one.scan(11_000_000) == list(range(len(LANES))) and one.there(11_000_000) == {1}
+    assert one.scan(11_000_000) == list(range(len(LINES))) and one.there(11_000_000) == {1}
     content = two.say(11_000_000, state)
     assert content is not None
     one.hear(11_500_000, 2, 11_000_000, parsed(content) or [])
@@ -231,14 +231,14 @@ def test_a_lost_member_that_is_heard_again_takes_part_again() -> None:
 
 
 def test_who_says_that_it_is_out_leaves_its_work_at_once() -> None:
-    one = Sharing(0, 1, [1, 2], LANES)
+    one = Sharing(0, 1, [1, 2], LINES)
     one.hear(100_000, 2, 1, [State(Doing.OUT, *HOME, 500.0, 0.0, 0.0, 0.0)])
     one.step(100_000)
-    assert one.scan(100_000) == list(range(len(LANES))) and not one.alone
+    assert one.scan(100_000) == list(range(len(LINES))) and not one.alone
 
 
 def test_an_older_state_that_comes_late_counts_no_more() -> None:
-    one = Sharing(0, 1, [1, 2], LANES)
+    one = Sharing(0, 1, [1, 2], LINES)
     for stamp_us, doing in ((5, Doing.RETURNING), (3, Doing.SCANNING)):
         one.hear(100_000, 2, stamp_us, [State(doing, *HOME, 500.0, 0.0, 0.0, 0.0)])
     assert one.states[2].doing == Doing.RETURNING

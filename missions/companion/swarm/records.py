@@ -5,7 +5,7 @@
 | 1 | `State` | where its sender is, how it moves, what it does, and which columns of air it keeps out of | 23 |
 | 2 | `Sighting` | a target that one aircraft has located, with confidence and covariance | 25 |
 | 3 | `Claim` | who is to serve it | 10 |
-| 4 | `Covered` | which lanes of the area have been scanned | 11 |
+| 4 | `Covered` | which lines of the area have been scanned | 11 |
 
 All but `State` may be passed on by who has heard them. Who packs loses what the wire does not carry (a centimetre, a
 tenth of a second): `as_sent` gives what all others will have, so that all reckon with the same figures. The format is
@@ -20,7 +20,7 @@ from typing import NamedTuple, TypeVar
 
 from sitl_emu.missions.companion.swarm.seal import CONTENT_BYTES
 
-LANES_OF_A_RECORD = 64
+LINES_OF_A_RECORD = 64
 LARGEST_COST_S = 6553.5
 Key = tuple[int, int]
 """A sighting: the system that made it, and its number there."""
@@ -98,10 +98,10 @@ class Claim(NamedTuple):
 
 
 class Covered(NamedTuple):
-    """Of `LANES_OF_A_RECORD` lanes from `first` on those that have been scanned, the lowest bit the first."""
+    """Of `LINES_OF_A_RECORD` lines from `first` on those that have been scanned, the lowest bit the first."""
 
     first: int
-    lanes: int
+    lines: int
 
 
 Record = State | Sighting | Claim | Covered

@@ -1,10 +1,10 @@
-"""Work shared among aircraft: who is there, whose are which lanes, targets and claims, and what to tell of it.
+"""Work shared among aircraft: who is there, whose are which lines, targets and claims, and what to tell of it.
 
 A state machine on the times of messages, the same on every aircraft: hand it what peers have said and the time, and
 send what `say` returns. Each broadcast holds the sender's state, and in turn all else that it knows: what is new first,
 claims that are being settled more often. So what one has missed comes again, from whomever.
 
-**Who is there**: a member that was silent for `LOST_AFTER_US`, or says that it is out, is lost: its lanes and claims
+**Who is there**: a member that was silent for `LOST_AFTER_US`, or says that it is out, is lost: its lines and claims
 go to the others. An aircraft that has heard less than half of its group for `ALONE_AFTER_US` has lost its own radio, as
 far as it can tell; as the others are about to take its work over, it shares no more of it (`alone`), and should go
 home. Of a pair, or of two halves, neither can tell: both go on, and what both see may be served twice, so look whether
@@ -18,10 +18,11 @@ believed to have delivered, and the target is served again.
 
 from collections.abc import Collection, Mapping, Sequence
 
+from sitl_emu.missions.companion.coverage import Line
 from sitl_emu.missions.companion.swarm.claims import Claims
-from sitl_emu.missions.companion.swarm.division import Lane, shares
+from sitl_emu.missions.companion.swarm.division import shares
 from sitl_emu.missions.companion.swarm.records import (
-    LANES_OF_A_RECORD,
+    LINES_OF_A_RECORD,
     Claim,
     Covered,
     Doing,
@@ -58,7 +59,7 @@ class Sharing:
         now_us: int,
         system: int,
         members: Collection[int],
-        lanes: Sequence[Lane] = (),
+        lines: Sequence[Line] = (),
         *,
         never_twice: bool = False,
     ) -> None:
@@ -67,7 +68,7 @@ class Sharing:
         self.states = dict[int, State]()
         """What each other has said of itself last."""
         self.alone = False
-        self.lanes = lanes
+        self.lines = lines
         self._never_twice = never_twice
         self._scanned = 0
         self._sightings = dict[Key, Sighting]()
@@ -96,7 +97,7 @@ class Sharing:
             elif isinstance(record, Claim):
                 self._claims.hear(now_us, sender, record)
             else:
-                self._scanned |= record.lanes << record.first
+                self._scanned |= record.lines << record.first
 
     def see(self, number: int, sighting: Sighting) -> None:
         """We have located a target: our `number`th, or that one better than before."""
@@ -140,14 +141,14 @@ class Sharing:
         return 2 * len(heard) > len(there) and not self.alone
 
     def scan(self, now_us: int) -> list[int]:
-        """The numbers of the lanes that are ours and that nobody has scanned yet."""
+        """The numbers of the lines that are ours and that nobody has scanned yet."""
         if self.alone:
             return []
-        ours = shares(self.lanes, self.members, self.there(now_us))[self.system]
+        ours = shares(self.lines, self.members, self.there(now_us))[self.system]
         return [number for number in ours if not self.is_scanned(number)]
 
     def scanned(self, number: int) -> None:
-        """We have scanned a lane."""
+        """We have scanned a line."""
         self._scanned |= 1 << number
 
     def is_scanned(self, number: int) -> bool:
@@ -224,9 +225,9 @@ class Sharing:
         A claim is told by its target's name, that it was served of each of its sightings.
         """
         known = dict[object, Record]()
-        for first in range(0, len(self.lanes), LANES_OF_A_RECORD):
-            if bits := self._scanned >> first & ((1 << LANES_OF_A_RECORD) - 1):
-                known["lanes", first] = Covered(first, bits)
+        for first in range(0, len(self.lines), LINES_OF_A_RECORD):
+            if bits := self._scanned >> first & ((1 << LINES_OF_A_RECORD) - 1):
+                known["lines", first] = Covered(first, bits)
         for key, sighting in self._sightings.items():
             known["sighting", key] = sighting
         for target in self.targets():

@@ -3,7 +3,7 @@
 A companion makes one when its autopilot was heard, hands it the TUNNEL messages of the peer link and the time, and
 sends what `on_time` returns:
 
-    swarm = Swarm(now_us, key_of(options), onboard.system_id, members, home, lanes(area_m, spacing_m))
+    swarm = Swarm(now_us, key_of(options), onboard.system_id, members, home, lawnmower(area, seen, overlap))
     swarm.on_message(now_us, telemetry.unix_us(now_us), msg)
     out = [(PEER_LINK, msg) for msg in swarm.on_time(now_us, telemetry.unix_us(now_us), state)]
 """
@@ -14,8 +14,8 @@ from collections.abc import Collection, Mapping, Sequence
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.coverage import Line
 from sitl_emu.missions.companion.swarm.airspace import Airspace
-from sitl_emu.missions.companion.swarm.division import Lane
 from sitl_emu.missions.companion.swarm.key import SwarmKey
 from sitl_emu.missions.companion.swarm.records import Doing, State, parsed
 from sitl_emu.missions.companion.swarm.seal import Refusal, Seal, is_sealed
@@ -32,14 +32,14 @@ class Swarm:
         system: int,
         members: Collection[int],
         origin: tuple[float, float],
-        lanes: Sequence[Lane] = (),
+        lines: Sequence[Line] = (),
         *,
         never_twice: bool = False,
     ) -> None:
         """`members`: the systems of all, ours among them. `origin`: latitude and longitude near by, in degrees."""
         self.system = system
         self.seal = Seal(key, frozenset(members))
-        self.sharing = Sharing(now_us, system, members, lanes, never_twice=never_twice)
+        self.sharing = Sharing(now_us, system, members, lines, never_twice=never_twice)
         self.airspace = Airspace(system, members)
         self._origin = origin
 
