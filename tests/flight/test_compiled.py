@@ -24,6 +24,8 @@ from sitl_emu.world.simulator import Home, VehicleSimulator
 model, root = sys.argv[1], Path(sys.argv[2])
 storage.prepare(root)
 data = vehicles.load(model)
+if data.release is not None:
+    data = vehicles.with_parcel(data, {})
 autopilot = Autopilot(data.airframe, 0, root)
 simulator = VehicleSimulator(data, Home(47.397742, 8.545594, 489.4, 0.0), 7, FlatGround(), name=model)
 station, said, controls = mavlink.MAVLink(None, 255, 190), hashlib.sha256(), None
@@ -66,7 +68,7 @@ def flown(model: str, folder: Path, plain: bool) -> tuple[str, str, str]:
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("model", ["sihsim_hex", "m600", "rover"])
+@pytest.mark.parametrize("model", ["sihsim_hex", "m600", "responder", "rover"])
 def test_they_fly_as_their_sources_do(model: str, tmp_path: Path) -> None:
     in_use, *compiled_flight = flown(model, tmp_path / "compiled", plain=False)
     if in_use != "True":
