@@ -31,6 +31,10 @@ class RadioSettings:
     queue_bytes: int = 16_384
     """What waits for its turn on the air beyond this is dropped."""
     outages: tuple[Outage, ...] = ()
+    shared: bool = False
+    """Whether all have one air, and its bandwidth together (`air.py`), rather than a link each pair."""
+    obstructed_range_m: float | None = None
+    """How far it reaches where ground or something solid is in between; None: as far as in the open."""
 
 
 class RadioLink:
@@ -72,4 +76,9 @@ class RadioLink:
 
     def is_cut(self, now_us: int) -> bool:
         """Whether an outage is on."""
-        return self.cut or any(outage.start_s * 1e6 <= now_us < outage.end_s * 1e6 for outage in self._settings.outages)
+        return self.cut or is_outage(self._settings.outages, now_us)
+
+
+def is_outage(outages: tuple[Outage, ...], now_us: int) -> bool:
+    """Whether one of them is on."""
+    return any(outage.start_s * 1e6 <= now_us < outage.end_s * 1e6 for outage in outages)

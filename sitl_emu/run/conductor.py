@@ -16,12 +16,11 @@ autopilot (a real PX4) takes no part in barriers: of its autopilot a companion o
 steps. An autopilot that was shut down takes no part in anything. No clock is read and no socket opened in here.
 """
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from sitl_emu.core.radio import RadioLink, RadioSettings
+from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
@@ -46,6 +45,7 @@ from sitl_emu.run.messages import (
     Stepped,
     VehicleAt,
 )
+from sitl_emu.run.peer_radio import PeerRadio, PeerSocket, Sees
 from sitl_emu.world.contacts import Impact
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.parcels import ParcelTold
@@ -88,13 +88,6 @@ class Simulation(Protocol):
     def set_parameter(self, place: int, name: str, value: float) -> None:
         """Do as one vehicle's autopilot says by a parameter about its simulator."""
         ...
-
-
-class PeerSocket(Protocol):
-    """The radio's socket for one companion."""
-
-    def receive(self, exactly: int | None) -> list[bytes]: ...  # noqa: D102
-    def send(self, data: bytes) -> None: ...  # noqa: D102
 
 
 class ObstacleLink(Protocol):
@@ -160,20 +153,16 @@ class Conductor:
         radio: RadioSettings,
         seed: int,
         recorder: Recorder,
+        sees: Sees | None = None,
     ) -> None:
-        """`simulation` steps the simulators of `vehicles`, in their order."""
+        """`simulation` steps the simulators of `vehicles`, in their order; `sees`: as for `PeerRadio`."""
         self.vehicles = list(vehicles)
         self._simulation = simulation
         self.ticks = 0
         self._recorder = recorder
         self._doomed: list[tuple[str, str, Callable[[], None]]] = []
-        self._peers = [vehicle for vehicle in vehicles if vehicle.peer is not None]
-        self._links = {
-            (one.name, other.name): RadioLink(radio, seed, f"{one.name}>{other.name}")
-            for one in self._peers
-            for other in self._peers
-            if one is not other
-        }
+        peers = [vehicle for vehicle in vehicles if vehicle.peer is not None]
+        self._radio = PeerRadio(peers, radio, seed, sees)
 
     @property
     def now_us(self) -> int:
@@ -200,7 +189,7 @@ class Conductor:
     @property
     def radio_counts(self) -> dict[str, tuple[int, int]]:
         """Datagrams (sent, lost) of each direction."""
-        return {f"{one}>{other}": (link.sent, link.lost) for (one, other), link in self._links.items()}
+        return self._radio.air.counts
 
     def tick(self) -> None:
         """4 ms. Raises ChannelClosed or ProcessLostError when a process has died."""
@@ -230,9 +219,7 @@ class Conductor:
 
     def cut_radio(self, vehicle: str, cut: bool) -> None:
         """Cut a vehicle's peer radio off, or join it again."""
-        for ends, link in self._links.items():
-            if vehicle in ends:
-                link.cut = cut
+        self._radio.air.cut(vehicle, cut)
 
     def lose(self, vehicle: str, process: str, kill: Callable[[], None]) -> None:
         """Go on without a process of a vehicle ("autopilot", "companion") from the next barrier on.
@@ -302,7 +289,9 @@ class Conductor:
                 of_obstacles = vehicle.obstacle_link.send(now_us)
             if vehicle.autopilot is not None:
                 vehicle.autopilot.send(Read(for_autopilot, of_obstacles))
-        delivered = self._radio(now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)})
+        delivered = self._radio.carry(
+            now_us, {v.name: reply[1] for v, reply in zip(self.vehicles, replies, strict=True)}
+        )
         for vehicle, from_autopilot, frames in zip(self.vehicles, sent_by_autopilot, arrived, strict=True):
             if vehicle.companion is not None:
                 from_peer = delivered.get(vehicle.name, 0)
@@ -350,28 +339,6 @@ class Conductor:
             self._recorder.event(vehicle.name, event._replace(time_us=self.now_us))
         return reply.autopilot, reply.peer
 
-    def _radio(self, now_us: int, sent: dict[str, int | None]) -> dict[str, int]:
-        """Carry the companions' datagrams; how many each of them has to read now."""
-        for one in self._peers:
-            assert one.peer is not None
-            for data in one.peer.receive(sent[one.name]):
-                for other in self._peers:
-                    if other is not one:
-                        self._links[one.name, other.name].send(now_us, data, _distance_m(one, other))
-        delivered: dict[str, int] = {}
-        for other in self._peers:
-            assert other.peer is not None
-            arrived = [
-                data
-                for one in self._peers
-                if one is not other
-                for data in self._links[one.name, other.name].due(now_us)
-            ]
-            for data in arrived:
-                other.peer.send(data)
-            delivered[other.name] = len(arrived)
-        return delivered
-
     def _seen_from(self, vehicle: VehicleInRun, feed: FeedInRun) -> poses.SeenFrom:
         loose = self._simulation.loose_poses()
         others = (_seen(other) for other in self.vehicles if other is not vehicle and other.model)
@@ -401,11 +368,6 @@ class Conductor:
                 if obstacles is not None and vehicle.obstacle_link is not None:
                     vehicle.obstacle_link.tell(frame, obstacles)
         return tuple(frames)
-
-
-def _distance_m(one: VehicleInRun, other: VehicleInRun) -> float:
-    a, b = one.simulator.pose(), other.simulator.pose()
-    return math.dist((a.north_m, a.east_m, a.down_m), (b.north_m, b.east_m, b.down_m))
 
 
 def _seen(vehicle: VehicleInRun) -> VehicleAt:

@@ -120,7 +120,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
             for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
         ]
         _wait_until_ready(members)
-        conductor = Conductor(members, simulation, config.radio, config.seed, recorder)
+        conductor = Conductor(members, simulation, config.radio, config.seed, recorder, world.sees)
         line = LauncherLine(launcher)
         by_name = {simulator.name: simulator for simulator in simulation.simulators}
         injector = Injector(timeline, conductor, by_name, recorder, line.kill)

@@ -55,6 +55,12 @@ def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, 
     return first
 
 
+def over_terrain(terrain: Terrain, one: FloatArray, other: FloatArray) -> bool:
+    """Whether the straight way between two places (NED, m) is above the ground, looked at `MARCH_STEPS` times."""
+    at = one + np.linspace(0.0, 1.0, MARCH_STEPS + 1)[:, None] * (other - one)
+    return bool(np.all(-at[:, 2] >= heights(terrain, at[:, 0], at[:, 1])))
+
+
 def terrain_normals(terrain: Terrain, origins: FloatArray, directions: FloatArray, ranges: FloatArray) -> FloatArray:
     """(n, 3), NED: of the ground where rays meet it; upwards where they do not."""
     normals = np.tile((0.0, 0.0, -1.0), (len(ranges), 1))

@@ -26,6 +26,8 @@ from sitl_emu.world.solids import NOTHING, Solids
 from sitl_emu.world.wind import Wind
 
 FloatArray = npt.NDArray[np.float64]
+ANTENNA_M = 0.5
+"""How high a radio's antenna is above the body's origin; ours."""
 UPWARDS = (0.0, 0.0, -1.0)
 """Of water and, as light falls on it, of foliage."""
 
@@ -105,6 +107,21 @@ class World:
                 for index in np.flatnonzero(areas_ranges < ranges):
                     ranges[index], normals[index], names[index] = areas_ranges[index], UPWARDS, area.name
         return Hits(ranges, names, normals)
+
+    def sees(self, one: Vector3, other: Vector3, time_s: float) -> bool:
+        """Whether neither ground nor a solid is between two places (NED, m) at a time.
+
+        Both are taken to be `ANTENNA_M` higher: what stands on the ground is not behind it.
+        """
+        begin, end = (np.array(place, np.float64) - (0.0, 0.0, ANTENNA_M) for place in (one, other))
+        if not rays.over_terrain(self.terrain, begin, end):
+            return False
+        reach_m = math.dist(one, other)
+        if self.solids is None or reach_m < 1e-3:
+            return True
+        self.solids.set_time(time_s)
+        (north, east, down), (n, e, d) = begin.tolist(), ((end - begin) / reach_m).tolist()
+        return self.solids.ray((north, east, down), (n, e, d), reach_m) is None
 
     def echoes(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
         """What a laser hears of rays: as `raycast`, but that water mirrors slanted ones away."""

@@ -130,6 +130,14 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
         (("name: small", "name: small\ntime_limit_s: .inf"), "time_limit_s: inf: Input should be a finite number"),
         (("name: small", "name: small\nstart_date: 1900-01-01"), "a date from 1970 to 2199"),
         (("name: small", "name: small\npeer_radio: {outages_s: [[5, 1]]}"), "the end after the start"),
+        (
+            ("name: small", "name: small\npeer_radio: {shared: often}"),
+            "peer_radio.shared: 'often': Input should be a valid boolean",
+        ),
+        (
+            ("name: small", "name: small\npeer_radio: {obstructed_range_m: -1}"),
+            "peer_radio.obstructed_range_m: -1: Input should be greater than or equal to 0",
+        ),
         (("name: small", "name: [small"), "not YAML"),
         ((GOOD, ""), "a scenario is a mapping with the fields format, name"),
         ((GOOD, "- uas"), "a scenario is a mapping with the fields format, name"),

@@ -398,3 +398,39 @@ def test_a_crash_in_water_has_a_cause_of_its_own() -> None:
     run_ticks(conductor, 10)
     assert conductor.outcome == "one came down in water (pond)"
     assert (28_000, "one", "crashed") in recorder.events
+
+
+def sent_over_60_m(sees: bool | None, obstructed_range_m: float | None) -> int:
+    """How many datagrams come, with or without something between the two."""
+    one = vehicle("one", [reply(peer=1)] + [reply()] * 9, peer=FakePeer([b"hello"]))
+    two = vehicle("two", [reply()] * 10, north_m=60.0, peer=FakePeer([]))
+    settings = RadioSettings(range_m=100.0, latency_s=0.0, obstructed_range_m=obstructed_range_m)
+    asked = list[tuple[Any, Any, float]]()
+
+    def look(a: Any, b: Any, time_s: float) -> bool:
+        asked.append((a, b, time_s))
+        return bool(sees)
+
+    simulation = FakeSimulation()
+    run_ticks(Conductor([one, two], simulation, settings, 1, FakeRecorder(), None if sees is None else look), 40)
+    needed = sees is not None and obstructed_range_m is not None and obstructed_range_m < 60.0
+    assert asked == ([((0.0, 0.0, 0.0), (60.0, 0.0, 0.0), 0.04)] if needed else [])
+    return sum(step.peer for step in told(two.companion, Step))
+
+
+def test_through_what_is_solid_the_radio_reaches_less_far() -> None:
+    assert sent_over_60_m(sees=False, obstructed_range_m=59.0) == 0
+    assert sent_over_60_m(sees=True, obstructed_range_m=59.0) == 1
+    assert sent_over_60_m(sees=False, obstructed_range_m=60.0) == 1
+    assert sent_over_60_m(sees=False, obstructed_range_m=None) == 1
+    assert sent_over_60_m(sees=None, obstructed_range_m=0.0) == 1
+
+
+def test_one_air_for_all_carries_a_broadcast_to_each() -> None:
+    peers = [FakePeer([b"hello"]), FakePeer([]), FakePeer([])]
+    members = [vehicle(f"v{n}", [reply(peer=n == 0)] + [reply()] * 9, peer=peer) for n, peer in enumerate(peers)]
+    settings = RadioSettings(latency_s=0.0, shared=True)
+    conductor = Conductor(members, FakeSimulation(), settings, 1, FakeRecorder())
+    run_ticks(conductor, 40)
+    assert [peer.from_radio for peer in peers] == [[], [b"hello"], [b"hello"]]
+    assert conductor.radio_counts["v0>v2"] == (1, 0)

@@ -28,7 +28,7 @@ WORLD = configs.WorldConfig(
     seed=2,
     world="/tmp/run/world.yaml",
     vehicles=(UAS, UGV),
-    radio=RadioSettings(loss=0.1, outages=(Outage(1.0, 2.0),)),
+    radio=RadioSettings(loss=0.1, outages=(Outage(1.0, 2.0),), shared=True, obstructed_range_m=40.0),
     speed=None,
     time_limit_s=60.0,
     commands=("ugv",),

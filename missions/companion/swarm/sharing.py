@@ -38,7 +38,7 @@ from sitl_emu.missions.companion.swarm.targets import Target, merged
 
 UNSETTLED = (Stage.BID, Stage.ENGAGED)
 SAY_EVERY_US = 250_000
-"""Four broadcasts of at most 153 bytes (TUNNEL in MAVLink 2) a second: 5 kbit/s an aircraft. Ours."""
+"""Four broadcasts a second of at most 145 bytes (TUNNEL in MAVLink 2): 5 kbit/s an aircraft. Ours."""
 SOONER_US = 2_000_000
 """Claims that are being settled are told as if they had been told so much longer ago."""
 LOST_AFTER_US = 10_000_000

@@ -55,6 +55,10 @@ class PeerRadio(Part):
     loss: Annotated[float, Field(ge=0, le=1)] = 0.0
     bandwidth_bit_s: Annotated[float, Field(gt=0)] = 250_000.0
     outages_s: list[tuple[float, float]] = Field(default_factory=list)
+    shared: bool = False
+    """One air, and its bandwidth, for all together, rather than a link for each pair."""
+    obstructed_range_m: Annotated[float, Field(ge=0)] | None = None
+    """How far it reaches through ground and what is solid."""
 
     @field_validator("outages_s")
     @classmethod
@@ -69,5 +73,12 @@ class PeerRadio(Part):
         """The same for `core.radio`."""
         outages = tuple(Outage(start, end) for start, end in self.outages_s)
         return RadioSettings(
-            self.range_m, self.latency_s, self.loss, self.bandwidth_bit_s, RadioSettings().queue_bytes, outages
+            self.range_m,
+            self.latency_s,
+            self.loss,
+            self.bandwidth_bit_s,
+            RadioSettings().queue_bytes,
+            outages,
+            self.shared,
+            self.obstructed_range_m,
         )
