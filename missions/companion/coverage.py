@@ -24,6 +24,8 @@ from sitl_emu.missions.companion.camera_model import CameraModel
 SLIVER_M2 = 1e-3
 """Ours: what is smaller is no place that was missed."""
 ROUNDING_M = 1e-6
+TRIED_HEADINGS = 8
+"""Of the sides of an area's hull. Lines along all of a hundred took 12 s instead of 2, for a way up to 3 % shorter."""
 TRIED_LINES = 5
 """Across what is left over, to find the short line that sees most of it."""
 
@@ -98,8 +100,9 @@ def lawnmower(
     """The lines over an area, in the order and direction in which the way is short.
 
     `overlap`: the share of a footprint that the next line sees again, 0 to below 1. `margin_m`: how far lines stay from
-    edges and holes. `heading_deg`: the lines' direction from north over east; None: along that side of the area's hull
-    with which the way is shortest. `start_m`: where the way begins. Raises CoverageError.
+    edges and holes. `heading_deg`: the lines' direction from north over east; None: along that side of the area's hull,
+    of those across which it is narrowest, with which the way is shortest. `start_m`: where the way begins. Raises
+    CoverageError.
     """
     if not 0.0 <= overlap < 1.0:
         raise CoverageError(f"overlap {overlap:g}; must be from 0 to below 1")
@@ -178,10 +181,15 @@ def _uncrossed(way: list[Line], start_m: Corner | None, i: int, j: int) -> bool:
 
 
 def _hull_headings(area: Polygon) -> list[float]:
-    """The directions of the hull's sides in degrees, 0 to 180."""
+    """The directions of the hull's sides in degrees, 0 to 180: those across which it is narrowest, so lines are few."""
     hull = list(area.convex_hull.exterior.coords)
-    sides = pairwise(hull)
-    return sorted({round(math.degrees(math.atan2(b[1] - a[1], b[0] - a[0])), 1) % 180.0 for a, b in sides})
+    angles = {math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(hull)}
+
+    def width_m(angle: float) -> float:
+        across = [e * math.cos(angle) - n * math.sin(angle) for n, e in hull]
+        return max(across) - min(across)
+
+    return sorted({round(math.degrees(angle), 1) % 180.0 for angle in sorted(angles, key=width_m)[:TRIED_HEADINGS]})
 
 
 def _parallel(
