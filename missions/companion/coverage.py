@@ -187,7 +187,7 @@ def _hull_headings(area: Polygon) -> list[float]:
 
     def width_m(angle: float) -> float:
         across = [e * math.cos(angle) - n * math.sin(angle) for n, e in hull]
-        return max(across) - min(across)
+        return float(max(across) - min(across))
 
     return sorted({round(math.degrees(angle), 1) % 180.0 for angle in sorted(angles, key=width_m)[:TRIED_HEADINGS]})
 
