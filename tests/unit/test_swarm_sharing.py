@@ -115,6 +115,7 @@ class Work:
         *,
         known: bool = False,
         never_twice: bool = False,
+        hidden: tuple[int, int] = (0, 0),
         end_us: int = END_US,
     ) -> None:
         dice = random.Random(f"work {seed}")
@@ -132,7 +133,7 @@ class Work:
         self.fail_us = dice.randrange(1_000_000, 30_000_000)
         """When it may fail; it does as soon as it owns a target then, or half a minute later."""
         self.failed_us = 0
-        self.two_owners_us = 0
+        self.two_owners_us, self._hidden = 0, set(hidden)
         if known:
             for flyer in self.flyers:
                 for number in range(5):
@@ -176,7 +177,10 @@ class Work:
                 self.served += flyer.step(now_us)
                 said = flyer.sharing.say(now_us, flyer.state())
                 if said is not None and not flyer.mute:
-                    self.air.send(now_us, flyer.system, [one for one in self.members if one != flyer.system], said)
+                    others = [
+                        one for one in self.members if one != flyer.system and {one, flyer.system} != self._hidden
+                    ]
+                    self.air.send(now_us, flyer.system, others, said)
 
 
 def twice(work: Work) -> list[Served]:
@@ -206,6 +210,17 @@ def test_all_is_scanned_and_every_target_is_served_once(
     assert {one.place for one in work.served} == set(range(len(work.places)))
     assert twice(work) == []
     assert work.two_owners_us <= (TWO_OWNERS_US if fails else 0)
+
+
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+@pytest.mark.parametrize(("count", "fails"), [(3, ""), (4, ""), (4, "companion")])
+def test_two_that_hear_each_other_through_others_alone_share_as_well(
+    count: int, fails: str, loss: float, known: bool
+) -> None:
+    work = Work(count, loss, 4, fails, known=known, hidden=(1, 2))
+    assert work.done and {one.place for one in work.served} == set(range(len(work.places)))
+    assert twice(work) == [] and work.two_owners_us <= TWO_OWNERS_US
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.3])

@@ -77,6 +77,11 @@ class Claims:
                 self._take(now_us, claim._replace(key=key, stage=Stage.ENGAGED))
         return True
 
+    def stands_us(self, now_us: int, key: Key) -> int:
+        """For how long a target has been claimed in this round, as far as we know."""
+        claim = self.known.get(key)
+        return now_us - self._since_us[key, claim.round] if claim is not None else 0
+
     def serve(self, now_us: int, keys: Collection[Key]) -> None:
         """A target has been served by us."""
         last = self.join(now_us, keys)

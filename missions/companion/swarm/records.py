@@ -2,7 +2,7 @@
 
 | kind | record | says | bytes |
 | --- | --- | --- | --- |
-| 1 | `State` | where its sender is, how it moves, what it does, and which columns of air it keeps out of | 23 |
+| 1 | `State` | where its sender is and moves to, what it does, whose columns of air it avoids, whom it hears | 25 |
 | 2 | `Sighting` | a target that one aircraft has located, with confidence and covariance | 25 |
 | 3 | `Claim` | who is to serve it | 10 |
 | 4 | `Covered` | which lines of the area have been scanned | 11 |
@@ -68,6 +68,8 @@ class State(NamedTuple):
     column: Column = Column.NONE
     clear_of: int = 0
     """Whose columns it keeps out of: bits, the lowest is the first member's."""
+    hears: int = 0
+    """Whom it has heard of late, in the same way."""
 
 
 class Sighting(NamedTuple):
@@ -107,7 +109,7 @@ class Covered(NamedTuple):
 Record = State | Sighting | Claim | Covered
 One = TypeVar("One", bound=Record)
 _STATE, _SIGHTING, _CLAIM, _COVERED = (
-    struct.Struct(f"<B{form}") for form in ("BiiihhhBH", "BHHBBiiieeb", "BHHBBH", "HQ")
+    struct.Struct(f"<B{form}") for form in ("BiiihhhBHH", "BHHBBiiieeb", "BHHBBH", "HQ")
 )
 _STEPS = 127
 
@@ -117,7 +119,7 @@ def packed(record: Record) -> bytes:
     if isinstance(record, State):
         velocity = (_whole(v * 100.0, 16) for v in (record.v_north, record.v_east, record.v_down))
         place = _place(record.lat_deg, record.lon_deg, record.alt_amsl_m)
-        return _STATE.pack(1, record.doing, *place, *velocity, record.column, record.clear_of)
+        return _STATE.pack(1, record.doing, *place, *velocity, record.column, record.clear_of, record.hears)
     if isinstance(record, Sighting):
         sigmas = (min(max(sigma_m, 0.01), 60000.0) for sigma_m in (record.sigma_north_m, record.sigma_east_m))
         confidence = min(max(round(record.confidence * 255.0), 0), 255)
@@ -166,9 +168,9 @@ def _unpacked(content: bytes, at: int) -> tuple[Record, int]:
     _, *fields = form.unpack_from(content, at)
     record: Record
     if form is _STATE:
-        doing, lat, lon, alt, north, east, down, column, clear_of = fields
+        doing, lat, lon, alt, north, east, down, column, clear_of, hears = fields
         moves = (north / 100.0, east / 100.0, down / 100.0)
-        record = State(Doing(doing), *_degrees(lat, lon), alt / 100.0, *moves, Column(column), clear_of)
+        record = State(Doing(doing), *_degrees(lat, lon), alt / 100.0, *moves, Column(column), clear_of, hears)
     elif form is _SIGHTING:
         system, number, revision, label, confidence, lat, lon, alt, north, east, shared = fields
         if not (math.isfinite(north) and math.isfinite(east) and north > 0.0 < east and abs(shared) < _STEPS):

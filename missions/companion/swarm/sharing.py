@@ -4,12 +4,15 @@ A state machine on the times of messages, the same on every aircraft: hand it wh
 send what `say` returns. Each broadcast holds the sender's state, and in turn all else that it knows: what is new first,
 claims that are being settled more often. So what one has missed comes again, from whomever.
 
-**Who is there**: a member that was silent for `LOST_AFTER_US`, or says that it is out, is lost: its lines and claims
-go to the others. An aircraft that has heard less than half of its group for `ALONE_AFTER_US` has lost its own radio, as
-far as it can tell; as the others are about to take its work over, it shares no more of it (`alone`), and should go
-home. Of a pair, or of two halves, neither can tell: both go on, and what both see may be served twice, so look whether
-somebody was there before. With `never_twice` the half with the lowest system goes on alone, and where that one was
-lost, nobody does. A lost member that comes back takes part again.
+**Who is there**: a member that was silent for `LOST_AFTER_US`, to us and to those whom we hear, or says that it is out,
+is lost: its lines and claims go to the others. An aircraft that has heard less than half of its group for
+`ALONE_AFTER_US` has lost its own radio, as far as it can tell; as the others are about to take its work over, it shares
+no more of it (`alone`), and should go home. Of a pair, or of two halves, neither can tell: both go on, and what both
+see may be served twice, so look whether somebody was there before. With `never_twice` the half with the lowest system
+goes on alone, and where that one was lost, nobody does. A lost member that comes back takes part again.
+
+Where something is in between, two may hear each other through a third alone. Their claims then stand for `RELAYED_US`
+before they count, and two may own a target until the third has told them; longer ways round are not looked for.
 
 **Once**: what can't be taken back, a delivery, is done `in_touch` alone. While all hear each other, no target ever has
 two owners. What remains: who falls silent within a second of its delivery, before anybody has heard of it, is not
@@ -45,6 +48,8 @@ LOST_AFTER_US = 10_000_000
 """40 broadcasts: with 30 % loss chance makes that silence once in 10^21."""
 ALONE_AFTER_US = 8_000_000
 """Sooner than others take us for lost."""
+RELAYED_US = 3_000_000
+"""In which a third passes a claim on with 30 % loss both times."""
 IN_TOUCH_US = 1_000_000
 """Four broadcasts: with 30 % loss as many are missed in a row once in 120, and then it is a second later."""
 GROUP_AFTER_US = 15_000_000
@@ -107,19 +112,15 @@ class Sharing:
 
     def step(self, now_us: int) -> None:
         """Time has passed: who is lost, and what is free for it."""
-        silent_us = {other: now_us - heard_us for other, heard_us in self._heard_us.items()}
         out = {other for other, state in self.states.items() if state.doing == Doing.OUT}
-        group = {*self._group, *(other for other, us in silent_us.items() if us <= LOST_AFTER_US)} - out
-        heard = {other for other in group if silent_us.get(other, 0) <= ALONE_AFTER_US}
+        group = (self._group | self._reached(now_us, LOST_AFTER_US)) - out
+        heard = group & self._reached(now_us, ALONE_AFTER_US)
         decides = self._never_twice and min(group) not in heard
         self.alone = 2 * len(heard) < len(group) + decides
-        if not self.alone:
-            group = {other for other in group if silent_us.get(other, 0) <= GROUP_AFTER_US}
-        self._group = group
+        self._group = group if self.alone else group & self._reached(now_us, GROUP_AFTER_US)
         if self.alone:
             self.give_up(now_us)
-        there = self.there(now_us)
-        for other in self.members - there:
+        for other in self.members - self.there(now_us):
             self._claims.release(now_us, other)
         self._claims.expire(now_us)
 
@@ -127,18 +128,17 @@ class Sharing:
 
     def there(self, now_us: int) -> set[int]:
         """The members that are not lost, ourselves among them."""
-        return {self.system} | {
-            other
-            for other, heard_us in self._heard_us.items()
-            if now_us - heard_us <= LOST_AFTER_US
-            and (other not in self.states or self.states[other].doing != Doing.OUT)
-        }
+        out = {other for other, state in self.states.items() if state.doing == Doing.OUT}
+        return self._reached(now_us, LOST_AFTER_US) - out | {self.system}
+
+    def heard(self, now_us: int) -> set[int]:
+        """Those of them that we hear ourselves, and ourselves."""
+        return self._heard(now_us, LOST_AFTER_US) & self.there(now_us)
 
     def in_touch(self, now_us: int) -> bool:
         """Whether we hear most of those who are there: else wait with what can't be taken back."""
         there = self.there(now_us)
-        heard = [other for other in there if now_us - self._heard_us.get(other, now_us) <= IN_TOUCH_US]
-        return 2 * len(heard) > len(there) and not self.alone
+        return 2 * len(there & self._reached(now_us, IN_TOUCH_US)) > len(there) and not self.alone
 
     def scan(self, now_us: int) -> list[int]:
         """The numbers of the lines that are ours and that nobody has scanned yet."""
@@ -178,8 +178,10 @@ class Sharing:
         if mine is not None:
             claim = self._claims.join(now_us, mine.keys)
             if claim.owner == self.system and claim.stage in UNSETTLED:
-                others = self.there(now_us) - {self.system}
-                return mine if self._claims.engage(now_us, mine.keys, others) else None
+                heard = self.heard(now_us)
+                if heard != self.there(now_us) and self._claims.stands_us(now_us, mine.key) < RELAYED_US:
+                    return None
+                return mine if self._claims.engage(now_us, mine.keys, heard - {self.system}) else None
         self._mine = None
         for key, cost_s in sorted(costs_s.items(), key=lambda one: (one[1], one[0])):
             if key in targets and self._claims.may_bid(self.claim(now_us, targets[key]), cost_s):
@@ -214,10 +216,22 @@ class Sharing:
             unsettled = isinstance(record, Claim) and record.stage in UNSETTLED
             return said_us - SOONER_US * unsettled if record == said else -SOONER_US, not unsettled
 
+        hears = self._heard(now_us, LOST_AFTER_US)
+        own = own._replace(hears=sum(1 << place for place, one in enumerate(sorted(self.members)) if one in hears))
         content, taken = filled([own, *(known[name] for name in sorted(known, key=turn))])
         told = set(taken)
         self._said |= {name: (record, now_us) for name, record in known.items() if record in told}
         return content
+
+    def _heard(self, now_us: int, within_us: int) -> set[int]:
+        """Ourselves, and who said something of late."""
+        return {self.system} | {other for other, at_us in self._heard_us.items() if now_us - at_us <= within_us}
+
+    def _reached(self, now_us: int, within_us: int) -> set[int]:
+        """Those, and whom they say that they hear."""
+        heard = self._heard(now_us, within_us)
+        said = [self.states[other].hears for other in heard if other in self.states]
+        return heard | {one for place, one in enumerate(sorted(self.members)) for bits in said if bits >> place & 1}
 
     def _known(self, now_us: int) -> dict[object, Record]:
         """All there is to tell, by what it is about.

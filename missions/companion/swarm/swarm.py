@@ -72,7 +72,7 @@ class Swarm:
         self.sharing.step(now_us)
         parked = own.doing in (Doing.WAITING, Doing.OUT)
         speed_m_s = math.hypot(own.v_north, own.v_east)
-        self.airspace.step(now_us, self.place(own), speed_m_s, self.sharing.there(now_us), parked=parked)
+        self.airspace.step(now_us, self.place(own), speed_m_s, self.sharing.heard(now_us), parked=parked)
         state = own._replace(column=self.airspace.column, clear_of=self.airspace.clear_of)
         content = self.sharing.say(now_us, state) if unix_us else None
         return [self.seal.seal(unix_us, self.system, content)] if content is not None else []
