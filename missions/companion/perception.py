@@ -4,7 +4,7 @@
   one's own (`yolo.py`), or MODULE:FACTORY of a detector of one's own, called without arguments.
 - `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, a JSON file of them, or mftp:///PATH, such a file on
   the autopilot's card (`selection.py`). Without it every class counts in full.
-- `look_rate_hz`: at most so many frames a second go to the detector; 0: every one.
+- `look_rate_hz`: at most so many frames a second go to the detector, 10 unless told; 0: every one.
 - `confirmations`, `confirm_score`, `report_score`, `hit_share`, `gate_m`, `merge_m`: those of `Confirming`
   (`confirmation.py`).
 """
@@ -22,6 +22,10 @@ from sitl_emu.missions.companion.selection import MFTP, Selected, read, selectio
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 
 
+LOOK_RATE_HZ = 10.0
+"""As the disaster-response paper's network looks on its Raspberry Pi 5."""
+
+
 class Known(NamedTuple):
     """A detector that a program knows by name."""
 
@@ -35,7 +39,7 @@ class Perception(NamedTuple):
 
     detector: Detector
     confirming: Confirming
-    look_rate_hz: float = 0.0
+    look_rate_hz: float = LOOK_RATE_HZ
     """0: every frame."""
     selection_path: str | None = None
     """Of a selection file on the autopilot, which has yet to be fetched (`steps.select`)."""
@@ -55,7 +59,7 @@ def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
         gate_m=given.number("gate_m", confirming.gate_m, 0.1, 100.0),
         merge_m=given.number("merge_m", confirming.merge_m, 0.0, 100.0),
     )
-    rate_hz = given.number("look_rate_hz", 0.0, 0.0, 60.0)
+    rate_hz = given.number("look_rate_hz", LOOK_RATE_HZ, 0.0, 60.0)
     return Perception(detector, wanted, rate_hz, selection_path)
 
 

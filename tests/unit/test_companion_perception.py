@@ -46,7 +46,7 @@ def found(perception: Perception) -> list[tuple[str, float]]:
 
 def test_without_options_everything_is_as_the_program_has_it() -> None:
     perception = perceived()
-    assert perception.confirming == SURVEYING and perception.look_rate_hz == 0.0
+    assert perception.confirming == SURVEYING and perception.look_rate_hz == 10.0
     assert found(perception) == [("fire", 0.9), ("debris", 0.8), ("water", 0.7)]
 
 
