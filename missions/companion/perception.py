@@ -21,7 +21,6 @@ from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.selection import MFTP, Selected, read, selection_of
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 
-
 LOOK_RATE_HZ = 10.0
 """As the disaster-response paper's network looks on its Raspberry Pi 5."""
 
