@@ -1,10 +1,11 @@
 """What the mission's programs see with, by the names that their option `detector` knows; the default first.
 
 From the air the hand-made detector finds what the network finds, and takes other things for targets: so both are
-asked. Over fields 300 to 305, on which this was chosen, `both` finds 24 of 24 targets and takes none of 108 others
-for one, with any `report_score` from 0.45 to 0.65, of which the low end misses least; the hand-made one alone 24 and 2, the network alone 24 and 6. From
-the mast the network is the better one (`networks/field.md` has the figures). Scores mean another thing for each, and so
-do the figures that confirm a target: those of the mast were chosen on fields of seeds 300 to 306.
+asked. Over fields 300 to 305, on which this was chosen, `both` finds 24 of 24 targets and takes none of 108 others for
+one, with any `report_score` from 0.45 to 0.65, of which the low end misses least; the hand-made one alone 24 and 2, the
+network alone 24 and 6. From the mast the network is the better one (`networks/field.md` has the figures). Scores mean
+another thing for each, and so do the figures that confirm a target: those of the mast were chosen on fields of seeds
+300 to 306.
 """
 
 from sitl_emu.missions.agriculture.detector import LABELS, ClassicalDetector
