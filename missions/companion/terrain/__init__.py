@@ -1,1 +1,1 @@
-"""The shape of the ground, as it is measured in flight: mapped, kept as a file, flown over."""
+"""The shape of the ground, as a flight finds it: mapped, kept as a file, flown over."""
