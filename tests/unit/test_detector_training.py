@@ -235,3 +235,29 @@ def test_it_learns_two_pictures_by_heart() -> None:
         found = decoded(figures, middles(64, 96), 0.3, 0.6)
         assert found.labels.tolist() == [int(target[0, 0])]
         assert np.allclose(found.boxes[0], target[0, 1:5].numpy(), atol=3.0)
+
+
+def test_a_training_begins_with_what_an_exported_network_gives(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("onnxscript")
+    from tools.detector import export, start
+    from tools.detector.net import Deployed, Network
+
+    torch.manual_seed(1)
+    old, images = Network(3, 0.25), [np.random.default_rng(k).integers(0, 256, (64, 64, 3), np.uint8) for k in range(8)]
+    x = torch.from_numpy(np.stack(images)[..., ::-1].transpose(0, 3, 1, 2).copy()).float() / 255.0
+    old(x)  # so that its norms are not those it was made with
+    settings = {"width": 0.25, "input_width": 64, "input_height": 64}
+    labels = ["a", "b", "c"]
+    kept = {"labels": labels, "settings": settings, "average": old.state_dict(), "epoch": 1, "seconds": 1.0}
+    torch.save(kept | {"history": []}, tmp_path / "last.pt")
+    export.export(tmp_path / "last.pt", tmp_path / "network.onnx")
+    for path in (tmp_path / "last.pt", tmp_path / "network.onnx"):
+        new = Network(3, 0.25)
+        start.begin(path, new, labels, images)
+        with torch.no_grad():
+            assert torch.allclose(Deployed(old.eval(), 64, 64)(x), Deployed(new.eval(), 64, 64)(x), atol=1e-3)
+    other = Network(2, 0.25)
+    start.begin(tmp_path / "network.onnx", other, ["d", "e"], images)  # has the layers below the classes' scores
+    with pytest.raises(ValueError, match="it can't begin a network of width"):
+        start.begin(tmp_path / "network.onnx", Network(3, 0.5), labels, images)

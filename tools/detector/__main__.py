@@ -66,7 +66,7 @@ def _train(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(416, 320), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=0, help="processes that change pictures")
-    parser.add_argument("--start", type=Path, help="a checkpoint to begin with, as wide, of any input size")
+    parser.add_argument("--start", type=Path, help="what to begin with: a checkpoint or ONNX file of a network as wide")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
     parser.set_defaults(run=_run_train)
 

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor, nn
 
 from sitl_emu.missions.companion.yolo import Found, decoded, middles
-from tools.detector import augment, data
+from tools.detector import augment, data, start
 from tools.detector.loss import loss
 from tools.detector.net import Deployed, Network, anchors
 from tools.detector.scores import Score, score
@@ -48,7 +48,7 @@ class Settings(NamedTuple):
     seed: int = 1
     workers: int = 0
     start: Path | None = None
-    """A checkpoint of a network as wide, of any input size, whose average to begin with instead of chance."""
+    """A network as wide, of any input size, to begin with instead of chance: a checkpoint or an exported one."""
     minutes: float = math.inf
     """A sitting ends after the epoch in which they are over."""
 
@@ -93,7 +93,7 @@ class Sitting:
         classes, layout = len(self.train.labels), torch.channels_last  # a sixth faster on a CPU than the usual one
         self.network = Network(classes, settings.width).to(self.device, memory_format=layout)
         if settings.start is not None:
-            self._begin_with(settings.start)
+            start.begin(settings.start, self.network, self.train.labels, self.train.images)
         self.average = Network(classes, settings.width).to(self.device, memory_format=layout).eval()
         self.average.load_state_dict(self.network.state_dict())
         self.optimiser = torch.optim.SGD(_groups(self.network, settings.decay), settings.rate, MOMENTUM, nesterov=True)
@@ -174,15 +174,6 @@ class Sitting:
                 old.copy_(new[name])
 
     # --- sittings -----------------------------------------------------------------------------------------------------
-
-    def _begin_with(self, path: Path) -> None:
-        """Raises OSError, ValueError."""
-        kept = torch.load(path, map_location=self.device, weights_only=True)
-        if kept["labels"] != list(self.train.labels) or kept["settings"]["width"] != self.settings.width:
-            raise ValueError(
-                f"{path} is of {kept['labels']}, width {kept['settings']['width']}: it can't begin this one"
-            )
-        self.network.load_state_dict(kept["average"])
 
     def go_on(self) -> None:
         """Take up where the last sitting ended, if there was one. Raises ValueError."""

@@ -1,0 +1,94 @@
+"""What a training may begin with instead of chance: a checkpoint, or a network that was exported.
+
+An exported network's norms are folded into its convolutions. They are made anew so that what every layer gives is as
+before: a norm's mean and deviation are those of the convolution's outputs on pictures of the training split, and its
+scale and shift undo them. Weights of class scores are taken where the classes are the same, and begin anew otherwise.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor, nn
+
+from tools.detector.net import Network, Unit
+
+CALIBRATES = 64
+"""Pictures that norms are made from."""
+EXPORTED = "network."
+"""What weights' names begin with in an exported network (`net.Deployed`)."""
+OF_CLASSES = ".label.2."
+"""In the names of weights that classes have of their own."""
+
+Weights = dict[str, Tensor]
+
+
+def begin(path: Path, network: Network, labels: Sequence[str], images: Sequence[npt.NDArray[np.uint8]]) -> None:
+    """Give a network the weights of a checkpoint's average (.pt) or of an exported network (.onnx).
+
+    `images`: of the training split, BGR. Raises OSError, ValueError.
+    """
+    weights, its_labels, width = _exported(path) if path.suffix == ".onnx" else _checkpoint(path)
+    if width != network.width:
+        raise ValueError(f"{path} has width {width}: it can't begin a network of width {network.width}")
+    if its_labels != list(labels):
+        weights = {name: each for name, each in weights.items() if OF_CLASSES not in name}
+    unknown = network.load_state_dict(weights, strict=False).unexpected_keys
+    if unknown:
+        raise ValueError(f"{path} is another network: it has {unknown[0]}")
+    if path.suffix == ".onnx":
+        _make_norms(network, {name: each for name, each in weights.items() if name.endswith("norm.bias")}, images)
+
+
+def _checkpoint(path: Path) -> tuple[Weights, list[str], float]:
+    kept = torch.load(path, map_location="cpu", weights_only=True)
+    return kept["average"], kept["labels"], kept["settings"]["width"]
+
+
+def _exported(path: Path) -> tuple[Weights, list[str], float]:
+    """A folded convolution's bias comes as its norm's."""
+    import onnx
+
+    model = onnx.load(str(path))
+    told: dict[str, Any] = {each.key: each.value for each in model.metadata_props}
+    if not {"labels", "settings"} <= told.keys():
+        raise ValueError(f"{path} does not say what it was trained for: only networks exported here can begin one")
+    weights = Weights()
+    for each in model.graph.initializer:
+        if each.name.startswith(EXPORTED):
+            name = each.name.removeprefix(EXPORTED).replace("convolution.weight_bias", "norm.bias")
+            weights[name] = torch.from_numpy(np.array(onnx.numpy_helper.to_array(each)))
+    return weights, json.loads(told["labels"]), json.loads(told["settings"])["width"]
+
+
+@torch.no_grad()
+def _make_norms(network: Network, biases: Weights, images: Sequence[npt.NDArray[np.uint8]]) -> None:
+    """One pass: each norm is made when its convolution's outputs come by, and gives them on with the bias added."""
+    handles = [
+        unit.norm.register_forward_pre_hook(_maker(biases[f"{name}.norm.bias"]))
+        for name, unit in network.named_modules()
+        if isinstance(unit, Unit)
+    ]
+    picked = np.stack([images[k] for k in range(0, len(images), max(len(images) // CALIBRATES, 1))][:CALIBRATES])
+    x = torch.from_numpy(np.ascontiguousarray(picked[..., ::-1].transpose(0, 3, 1, 2)))
+    was_training = network.training
+    network.eval()(x.to(next(network.parameters()).device).float() / 255.0)
+    network.train(was_training)
+    for handle in handles:
+        handle.remove()
+
+
+def _maker(bias: Tensor) -> Any:
+    def make(norm: nn.Module, given: tuple[Tensor]) -> None:
+        assert isinstance(norm, nn.BatchNorm2d) and norm.running_mean is not None and norm.running_var is not None
+        variance, mean = torch.var_mean(given[0], (0, 2, 3))
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(variance)
+        norm.weight.copy_((variance + norm.eps).sqrt())
+        norm.bias.copy_(bias.to(mean.device) + mean)
+
+    return make
