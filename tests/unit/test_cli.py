@@ -70,7 +70,7 @@ def test_every_command_explains_itself(command: str) -> None:
         (("launch", "iris:0"), "iris:0: give MODEL or MODEL:COUNT"),
         (("launch", "iris:3", "rover:2", "--instance", "246"), "the last instance is 249"),
         (("run", "agriculture", "--speed", "0"), "--speed 0: give a number above 0"),
-        (("run", "agriculture", "--seed", "-1"), "greater than or equal to 0"),
+        (("run", "agriculture", "--seed", "-1"), "-1 is not in the range"),
         (("run", "agriculture", "--instance", "249"), "instances end at 249"),
         (("run", "agriculture", "--instance", "9"), "would share UDP port 14549"),
         (("world", "moon", "--vehicle", "iris"), "there is no world 'moon'; known: corn_field, debris_field"),
