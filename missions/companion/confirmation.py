@@ -1,13 +1,14 @@
 """From detections of single frames to targets: each found once, placed well, and only if it stays.
 
 The figures are `Confirming`'s. A detection joins the track whose target it sees (nearest on the ground, within
-`gate_m`) or starts one. **Consecutive** counts frames in which the track's place lies well inside the picture: a frame
-that sees it extends the run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is
-*confirmed* by a run of `confirmations` frames whose mean score reaches `confirm_score`. It is *reported*, once, when it
-is confirmed and settled: its rays have crossed at `settled_deg`, so that its height is known, or it has left the
-picture; it must then still have been seen in `hit_share` of the frames that should have seen it, with a mean score over
-these frames of `report_score` (a frame that missed it counts as 0). That throws out what flickers or looks like a
-target from one side only. What goes unreported is counted (`unreported`).
+`gate_m`) or starts one; what lies farther from the camera's axis than `within_deg` is not looked at. **Consecutive**
+counts frames in which the track's place lies well inside the picture and that angle: a frame that sees it extends the
+run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is *confirmed* by a run of
+`confirmations` frames whose mean score reaches `confirm_score`. It is *reported*, once, when it is confirmed and
+settled: its rays have crossed at `settled_deg`, so that its height is known, or it has left the picture; it must then
+still have been seen in `hit_share` of the frames that should have seen it, with a mean score over these frames of
+`report_score` (a frame that missed it counts as 0). That throws out what flickers or looks like a target from one side
+only. What goes unreported is counted (`unreported`).
 **Label**: each detection votes with its score; the larger sum wins.
 **Merging**: a track within `merge_m` of another is the same target, seen again from a neighbouring line: its rays join
 the older one, and nothing is reported twice.
@@ -20,6 +21,9 @@ A pure state machine on frame times: no clock, no sockets. It knows nothing of t
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point, in_view
 from sitl_emu.missions.companion.detector import Detection
@@ -53,6 +57,9 @@ class Confirming(NamedTuple):
     settled_deg: float = 60.0
     least_spread_deg: float = 20.0
     """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
+    within_deg: float = 90.0
+    """Nothing farther from the camera's axis is looked at. Aslant, plants hide what stands between them, and what lies
+    there looks like something else; who flies lines has to fly them close enough for this."""
 
 
 SURVEYING = Confirming()
@@ -197,6 +204,8 @@ class Confirmation:
         seen: set[int] = set()
         for detection in sorted(detections, key=lambda d: -d.score):
             ray = pixel_ray(self._camera, pose, detection.x, detection.y)
+            if not self._is_near_axis(pose, ray.direction):
+                continue
             track = self._track_of(ray, seen)
             if track is None:
                 track = self._start(frame_time_us, ray, detection)
@@ -207,7 +216,7 @@ class Confirmation:
             track.point = track.place.point()
             track.hit(frame_time_us, detection, self.wanted)
         for track in self._tracks:
-            if track.id not in seen and in_view(self._camera, pose, track.point, EDGE_PX):
+            if track.id not in seen and self._should_see(pose, track.point):
                 track.miss(frame_time_us)
         self._merge()
         return self._report(frame_time_us)
@@ -215,6 +224,15 @@ class Confirmation:
     def finish(self) -> list[Target]:
         """The scan is over: targets to report that had not settled."""
         return self._report(None)
+
+    def _should_see(self, pose: CameraPose, point: Point) -> bool:
+        direction = np.asarray(point) - pose.position_m
+        is_near = self._is_near_axis(pose, direction / np.linalg.norm(direction))
+        return is_near and in_view(self._camera, pose, point, EDGE_PX)
+
+    def _is_near_axis(self, pose: CameraPose, direction: npt.NDArray[np.float64]) -> bool:
+        """Of a direction of length 1, in NED."""
+        return float(pose.to_ned[:, 2] @ direction) >= math.cos(math.radians(self.wanted.within_deg))
 
     def _track_of(self, ray: Ray, seen: set[int]) -> _Track | None:
         """The nearest track a ray may belong to, on the ground at the track's own height."""

@@ -5,8 +5,8 @@
 - `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, a JSON file of them, or mftp:///PATH, such a file on
   the autopilot's card (`selection.py`). Without it every class counts in full.
 - `look_rate_hz`: at most so many frames a second go to the detector, 10 unless told; 0: every one.
-- `confirmations`, `confirm_score`, `report_score`, `hit_share`, `gate_m`, `merge_m`: those of `Confirming`
-  (`confirmation.py`).
+- `confirmations`, `confirm_score`, `report_score`, `hit_share`, `gate_m`, `merge_m`, `within_deg`: those of
+  `Confirming` (`confirmation.py`).
 """
 
 import importlib
@@ -57,6 +57,7 @@ def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
         hit_share=given.number("hit_share", confirming.hit_share, 0.0, 1.0),
         gate_m=given.number("gate_m", confirming.gate_m, 0.1, 100.0),
         merge_m=given.number("merge_m", confirming.merge_m, 0.0, 100.0),
+        within_deg=given.number("within_deg", confirming.within_deg, 1.0, 90.0),
     )
     rate_hz = given.number("look_rate_hz", LOOK_RATE_HZ, 0.0, 60.0)
     return Perception(detector, wanted, rate_hz, selection_path)

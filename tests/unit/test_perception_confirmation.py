@@ -115,6 +115,21 @@ def test_faint_or_rare_sightings_are_not_reported() -> None:
     assert flight.fly(22.0, 60.0, []) == [] and flight.confirmation.finish() == []
 
 
+def test_what_is_seen_aslant_counts_for_nothing_where_only_the_view_from_above_does() -> None:
+    aslant, above = (30.0, 9.0), (30.0, 4.0)
+    plain, strict = Flight(), Flight()
+    strict.confirmation = Confirmation(CAMERA, 0.0, SURVEYING._replace(within_deg=30.0))
+    assert [t.east_m for t in plain.fly(0.0, 60.0, [aslant])] == [pytest.approx(9.0, abs=0.05)]
+    assert strict.fly(0.0, 60.0, [aslant]) == [] and not strict.confirmation.candidates  # 31 degrees off at 15 m
+    assert [t.score for t in strict.fly(60.0, 0.0, [aslant], east=6.0)] == [pytest.approx(0.9)]
+    # What a frame misses aslant is no miss.
+    strict = Flight()
+    strict.confirmation = Confirmation(CAMERA, 0.0, SURVEYING._replace(within_deg=30.0))
+    strict.fly(0.0, 22.0, [])
+    (found,) = [*strict.fly(22.0, 38.0, [above]), *strict.fly(38.0, 60.0, [])]
+    assert found.score == pytest.approx(0.9)
+
+
 def test_labels_are_voted_by_score() -> None:
     new = Flight().fly(0.0, 60.0, [(30.0, 4.0)], labels="disease disease weed")
     assert [t.label for t in new] == ["disease"]
