@@ -122,6 +122,13 @@ def _gimbal_attitude(msg: mavlink.MAVLink_message) -> GimbalAttitude:
 METRES_PER_DEG = math.radians(1.0) * 6371000.0
 
 
+class Wind(NamedTuple):
+    """WIND_COV: where the air moves to, m/s, at the vehicle's own height."""
+
+    north_m_s: float
+    east_m_s: float
+
+
 class Telemetry:
     """The latest state of the autopilot of one system."""
 
@@ -145,6 +152,10 @@ class Telemetry:
         PX4); None if it states none."""
         self.epv_m: float | None = None
         """The same of the height."""
+        self.has_fix = False
+        """Whether the receiver has a position (GPS_RAW_INT.fix_type from 3D on)."""
+        self.wind: Wind | None = None
+        """As the autopilot estimates it; None where it does not (PX4: EKF2_DRAG_CTRL, of a multicopter)."""
         self.ranges: deque[Range] = deque(maxlen=HISTORY)
         """Distances measured, in the order they came; what was out of the sensor's range is left out."""
         self.boot_time_us = 0
@@ -232,6 +243,9 @@ class Telemetry:
         elif kind == "GPS_RAW_INT":
             self.eph_m = msg.h_acc / 1000.0 if msg.h_acc else None
             self.epv_m = msg.v_acc / 1000.0 if msg.v_acc else None
+            self.has_fix = msg.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
+        elif kind == "WIND_COV":
+            self.wind = Wind(msg.wind_x, msg.wind_y)
         elif kind == "SYSTEM_TIME" and msg.time_unix_usec:
             self._unix_ahead_us = msg.time_unix_usec - now_us
         self.watch.heard(now_us)

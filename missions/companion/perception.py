@@ -44,12 +44,23 @@ class Perception(NamedTuple):
     """Of a selection file on the autopilot, which has yet to be fetched (`steps.select`)."""
 
 
-def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
-    """From options. `known`: detectors that the program knows, its default first. Raises ValueError."""
+def looking_of(given: Options, known: Mapping[str, Known]) -> Perception:
+    """Detector, selection and rate from options, for a program that confirms in its own way. Raises ValueError.
+
+    `known`: detectors that the program knows, its default first.
+    """
     default = next(iter(known))
     name = given.text("detector", default)
     detector, selection_path = _selected(given, _detector(name, known))
     confirming = known[name if name in known else default].confirming
+    rate_hz = given.number("look_rate_hz", LOOK_RATE_HZ, 0.0, 60.0)
+    return Perception(detector, confirming, rate_hz, selection_path)
+
+
+def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
+    """The same with what confirms a target (`confirmation.Confirming`)."""
+    perception = looking_of(given, known)
+    confirming = perception.confirming
     wanted = confirming._replace(
         confirmations=given.whole("confirmations", confirming.confirmations, 1, 100),
         confirm_score=given.number("confirm_score", confirming.confirm_score, 0.0, 1.0),
@@ -59,8 +70,7 @@ def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
         merge_m=given.number("merge_m", confirming.merge_m, 0.0, 100.0),
         within_deg=given.number("within_deg", confirming.within_deg, 1.0, 90.0),
     )
-    rate_hz = given.number("look_rate_hz", LOOK_RATE_HZ, 0.0, 60.0)
-    return Perception(detector, wanted, rate_hz, selection_path)
+    return perception._replace(confirming=wanted)
 
 
 def _detector(name: str, known: Mapping[str, Known]) -> Detector:

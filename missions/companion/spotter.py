@@ -20,6 +20,22 @@ class Origin(NamedTuple):
     """None: the vehicle stands on the ground, and heights count from it."""
 
 
+def position(pose: Pose, origin: Origin) -> Point:
+    """Where a vehicle was, in metres NED from an origin."""
+    north_m, east_m = to_metres(pose.lat_deg, pose.lon_deg, origin.lat_deg, origin.lon_deg)
+    return north_m, east_m, 0.0 if origin.alt_amsl_m is None else origin.alt_amsl_m - pose.alt_amsl_m
+
+
+def camera_pose_at(telemetry: Telemetry, frame_time_us: int, mount: Mount, origin: Origin) -> CameraPose | None:
+    """The camera's pose of a frame; None where it is not known, on a gimbal also where that was not heard."""
+    pose, head = telemetry.pose_at(frame_time_us), None
+    if pose is not None and mount.on_gimbal:
+        head = telemetry.gimbal_at(frame_time_us, pose.yaw_rad)
+        if head is None:
+            return None
+    return None if pose is None else camera_pose(position(pose, origin), pose.q, mount, head)
+
+
 class Spotter:
     """Takes frames' detections; gives targets."""
 
@@ -60,7 +76,7 @@ class Spotter:
     def vehicle_at(self, frame_time_us: int) -> Point | None:
         """Where the vehicle was at a moment, in metres NED."""
         pose = self._telemetry.pose_at(frame_time_us)
-        return None if pose is None else self._position(pose)
+        return None if pose is None else position(pose, self.origin)
 
     def place(self, target: Target) -> tuple[float, float]:
         """Latitude and longitude of a target in degrees."""
@@ -74,15 +90,4 @@ class Spotter:
         ]
 
     def _camera_pose(self, frame_time_us: int) -> CameraPose | None:
-        """Of a frame; None where it is not known, of a camera on a gimbal also where that was not heard."""
-        pose, head = self._telemetry.pose_at(frame_time_us), None
-        if pose is not None and self._mount.on_gimbal:
-            head = self._telemetry.gimbal_at(frame_time_us, pose.yaw_rad)
-            if head is None:
-                return None
-        return None if pose is None else camera_pose(self._position(pose), pose.q, self._mount, head)
-
-    def _position(self, pose: Pose) -> Point:
-        north_m, east_m = to_metres(pose.lat_deg, pose.lon_deg, self.origin.lat_deg, self.origin.lon_deg)
-        alt_amsl_m = self.origin.alt_amsl_m
-        return north_m, east_m, 0.0 if alt_amsl_m is None else alt_amsl_m - pose.alt_amsl_m
+        return camera_pose_at(self._telemetry, frame_time_us, self._mount, self.origin)

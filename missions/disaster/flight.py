@@ -1,0 +1,396 @@
+"""What the disaster mission does in the air, in order: up, line by line, aside to a place and back, home.
+
+**Scan.** Lines of `coverage.lawnmower` over the area are flown in Hold from end to end (MAV_CMD_DO_REPOSITION), at
+`scan_altitude_m` above home.
+
+**Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
+the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
+It goes down to `release_height_m`, from which the lidar would see whatever stands higher than 2 m under it, looks once
+more, and stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm where it
+estimates none). It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells
+where that should be. Then it climbs, goes back to where it left the line, and goes on.
+
+**Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
+goes home. A region is tried `TRIES` times.
+"""
+
+import math
+from collections.abc import Callable, Generator
+
+import shapely
+
+from sitl_emu.gcs.command import gripper, reposition
+from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.gcs.mission import FENCE, MissionItem
+from sitl_emu.gcs.parameter import ParameterSet
+from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.statustext import WARNING
+from sitl_emu.missions.companion import steps
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
+from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
+from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.release_point import Wind, fall
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+from sitl_emu.missions.disaster import aborts, places
+from sitl_emu.missions.disaster.aborts import Aborted, Reason
+from sitl_emu.missions.disaster.outlines import as_text
+from sitl_emu.missions.disaster.places import Place
+from sitl_emu.missions.disaster.regions import GAP_M, Cells, Grid, Region, RegionMap
+from sitl_emu.missions.disaster.settings import Settings
+
+FRAME_GLOBAL, FENCE_POLYGON_INCLUSION = 0, 5001
+ON_LINE_M, STANDING_M, HEIGHT_M = 2.0, 1.0, 0.7
+"""How near is there: at a line's end, over a place, and in height; ours."""
+LOOKED_S, SOON_S = 2.0, 1.0
+"""So long it looks from over a place, and again from the release height."""
+AIMED_M = 0.7
+DRIFT_S = 20.0
+"""In which that has to come."""
+FALLEN_S = 4.0
+"""More than a fall from 20 m takes, with some to tumble."""
+TRIES = 2
+SAME_EDGE_M = 6.0
+"""A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
+CHOOSE_EVERY_US = 500_000
+LOOKS_FROM_M = 6.0
+"""Frames from lower than this are not looked at."""
+SLOWEST_M_S = 0.5
+GROUND_SIGMA_M = 2.0
+"""How far the ground may be from home's height where it is not mapped (geolocation.HOME_HEIGHT_SIGMA_M)."""
+LOWEST_CLIMB_M = 1.0
+
+
+class Flight:
+    """The flight of one vehicle; `script` is gone through once."""
+
+    def __init__(self, onboard: Onboard, settings: Settings) -> None:
+        self.onboard, self.settings = onboard, settings
+        self.regions: RegionMap | None = None
+        """There from arming on, when home is known: the origin of all metres here."""
+        self.home = (0.0, 0.0, 0.0)
+        self.lines: list[Line] = []
+        self.looking = self.delivered = False
+        self.scanned = 0
+        """Lines that were flown to their end."""
+        self.aborted: Aborted | None = None
+        """Why the parcel was not delivered, the last reason."""
+        self.seen: Callable[[str], dict[str, float | int]] = lambda label: {}
+        """The frame that showed a label last, and its box, for an event's picture."""
+        self.ground_m: Grid | float = 0.0
+        """Heights of the ground over home, of the map's cells."""
+        self._tried: list[Place] = []
+        self._allowed: Cells | None = None
+        self._choose_us = 0
+
+    def script(self) -> Script:
+        """From the first heartbeat until it has landed."""
+        onboard, system = self.onboard, self.onboard.system_id
+        yield from steps.heard(onboard)
+        system = onboard.system_id
+        yield from steps.select(onboard, self.settings.perception)
+        onboard.enter("waiting for health", "autopilot gets ready")
+        yield from steps.ready(onboard, self.settings.ready_timeout_s)
+        self._lay_lines()
+        onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
+        yield from steps.upload(onboard, self._fence(), FENCE)
+        for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
+            yield from onboard.do(AUTOPILOT_LINK, ParameterSet(system, name, self.settings.scan_altitude_m))
+        onboard.enter("taking off", f"to {self.settings.scan_altitude_m:g} m")
+        yield from steps.command(onboard, set_mode(system, "takeoff"), "take-off mode")
+        yield from steps.arm(onboard)
+        onboard.yielding.expect({"takeoff", "hold"})
+        yield from steps.pause(onboard, 120.0, until=lambda: onboard.telemetry.mode == "hold")
+        self.looking = True
+        try:
+            yield from self._scan()
+        except Aborted as why:
+            self._abort(why)
+        self.looking = False
+        onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
+        self._tell_regions()
+        yield from steps.return_home(onboard)
+        onboard.yielding.expect(())
+        onboard.enter("landed", self.outcome)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all lines were flown."""
+        return self.scanned == len(self.lines)
+
+    @property
+    def outcome(self) -> str:
+        """In the end: "success", or why not."""
+        if self.settings.parcel is not None and not self.delivered and self.aborted is not None:
+            return f"aborted: {self.aborted}"
+        return "success" if self.whole else f"scan ended early: {self.aborted}"
+
+    def place_deg(self, place_m: Corner) -> tuple[float, float]:
+        """Latitude and longitude of a place."""
+        return from_metres(*place_m, *self.home[:2])
+
+    # Before the flight
+
+    def _lay_lines(self) -> None:
+        """Lines, fence and map of the area, as soon as home is known."""
+        home = self.onboard.telemetry.home
+        assert home is not None  # it was, when the autopilot was ready
+        self.home = home
+        area = self.settings.area_m(home[0], home[1])
+        seen = footprint(self.settings.camera, self.settings.scan_altitude_m)
+        settings = self.settings
+        self.lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=(0.0, 0.0))
+        self._within = area.union(shapely.Point(0.0, 0.0)).convex_hull.buffer(max(settings.fence_margin_m, 0.1))
+        south, west, north, east = area.buffer(max(seen) / 2.0).bounds
+        labels, confirming = settings.perception.detector.labels, settings.perception.confirming
+        self.regions = RegionMap(Bounds(south, west, north, east), labels, settings.camera, confirming)
+        self._allowed = shapely.contains_xy(self._within, self.regions.north_m, self.regions.east_m)
+
+    def _fence(self) -> list[MissionItem]:
+        """The area and home, with a margin, as the autopilot's own geofence."""
+        corners = list(self._within.simplify(1.0).exterior.coords)[:-1]
+        deg = [self.place_deg((north, east)) for north, east in corners]
+        return [
+            MissionItem(FRAME_GLOBAL, FENCE_POLYGON_INCLUSION, float(len(deg)), x=round(lat * 1e7), y=round(lon * 1e7))
+            for lat, lon in deg
+        ]
+
+    # In the air
+
+    def _scan(self) -> Script:
+        for number, line in enumerate(self.lines, 1):
+            self.onboard.enter("scanning", f"line {number} of {len(self.lines)}")
+            yield from self._travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+            yield from self._travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+            self.scanned = number
+
+    def _travel(
+        self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False, below: bool = False
+    ) -> Script:
+        """To a place, at an altitude above home. `aside`: by way of what is found; `below`: the lidar is minded."""
+        sent = False
+        began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
+        while not sent or not self._there(to_m, altitude_m, within_m):
+            self._check(below=below)
+            place = self._due() if aside else None
+            if place is not None:
+                left_m, left_us = self.here_m, self.onboard.now_us
+                yield from self._go_aside(place, left_m)
+                began_us += self.onboard.now_us - left_us
+                sent = False
+            if not sent:
+                yield from self._send(to_m, altitude_m)
+                sent = True
+            if self.onboard.now_us - began_us > limit_s * 1e6:
+                raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
+            yield
+
+    def _send(self, to_m: Corner, altitude_m: float) -> Script:
+        onboard, home = self.onboard, self.home
+        onboard.yielding.expect(())
+        asked = reposition(onboard.system_id, *self.place_deg(to_m), home[2] + altitude_m)
+        yield from steps.command(onboard, asked, "reposition")
+        onboard.yielding.expect({"hold"})
+
+    @property
+    def here_m(self) -> Corner:
+        """Where the vehicle is."""
+        place = self.onboard.telemetry.place
+        assert place is not None  # it is ready
+        return to_metres(place.lat_deg, place.lon_deg, *self.home[:2])
+
+    @property
+    def altitude_m(self) -> float:
+        """Above home."""
+        place = self.onboard.telemetry.place
+        assert place is not None
+        return place.alt_amsl_m - self.home[2]
+
+    def _there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
+        return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
+
+    def _check(self, *, below: bool = False) -> None:
+        """Raises Aborted for what ends it all, and StepFailed where the motors are off."""
+        telemetry = self.onboard.telemetry
+        if not telemetry.armed:
+            raise steps.StepFailed("disarmed in the air")
+        aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix)
+        if below:
+            near = telemetry.range_at(telemetry.boot_time_us, 200_000)
+            aborts.check_below(near.distance_m if near is not None else None, self.altitude_m)
+
+    # Aside
+
+    def _due(self) -> Place | None:
+        """The place that is to be served now."""
+        onboard = self.onboard
+        if self.settings.parcel is None or self.delivered or onboard.now_us < self._choose_us:
+            return None
+        assert self.regions is not None
+        self._choose_us = onboard.now_us + CHOOSE_EVERY_US
+        found = [
+            place
+            for region in self.regions.regions()
+            if self._may_try(region) and (place := places.choose(self.regions, region, self.here_m)) is not None
+        ]
+        return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
+
+    def _may_try(self, region: Region) -> bool:
+        assert self.regions is not None
+        tried = [one for one in self._tried if one.label == region.label and self._is_of(one, region, SAME_EDGE_M)]
+        return len(tried) < TRIES
+
+    def _is_of(self, place: Place, region: Region, within_m: float) -> bool:
+        """Whether a place's edge is a region's."""
+        assert self.regions is not None
+        north, east = self.regions.north_m[region.cells], self.regions.east_m[region.cells]
+        near = (north - place.edge_m[0]) ** 2 + (east - place.edge_m[1]) ** 2
+        return region.label == place.label and bool(near.min() <= within_m**2)
+
+    def _go_aside(self, place: Place, left_m: Corner) -> Script:
+        """To a place, with the parcel, and back to where it left its line."""
+        onboard = self.onboard
+        self._tried.append(place)
+        self._tell_target(place)
+        onboard.enter("engaging", f"{place.label}, {math.dist(left_m, place.place_m):.0f} m away")
+        try:
+            place = yield from self._over(place)
+            yield from self._deliver(place)
+        except Aborted as why:
+            if not why.reason.of_the_place:
+                raise
+            self._abort(why)
+        onboard.enter("scanning", "back to where the line was left")
+        if self.altitude_m < self.settings.scan_altitude_m - LOWEST_CLIMB_M:
+            yield from self._travel(self.here_m, self.settings.scan_altitude_m, ON_LINE_M)
+        yield from self._travel(left_m, self.settings.scan_altitude_m, ON_LINE_M)
+
+    def _over(self, place: Place) -> Generator[None, None, Place]:
+        """Stands over a place and looks; the place as it is then."""
+        for _ in range(TRIES + 1):
+            yield from self._travel(place.place_m, self.settings.scan_altitude_m, STANDING_M)
+            yield from steps.pause(self.onboard, LOOKED_S)
+            again = self._again(place)
+            if math.dist(again.place_m, place.place_m) <= STANDING_M:
+                return again
+            place = again
+        return place
+
+    def _again(self, place: Place) -> Place:
+        """A place after more looks. Raises Aborted where it is none any more, or not known well enough."""
+        assert self.regions is not None
+        of = [region for region in self.regions.regions() if self._is_of(place, region, 2.0 * GAP_M)]
+        if not of:
+            raise Aborted(Reason.NOT_PERSISTING, f"{place.label} is not there from above")
+        free = places.choose(self.regions, of[0], place.place_m)
+        again = places.choose(self.regions, of[0], place.place_m, self._allowed)
+        if again is None:
+            if free is not None:
+                raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
+            raise Aborted(Reason.NO_PLACE, f"no plain ground at the edge of {place.label}")
+        aborts.check_location(places.sigma_m(again, self.altitude_m, GROUND_SIGMA_M))
+        return again
+
+    def _deliver(self, place: Place) -> Script:
+        """Down, and lets the parcel go over a place."""
+        onboard, settings = self.onboard, self.settings
+        onboard.enter("delivering", f"at the edge of {place.label}")
+        height_m = min(settings.release_height_m, settings.scan_altitude_m)
+        yield from self._travel(place.place_m, height_m, STANDING_M, below=True)
+        yield from steps.pause(onboard, SOON_S)
+        place = self._again(place)
+        yield from self._aim(place, height_m)
+        place_deg, here_deg = self.place_deg(place.place_m), self.place_deg(self.here_m)
+        wind = onboard.telemetry.wind
+        onboard.note(
+            "released",
+            f"parcel let go from {self.altitude_m:.1f} m for the edge of {place.label}",
+            label=place.label,
+            lat_deg=here_deg[0],
+            lon_deg=here_deg[1],
+            place_lat_deg=place_deg[0],
+            place_lon_deg=place_deg[1],
+            height_m=round(self.altitude_m, 2),
+            wind_known=int(wind is not None),
+            wind_north_m_s=round(wind.north_m_s, 2) if wind else 0.0,
+            wind_east_m_s=round(wind.east_m_s, 2) if wind else 0.0,
+        )
+        yield from steps.command(onboard, gripper(onboard.system_id, open_it=True), "gripper")
+        self.delivered = True
+        onboard.say(f"Parcel let go at the edge of {place.label}")
+        yield from steps.pause(onboard, FALLEN_S)
+
+    def _aim(self, place: Place, height_m: float) -> Script:
+        """Until a parcel let go now would come down at the place. Raises Aborted for wind and drift."""
+        onboard = self.onboard
+        since_us, sent_m = onboard.now_us, None
+        while True:
+            aborts.check_wind(math.hypot(*onboard.telemetry.wind) if onboard.telemetry.wind else None)
+            north_m, east_m = self._impact_m()
+            miss = place.place_m[0] - north_m, place.place_m[1] - east_m
+            if math.hypot(*miss) <= AIMED_M:
+                return
+            if onboard.now_us - since_us > DRIFT_S * 1e6:
+                raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
+            aim_m = self.here_m[0] + miss[0], self.here_m[1] + miss[1]
+            if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
+                yield from self._send(aim_m, height_m)
+                sent_m = aim_m
+            self._check(below=True)
+            yield from steps.pause(onboard, 0.25)
+
+    def _impact_m(self) -> Corner:
+        """Where a parcel that is let go now would meet the ground."""
+        place, told, parcel = self.onboard.telemetry.place, self.onboard.telemetry.wind, self.settings.parcel
+        assert place is not None and parcel is not None
+        height_m = max(self.altitude_m, 1.0)
+        wind = Wind(*told, height_m) if told is not None else Wind(0.0, 0.0)
+        falls = fall(parcel, height_m, (place.v_north, place.v_east, place.v_down), wind)
+        return self.here_m[0] + falls.north_m, self.here_m[1] + falls.east_m
+
+    # What is told
+
+    def _abort(self, why: Aborted) -> None:
+        """Says why the parcel stays on board."""
+        self.aborted = why
+        stays = "" if self.delivered else "; the parcel stays on board"
+        self.onboard.say(f"Aborted: {why}{stays}", WARNING)
+        kind = "scan_aborted" if self.delivered else "delivery_aborted"
+        self.onboard.note(kind, str(why), reason=str(why.reason))
+
+    def _tell_target(self, place: Place) -> None:
+        onboard, eph_m = self.onboard, self.onboard.telemetry.eph_m or 0.0
+        edge_deg, place_deg = self.place_deg(place.edge_m), self.place_deg(place.place_m)
+        onboard.say(f"Target: {place.label}, score {place.score:.2f}, {place.area_m2:.0f} m2 seen")
+        onboard.note(
+            "target_confirmed",
+            f"target {len(self._tried)}: {place.label}",
+            target=len(self._tried),
+            label=place.label,
+            score=round(place.score, 3),
+            lat_deg=edge_deg[0],
+            lon_deg=edge_deg[1],
+            place_lat_deg=place_deg[0],
+            place_lon_deg=place_deg[1],
+            sigma_m=round(places.sigma_m(place, self.altitude_m, GROUND_SIGMA_M, eph_m), 3),
+            area_m2=round(place.area_m2, 1),
+            **self.seen(place.label),
+        )
+
+    def _tell_regions(self) -> None:
+        """All that was found, with outlines, for the score and the map."""
+        assert self.regions is not None
+        for number, region in enumerate(self.regions.regions(), 1):
+            lat_deg, lon_deg = self.place_deg(region.middle_m)
+            rings = [[self.place_deg(corner) for corner in ring] for ring in self.regions.outlines(region)]
+            self.onboard.note(
+                "region",
+                f"{region.label}, {region.area_m2:.0f} m2",
+                number=number,
+                label=region.label,
+                score=round(region.score, 3),
+                area_m2=round(region.area_m2, 1),
+                lat_deg=lat_deg,
+                lon_deg=lon_deg,
+                outlines=as_text(rings),
+            )

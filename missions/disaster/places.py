@@ -1,0 +1,113 @@
+"""Where the parcel of an area goes: at its edge, on plain ground that is of no area.
+
+A region of water, debris or fire is no place for a parcel; whoever needs it stands at its edge. **The place** lies on
+ground that
+
+- was looked at in `LOOKS` frames or more, and shown outside every box so often that it is surely of no area
+  (`SURELY`), water, debris or fire, with `KEEP_OFF_M` around it;
+- is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
+- lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
+
+Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
+the plainest. **The located point** of an area is its edge there: the cell of the region that is nearest to the place.
+
+`sigma_m` says how well that is located: the cell's size, the rays' angles, the ground's height times the angle from
+straight down at which it was seen best, and the receiver's error.
+"""
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
+from sitl_emu.missions.disaster.regions import RESOLUTION_M, Cells, Grid, Region, RegionMap
+
+DELIVERED_WITHIN_M = 5.0
+"""Of the area: the paper's radius."""
+KEEP_OFF_M, WITHIN_M = 2.0, 4.5
+"""From the area's edge. A parcel from 10 m comes to rest within 1.4 m of its place, nine times of ten
+(vehicles/README.md); the edge itself is known to a metre. Ours."""
+PLAIN_M = 1.5
+ROUGH = 0.06
+"""Share of edges from which ground is not plain; ours."""
+LOOKS = 6
+SURELY = -1.5
+"""Log-odds of an area below which a cell is surely none of it: 18 in 100."""
+WANDER = 0.1
+"""What a metre of way costs, in metres off the middle of the ring; ours."""
+
+
+class Place(NamedTuple):
+    """Where a parcel is to lie, and the edge of the area that it is for; metres north and east."""
+
+    label: str
+    score: float
+    place_m: Corner
+    edge_m: Corner
+    edge_steepness: float
+    """Tangent of the angle from straight down at which the edge was seen best."""
+    area_m2: float
+
+
+def choose(regions: RegionMap, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
+    """The place for a region that is best from where the vehicle is; None where there is none (yet).
+
+    `allowed`: cells at which it may be.
+    """
+    off_region = _away_m(region.cells)
+    ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
+    if allowed is not None:
+        ring &= allowed
+    if not ring.any():
+        return None
+    areas = np.any(regions.odds > SURELY, axis=0)
+    things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
+    ring &= (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
+    rows, columns = np.nonzero(ring)
+    if not len(rows):
+        return None
+    north, east = regions.north_m[rows, columns], regions.east_m[rows, columns]
+    middle = (KEEP_OFF_M + WITHIN_M) / 2.0
+    cost = np.abs(off_region[rows, columns] - middle) + regions.rough[rows, columns] / ROUGH
+    cost += WANDER * np.hypot(north - near_m[0], east - near_m[1])
+    best = int(np.argmin(cost))
+    place = float(north[best]), float(east[best])
+    edge, steepness = _edge(regions, region, place)
+    return Place(region.label, region.score, place, edge, steepness, region.area_m2)
+
+
+def sigma_m(place: Place, height_m: float, ground_sigma_m: float, eph_m: float = 0.0) -> float:
+    """One sigma of the distance by which the located point is off. `eph_m` 0: as the same receiver finds it again."""
+    return covariance(place, height_m, ground_sigma_m, eph_m).horizontal_sigma_m
+
+
+def covariance(place: Place, height_m: float, ground_sigma_m: float, eph_m: float) -> Covariance:
+    """The same as a matrix. `height_m`: of the camera above the ground. North and east are alike."""
+    slant_m = height_m * math.hypot(1.0, place.edge_steepness)
+    along = RESOLUTION_M**2 / 12.0 + (slant_m * RAY_SIGMA_RAD) ** 2 + (ground_sigma_m * place.edge_steepness) ** 2 / 2.0
+    return Covariance(along, 0.0, 0.0, along, 0.0, ground_sigma_m**2).with_receiver(eph_m, 0.0)
+
+
+def _edge(regions: RegionMap, region: Region, place: Corner) -> tuple[Corner, float]:
+    rows, columns = np.nonzero(region.cells)
+    north, east = regions.north_m[rows, columns], regions.east_m[rows, columns]
+    away = np.hypot(north - place[0], east - place[1])
+    first = int(np.argmin(away))
+    # the cell's side towards the place
+    share = min(1.0, RESOLUTION_M / 2.0 / max(float(away[first]), RESOLUTION_M))
+    edge = (
+        float(north[first]) + share * (place[0] - float(north[first])),
+        float(east[first]) + share * (place[1] - float(east[first])),
+    )
+    return edge, float(regions.steepness[rows[first], columns[first]])
+
+
+def _away_m(cells: Cells) -> Grid:
+    """Of every cell: how far the nearest of some cells is, from middle to middle less half a cell."""
+    if not cells.any():
+        return np.full(cells.shape, np.inf)
+    away = cv2.distanceTransform((~cells).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(np.maximum(away.astype(np.float64) - 0.5, 0.0) * RESOLUTION_M)

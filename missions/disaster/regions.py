@@ -1,0 +1,188 @@
+"""Areas of water, debris and fire on the ground, from boxes in pictures: what was looked at, and what was seen there.
+
+A box says of a region only how far it reaches; in the box lies dry ground, too, and beyond the picture the region goes
+on. But a place that a frame shows *outside* all boxes is not of the region. So the area is a grid of cells, and every
+frame tells of each cell that it shows, by the camera's pose and the ground's height there, whether it lies in a box:
+an occupancy grid (Moravec and Elfes, High resolution maps from wide angle sonar, 1985), one for each label, with
+log-odds that are added and clamped (Hornung et al., OctoMap, 2013). From many places the boxes carve a region's shape
+as silhouettes carve a body's.
+
+**Confirmed** is a cell that so many consecutive frames have seen in a box, of those that show it, with a mean score
+that reaches `confirm_score`: the paper's N = 3. **A region** is what cells make that are confirmed and still more
+likely than not; those nearer to each other than `GAP_M` are one. So *two sightings are one target* when nothing wider
+than that lies between the places that they cover, whenever and from wherever they were made.
+
+A pure state machine on frames. Metres north and east of the caller's origin, heights upwards from it.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, distorted
+from sitl_emu.missions.companion.confirmation import Confirming
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+
+Grid = npt.NDArray[np.float64]
+Cells = npt.NDArray[np.bool_]
+
+RESOLUTION_M = 1.0
+GAP_M = 3.0
+"""Of water and fire as of the detector's own regions (tools/detector/disaster.py), and of debris, whose slabs lie
+nearer."""
+LEAST_M2 = 4.0
+"""What is smaller is no region; as there."""
+SEEN_IF_THERE, SEEN_IF_NOT = 0.8, 0.35
+"""How often a cell lies in a box: of a region, by the paper's Table 2 (recall 0.78); near one, as boxes are larger; the
+second is ours."""
+SEEN = math.log(SEEN_IF_THERE / SEEN_IF_NOT)
+NOT_SEEN = math.log((1.0 - SEEN_IF_THERE) / (1.0 - SEEN_IF_NOT))
+MOST = 3.5
+"""Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
+EDGE_PX = 4.0
+"""A cell nearer to the picture's edge than this is not looked at."""
+
+
+class Region(NamedTuple):
+    """Cells of one label that belong together."""
+
+    label: str
+    cells: Cells
+    """(rows, columns)."""
+    score: float
+    """Mean probability of its cells."""
+    middle_m: tuple[float, float]
+    """Of its cells."""
+
+    @property
+    def area_m2(self) -> float:
+        """How much of it was seen."""
+        return float(self.cells.sum()) * RESOLUTION_M**2
+
+
+class RegionMap:
+    """Takes frames' detections, gives regions."""
+
+    def __init__(self, bounds: Bounds, labels: Sequence[str], camera: CameraModel, wanted: Confirming) -> None:
+        """`wanted`: `confirmations` and `confirm_score` of it count."""
+        south, west, north, east = bounds
+        self.south_m, self.west_m = south, west
+        rows, columns = math.ceil((north - south) / RESOLUTION_M), math.ceil((east - west) / RESOLUTION_M)
+        self.shape = rows, columns
+        self.labels, self._camera, self.wanted = tuple(labels), camera, wanted
+        row, column = np.mgrid[0:rows, 0:columns]
+        self.north_m: Grid = south + (row + 0.5) * RESOLUTION_M
+        self.east_m: Grid = west + (column + 0.5) * RESOLUTION_M
+        self.looks = np.zeros(self.shape, np.int32)
+        """How many frames have shown a cell."""
+        self.rough = np.zeros(self.shape)
+        """Mean share of edges in what these show of it."""
+        self.steepness = np.full(self.shape, np.inf)
+        """Tangent of the angle from straight down at which it was seen best."""
+        layers = (len(self.labels), *self.shape)
+        self.odds = np.zeros(layers)
+        """Logarithm of the odds that a cell is of a label."""
+        self._run, self._run_score = np.zeros(layers, np.int32), np.zeros(layers)
+        self._confirmed = np.zeros(layers, np.bool_)
+
+    def update(
+        self,
+        pose: CameraPose,
+        ground_m: Grid | float,
+        detections: Sequence[Detection],
+        edges: npt.NDArray[np.float32] | None = None,
+    ) -> None:
+        """A frame. `ground_m`: heights of the cells. `edges`: the share of edges in each part of the picture."""
+        x, y, shown = self._pixels(pose, ground_m)
+        rows, columns = np.nonzero(shown)
+        if not len(rows):
+            return
+        x, y = x[rows, columns], y[rows, columns]
+        looks = self.looks[rows, columns] + 1
+        self.looks[rows, columns] = looks
+        along = np.hypot(self.north_m[rows, columns] - pose.position_m[0],
+                         self.east_m[rows, columns] - pose.position_m[1])  # fmt: skip
+        ground = ground_m[rows, columns] if isinstance(ground_m, np.ndarray) else ground_m
+        steep = along / np.maximum(-float(pose.position_m[2]) - ground, 0.1)
+        self.steepness[rows, columns] = np.minimum(self.steepness[rows, columns], steep)
+        if edges is not None:
+            part = edges[
+                np.clip((y * edges.shape[0] / self._camera.height).astype(np.intp), 0, edges.shape[0] - 1),
+                np.clip((x * edges.shape[1] / self._camera.width).astype(np.intp), 0, edges.shape[1] - 1),
+            ]
+            self.rough[rows, columns] += (part - self.rough[rows, columns]) / looks
+        for layer, label in enumerate(self.labels):
+            self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]))
+
+    def regions(self) -> list[Region]:
+        """What is confirmed and still there, label by label."""
+        found = []
+        for layer, label in enumerate(self.labels):
+            there = self._confirmed[layer] & (self.odds[layer] > 0.0)
+            if not there.any():
+                continue
+            grow = round(GAP_M / 2.0 / RESOLUTION_M)
+            kernel = np.ones((2 * grow + 1, 2 * grow + 1), np.uint8)
+            count, numbers = cv2.connectedComponents(cv2.dilate(there.astype(np.uint8), kernel), connectivity=8)
+            for number in range(1, count):
+                cells = there & (numbers == number)
+                if cells.sum() * RESOLUTION_M**2 >= LEAST_M2:
+                    likely = 1.0 / (1.0 + np.exp(-self.odds[layer][cells]))
+                    middle = float(self.north_m[cells].mean()), float(self.east_m[cells].mean())
+                    found.append(Region(label, cells, float(likely.mean()), middle))
+        return found
+
+    def outlines(self, region: Region) -> list[list[tuple[float, float]]]:
+        """The corners of a region's parts, each along the middles of its outermost cells."""
+        rings, _ = cv2.findContours(region.cells.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+        corners = [cv2.approxPolyDP(ring, 0.7, True).reshape(-1, 2).tolist() for ring in rings]
+        return [
+            [(float(self.north_m[row, 0]), float(self.east_m[0, column])) for column, row in ring] for ring in corners
+        ]
+
+    def cell(self, north_m: float, east_m: float) -> tuple[int, int] | None:
+        """Row and column of a place; None beyond the map."""
+        row = math.floor((north_m - self.south_m) / RESOLUTION_M)
+        column = math.floor((east_m - self.west_m) / RESOLUTION_M)
+        return (row, column) if 0 <= row < self.shape[0] and 0 <= column < self.shape[1] else None
+
+    def _tell(self, layer: int, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], scores: Grid) -> None:
+        """What one frame says of the cells that it shows: their scores, 0 outside all boxes."""
+        hit = scores > 0.0
+        at = layer, rows, columns
+        self.odds[at] = np.clip(self.odds[at] + np.where(hit, SEEN, NOT_SEEN), -MOST, MOST)
+        run = np.where(hit, self._run[at] + 1, 0)
+        total = np.where(hit, self._run_score[at] + scores, 0.0)
+        self._run[at], self._run_score[at] = run, total
+        self._confirmed[at] |= (run >= self.wanted.confirmations) & (total >= self.wanted.confirm_score * run)
+
+    def _pixels(self, pose: CameraPose, ground_m: Grid | float) -> tuple[Grid, Grid, Cells]:
+        """Where each cell appears, and whether it does."""
+        camera = self._camera
+        away = np.stack(
+            np.broadcast_arrays(
+                self.north_m - pose.position_m[0], self.east_m - pose.position_m[1], -ground_m - pose.position_m[2]
+            )
+        )
+        x, y, z = np.einsum("ij,jrc->irc", pose.to_ned.T, away)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = x / z, y / z
+        if any(camera.distortion):
+            x, y = distorted(x, y, camera.distortion)
+        x, y = x * camera.fx + camera.cx, y * camera.fy + camera.cy
+        shown = (z > 0.05) & (x >= EDGE_PX) & (x <= camera.width - 1 - EDGE_PX)
+        return x, y, shown & (y >= EDGE_PX) & (y <= camera.height - 1 - EDGE_PX)
+
+
+def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:
+    """Of each pixel the best score of the boxes that it lies in; 0 outside of all."""
+    best = np.zeros(x.shape)
+    for one in boxes:
+        inside = (np.abs(x - one.x) <= one.w / 2.0) & (np.abs(y - one.y) <= one.h / 2.0)
+        best[inside] = np.maximum(best[inside], one.score)
+    return best

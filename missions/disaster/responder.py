@@ -1,0 +1,142 @@
+"""The UAS's companion: scans an area, finds water, debris or fire, and delivers its parcel at the edge of one.
+
+`flight.py` says what it flies, `regions.py` when something is confirmed and which sightings are one target, `places.py`
+which point of an area is located and where the parcel goes, `aborts.py` when the parcel stays on board.
+
+**The mission is a success** when the whole area was seen, and the parcel was delivered if anything was found.
+
+**A pilot or a failsafe** that chooses another mode than Hold takes the vehicle over: no more commands to it until the
+mode is the companion's again; the mission ends when the vehicle is disarmed, with which of the two it was as outcome.
+
+Options: `area` (needed; a polygon in degrees with holes, in a simulated run also `world` or metres, `plans.py`),
+`scan_altitude_m`, `release_height_m`, `overlap`, `margin_m` (how far lines stay from the area's edge),
+`fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude` (`fixed`,
+`terrain`), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`, `parcel_half_height_m`, `ready_timeout_s`,
+`calibration`, `confirmations`, `confirm_score`, and of `companion/perception.py` detector, selection, look_rate_hz.
+"""
+
+from collections.abc import Sequence
+
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
+from sitl_emu.missions.companion import steps
+from sitl_emu.missions.companion.camera import Image
+from sitl_emu.missions.companion.companion import Event, Outgoing, Status
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.spotter import Origin, camera_pose_at
+from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
+from sitl_emu.missions.disaster.settings import Settings, settings_of
+from sitl_emu.missions.disaster.sight import Sight, edges_of
+
+BEFORE_FLIGHT = ("connecting", "uploading", "waiting for health", "taking off")
+
+
+class Responder:
+    """The UAS's companion. See the module for what it does."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self._onboard = Onboard()
+        self.flight = Flight(self._onboard, settings)
+        self.flight.seen = self._seen
+        self._script: Script | None = self.flight.script()
+        self._frames = self._look_us = 0
+        self._boxes: dict[str, tuple[int, Detection]] = {}
+        """By label: the frame that showed it last, and the best box in it."""
+        self._outcome, self._failure = "", ""
+        self._done = False
+
+    @classmethod
+    def from_options(cls, given: Options) -> "Responder":
+        """From a scenario's options. Raises ValueError for a wrong one."""
+        return cls(settings_of(given))
+
+    @property
+    def system_id(self) -> int:
+        """MAVLink system of the UAS."""
+        return self._onboard.system_id
+
+    @property
+    def status(self) -> Status:
+        """Where the mission stands."""
+        flight = self.flight
+        progress = 1.0 if self._done else 0.9 * flight.scanned / max(len(flight.lines), 1)
+        counts = {"frames looked at": self._frames, "lines scanned": flight.scanned}
+        return Status(self._onboard.shown_phase, progress, self._done, self._outcome, self._onboard.text, counts)
+
+    def events(self) -> list[Event]:
+        """The events since the last call."""
+        return self._onboard.events()
+
+    def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
+        """A message came in."""
+        return self._onboard.on_message(now_us, link, msg)[1]
+
+    def wants_frame(self, frame_time_us: int) -> float | None:
+        """Frames taken high enough, as long as it looks at all."""
+        flight, rate_hz = self.flight, self.settings.perception.look_rate_hz
+        if not flight.looking or (rate_hz and frame_time_us < self._look_us):
+            return None
+        if self._onboard.telemetry.pose_at(frame_time_us) is None or flight.altitude_m < LOOKS_FROM_M:
+            return None
+        if rate_hz:
+            self._look_us = max(self._look_us + round(1e6 / rate_hz), frame_time_us)
+        return flight.altitude_m / self.settings.camera.focal_px
+
+    def detect(self, image: Image, gsd_m: float) -> Sequence[Detection]:
+        """Runs the detector, and looks for edges."""
+        return Sight(self.settings.perception.detector.detect(image, gsd_m or None), edges_of(image))
+
+    def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
+        """Puts a frame's detections into the map."""
+        self._onboard.now_us = now_us
+        flight = self.flight
+        pose = camera_pose_at(self._onboard.telemetry, frame_time_us, self.settings.mount, Origin(*flight.home))
+        if pose is None or flight.regions is None:
+            return []
+        self._frames += 1
+        for one in sorted(detections, key=lambda each: each.score):
+            self._boxes[one.label] = frame_time_us, one
+        edges = detections.edges if isinstance(detections, Sight) else None
+        flight.regions.update(pose, flight.ground_m, detections, edges)
+        return []
+
+    def on_time(self, now_us: int) -> Outgoing:
+        """Goes on with the flight, unless a pilot or a failsafe has the vehicle."""
+        onboard = self._onboard
+        if not onboard.watch_pilot(now_us):
+            try:
+                self._script = advanced(self._script)
+            except steps.StepFailed as failure:
+                self._fail(str(failure))
+            if self._script is None and not self._done:
+                self._end(self._failure or self.flight.outcome)
+        elif onboard.phase not in BEFORE_FLIGHT and not onboard.telemetry.armed and not self._done:
+            self._end(self._failure or onboard.taken_by)
+        return onboard.on_time(now_us)
+
+    def _seen(self, label: str) -> dict[str, float | int]:
+        if label not in self._boxes:
+            return {}
+        frame_time_us, box = self._boxes[label]
+        return {"frame_time_us": frame_time_us, "x": box.x, "y": box.y, "w": box.w, "h": box.h}
+
+    def _fail(self, why: str) -> None:
+        """The mission can't go on: says so, and brings the UAS home."""
+        first, self._failure = not self._failure, self._failure or why
+        self._onboard.say(f"Mission: {why}", CRITICAL)
+        self._onboard.note("failed", why)
+        self.flight.looking = False
+        self._script = self._home() if first else None
+
+    def _home(self) -> Script:
+        self._onboard.enter("failed", self._failure)
+        yield from steps.return_home(self._onboard)
+        self._onboard.yielding.expect(())
+
+    def _end(self, outcome: str) -> None:
+        self._done, self._outcome, self._script = True, outcome, None
+        self.flight.looking = False
+        self._onboard.say(f"Mission ends: {outcome}", INFO if outcome == "success" else WARNING)

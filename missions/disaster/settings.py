@@ -1,0 +1,109 @@
+"""The options of the disaster mission, and what they mean."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from shapely import Polygon
+
+from sitl_emu.gcs.geodesy import to_metres
+from sitl_emu.missions.companion import calibration
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
+from sitl_emu.missions.companion.coverage import CoverageError, polygon
+from sitl_emu.missions.companion.options import Options
+from sitl_emu.missions.companion.perception import Perception, looking_of
+from sitl_emu.missions.companion.release_point import Parcel
+from sitl_emu.missions.disaster.detectors import FROM_THE_AIR
+
+LOCATIONS, ALTITUDES = ("rays", "equations"), ("fixed", "terrain")
+
+
+class Settings(NamedTuple):
+    """What a flight is to be."""
+
+    corners_deg: tuple[Corner, ...]
+    """Latitude and longitude of the area's corners;"""
+    holes_deg: tuple[tuple[Corner, ...], ...]
+    """and of those of its holes."""
+    perception: Perception
+    camera: CameraModel
+    mount: Mount
+    parcel: Parcel | None
+    """None: it carries none, and only scans."""
+    scan_altitude_m: float = 20.0
+    """Above home, and above the mapped ground with `altitude: terrain`; the paper's."""
+    release_height_m: float = 10.0
+    overlap: float = 0.3
+    margin_m: float = 0.0
+    fence_margin_m: float = 30.0
+    location: str = "rays"
+    altitude: str = "fixed"
+    ready_timeout_s: float = 120.0
+
+    def area_m(self, lat_deg: float, lon_deg: float) -> Polygon:
+        """The area in metres north and east of a place. Raises CoverageError."""
+        rings = (self.corners_deg, *self.holes_deg)
+        corners, *holes = ([to_metres(*corner, lat_deg, lon_deg) for corner in ring] for ring in rings)
+        return polygon(corners, holes)
+
+
+def settings_of(given: Options) -> Settings:
+    """From a scenario's options, or a command line's. Raises ValueError."""
+    corners, holes = _area(given.mapping("area"))
+    camera, mount = calibration.of(given, NADIR)
+    carries = _word(given, "parcel", ("yes", "no")) == "yes"
+    parcel = Parcel(
+        given.number("parcel_mass_kg", 2.0, 0.05, 10.0),
+        given.number("parcel_drag_m2", 0.045, 0.0, 1.0),
+        given.number("parcel_half_height_m", 0.06, 0.0, 1.0),
+    )
+    perception = looking_of(given, FROM_THE_AIR)
+    confirming = perception.confirming._replace(
+        confirmations=given.whole("confirmations", perception.confirming.confirmations, 1, 100),
+        confirm_score=given.number("confirm_score", perception.confirming.confirm_score, 0.0, 1.0),
+    )
+    return Settings(
+        corners,
+        holes,
+        perception._replace(confirming=confirming),
+        camera,
+        mount,
+        parcel if carries else None,
+        scan_altitude_m=given.number("scan_altitude_m", 20.0, 3.0, 100.0),
+        release_height_m=given.number("release_height_m", 10.0, 3.0, 100.0),
+        overlap=given.number("overlap", 0.3, 0.0, 0.9),
+        margin_m=given.number("margin_m", 0.0, 0.0, 100.0),
+        fence_margin_m=given.number("fence_margin_m", 30.0, 0.0, 1000.0),
+        location=_word(given, "location", LOCATIONS),
+        altitude=_word(given, "altitude", ALTITUDES),
+        ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
+    )
+
+
+def _word(given: Options, name: str, allowed: tuple[str, ...]) -> str:
+    word = given.text(name, allowed[0])
+    if word not in allowed:
+        raise ValueError(f"option {name}: {word!r}; allowed: {', '.join(allowed)}")
+    return word
+
+
+def _area(area: Mapping[str, Any] | str | None) -> tuple[tuple[Corner, ...], tuple[tuple[Corner, ...], ...]]:
+    """Corners and holes of the option. Raises ValueError."""
+    allowed = "{corners: [[lat, lon], …], holes: […]} in degrees; in a simulated run also `world`"
+    if not isinstance(area, Mapping) or set(area) - {"corners", "holes"} or "corners" not in area:
+        raise ValueError(f"option area: {'missing' if area is None else repr(area)}; allowed: {allowed}")
+    try:
+        corners, *holes = (
+            tuple((float(lat), float(lon)) for lat, lon in ring) for ring in (area["corners"], *area.get("holes", ()))
+        )
+    except (TypeError, ValueError):
+        raise ValueError(f"option area: {area!r}; allowed: {allowed}") from None
+    if not all(abs(lat) <= 90.0 and abs(lon) <= 180.0 for ring in (corners, *holes) for lat, lon in ring):
+        raise ValueError(f"option area: {area!r}: beyond the Earth; allowed: {allowed}")
+    lat_deg, lon_deg = (math.fsum(one) / max(len(corners), 1) for one in (zip(*corners, strict=True)))
+    try:
+        Settings(corners, tuple(holes), *(None,) * 4).area_m(lat_deg, lon_deg)  # type: ignore[arg-type]
+    except CoverageError as error:
+        raise ValueError(f"option {error}") from None
+    return corners, tuple(holes)
