@@ -6,6 +6,7 @@ with a `MissionScore`, from which the run derives its one outcome (`sitl_emu/run
 
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 EventLine = Mapping[str, Any]
@@ -27,7 +28,7 @@ class TrueArea(NamedTuple):
     """What covers the ground at the run's beginning: a body of water, a fire, or plants."""
 
     kind: str
-    """water, fire, grass, crop or canopy."""
+    """water, fire, grass, crop or canopy; solid: what stands."""
     name: str
     label: str
     outline_m: Sequence[tuple[float, float]]
@@ -64,6 +65,10 @@ class RunRecord(NamedTuple):
     to_metres: Callable[[float, float], tuple[float, float]]
     """(latitude, longitude) in degrees to metres (north, east) of the world's origin."""
     areas: Sequence[TrueArea] = ()
+    ground_m: Callable[[float, float], float] | None = None
+    """The true ground's height at (north, east), over the world's origin; None where no world is known."""
+    folder: Path | None = None
+    """The run's, in which a score finds files that its companions have written."""
 
 
 class MissionScore(NamedTuple):

@@ -93,6 +93,10 @@ def run(
     video: Annotated[
         bool, typer.Option("--video", "--camera", help="Send what cameras see to the ground station: " + VIDEO)
     ] = False,
+    world: Annotated[
+        str | None,
+        typer.Option(metavar="WORLD", help="Another world: a kind, with the scenario's options for it, or a file."),
+    ] = None,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
 
@@ -106,7 +110,9 @@ def run(
             for line in scenario_lines():
                 say(line)
             return
-        status = run_scenario(scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page=page, video=video)
+        status = run_scenario(
+            scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page=page, video=video, world=world
+        )
     except Trouble as error:
         refuse(str(error))
     raise typer.Exit(status)

@@ -71,7 +71,7 @@ def check_wind(wind_m_s: float | None) -> None:
         raise Aborted(Reason.WIND, f"{wind_m_s:.1f} m/s, more than {MOST_WIND_M_S:g}")
 
 
-def check_below(range_m: float | None, height_m: float) -> None:
-    """Raises Aborted where the lidar meets something well above the ground that is to be there."""
-    if range_m is not None and range_m < height_m - OBSTACLE_M:
-        raise Aborted(Reason.OBSTACLE, f"something {height_m - range_m:.1f} m high under the vehicle")
+def check_below(met_m: float, highest_m: float) -> None:
+    """Raises Aborted where the lidar meets something well above the highest that the ground may be there."""
+    if met_m > highest_m + OBSTACLE_M:
+        raise Aborted(Reason.OBSTACLE, f"something {met_m - highest_m:.1f} m higher than the ground under the vehicle")

@@ -5,10 +5,10 @@
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down to `release_height_m`, from which the lidar would see whatever stands higher than 2 m under it, looks once
-more, and stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm where it
-estimates none). It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells
-where that should be. Then it climbs, goes back to where it left the line, and goes on.
+It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more, and
+stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm where it estimates none).
+It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells where that should
+be. Then it climbs, goes back to where it left the line, and goes on.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
 goes home. A region is tried `TRIES` times.
@@ -27,6 +27,7 @@ from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.camera_model import body_to_ned
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
@@ -45,8 +46,8 @@ ON_LINE_M, STANDING_M, HEIGHT_M = 2.0, 1.0, 0.7
 LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
 AIMED_M = 0.7
-DRIFT_S = 20.0
-"""In which that has to come."""
+DRIFT_S, DESCENT_S = 20.0, 60.0
+"""In which that has to come, and the vehicle to be down; ours."""
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
 TRIES = 2
@@ -56,8 +57,10 @@ CHOOSE_EVERY_US = 500_000
 LOOKS_FROM_M = 6.0
 """Frames from lower than this are not looked at."""
 SLOWEST_M_S = 0.5
-GROUND_SIGMA_M = 2.0
-"""How far the ground may be from home's height where it is not mapped (geolocation.HOME_HEIGHT_SIGMA_M)."""
+GROUND_SIGMAS = 2.0
+"""Of the ground's height, within which it is looked for."""
+LIDAR_REACH_M, LIDAR_FRESH_US = 7.5, 200_000
+"""TF-Luna's 8 m, less how far the height may be off; and how old a range may be."""
 LOWEST_CLIMB_M = 1.0
 
 
@@ -79,6 +82,8 @@ class Flight:
         """The frame that showed a label last, and its box, for an event's picture."""
         self.ground_m: Grid | float = 0.0
         """Heights of the ground over home, of the map's cells."""
+        self.below_m = 0.0
+        """Height over home of the ground that the parcel is to fall on."""
         self._tried: list[Place] = []
         self._allowed: Cells | None = None
         self._choose_us = 0
@@ -93,6 +98,7 @@ class Flight:
         yield from steps.ready(onboard, self.settings.ready_timeout_s)
         self._lay_lines()
         onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
+        self._tell_plan()
         yield from steps.upload(onboard, self._fence(), FENCE)
         for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
             yield from onboard.do(AUTOPILOT_LINK, ParameterSet(system, name, self.settings.scan_altitude_m))
@@ -163,15 +169,14 @@ class Flight:
             yield from self._travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
             yield from self._travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
             self.scanned = number
+            self.onboard.note("line_scanned", f"line {number} of {len(self.lines)}", line=number)
 
-    def _travel(
-        self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False, below: bool = False
-    ) -> Script:
-        """To a place, at an altitude above home. `aside`: by way of what is found; `below`: the lidar is minded."""
+    def _travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
+        """To a place, at an altitude above home. `aside`: by way of what is found."""
         sent = False
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
         while not sent or not self._there(to_m, altitude_m, within_m):
-            self._check(below=below)
+            self._check()
             place = self._due() if aside else None
             if place is not None:
                 left_m, left_us = self.here_m, self.onboard.now_us
@@ -209,15 +214,12 @@ class Flight:
     def _there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
         return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
 
-    def _check(self, *, below: bool = False) -> None:
+    def _check(self) -> None:
         """Raises Aborted for what ends it all, and StepFailed where the motors are off."""
         telemetry = self.onboard.telemetry
         if not telemetry.armed:
             raise steps.StepFailed("disarmed in the air")
         aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix)
-        if below:
-            near = telemetry.range_at(telemetry.boot_time_us, 200_000)
-            aborts.check_below(near.distance_m if near is not None else None, self.altitude_m)
 
     # Aside
 
@@ -288,29 +290,28 @@ class Flight:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
             raise Aborted(Reason.NO_PLACE, f"no plain ground at the edge of {place.label}")
-        aborts.check_location(places.sigma_m(again, self.altitude_m, GROUND_SIGMA_M))
+        aborts.check_location(places.sigma_m(again, self.altitude_m, self.settings.ground_sigma_m))
         return again
 
     def _deliver(self, place: Place) -> Script:
         """Down, and lets the parcel go over a place."""
-        onboard, settings = self.onboard, self.settings
+        onboard = self.onboard
         onboard.enter("delivering", f"at the edge of {place.label}")
-        height_m = min(settings.release_height_m, settings.scan_altitude_m)
-        yield from self._travel(place.place_m, height_m, STANDING_M, below=True)
+        yield from self._descend(place.place_m)
         yield from steps.pause(onboard, SOON_S)
         place = self._again(place)
-        yield from self._aim(place, height_m)
+        yield from self._aim(place)
         place_deg, here_deg = self.place_deg(place.place_m), self.place_deg(self.here_m)
         wind = onboard.telemetry.wind
         onboard.note(
             "released",
-            f"parcel let go from {self.altitude_m:.1f} m for the edge of {place.label}",
+            f"parcel let go from {self.altitude_m - self.below_m:.1f} m for the edge of {place.label}",
             label=place.label,
             lat_deg=here_deg[0],
             lon_deg=here_deg[1],
             place_lat_deg=place_deg[0],
             place_lon_deg=place_deg[1],
-            height_m=round(self.altitude_m, 2),
+            height_m=round(self.altitude_m - self.below_m, 2),
             wind_known=int(wind is not None),
             wind_north_m_s=round(wind.north_m_s, 2) if wind else 0.0,
             wind_east_m_s=round(wind.east_m_s, 2) if wind else 0.0,
@@ -320,7 +321,45 @@ class Flight:
         onboard.say(f"Parcel let go at the edge of {place.label}")
         yield from steps.pause(onboard, FALLEN_S)
 
-    def _aim(self, place: Place, height_m: float) -> Script:
+    def _descend(self, to_m: Corner) -> Script:
+        """Down to the release height over the ground, which the lidar finds. Raises Aborted for what stands there."""
+        guess_m, sigma_m = self.ground_at(to_m)
+        self.below_m, sent_m = guess_m, math.inf
+        lowest_m = guess_m - GROUND_SIGMAS * sigma_m - HEIGHT_M
+        since_us = self.onboard.now_us
+        while True:
+            if self.onboard.now_us - since_us > DESCENT_S * 1e6:
+                raise Aborted(Reason.DRIFT, f"not over the place after {DESCENT_S:.0f} s")
+            seen_m = self._lidar_m()
+            if seen_m is not None:
+                aborts.check_below(seen_m, guess_m + GROUND_SIGMAS * sigma_m)
+                self.below_m = seen_m
+            height_m = self.below_m + self.settings.release_height_m
+            if self._there(to_m, height_m, STANDING_M):
+                if seen_m is not None or self.settings.release_height_m > LIDAR_REACH_M:
+                    return
+                if self.below_m < lowest_m:
+                    raise Aborted(Reason.NO_PLACE, f"no ground {self.settings.release_height_m:g} m under the vehicle")
+                self.below_m -= HEIGHT_M
+            if abs(height_m - sent_m) > HEIGHT_M / 2.0:
+                yield from self._send(to_m, height_m)
+                sent_m = height_m
+            self._check()
+            yield
+
+    def _lidar_m(self) -> float | None:
+        """The height over home of what the lidar meets under the vehicle; None where it meets nothing."""
+        telemetry = self.onboard.telemetry
+        near, attitude = telemetry.range_at(telemetry.boot_time_us, LIDAR_FRESH_US), telemetry.attitude
+        if near is None or attitude is None:
+            return None
+        return self.altitude_m - near.distance_m * float(body_to_ned(attitude.q)[2, 2])
+
+    def ground_at(self, _place_m: Corner) -> tuple[float, float]:
+        """The ground's height over home at a place, and one sigma of it."""
+        return 0.0, self.settings.ground_sigma_m
+
+    def _aim(self, place: Place) -> Script:
         """Until a parcel let go now would come down at the place. Raises Aborted for wind and drift."""
         onboard = self.onboard
         since_us, sent_m = onboard.now_us, None
@@ -334,21 +373,28 @@ class Flight:
                 raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
             aim_m = self.here_m[0] + miss[0], self.here_m[1] + miss[1]
             if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
-                yield from self._send(aim_m, height_m)
+                yield from self._send(aim_m, self.below_m + self.settings.release_height_m)
                 sent_m = aim_m
-            self._check(below=True)
+            self._check()
             yield from steps.pause(onboard, 0.25)
 
     def _impact_m(self) -> Corner:
         """Where a parcel that is let go now would meet the ground."""
         place, told, parcel = self.onboard.telemetry.place, self.onboard.telemetry.wind, self.settings.parcel
         assert place is not None and parcel is not None
-        height_m = max(self.altitude_m, 1.0)
+        height_m = max(self.altitude_m - self.below_m, 1.0)
         wind = Wind(*told, height_m) if told is not None else Wind(0.0, 0.0)
         falls = fall(parcel, height_m, (place.v_north, place.v_east, place.v_down), wind)
         return self.here_m[0] + falls.north_m, self.here_m[1] + falls.east_m
 
     # What is told
+
+    def _tell_plan(self) -> None:
+        """The area and the lines over it, for the score and the map."""
+        settings = self.settings
+        lines = [[self.place_deg(end) for end in line] for line in self.lines]
+        area = as_text([settings.corners_deg, *settings.holes_deg])
+        self.onboard.note("plan", f"{len(lines)} lines", area=area, lines=as_text(lines))
 
     def _abort(self, why: Aborted) -> None:
         """Says why the parcel stays on board."""
@@ -372,7 +418,7 @@ class Flight:
             lon_deg=edge_deg[1],
             place_lat_deg=place_deg[0],
             place_lon_deg=place_deg[1],
-            sigma_m=round(places.sigma_m(place, self.altitude_m, GROUND_SIGMA_M, eph_m), 3),
+            sigma_m=round(places.sigma_m(place, self.altitude_m, self.settings.ground_sigma_m, eph_m), 3),
             area_m2=round(place.area_m2, 1),
             **self.seen(place.label),
         )

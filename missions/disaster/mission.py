@@ -1,11 +1,14 @@
 """The disaster mission: what it brings, by name. Its parts are imported when they are needed."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from sitl_emu.missions.companion.companion import Companion
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.mission import Mission, Program, Setting
+from sitl_emu.missions.mission import Figures, Mission, Program, Row, Setting
+from sitl_emu.missions.reporting import Page
+from sitl_emu.missions.scoring import MissionScore, RunRecord
 
 
 def _responder(options: Options) -> Companion:
@@ -22,7 +25,28 @@ def _prepare(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
     return {"calibration": str(setting.calibration)} | in_degrees(options, setting)
 
 
+def _score(record: RunRecord) -> MissionScore:
+    from sitl_emu.missions.disaster.score import score
+
+    return score(record)
+
+
+def _page(figures: Figures) -> Page:
+    from sitl_emu.missions.disaster.page import page
+
+    return page(figures)
+
+
+def _evaluation(summaries: Sequence[Figures]) -> list[Row]:
+    from sitl_emu.missions.disaster.evaluation import rows
+
+    return rows(summaries)
+
+
 MISSION = Mission(
     programs={"disaster": Program(_responder, _prepare)},
     scenarios=Path(__file__).with_name("scenarios"),
+    score=_score,
+    page=_page,
+    evaluation=_evaluation,
 )

@@ -33,7 +33,10 @@ class Settings(NamedTuple):
     """None: it carries none, and only scans."""
     scan_altitude_m: float = 20.0
     """Above home, and above the mapped ground with `altitude: terrain`; the paper's."""
-    release_height_m: float = 10.0
+    release_height_m: float = 7.0
+    """Above the ground: what the lidar measures (TF-Luna: 8 m)."""
+    ground_sigma_m: float = 2.0
+    """How far the ground may be from home's height where it is not mapped (geolocation.HOME_HEIGHT_SIGMA_M)."""
     overlap: float = 0.3
     margin_m: float = 0.0
     fence_margin_m: float = 30.0
@@ -71,7 +74,8 @@ def settings_of(given: Options) -> Settings:
         mount,
         parcel if carries else None,
         scan_altitude_m=given.number("scan_altitude_m", 20.0, 3.0, 100.0),
-        release_height_m=given.number("release_height_m", 10.0, 3.0, 100.0),
+        release_height_m=given.number("release_height_m", 7.0, 3.0, 100.0),
+        ground_sigma_m=given.number("ground_sigma_m", 2.0, 0.1, 50.0),
         overlap=given.number("overlap", 0.3, 0.0, 0.9),
         margin_m=given.number("margin_m", 0.0, 0.0, 100.0),
         fence_margin_m=given.number("fence_margin_m", 30.0, 0.0, 1000.0),

@@ -16,6 +16,7 @@ from sitl_emu.missions.mission import Mission
 from sitl_emu.run import checks, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load
+from sitl_emu.run.scenario_parts.world import WorldPart
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.run.view import opening
 from sitl_emu.world.world import World
@@ -31,16 +32,18 @@ def run_scenario(
     *,
     page: bool = False,
     video: bool = False,
+    world: str | None = None,
 ) -> int:
     """Run a scenario; the exit status.
 
     `page`: with a page for the browser, which goes on after the run until Ctrl-C. `video`: what its cameras see is sent
-    to the ground station. Raises Trouble for what the user can put right.
+    to the ground station. `world`: a kind or file that takes the place of the scenario's. Raises Trouble for what the
+    user can put right.
     """
     path = find(name_or_file)
-    scenario = load(path)
+    scenario = load(path) if world is None else in_world(load(path), world)
     seed = scenario.seed if seed is None else seed
-    world = checks.check(scenario, seed, path)
+    built = checks.check(scenario, seed, path)
     preflight.check(scenario, first_instance)
     if video:
         preflight.check_video(scenario)
@@ -51,17 +54,23 @@ def run_scenario(
         as_run["world"] = worlds.KEPT_AS
     try:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
-        worlds.keep(world, folder)
+        worlds.keep(built, folder)
         checks.write_calibrations(scenario.vehicles, folder)
-        _prepare_missions(scenario, world, folder, seed)
+        _prepare_missions(scenario, built, folder, seed)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
-    for line in worlds.not_read(world):
+    for line in worlds.not_read(built):
         console.print(line, markup=False, highlight=False)
     wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video)
     with opening.page_of(folder, console) if page else contextlib.nullcontext():
-        return _run(wanted, world, console)
+        return _run(wanted, built, console)
+
+
+def in_world(scenario: Scenario, world: str) -> Scenario:
+    """A scenario in another world: by its kind, with the same options, or by its file, which has none."""
+    options = {} if worlds.is_file(world) else scenario.world.options
+    return scenario.model_copy(update={"world": WorldPart(kind=world, options=options)})
 
 
 def _run(wanted: wiring.Wanted, world: World, console: Console) -> int:
@@ -74,7 +83,7 @@ def _run(wanted: wiring.Wanted, world: World, console: Console) -> int:
         view.close()
     programs = [vehicle.companion.mission for vehicle in scenario.vehicles if vehicle.companion is not None]
     missions = registry.missions_of([name for name in programs if name is not None])
-    summary = score.summary(folder, scenario.name, seed, ending, missions)
+    summary = score.summary(folder, scenario.name, seed, ending, missions, world)
     try:
         flight_logs.show(folder, [vehicle.name for vehicle in scenario.vehicles])
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")

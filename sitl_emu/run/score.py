@@ -19,6 +19,8 @@ from sitl_emu.missions.reporting import Page, Section, Table
 from sitl_emu.missions.scoring import MissionScore, RunRecord, Track, TrueArea, TrueObject, together
 from sitl_emu.run.launcher import Ending
 from sitl_emu.run.messages import Over
+from sitl_emu.world.labels.geojson import footprint
+from sitl_emu.world.world import World
 
 SUCCESS = "success"
 EXIT_SUCCESS, EXIT_FAILED = 0, 1
@@ -52,14 +54,22 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     return events
 
 
-def record_of(folder: Path, ending: Ending) -> RunRecord:
-    """What a run left, for its missions' score; a run whose world never stood has no truth and no events."""
+def record_of(folder: Path, ending: Ending, world: World | None = None) -> RunRecord:
+    """What a run left, for its missions' score; a run whose world never stood has no truth and no events.
+
+    `world`: tells the ground's height, and what stands on it.
+    """
     names = [path.stem.removeprefix("truth-") for path in sorted(folder.glob("truth-*.csv"))]
     tracks = {name: track for name in names if (track := read_track(folder, name)).time_s}
     objects = [TrueObject(**thing) for thing in ending.truth.get("objects", [])]
     areas = [TrueArea(**area) for area in ending.truth.get("areas", [])]
+    if world is not None:
+        solids = world.description.solids
+        areas += [TrueArea("solid", solid.name, solid.label, footprint(solid, world)) for solid in solids]
     lat0_deg, lon0_deg = ending.home[:2] or (0.0, 0.0)
-    return RunRecord(read_events(folder), objects, tracks, MapProjection(lat0_deg, lon0_deg).project, areas)
+    project = MapProjection(lat0_deg, lon0_deg).project
+    ground_m = world.ground if world is not None else None
+    return RunRecord(read_events(folder), objects, tracks, project, areas, ground_m, folder)
 
 
 def _scored(mission: Mission, record: RunRecord) -> MissionScore | None:
@@ -99,11 +109,18 @@ def outcome_of(ended: str, score: MissionScore | None) -> str:
     return "; ".join(score.shortfalls) or SUCCESS
 
 
-def summary(folder: Path, scenario: str, seed: int, ending: Ending, missions: Sequence[Mission] = ()) -> dict[str, Any]:
-    """The contents of summary.json. `missions`: those whose programs the run's companions ran."""
+def summary(
+    folder: Path,
+    scenario: str,
+    seed: int,
+    ending: Ending,
+    missions: Sequence[Mission] = (),
+    world: World | None = None,
+) -> dict[str, Any]:
+    """The contents of summary.json. `missions`: those whose programs the run's companions ran, in this `world`."""
     over = ending.over or Over(ending.outcome)
     figures = over.figures
-    record = record_of(folder, ending)
+    record = record_of(folder, ending, world)
     score = together([scored for one in missions if (scored := _scored(one, record)) is not None])
     return {
         "scenario": scenario,

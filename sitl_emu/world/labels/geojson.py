@@ -74,7 +74,7 @@ def _places(world: World, maps: MapProjection) -> Iterator[Feature]:
 def _solids(world: World, maps: MapProjection) -> Iterator[Feature]:
     for solid in world.description.solids:
         points = _points(solid, world)
-        foot = polygons.hull((round(float(n), 3), round(float(e), 3)) for n, e, _ in points)
+        foot = _foot(points)
         lift = world.ground(solid.north_m, solid.east_m) + solid.above_ground_m + _half_height(solid)
         properties = {
             "what": "solid", "name": solid.name, "label": solid.label,
@@ -86,6 +86,15 @@ def _solids(world: World, maps: MapProjection) -> Iterator[Feature]:
     for described, (north, east, down), _, _ in poses:
         properties = {"what": "loose", "name": described.name, "label": described.label, "amsl_m": _amsl(world, -down)}
         yield _point(maps, (north, east), properties)
+
+
+def footprint(solid: Solid, world: World) -> tuple[Corner, ...]:
+    """The ground under a solid, as a hull: (north, east) in metres."""
+    return _foot(_points(solid, world))
+
+
+def _foot(points: Sequence[tuple[float, float, float]]) -> tuple[Corner, ...]:
+    return polygons.hull((round(float(n), 3), round(float(e), 3)) for n, e, _ in points)
 
 
 def _half_height(solid: Solid) -> float:

@@ -1,0 +1,283 @@
+"""Truth against what the UAS reported and where its parcel lies: the figures of the disaster mission.
+
+`truth.py` says what the true targets are: those count of which `LEAST_M2` or more lie in the area that was to be
+scanned. Figures of summary.json, for campaigns and tables; None stands for what there was none of:
+
+- `ending`: "delivered" (a parcel lies within 5 m of a true area, and safely), "misdelivered" (it lies elsewhere),
+  "aborted" (it stayed on board for a reason), "nothing found", or "unfinished" (the flight did not end by itself);
+  `abort_reason`: `aborts.Reason` of the last abort while a parcel was on board; `aborts`: all of them in order.
+- `delivered`, `deliveries`: how many parcels lie well; of each: where it rests and was to lie (north, east),
+  `to_target_m` (to the nearest true area's edge, 0 in it), `to_place_m` (to where it was to lie, truly), `target` (its
+  index), `safe` and, where it is not, `unsafe` (in water, in the area, on a person, on a roof, …).
+- `targets_total`, `targets_found`, `targets`: each with label, true area, `found`, and `iou` of what was mapped of it
+  with the truth, both within the scanned area.
+- `regions_total`, `regions_false`: what was mapped, and of it what overlaps no true area of its label within 2 m.
+- `diversions`, `diversions_false`: how often the line was left, and how often for an edge with no true area of that
+  label within 5 m.
+- `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
+  the share within two of the sigmas that were stated.
+- `scan_share`: of the lines, those flown to their end.
+
+The mission is a success when a parcel was delivered, where there was a target, every line was flown, and no diversion
+was false. A safe abort is no success, and says so by `ending`.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import shapely
+from shapely import Geometry, Point, Polygon
+
+from sitl_emu.missions.disaster.outlines import rings_of
+from sitl_emu.missions.disaster.regions import LEAST_M2
+from sitl_emu.missions.disaster.truth import TrueTarget, solids, targets
+from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord
+
+DELIVERED_WITHIN_M = 5.0
+"""The paper's."""
+MATCH_M = 5.0
+"""An edge that was located farther from any true one is none of it."""
+SLACK_M = 2.0
+"""A mapped region may lie so far beside what it is of: two cells."""
+ON_SOMEBODY_M = 1.0
+"""From a person's or a vehicle's outline; ours."""
+LIVING_OR_DRIVING = ("person", "car", "truck", "fire engine", "van", "bus")
+PLACES = 3
+
+
+class Parcel(NamedTuple):
+    """A parcel that was let go."""
+
+    vehicle: str
+    time_s: float
+    north_m: float
+    east_m: float
+    to_place_m: float | None
+    to_target_m: float | None
+    target: int | None
+    safe: bool
+    unsafe: str
+
+
+def score(record: RunRecord) -> MissionScore:
+    """The figures of a run."""
+    scanned = _scanned(record)
+    true = [one for one in targets(record.areas, _end_s(record)) if one.shape.intersection(scanned).area >= LEAST_M2]
+    mapped = _mapped(record)
+    parcels = [_parcel(record, event) for event in record.events if event["event"] == "parcel at rest"]
+    diversions = [_diversion(record, event) for event in record.events if event["event"] == "target_confirmed"]
+    errors = [one["error_m"] for one in diversions if not one["false"]]
+    aborted = [event["reason"] for event in record.events if event["event"] == "delivery_aborted"]
+    delivered = [one for one in parcels if _is_delivered(one)]
+    rows = [_row(one, mapped, scanned) for one in true]
+    figures: dict[str, Any] = {
+        "ending": _ending(record, parcels, aborted),
+        "abort_reason": aborted[-1] if aborted and not delivered else None,
+        "aborts": aborted,
+        "delivered": len(delivered),
+        "deliveries": [{key: _rounded(value) for key, value in one._asdict().items()} for one in parcels],
+        "targets_total": len(true),
+        "targets_found": sum(row["found"] for row in rows),
+        "targets": rows,
+        "regions_total": len(mapped),
+        "regions_false": sum(_is_false(one, true) for one in mapped),
+        "regions": [{"label": label, "outlines_m": _corners(shape)} for label, shape in mapped],
+        "diversions": len(diversions),
+        "diversions_false": sum(one["false"] for one in diversions),
+        "diverted": diversions,
+        "geolocation_rmse_m": _rounded(_rms(errors)),
+        "geolocation_within_2_sigma": _within_2_sigma(diversions),
+        "scan_share": _scan_share(record),
+        "area_m": _corners(scanned),
+        "lines_m": [line for event in _plans(record) for line in _rings(record, event["lines"])],
+    }
+    return MissionScore(figures, _lines(figures), shortfalls(figures))
+
+
+def shortfalls(figures: dict[str, Any]) -> list[str]:
+    """What of these figures is no success."""
+    told = []
+    if figures["targets_total"] and not figures["delivered"]:
+        why = f": {figures['abort_reason']}" if figures["abort_reason"] else f" ({figures['ending']})"
+        told.append(f"parcel not delivered{why}")
+    if figures["diversions_false"]:
+        told.append(f"{figures['diversions_false']} false diversions")
+    if figures["scan_share"] is not None and figures["scan_share"] < 1.0:
+        told.append(f"{figures['scan_share']:.0%} of the lines were flown")
+    return told
+
+
+def _ending(record: RunRecord, parcels: Sequence[Parcel], aborted: Sequence[str]) -> str:
+    if any(_is_delivered(one) for one in parcels):
+        return "delivered"
+    if parcels:
+        return "misdelivered"
+    if aborted:
+        return "aborted"
+    ended = any(event["event"] == "phase" and event.get("phase") == "landed" for event in record.events)
+    return "nothing found" if ended else "unfinished"
+
+
+def _is_delivered(one: Parcel) -> bool:
+    return one.safe and one.to_target_m is not None and one.to_target_m <= DELIVERED_WITHIN_M
+
+
+def _parcel(record: RunRecord, event: EventLine) -> Parcel:
+    """Where a parcel came to rest, by the truth of that time."""
+    place = Point(event["north_m"], event["east_m"])
+    true = targets(record.areas, event["time_s"])
+    away = [(one.shape.distance(place), number) for number, one in enumerate(true)]
+    to_target_m, target = min(away, default=(None, None))
+    released = [
+        one for one in record.events
+        if one["event"] == "released" and one["vehicle"] == event["vehicle"] and one["time_s"] <= event["time_s"]
+    ]  # fmt: skip
+    to_place_m = None
+    if released:
+        to_place_m = math.dist(_metres(record, released[-1], "place_"), (place.x, place.y))
+    unsafe = _unsafe(record, event, place, to_target_m)
+    return Parcel(
+        event["vehicle"], event["time_s"], place.x, place.y, to_place_m, to_target_m, target, not unsafe, unsafe
+    )
+
+
+def _unsafe(record: RunRecord, event: EventLine, place: Point, to_target_m: float | None) -> str:
+    """What is wrong with where a parcel lies; "" if nothing."""
+    if any(one["event"] == "parcel in water" and one["name"] == event["name"] for one in record.events):
+        return "in water"
+    if to_target_m == 0.0:
+        return "in the area"
+    for thing in record.objects:
+        away_m = math.dist((thing.north_m, thing.east_m), (place.x, place.y))
+        if thing.kind in LIVING_OR_DRIVING and away_m < thing.radius_m + ON_SOMEBODY_M:
+            return f"on a {thing.kind}"
+    return "on what stands there" if solids(record.areas).intersects(place) else ""
+
+
+def _diversion(record: RunRecord, event: EventLine) -> dict[str, Any]:
+    """A place that the line was left for, against the truth of that time."""
+    north_m, east_m = _metres(record, event)
+    place = Point(north_m, east_m)
+    of_label = [one.shape for one in targets(record.areas, event["time_s"]) if one.label == event["label"]]
+    error_m = min((float(shape.boundary.distance(place)) for shape in of_label), default=None)
+    away_m = min((float(shape.distance(place)) for shape in of_label), default=math.inf)
+    return {
+        "vehicle": event["vehicle"],
+        "time_s": event["time_s"],
+        "label": event["label"],
+        "north_m": _rounded(north_m),
+        "east_m": _rounded(east_m),
+        "error_m": _rounded(error_m),
+        "sigma_m": event["sigma_m"],
+        "false": away_m > MATCH_M,
+    }
+
+
+def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], scanned: Geometry) -> dict[str, Any]:
+    """The line of one true target."""
+    there = target.shape.intersection(scanned)
+    mine = [shape for label, shape in mapped if label == target.label and shape.intersects(target.shape)]
+    seen = shapely.union_all(mine).intersection(scanned)
+    whole = float(there.union(seen).area)
+    middle = there.centroid
+    return {
+        "label": target.label,
+        "north_m": _rounded(float(middle.x)),
+        "east_m": _rounded(float(middle.y)),
+        "area_m2": _rounded(float(there.area)),
+        "found": bool(mine),
+        "iou": _rounded(float(there.intersection(seen).area) / whole) if whole else 0.0,
+        "outlines_m": _corners(target.shape),
+    }
+
+
+def _mapped(record: RunRecord) -> list[tuple[str, Geometry]]:
+    """The regions that were told at the end, as areas."""
+    return [
+        (event["label"], _area([ring for ring in _rings(record, event["outlines"]) if len(ring) >= 3]))
+        for event in record.events
+        if event["event"] == "region"
+    ]
+
+
+def _is_false(mapped: tuple[str, Geometry], true: Sequence[TrueTarget]) -> bool:
+    label, shape = mapped
+    return all(one.label != label or one.shape.distance(shape) > SLACK_M for one in true)
+
+
+def _scanned(record: RunRecord) -> Geometry:
+    """What was to be scanned."""
+    areas = []
+    for event in _plans(record):
+        outline, *holes = _rings(record, event["area"])
+        areas.append(Polygon(outline, holes))
+    return shapely.union_all(areas)
+
+
+def _plans(record: RunRecord) -> list[EventLine]:
+    return [event for event in record.events if event["event"] == "plan"]
+
+
+def _scan_share(record: RunRecord) -> float | None:
+    lines = max((len(rings_of(event["lines"])) for event in _plans(record)), default=0)
+    flown = {event["line"] for event in record.events if event["event"] == "line_scanned"}
+    return _rounded(len(flown) / lines) if lines else None
+
+
+def _rings(record: RunRecord, text: str) -> list[list[tuple[float, float]]]:
+    return [[record.to_metres(*corner) for corner in ring] for ring in rings_of(text)]
+
+
+def _area(rings: Sequence[Sequence[tuple[float, float]]]) -> Geometry:
+    """Of rings along the middles of cells: half a cell more to all sides."""
+    return shapely.union_all([Polygon(ring).buffer(0.0) for ring in rings]).buffer(0.5)
+
+
+def _corners(shape: Geometry) -> list[list[list[float]]]:
+    """The outlines of an area, as JSON has it: north and east, to the decimetre."""
+    rings = []
+    for part in shapely.get_parts(shape):
+        if isinstance(part, Polygon) and not part.is_empty:
+            rings += [part.exterior, *part.interiors]
+    return [[[round(n, 1), round(e, 1)] for n, e in ring.coords] for ring in rings]
+
+
+def _end_s(record: RunRecord) -> float:
+    """When the parcel lay, else when the regions were told: the time that the truth of the whole is of."""
+    told = [event["time_s"] for event in record.events if event["event"] in ("region", "parcel at rest")]
+    return float(max(told, default=0.0))
+
+
+def _metres(record: RunRecord, event: EventLine, prefix: str = "") -> tuple[float, float]:
+    return record.to_metres(event[f"{prefix}lat_deg"], event[f"{prefix}lon_deg"])
+
+
+def _rms(errors: Sequence[float]) -> float | None:
+    return math.sqrt(math.fsum(error * error for error in errors) / len(errors)) if errors else None
+
+
+def _within_2_sigma(diversions: Sequence[dict[str, Any]]) -> float | None:
+    told = [one["error_m"] <= 2.0 * one["sigma_m"] for one in diversions if not one["false"]]
+    return _rounded(sum(told) / len(told)) if told else None
+
+
+def _lines(figures: dict[str, Any]) -> list[str]:
+    """The figures for people."""
+    told = [
+        f"targets: {figures['targets_found']} of {figures['targets_total']} found; {figures['diversions']} diversions, "
+        f"{figures['diversions_false']} false; location RMSE {_shown(figures['geolocation_rmse_m'])}"
+    ]
+    for one in figures["deliveries"]:
+        lies = f"{_shown(one['to_target_m'])} from the area, {_shown(one['to_place_m'])} from its place"
+        told.append(f"parcel of {one['vehicle']}: {lies}; {'safe' if one['safe'] else one['unsafe']}")
+    told += [f"aborted: {reason}" for reason in figures["aborts"]]
+    return told
+
+
+def _shown(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f} m"
+
+
+def _rounded(value: Any) -> Any:
+    return round(value, PLACES) if isinstance(value, float) else value

@@ -1,0 +1,90 @@
+"""The disaster mission in a run: it finds a slab, drops its parcel beside it and not on who stands there, scans on."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from tests.missions.runs import FIRST_INSTANCE
+
+LIMIT_S = 118.0
+WORLD = {
+    "name": "plain",
+    "origin": {"lat_deg": 47.397742, "lon_deg": 8.545594, "alt_amsl_m": 489.4},
+    "places": {"home": {"north_m": 0, "east_m": 0}},
+    "area_m": [[4, -10], [4, 16], [32, 16], [32, -10]],
+    "ground": {"use": "asphalt"},
+    "solids": [
+        {
+            "name": "slab",
+            "label": "debris slab",
+            "north_m": 20,
+            "east_m": 5,
+            "box": {"size_m": [6, 5, 0.4]},
+            "colour": [0.02, 0.05, 0.9],
+        }
+    ],
+    "things": [
+        {"label": "person", "north_m": 14, "east_m": 3, "radius_m": 0.3, "height_m": 1.75, "colour": [0.8, 0.2, 0.1]}
+    ],
+}
+UAS = {
+    "name": "uas",
+    "model": "responder",
+    "parcel": {},
+    "camera": {"mount": "nadir", "rate_hz": 4, "resolution": [320, 240]},
+}
+OPTIONS = {"area": "world", "detector": "tests.missions.blue_slabs:Blue", "scan_altitude_m": 15}
+
+
+def run(folder: Path, status: int, options: Mapping[str, object] | None = None, **changes: object) -> dict[str, Any]:
+    """Runs the mission; its summary, with the events under "events"."""
+    (folder / "plain.yaml").write_text(yaml.safe_dump(WORLD))
+    companion = {"mission": "disaster", "options": {**OPTIONS, **(options or {})}}
+    scenario = {"name": "slab", "world": "plain.yaml", "time_limit_s": 150}
+    (folder / "slab.yaml").write_text(
+        yaml.safe_dump(scenario | {"vehicles": [UAS | {"companion": companion}]} | changes)
+    )
+    command = [sys.executable, "-P", "-m", "sitl_emu", "run", str(folder / "slab.yaml"), "--speed", "max"]
+    done = subprocess.run(
+        [*command, "--out", str(folder / "run"), "--instance", str(FIRST_INSTANCE)],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+    )
+    assert done.returncode == status, done.stdout + done.stderr
+    summary: dict[str, Any] = json.loads((folder / "run/summary.json").read_text())
+    events = [json.loads(line) for line in (folder / "run/events.jsonl").read_text().splitlines()]
+    return summary | {"events": events}
+
+
+def test_it_delivers_beside_a_slab_and_scans_on(tmp_path: Path) -> None:
+    got = run(tmp_path, 0)
+    assert (got["ending"], got["delivered"], got["aborts"]) == ("delivered", 1, [])
+    (parcel,) = got["deliveries"]
+    assert parcel["safe"] and 0.0 < parcel["to_target_m"] <= 5.0
+    assert (got["targets_found"], got["targets_total"], got["regions_false"]) == (1, 1, 0)
+    assert (got["diversions"], got["diversions_false"], got["scan_share"]) == (1, 0, 1.0)
+    assert got["geolocation_rmse_m"] < 2.0
+    phases = [event["phase"] for event in got["events"] if event["event"] == "phase"]
+    assert phases.index("engaging") < phases.index("delivering") < phases.index("returning") < phases.index("landed")
+    (released,) = (event for event in got["events"] if event["event"] == "released")
+    assert abs(released["height_m"] - 7.0) < 1.0, "as the lidar measures it"
+    texts = [event["text"] for event in got["events"] if event["event"] == "text"]
+    assert any(text.startswith("Parcel let go") for text in texts)
+
+
+def test_with_an_empty_battery_the_parcel_stays_on_board(tmp_path: Path) -> None:
+    drained = {"vehicle": "uas", "fault": {"battery_charge": 0.22}, "when": {"event": "target_confirmed"}}
+    got = run(tmp_path, 1, faults=[drained])
+    assert (got["ending"], got["abort_reason"], got["deliveries"]) == ("aborted", "low battery", [])
+    texts = [event["text"] for event in got["events"] if event["event"] == "text"]
+    assert any("low battery" in text and "the parcel stays on board" in text for text in texts)
+    assert got["events"][-1]["event"] != "crashed"

@@ -1,0 +1,199 @@
+"""Regions from boxes: confirmed by frames in a row, carved by those that show a place outside, one within a gap."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
+from sitl_emu.missions.companion.confirmation import Confirming
+from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+from sitl_emu.missions.disaster import aborts, places
+from sitl_emu.missions.disaster.regions import RegionMap
+
+CAMERA = CameraModel()
+LABELS = ("water_body", "fire_region")
+UP_M = 20.0
+Box = tuple[float, float, float, float]
+"""South, west, north, east in metres."""
+POND: Box = (10.0, 10.0, 20.0, 18.0)
+
+
+def a_map(confirmations: int = 3) -> RegionMap:
+    return RegionMap(Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(confirmations, confirm_score=0.3))
+
+
+def pose_at(
+    north_m: float, east_m: float, yaw_rad: float = 0.0, tilt_rad: float = 0.0, up_m: float = UP_M
+) -> CameraPose:
+    return camera_pose((north_m, east_m, -up_m), quaternion(0.0, tilt_rad, yaw_rad), NADIR)
+
+
+def box_of(pose: CameraPose, area: Box, label: str = "water_body", score: float = 0.8) -> list[Detection]:
+    """What a faultless detector draws about an area on ground at height 0; nothing where it is out of the picture."""
+    south, west, north, east = area
+    steps = np.linspace(0.0, 1.0, 21)
+    edge = [(south + t * (north - south), e) for t in steps for e in (west, east)]
+    edge += [(n, west + t * (east - west)) for t in steps for n in (south, north)]
+    pixels = [pixel for n, e in edge if (pixel := project(CAMERA, pose, (n, e, 0.0))) is not None]
+    xs, ys = (np.array(one) for one in zip(*pixels, strict=True))
+    left, right = max(xs.min(), 0.0), min(xs.max(), CAMERA.width - 1.0)
+    top, bottom = max(ys.min(), 0.0), min(ys.max(), CAMERA.height - 1.0)
+    if right - left < 2.0 or bottom - top < 2.0:
+        return []
+    return [Detection(label, score, (left + right) / 2, (top + bottom) / 2, right - left, bottom - top)]
+
+
+def flown(over: RegionMap, area: Box, east_m: float = 14.0, yaw_rad: float = 0.0) -> None:
+    """A line to the north, a frame every half metre."""
+    for north_m in np.arange(-15.0, 45.0, 0.5):
+        pose = pose_at(float(north_m), east_m, yaw_rad)
+        over.update(pose, 0.0, box_of(pose, area))
+
+
+def test_a_region_is_what_frames_in_a_row_have_seen() -> None:
+    for frames, found in ((2, 0), (3, 1)):
+        over, pose = a_map(), pose_at(12.0, 12.0)
+        for _ in range(frames):
+            over.update(pose, 0.0, box_of(pose, POND))
+        assert len(over.regions()) == found
+
+
+def test_a_frame_that_misses_it_ends_the_run() -> None:
+    over, pose = a_map(), pose_at(12.0, 12.0)
+    for seen in (True, True, False, True, True):
+        over.update(pose, 0.0, box_of(pose, POND) if seen else [])
+    assert over.regions() == []
+
+
+def test_weak_scores_confirm_nothing() -> None:
+    over, pose = a_map(), pose_at(12.0, 12.0)
+    for _ in range(20):
+        over.update(pose, 0.0, box_of(pose, POND, score=0.29))
+    assert over.regions() == []
+
+
+def test_what_is_not_seen_any_more_is_gone() -> None:
+    over, pose = a_map(), pose_at(12.0, 12.0)
+    for seen in (True,) * 5 + (False,) * 6:
+        over.update(pose, 0.0, box_of(pose, POND) if seen else [])
+    assert over.regions() == []
+
+
+@given(
+    st.floats(-math.pi, math.pi), st.floats(-0.15, 0.15), st.floats(2.0, 28.0), st.floats(2.0, 28.0),
+    st.floats(12.0, 30.0),
+)  # fmt: skip
+def test_a_cell_is_hit_where_its_place_lies_in_the_box(
+    yaw_rad: float, tilt_rad: float, north_m: float, east_m: float, up_m: float
+) -> None:
+    over, pose = a_map(1), pose_at(north_m, east_m, yaw_rad, tilt_rad, up_m)
+    boxes = box_of(pose, POND)
+    over.update(pose, 0.0, boxes)
+    for n, e in ((15.5, 14.5), (5.5, 5.5), (25.5, 20.5)):
+        pixel, cell = project(CAMERA, pose, (n, e, 0.0)), over.cell(n, e)
+        assert cell is not None
+        shown = pixel is not None and 4.0 <= pixel[0] <= 635.0 and 4.0 <= pixel[1] <= 475.0
+        assert bool(over.looks[cell]) is shown
+        if shown and pixel is not None:
+            inside = any(abs(pixel[0] - b.x) <= b.w / 2 and abs(pixel[1] - b.y) <= b.h / 2 for b in boxes)
+            assert bool(over.odds[0][cell] > 0.0) is inside
+
+
+@pytest.mark.parametrize(("yaw_rad", "within_m"), [(0.0, 2.0), (math.pi / 2, 2.0), (math.radians(200.0), 4.0)])
+def test_a_line_carves_a_pond(yaw_rad: float, within_m: float) -> None:
+    """Boxes that lie aslant on it, all at one heading, carve less."""
+    over = a_map()
+    flown(over, POND, yaw_rad=yaw_rad)
+    (region,) = over.regions()
+    assert region.label == "water_body"
+    assert region.middle_m == pytest.approx((15.0, 14.0), abs=1.0)
+    south, west, north, east = POND
+    rows, columns = np.nonzero(region.cells)
+    assert over.north_m[rows, columns].min() > south - within_m and over.north_m[rows, columns].max() < north + within_m
+    assert over.east_m[rows, columns].min() > west - within_m and over.east_m[rows, columns].max() < east + within_m
+
+
+@pytest.mark.parametrize(("gap_m", "count"), [(1.0, 1), (12.0, 2)])
+def test_two_sightings_are_one_target_when_no_wide_gap_lies_between(gap_m: float, count: int) -> None:
+    over, pose = a_map(), pose_at(18.0, 14.0)
+    other = (20.0 + gap_m, 10.0, 28.0 + gap_m, 18.0)
+    for _ in range(4):
+        over.update(pose, 0.0, [*box_of(pose, POND), *box_of(pose, other)])
+    assert len(over.regions()) == count
+
+
+def test_the_ground_is_reckoned_with_where_it_is_known() -> None:
+    over, pose = a_map(1), pose_at(15.0, 0.0)
+    high = np.full(over.shape, 5.0)
+    over.update(pose, high, [])
+    seen_m = over.east_m[over.looks > 0]
+    assert seen_m.max() == pytest.approx(15.0 * 319.5 / 320.0, abs=1.0), "from 15 m above it, not from 20"
+
+
+def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
+    over = a_map()
+    flown(over, POND)
+    (region,) = over.regions()
+    place = places.choose(over, region, (5.0, 14.0))
+    assert place is not None
+    south, west, north, east = POND
+    n, e = place.place_m
+    off = math.hypot(max(south - n, 0.0, n - north), max(west - e, 0.0, e - east))
+    assert 1.0 <= off <= 5.0
+    assert math.dist(place.edge_m, place.place_m) == pytest.approx(off, abs=1.6)
+    # somebody stands there: edges in the picture
+    row, column = over.cell(n, e) or (0, 0)
+    over.rough[row, column] = 0.5
+    other = places.choose(over, region, (5.0, 14.0))
+    assert other is not None and math.dist(other.place_m, place.place_m) >= places.PLAIN_M
+
+
+def test_no_place_lies_in_another_area_or_where_nobody_looked() -> None:
+    over = a_map()
+    flown(over, POND)
+    (region,) = over.regions()
+    over.odds[1][:] = 2.0
+    assert places.choose(over, region, (5.0, 14.0)) is None, "fire all around"
+    over.odds[1][:] = -3.0
+    over.looks[:] = places.LOOKS - 1
+    assert places.choose(over, region, (5.0, 14.0)) is None
+    nowhere = np.zeros(over.shape, np.bool_)
+    over.looks[:] = places.LOOKS
+    assert places.choose(over, region, (5.0, 14.0), nowhere) is None, "beyond the fence"
+
+
+def test_uncertainty_grows_with_height_angle_and_receiver() -> None:
+    place = places.Place("water_body", 0.9, (0.0, 0.0), (1.0, 0.0), 0.2, 20.0)
+    least = places.sigma_m(place, 10.0, 2.0)
+    assert least < places.sigma_m(place, 30.0, 2.0)
+    assert least < places.sigma_m(place._replace(edge_steepness=1.0), 10.0, 2.0)
+    assert least < places.sigma_m(place, 10.0, 2.0, eph_m=2.5)
+    with pytest.raises(aborts.Aborted, match=r"uncertain location: one sigma is 4\.2 m, more than 2\.9"):
+        aborts.check_location(4.2)
+    aborts.check_location(least)
+
+
+@pytest.mark.parametrize(
+    ("battery", "eph_m", "has_fix", "reason"),
+    [(24, 0.6, True, "low battery"), (80, 6.0, True, "GPS degraded"), (80, 0.6, False, "GPS degraded")],
+)
+def test_a_vehicle_that_should_go_home_is_told_why(battery: int, eph_m: float, has_fix: bool, reason: str) -> None:
+    with pytest.raises(aborts.Aborted) as told:
+        aborts.check_vehicle(battery, eph_m, has_fix)
+    assert told.value.reason == reason and not told.value.reason.of_the_place
+    aborts.check_vehicle(None, None)
+    aborts.check_vehicle(25, 5.0)
+
+
+def test_what_stands_under_the_vehicle_and_a_storm_are_told() -> None:
+    with pytest.raises(aborts.Aborted, match=r"obstacle: something 6\.0 m higher"):
+        aborts.check_below(7.0, 1.0)
+    aborts.check_below(2.9, 1.0)
+    with pytest.raises(aborts.Aborted, match=r"wind: 13\.0 m/s"):
+        aborts.check_wind(13.0)
+    aborts.check_wind(None)

@@ -1,0 +1,123 @@
+"""The disaster mission's score: what truth it is held against, and what counts as delivered, found, and false."""
+
+import math
+from typing import Any
+
+import pytest
+
+from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.missions.disaster.evaluation import rows
+from sitl_emu.missions.disaster.outlines import as_text, rings_of
+from sitl_emu.missions.disaster.page import page
+from sitl_emu.missions.disaster.score import score
+from sitl_emu.missions.disaster.truth import targets
+from sitl_emu.missions.scoring import RunRecord, TrueArea, TrueObject
+
+HOME = (47.0, 8.0)
+POND = TrueArea("water", "pond", "water", ((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0)))
+AREA = [(0.0, 0.0), (0.0, 40.0), (40.0, 40.0), (40.0, 0.0)]
+
+
+def deg(place_m: tuple[float, float]) -> tuple[float, float]:
+    return from_metres(*place_m, *HOME)
+
+
+def text(*rings: list[tuple[float, float]]) -> str:
+    return as_text([[deg(corner) for corner in ring] for ring in rings])
+
+
+def plan() -> dict[str, Any]:
+    return {"event": "plan", "time_s": 5.0, "vehicle": "uas", "area": text(AREA), "lines": text([(0, 5), (40, 5)])}
+
+
+def confirmed(edge_m: tuple[float, float] = (10.0, 15.0), label: str = "water_body") -> dict[str, Any]:
+    lat, lon = deg(edge_m)
+    return {"event": "target_confirmed", "time_s": 20.0, "vehicle": "uas", "label": label, "lat_deg": lat,
+            "lon_deg": lon, "sigma_m": 1.0}  # fmt: skip
+
+
+def released(place_m: tuple[float, float]) -> dict[str, Any]:
+    lat, lon = deg(place_m)
+    return {"event": "released", "time_s": 30.0, "vehicle": "uas", "place_lat_deg": lat, "place_lon_deg": lon}
+
+
+def rests(north_m: float, east_m: float) -> dict[str, Any]:
+    return {"event": "parcel at rest", "time_s": 33.0, "vehicle": "uas", "name": "parcel of uas", "north_m": north_m,
+            "east_m": east_m, "down_m": 0.0}  # fmt: skip
+
+
+def region(*corners: tuple[float, float], label: str = "water_body") -> dict[str, Any]:
+    return {"event": "region", "time_s": 60.0, "vehicle": "uas", "label": label, "outlines": text(list(corners))}
+
+
+SCANNED = {"event": "line_scanned", "time_s": 50.0, "vehicle": "uas", "line": 1}
+LANDED = {"event": "phase", "time_s": 80.0, "vehicle": "uas", "phase": "landed"}
+MAPPED = region((10.5, 10.5), (10.5, 19.5), (19.5, 19.5), (19.5, 10.5))
+
+
+def scored(*events: dict[str, Any], objects: tuple[TrueObject, ...] = ()) -> dict[str, Any]:
+    record = RunRecord(
+        [plan(), SCANNED, *events, LANDED], objects, {}, lambda lat, lon: to_metres(lat, lon, *HOME), [POND]
+    )
+    made = score(record)
+    return made.figures | {"shortfalls": made.shortfalls, "lines_told": made.lines}
+
+
+def test_a_parcel_at_the_edge_is_delivered() -> None:
+    got = scored(confirmed(), released((7.0, 15.0)), rests(7.5, 15.0), MAPPED)
+    assert got["ending"] == "delivered" and got["shortfalls"] == []
+    (parcel,) = got["deliveries"]
+    assert (parcel["to_target_m"], parcel["to_place_m"]) == (2.5, pytest.approx(0.5, abs=0.01))
+    assert (got["targets_found"], got["targets_total"], got["regions_false"]) == (1, 1, 0)
+    assert got["targets"][0]["iou"] == pytest.approx(1.0, abs=0.02)
+    assert got["geolocation_rmse_m"] == pytest.approx(0.0, abs=0.01)
+    assert page(got).sections and all(row.good for row in rows([got]))
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [((15.0, 15.0), "in the area"), ((4.0, 15.0), ""), ((7.5, 15.0), "on a person")],
+)
+def test_a_parcel_too_far_off_in_the_water_or_on_somebody_is_not(where: tuple[float, float], said: str) -> None:
+    person = TrueObject("person", 7.0, 15.5, 0.3, target=False)
+    got = scored(confirmed(), rests(*where), MAPPED, objects=(person,))
+    assert got["ending"] == "misdelivered" and got["deliveries"][0]["unsafe"] == said
+    assert got["shortfalls"] == ["parcel not delivered (misdelivered)"]
+
+
+def test_an_abort_is_told_with_its_reason() -> None:
+    stays = {"event": "delivery_aborted", "time_s": 25.0, "vehicle": "uas", "reason": "drift"}
+    got = scored(confirmed(), stays, MAPPED)
+    assert (got["ending"], got["abort_reason"]) == ("aborted", "drift")
+    assert got["shortfalls"] == ["parcel not delivered: drift"]
+
+
+def test_an_edge_far_from_any_true_one_or_of_another_label_is_a_false_diversion() -> None:
+    for one in (confirmed((30.0, 30.0)), confirmed(label="fire_region")):
+        got = scored(one, MAPPED)
+        assert (got["diversions"], got["diversions_false"], got["geolocation_rmse_m"]) == (1, 1, None)
+    far = region((30, 30), (30, 35), (35, 35), label="fire_region")
+    got = scored(far)
+    assert (got["regions_false"], got["targets_found"]) == (1, 0)
+
+
+def test_a_fire_moves_on_and_burns_out() -> None:
+    fire = TrueArea("fire", "front", "fire", ((0.0, 0.0), (0.0, 30.0), (5.0, 30.0), (5.0, 0.0)), (), (0.1, 0.0), 30.0)
+    (begun,), (later,) = targets([fire], 0.0), targets([fire], 100.0)
+    assert begun.shape.bounds[::2] == (0.0, 5.0)
+    assert later.shape.bounds[::2] == pytest.approx((5.0 + 0.1 * 60.0, 15.0))
+
+
+def test_pieces_of_one_ruin_are_one_target_and_rubble_is_none() -> None:
+    def piece(north_m: float, label: str = "debris slab") -> TrueArea:
+        n = north_m
+        return TrueArea("solid", f"{label} {n}", label, ((n, 0.0), (n + 3.0, 0.0), (n + 3.0, 3.0), (n, 3.0)))
+
+    areas = [piece(0.0), piece(5.0), piece(20.0, "debris wall"), piece(30.0, "debris rubble"), piece(40.0, "building")]
+    assert [round(one.shape.area) for one in targets(areas, 0.0)] == [18, 9]
+
+
+def test_outlines_come_back_from_their_text() -> None:
+    rings = [[(47.1234567, 8.0), (47.2, -8.1), (-1.0, 0.5)], [(0.0, 0.0)]]
+    assert rings_of(as_text(rings)) == rings and rings_of("") == []
+    assert math.isclose(rings_of(as_text([[(1e-7, 2e-7)]]))[0][0][0], 1e-7)
