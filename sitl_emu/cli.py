@@ -1,4 +1,4 @@
-"""The command line: `sitl-emu run`, `view`, `rerun`, `launch`, `world`, `detect` and `conformance`.
+"""The command line: `sitl-emu run`, `campaign`, `view`, `rerun`, `launch`, `world`, `detect` and `conformance`.
 
 Whatever a command needs is imported when it is called.
 """
@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from sitl_emu import __version__, cli_world
+from sitl_emu import __version__, cli_campaign, cli_world
 from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
@@ -23,6 +23,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.add_typer(cli_world.app, name="world")
+app.command("campaign", short_help="Fly a scenario many times, in several arms, with tables and a report.")(
+    cli_campaign.campaign
+)
 
 
 def _show_version(asked: bool) -> None:
@@ -97,11 +100,21 @@ def run(
         str | None,
         typer.Option(metavar="WORLD", help="Another world: a kind, with the scenario's options for it, or a file."),
     ] = None,
+    isolated: Annotated[
+        bool,
+        typer.Option(
+            "--isolated",
+            help="Without a ground station and on none of PX4's ports, so that many runs go on side by side. For "
+            "companions and autopilots of ours; the logs are the same.",
+        ),
+    ] = False,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
 
     Ends with exit status 0 when the mission succeeded. While it runs, a ground station on UDP 14550 sees the vehicles.
     """
+    if isolated and (gcs is not None or video):
+        refuse(f"--isolated and {'--gcs' if gcs is not None else '--video'}: an isolated run has no ground station")
     from sitl_emu.run.run_command import run_scenario, scenario_lines
     from sitl_emu.run.trouble import Trouble
 
@@ -111,7 +124,16 @@ def run(
                 say(line)
             return
         status = run_scenario(
-            scenario, speed_of(speed), seed, out, _gcs(gcs), instance, page=page, video=video, world=world
+            scenario,
+            speed_of(speed),
+            seed,
+            out,
+            _gcs(gcs),
+            instance,
+            page=page,
+            video=video,
+            world=world,
+            isolated=isolated,
         )
     except Trouble as error:
         refuse(str(error))

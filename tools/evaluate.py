@@ -23,7 +23,8 @@ from pymavlink import mavutil
 
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Row
-from sitl_emu.run.scenario import find, load
+from sitl_emu.run.campaign.arms import changed
+from sitl_emu.run.scenario import find, load, read
 from sitl_emu.run.score import WALL_CLOCK_KEYS
 
 CUT_AT_S = 100.0
@@ -33,17 +34,11 @@ TRANSFER = ["MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK"]
 Summary = dict[str, Any]
 
 
-def variant(folder: Path, source: Path, name: str, peer_radio: dict[str, Any]) -> Path:
-    """A scenario with another radio, as a file."""
-    scenario = yaml.safe_load(source.read_text())
-    scenario["peer_radio"] = {**scenario.get("peer_radio", {}), **peer_radio}
-    for vehicle in scenario["vehicles"]:
-        options = vehicle.get("companion", {}).get("options", {})
-        for key, value in options.items():
-            if isinstance(value, str) and (source.parent / value).is_file():
-                options[key] = str((source.parent / value).resolve())
+def variant(folder: Path, source: Path, name: str, key: str, value: object) -> Path:
+    """A scenario with another value at a dotted key, as a file."""
+    scenario = changed(read(source), [(key, value)], source)
     path = folder / f"{name}.yaml"
-    path.write_text(yaml.safe_dump(scenario, sort_keys=False))
+    path.write_text(yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False))
     return path
 
 
@@ -138,9 +133,9 @@ def main() -> int:
 
 def special(folder: Path, scenario: str, seed: int) -> list[Row]:
     """Loss, a cut link, and the same seed again at another speed."""
-    lossy = str(variant(folder, find(scenario), "loss", {"loss": LOSS}))
+    lossy = str(variant(folder, find(scenario), "loss", "peer_radio.loss", LOSS))
     _, with_loss = fly(folder / "loss", lossy, seed)
-    cut = str(variant(folder, find(scenario), "cut", {"outages_s": [[CUT_AT_S, 1e6]]}))
+    cut = str(variant(folder, find(scenario), "cut", "peer_radio.outages_s", [[CUT_AT_S, 1e6]]))
     status, with_cut = fly(folder / "cut", cut, seed)
     fly(folder / "again", scenario, seed, "3")
     different = same(folder / f"seed-{seed}", folder / "again")

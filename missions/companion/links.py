@@ -57,18 +57,25 @@ class UdpPort:
     """Datagrams to and from one address, or whoever sent last."""
 
     def __init__(
-        self, local: Address | None, remote: Address | None, *, remote_alone: bool = False, wait_s: float = 0.0
+        self,
+        local: Address | socket.socket | None,
+        remote: Address | None,
+        *,
+        remote_alone: bool = False,
+        wait_s: float = 0.0,
     ) -> None:
         """`local` None: any port; `remote` None: whoever sent last. Raises LinkError when a port can't be bound.
+
+        `local` may be a bound socket, too.
 
         `remote_alone`: datagrams from elsewhere are left aside (from instance 9 on, every PX4 of a machine sends to one
         port). `wait_s`: how long `receive` waits for a datagram.
         """
         self._remote, self._follow, self._remote_alone = remote, remote is None, remote_alone
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket = local if isinstance(local, socket.socket) else socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._socket.settimeout(wait_s)
-        if local is not None:
+        if local is not None and not isinstance(local, socket.socket):
             try:
                 self._socket.bind(local)
             except OSError as error:

@@ -407,14 +407,16 @@ class TcpSimulatorChannel(_TcpChannel):
 class SimulatorListener:
     """A simulator's TCP port, open for one autopilot."""
 
+    port: int
+
     def __init__(self, port: int, host: str = "127.0.0.1") -> None:
-        """Raises OSError that names the port and says what to do when it is taken."""
-        self.port = port
+        """`port` 0: any that is free. Raises OSError that names the port and says what to do when it is taken."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((host, port))
             self._socket.listen(1)
+            self.port = self._socket.getsockname()[1]
         except OSError as error:
             self._socket.close()
             if error.errno == errno.EADDRINUSE:

@@ -35,7 +35,7 @@ from sitl_emu.core.simulator_api import (
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
 from sitl_emu.run import components
 from sitl_emu.run.link_logs import LinkLogs
-from sitl_emu.run.link_sockets import LinkSockets, Poll
+from sitl_emu.run.link_sockets import LinkSockets, Poll, PrivateSocket
 from sitl_emu.run.loss_timeouts import loss_timeouts
 from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
 from sitl_emu.run.simulated_parameters import SimulatedParameters
@@ -82,6 +82,8 @@ class Hosted:
     """Whether the simulator sends what the camera sees as video to the ground station."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
+    isolated: Mapping[str, PrivateSocket] | None = None
+    """In an isolated run: the sockets of the links that have somebody at their other end. None: all, on PX4's ports."""
 
 
 class AutopilotHost:
@@ -99,8 +101,8 @@ class AutopilotHost:
         """The simulator's time at this boot; None until the first tick after a reboot tells it."""
         self._power_on(0)
         links = self.autopilot.mavlink.links
-        self._sockets = LinkSockets(links, hosted.gcs)
-        for index, fileno in enumerate(self._sockets.filenos()):
+        self._sockets = LinkSockets(links, hosted.gcs, hosted.isolated)
+        for index, fileno in self._sockets.filenos().items():
             if index not in hosted.by_number:
                 poll.watch(fileno, (self, index))
         self._logs = LinkLogs(hosted.tlog, [link.name for link in links]) if hosted.tlog is not None else None
@@ -208,7 +210,7 @@ class AutopilotHost:
         try:
             self.autopilot.close()
         finally:
-            for fileno in self._sockets.filenos():
+            for fileno in self._sockets.filenos().values():
                 self._poll.forget(fileno)
             self._sockets.close()
 

@@ -1,4 +1,4 @@
-"""The process of one autopilot in a run: its host, between the simulator at TCP 4560+i and whoever is on its links.
+"""The process of one autopilot in a run: its host, between its simulator's TCP port and whoever is on its links.
 
 It steps whenever HIL_SENSOR comes. In lockstep with a companion of ours it says after every fifth tick how many
 datagrams it sent on the onboard link, and reads as many as it is told, and so on the payload link where its vehicle's
@@ -7,17 +7,17 @@ answered at once. What passes on its links is logged (.tlog), stamped with
 the scenario's start date plus simulated time. Shut down, it waits in silence for the end of the run.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from sitl_emu.autopilot.storage import storage
-from sitl_emu.core import ports
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
 from sitl_emu.run.autopilot_host import ONBOARD, PAYLOAD, AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.run.link_sockets import Poll, PortInUseError, PrivateSocket
 from sitl_emu.run.messages import Read, Ready, Sent, Start, Waiting
 from sitl_emu.run.process import StartError, main, settle
 
@@ -43,20 +43,27 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
             video=config.video,
             by_number=_by_number(config),
+            isolated=_isolated(config),
         )
         host = AutopilotHost(hosted, poll)
     except (storage.StorageError, PortInUseError) as error:
         raise StartError(str(error)) from None
     try:
         control.send(Waiting())
-        control.expect(Start)
-        channel = connect(ports.simulator(config.instance))
+        channel = connect(control.expect(Start).simulator_port)
         poll.watch(channel.fileno(), None)
         control.send(Ready())
         settle()
         _fly(host, poll, channel, control if config.lockstep else None)
     finally:
         host.close()
+
+
+def _isolated(config: AutopilotConfig) -> Mapping[str, PrivateSocket] | None:
+    if config.isolated is None:
+        return None
+    ends = {"onboard": config.isolated.companion, "payload": config.isolated.sensors}
+    return {link: PrivateSocket.inherited(end) for link, end in ends.items() if end is not None}
 
 
 def _by_number(config: AutopilotConfig) -> tuple[int, ...]:

@@ -25,6 +25,7 @@ from sitl_emu.missions.companion.pictures import Album
 from sitl_emu.missions.registry import MissionError, make_companion
 from sitl_emu.run.configs import CompanionConfig
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.link_sockets import PrivateSocket
 from sitl_emu.run.messages import FrameTaken, Ready, Start, Step, Stepped, Waiting
 from sitl_emu.run.process import StartError, main, settle
 
@@ -131,19 +132,33 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
 
 def _links(config: CompanionConfig, folder: Path) -> dict[str, Link]:
     """To the autopilot, to the peer radio if there is one, and straight to the ground station."""
-    onboard = ports.onboard(config.instance)
-    links = {AUTOPILOT_LINK: Link(_counted_port(onboard.remote, onboard.local, config.lockstep))}
+    links = {AUTOPILOT_LINK: Link(_onboard_port(config))}
     if config.radio_port is not None:
         log = TlogWriter(folder / f"{config.name}-peer.tlog")
         links[PEER_LINK] = Link(_counted_port(0, config.radio_port, True), log, config.start_us)
-    links[GROUND_LINK] = Link(UdpPort(None, config.gcs or (LOOPBACK, ports.GCS_REMOTE)))
+    ground = None if config.isolated is not None else config.gcs or (LOOPBACK, ports.GCS_REMOTE)
+    links[GROUND_LINK] = Link(UdpPort(None, ground))
     return links
+
+
+def _onboard_port(config: CompanionConfig) -> UdpPort:
+    if config.isolated is None:
+        onboard = ports.onboard(config.instance)
+        return _counted_port(onboard.remote, onboard.local, config.lockstep)
+    end = config.isolated.companion
+    assert end is not None
+    own = PrivateSocket.inherited(end)
+    return UdpPort(own.opened, (LOOPBACK, own.other_port), remote_alone=True, wait_s=_wait_s(config.lockstep))
 
 
 def _counted_port(local: int, remote: int, counted: bool) -> UdpPort:
     """What comes from elsewhere than the remote port is left aside: it is in nobody's count."""
-    wait_s = UNDER_WAY_LIMIT_S if counted else 0.0
-    return UdpPort((LOOPBACK, local), (LOOPBACK, remote), remote_alone=True, wait_s=wait_s)
+    return UdpPort((LOOPBACK, local), (LOOPBACK, remote), remote_alone=True, wait_s=_wait_s(counted))
+
+
+def _wait_s(counted: bool) -> float:
+    """How long a datagram is waited for."""
+    return UNDER_WAY_LIMIT_S if counted else 0.0
 
 
 if __name__ == "__main__":

@@ -129,6 +129,29 @@ class FeedData:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LinkEnd:
+    """One end of a link in an isolated run: an inherited UDP socket on a free port, and the port of the other end."""
+
+    fd: int
+    other_port: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IsolatedLinks:
+    """Ends of a vehicle's links in an isolated run, those of one process; None where nobody is at the other end."""
+
+    companion: LinkEnd | None = None
+    """The onboard link, between autopilot and companion."""
+    sensors: LinkEnd | None = None
+    """The payload link, between autopilot and what tells it of obstacles."""
+
+    @property
+    def fds(self) -> list[int]:
+        """What the process inherits."""
+        return [end.fd for end in (self.companion, self.sensors) if end is not None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleData:
     """A vehicle as the world process knows it, and the sockets to its processes."""
 
@@ -150,11 +173,14 @@ class VehicleData:
     """Whether one of its feeds does, to the autopilot."""
     video: bool = False
     """Whether what its camera sees is sent to the ground station."""
+    isolated: IsolatedLinks | None = None
+    """The sensors' end of the payload link; None: on PX4's ports."""
 
     @property
     def fds(self) -> list[int]:
         """All that the world process inherits for this vehicle."""
-        fds = (self.autopilot_fd, self.companion_fd, self.radio_fd, *(feed.fd for feed in self.feeds))
+        links = self.isolated.fds if self.isolated is not None else []
+        fds = (self.autopilot_fd, self.companion_fd, self.radio_fd, *(feed.fd for feed in self.feeds), *links)
         return [fd for fd in fds if fd is not None]
 
 
@@ -229,6 +255,13 @@ class AutopilotConfig(ProcessConfig):
     """Whether it is told of obstacles, on its payload link."""
     video: bool = False
     """Whether what its camera sees is sent to the ground station."""
+    isolated: IsolatedLinks | None = None
+    """The autopilot's ends; None: on PX4's ports."""
+
+    @property
+    def fds(self) -> list[int]:
+        """See ProcessConfig."""
+        return self.isolated.fds if self.isolated is not None else []
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -301,6 +334,13 @@ class CompanionConfig(ProcessConfig):
     """Names of its feeds' shared memory, by feed."""
     inference_latency_us: int
     gcs: tuple[str, int] | None
+    isolated: IsolatedLinks | None = None
+    """The companion's end; None: on PX4's ports."""
+
+    @property
+    def fds(self) -> list[int]:
+        """See ProcessConfig."""
+        return self.isolated.fds if self.isolated is not None else []
 
 
 def written(config: ProcessConfig) -> str:

@@ -19,6 +19,7 @@ from sitl_emu.run.children import STOP_S, Child, end_all, kill, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import CommandEnded, EventTold, Kill, Killed, Listening, Over, Progress, Stop
+from sitl_emu.run.process import EXIT_EXPLAINED
 
 POLL_S = 0.1
 FINISH_S = 20.0
@@ -36,6 +37,10 @@ class Ending:
     home: tuple[float, ...] = ()
     complaint: str = ""
     """What went wrong with a process, for people; empty where nothing did."""
+    accident: bool = False
+    """Whether a process was killed or hung: the machine's doing, not the mission's; another try may go well."""
+    refused: bool = False
+    """Whether a process could not be set up or could not write: the user can put that right."""
 
 
 class Stopped(Exception):
@@ -148,8 +153,10 @@ def _blame(ending: Ending, children: list[Child], lost: str) -> None:
         time.sleep(0.02)
     dead = [child for child in children if child.process.poll() and not child.command and not child.killed]
     if not dead:
-        ending.complaint = lost
+        ending.complaint, ending.accident = lost, True
     else:
         child = min(dead, key=lambda child: child.process.returncode)
         ending.complaint = obituary(child)
+        ending.accident = child.process.returncode < 0
+        ending.refused = child.process.returncode == EXIT_EXPLAINED
     ending.outcome = ending.complaint.splitlines()[0]

@@ -1,16 +1,18 @@
 """An autopilot's UDP sockets: one per MAVLink link, on PX4's ports; and the one wait for all sockets of a process.
 
 As PX4 does, a link sends to its standing remote port until somebody speaks to it, and from then on to whoever spoke
-first, and nobody else until it restarts.
+first, and nobody else until it restarts. In an isolated run a link has a private socket, joined to its companion's, or
+none: then nobody hears what it says, which is counted and logged all the same.
 """
 
 import errno
 import select
 import socket
-from collections.abc import Sequence
-from typing import Generic, Protocol, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from sitl_emu.core.ports import LinkPorts
+from sitl_emu.run.configs import LinkEnd
 
 RECEIVE_BUFFER_BYTES = 4 << 20
 LARGEST_DATAGRAM_BYTES = 8000
@@ -27,6 +29,18 @@ class PortInUseError(Exception):
 
 class DatagramLostError(Exception):
     """A datagram that was announced did not come: the kernel dropped it, or its sender has died."""
+
+
+class PrivateSocket(NamedTuple):
+    """A link's socket in an isolated run, on a free port, and the port of its other end."""
+
+    opened: socket.socket
+    other_port: int
+
+    @classmethod
+    def inherited(cls, end: LinkEnd) -> "PrivateSocket":
+        """What this process was started with."""
+        return cls(socket.socket(fileno=end.fd), end.other_port)
 
 
 class DatagramLink(Protocol):
@@ -67,16 +81,25 @@ class Poll(Generic[Key]):
 class LinkSockets:
     """The sockets of one autopilot, in the order of its links."""
 
-    def __init__(self, links: Sequence[DatagramLink], gcs: tuple[str, int] | None = None) -> None:
-        """Bind all links. `gcs`: another host and port for the ground station. Raises PortInUseError."""
+    def __init__(
+        self,
+        links: Sequence[DatagramLink],
+        gcs: tuple[str, int] | None = None,
+        isolated: Mapping[str, PrivateSocket] | None = None,
+    ) -> None:
+        """Bind all links. `gcs`: another host and port for the ground station. Raises PortInUseError.
+
+        `isolated`: by link, the sockets of an isolated run; other links have none then.
+        """
         self._links = tuple(links)
         self._gcs = gcs
-        self._sockets: list[socket.socket] = []
+        self._isolated = isolated
+        self._sockets: list[socket.socket | None] = []
         self._sent = [0] * len(self._links)
         self.restart(links)
         try:
             for link in self._links:
-                self._sockets.append(_bound(link))
+                self._sockets.append(_bound(link) if isolated is None else _private(isolated.get(link.name)))
         except PortInUseError:
             self.close()
             raise
@@ -85,14 +108,19 @@ class LinkSockets:
         """Serve the same links of an autopilot that has begun anew: its peers are forgotten, the ports stay open."""
         self._links = tuple(links)
         self._spoken_to = [False] * len(self._links)
+        self._standing = [(LOOPBACK, self._remote_port(link)) for link in self._links]
         self._peers = [
-            self._gcs if self._gcs is not None and link.name == "gcs" else (LOOPBACK, link.ports.remote)
-            for link in self._links
+            self._gcs if self._gcs is not None and link.name == "gcs" else standing
+            for link, standing in zip(self._links, self._standing, strict=True)
         ]
 
-    def filenos(self) -> list[int]:
-        """File descriptors, in the order of the links."""
-        return [opened.fileno() for opened in self._sockets]
+    def _remote_port(self, link: DatagramLink) -> int:
+        private = self._isolated.get(link.name) if self._isolated is not None else None
+        return private.other_port if private is not None else link.ports.remote
+
+    def filenos(self) -> dict[int, int]:
+        """File descriptors by the place of their link."""
+        return {place: opened.fileno() for place, opened in enumerate(self._sockets) if opened is not None}
 
     def take_sent(self, index: int) -> int:
         """How many datagrams were sent on a link since this was asked last."""
@@ -106,7 +134,9 @@ class LinkSockets:
         Raises DatagramLostError when they do not come.
         """
         opened, datagrams = self._sockets[index], list[bytes]()
-        announced_by = (LOOPBACK, self._links[index].ports.remote) if exactly is not None else None
+        if opened is None:
+            return datagrams
+        announced_by = self._standing[index] if exactly is not None else None
         timeout_s = 0.0 if exactly is None else UNDER_WAY_LIMIT_S
         if opened.gettimeout() != timeout_s:  # to set it is a system call
             opened.settimeout(timeout_s)
@@ -132,23 +162,39 @@ class LinkSockets:
         """Send what lies in the links' outboxes. A datagram for which there is no room is lost, as on any wire."""
         for index, link in enumerate(self._links):
             if link.outbox:
-                send, peer = self._sockets[index].sendto, self._peers[index]
+                opened, peer = self._sockets[index], self._peers[index]
                 self._sent[index] += len(link.outbox)
-                for data in link.outbox:
-                    try:
-                        send(data, peer)
-                    except OSError as error:
-                        if error.errno not in _TRANSIENT:
-                            raise
+                if opened is not None:
+                    _send(opened, link.outbox, peer)
                 link.outbox.clear()
 
     def close(self) -> None:
         """Free the ports."""
         for opened in self._sockets:
-            opened.close()
+            if opened is not None:
+                opened.close()
 
 
 _TRANSIENT = {errno.EAGAIN, errno.ENOBUFS, errno.ECONNREFUSED, errno.EPERM, errno.ENETUNREACH, errno.EHOSTUNREACH}
+
+
+def _send(opened: socket.socket, datagrams: Sequence[bytes], peer: tuple[str, int]) -> None:
+    send = opened.sendto
+    for data in datagrams:
+        try:
+            send(data, peer)
+        except OSError as error:
+            if error.errno not in _TRANSIENT:
+                raise
+
+
+def _private(private: PrivateSocket | None) -> socket.socket | None:
+    """A private socket made ready, or none."""
+    if private is None:
+        return None
+    private.opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+    private.opened.setblocking(False)
+    return private.opened
 
 
 def _bound(link: DatagramLink) -> socket.socket:

@@ -34,6 +34,9 @@ class Waiting(NamedTuple):
 class Start(NamedTuple):
     """That is ready: an autopilot's simulator, a companion's camera."""
 
+    simulator_port: int = 0
+    """Where an autopilot finds its simulator."""
+
 
 class Ready(NamedTuple):
     """Set up."""

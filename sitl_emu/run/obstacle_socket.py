@@ -11,6 +11,7 @@ import socket
 from sitl_emu.components.obstacle_detector import ObstacleDetector
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
+from sitl_emu.run.link_sockets import PrivateSocket
 from sitl_emu.run.messages import FrameTaken, ObstaclesSeen
 
 LOOPBACK = "127.0.0.1"
@@ -24,15 +25,17 @@ SENSORS: dict[str, int] = {
 class ObstacleSocket:
     """One vehicle's."""
 
-    def __init__(self, instance: int, camera: list[bytes] | None = None) -> None:
+    def __init__(self, instance: int, camera: list[bytes] | None = None, private: PrivateSocket | None = None) -> None:
         """`camera`: what a camera has to send that has this end of the link (`carried.py`), and which then sends ours.
 
-        Raises OSError where the port is in use.
+        `private`: the socket in an isolated run. Raises OSError where the port is in use.
         """
         link = ports.payload(instance)
         self._autopilot, self._camera = (LOOPBACK, link.local), camera
         self._detector = ObstacleDetector(ports.system_id(instance))
-        if camera is None:
+        if private is not None:
+            self._socket, self._autopilot = private.opened, (LOOPBACK, private.other_port)
+        elif camera is None:
             self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self._socket.bind((LOOPBACK, link.remote))
 

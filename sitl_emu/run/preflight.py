@@ -18,8 +18,8 @@ MAX_OWN_OFFBOARD = 8
 """The last instance whose offboard port no other has."""
 
 
-def check(scenario: Scenario, first_instance: int) -> None:
-    """Raise Trouble for the first thing that is in the way."""
+def check(scenario: Scenario, first_instance: int, *, isolated: bool = False) -> None:
+    """Raise Trouble for the first thing that is in the way; `isolated`: as in `wiring.Wanted`."""
     last = first_instance + len(scenario.vehicles) - 1
     if last > LAST_INSTANCE:
         raise Trouble(
@@ -34,8 +34,22 @@ def check(scenario: Scenario, first_instance: int) -> None:
             program = command[0].replace("{python}", sys.executable) if command is not None else None
             if program is not None and shutil.which(program) is None:
                 raise Trouble(f"{what} {vehicle.name}: can't start {program!r}: there is no such program")
+    if isolated:
+        _check_isolation(scenario)
+        return
     _check_sharing(scenario, first_instance)
     _check_ports(scenario, first_instance)
+
+
+def _check_isolation(scenario: Scenario) -> None:
+    """Raise Trouble for what needs PX4's ports to find its vehicle."""
+    for vehicle in scenario.vehicles:
+        for what, part in (("autopilot", vehicle.autopilot), ("companion", vehicle.companion)):
+            if part is not None and part.command is not None:
+                raise Trouble(
+                    f"--isolated: the {what} of {vehicle.name} is a command, which finds its vehicle by PX4's ports; "
+                    "run without it"
+                )
 
 
 def check_video(scenario: Scenario) -> None:

@@ -72,7 +72,7 @@ def write(
             "<h2>Heights</h2>",
             _image(_heights(tracks)),
         ]
-    parts += [_section(section) for page in pages for section in page.sections]
+    parts += [section_html(section) for page in pages for section in page.sections]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
     page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(summary['scenario'])}</title>"
     (folder / "report.html").write_text(f"{page}<style>{STYLE}</style><body>{''.join(parts)}</body></html>\n")
@@ -192,8 +192,8 @@ def _heights(tracks: dict[str, Track]) -> Figure:
     return figure
 
 
-def _section(section: Section) -> str:
-    """A mission's section."""
+def section_html(section: Section) -> str:
+    """A heading with its tables and plots."""
     parts = [_rows(part) if isinstance(part, Table) else _plot(part) for part in section.parts]
     return f"<h2>{html.escape(section.title)}</h2>{''.join(parts)}"
 

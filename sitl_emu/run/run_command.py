@@ -33,38 +33,45 @@ def run_scenario(
     page: bool = False,
     video: bool = False,
     world: str | None = None,
+    isolated: bool = False,
 ) -> int:
     """Run a scenario; the exit status.
 
     `page`: with a page for the browser, which goes on after the run until Ctrl-C. `video`: what its cameras see is sent
-    to the ground station. `world`: a kind or file that takes the place of the scenario's. Raises Trouble for what the
-    user can put right.
+    to the ground station. `world`: a kind or file that takes the place of the scenario's. `isolated`: without a ground
+    station, on none of PX4's ports. Raises Trouble for what the user can put right.
     """
     path = find(name_or_file)
     scenario = load(path) if world is None else in_world(load(path), world)
     seed = scenario.seed if seed is None else seed
     built = checks.check(scenario, seed, path)
-    preflight.check(scenario, first_instance)
+    preflight.check(scenario, first_instance, isolated=isolated)
     if video:
         preflight.check_video(scenario)
-    console = Console()
     folder = make_folder(out, scenario.name)
+    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video, isolated)
+    console = Console()
+    write_inputs(wanted, built)
+    for line in worlds.not_read(built):
+        console.print(line, markup=False, highlight=False)
+    with opening.page_of(folder, console) if page else contextlib.nullcontext():
+        return fly(wanted, built, console)[0]
+
+
+def write_inputs(wanted: wiring.Wanted, world: World) -> None:
+    """Write what a run needs into its folder: scenario, world, calibrations, plans; options follow. Raises Trouble."""
+    scenario, seed, folder = wanted.scenario, wanted.seed, wanted.folder
     as_run = {**scenario.model_dump(mode="json"), "seed": seed}
     if worlds.is_file(scenario.world.kind):
         as_run["world"] = worlds.KEPT_AS
     try:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
-        worlds.keep(built, folder)
+        worlds.keep(world, folder)
         checks.write_calibrations(scenario.vehicles, folder)
-        _prepare_missions(scenario, built, folder, seed)
+        _prepare_missions(scenario, world, folder, seed)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
-    for line in worlds.not_read(built):
-        console.print(line, markup=False, highlight=False)
-    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video)
-    with opening.page_of(folder, console) if page else contextlib.nullcontext():
-        return _run(wanted, built, console)
 
 
 def in_world(scenario: Scenario, world: str) -> Scenario:
@@ -73,8 +80,8 @@ def in_world(scenario: Scenario, world: str) -> Scenario:
     return scenario.model_copy(update={"world": WorldPart(kind=world, options=options)})
 
 
-def _run(wanted: wiring.Wanted, world: World, console: Console) -> int:
-    """From the first process to the report; the exit status."""
+def fly(wanted: wiring.Wanted, world: World, console: Console) -> tuple[int, launcher.Ending]:
+    """From the first process to the report; the exit status, and how it ended. Raises Trouble."""
     scenario, seed, folder = wanted.scenario, wanted.seed, wanted.folder
     view = open_view(f"{scenario.name}, seed {seed}", console)
     try:
@@ -91,7 +98,7 @@ def _run(wanted: wiring.Wanted, world: World, console: Console) -> int:
     except OSError as error:
         raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
     _tell(console, folder, summary, ending)
-    return score.exit_status(summary)
+    return score.exit_status(summary), ending
 
 
 def scenario_lines() -> list[str]:

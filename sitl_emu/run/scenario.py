@@ -96,6 +96,11 @@ def find(name_or_file: str) -> Path:
 
 def load(path: Path) -> Scenario:
     """Read and check a scenario file. Raises ScenarioError."""
+    return checked(read(path), path)
+
+
+def read(path: Path) -> dict[str, Any]:
+    """What a scenario file says, unchecked. Raises ScenarioError where it is no mapping."""
     try:
         data = yaml.safe_load(path.read_text())
     except OSError as error:
@@ -104,6 +109,11 @@ def load(path: Path) -> Scenario:
         raise ScenarioError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict):
         raise ScenarioError(f"{path}: a scenario is a mapping with the fields {', '.join(Scenario.model_fields)}")
+    return data
+
+
+def checked(data: dict[str, Any], path: Path) -> Scenario:
+    """A scenario from what its file says; `path`: of the file, beside which others are named. Raises ScenarioError."""
     try:
         scenario = Scenario.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:

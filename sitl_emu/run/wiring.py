@@ -26,6 +26,8 @@ from sitl_emu.run.configs import (
     CameraConfig,
     CompanionConfig,
     FeedData,
+    IsolatedLinks,
+    LinkEnd,
     ProcessConfig,
     RangeConfig,
     RingData,
@@ -54,6 +56,8 @@ class Wanted(NamedTuple):
     first_instance: int = 0
     video: bool = False
     """Whether what cameras see is sent to the ground station."""
+    isolated: bool = False
+    """Whether it keeps to itself: no ground station, none of PX4's ports, so that many runs go on side by side."""
 
 
 class Process(NamedTuple):
@@ -103,6 +107,12 @@ class Sockets:
         self.opened.append(radio)
         radio.bind((LOOPBACK, 0))
         return radio
+
+    def link(self) -> tuple[LinkEnd, LinkEnd]:
+        """Both ends of a link of UDP datagrams, on free ports."""
+        one, other = self.radio(), self.radio()
+        one_port, other_port = one.getsockname()[1], other.getsockname()[1]
+        return LinkEnd(fd=one.fileno(), other_port=other_port), LinkEnd(fd=other.fileno(), other_port=one_port)
 
     def shared_fd(self) -> int:
         """Memory of the cameras, one for all: without a name, and gone with the last process that holds it."""
@@ -173,12 +183,13 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
     radio = sockets.radio() if has_radio and companion is not None else None
     radio_port = radio.getsockname()[1] if radio is not None else None
     processes, command = list[Process](), None
+    links = _links(wanted, vehicle, sockets)
     outside = _outside_autopilot(wanted, instance, vehicle) if vehicle.autopilot is not None else None
-    autopilot_fd = None if outside is not None else _autopilot(wanted, instance, vehicle, sockets, processes)
+    autopilot_fd = None if outside is not None else _autopilot(wanted, instance, vehicle, links, sockets, processes)
     feeds = _feeds(wanted, instance, vehicle, sockets, processes)
     companion_fd = None
     if companion is not None and companion.mission is not None:
-        companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, sockets, processes)
+        companion_fd = _companion(wanted, instance, vehicle, companion, radio_port, links, sockets, processes)
     elif companion is not None:
         words = _words(wanted, instance, vehicle, radio_port)
         arguments = [filled(argument, words) for argument in companion.command or ()]
@@ -197,8 +208,29 @@ def _member(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Socket
         feeds=feeds,
         tells_obstacles=vehicle.tells_obstacles,
         video=_sends_video(wanted, vehicle),
+        isolated=links.world,
     )
     return Member(data, processes, outside, command)
+
+
+class _Links(NamedTuple):
+    """The ends of a vehicle's links in an isolated run, by the process that holds them; None in any other run."""
+
+    autopilot: IsolatedLinks | None = None
+    companion: IsolatedLinks | None = None
+    world: IsolatedLinks | None = None
+
+
+def _links(wanted: Wanted, vehicle: VehiclePart, sockets: Sockets) -> _Links:
+    if not wanted.isolated:
+        return _Links()
+    onboard = sockets.link() if vehicle.companion is not None else (None, None)
+    payload = sockets.link() if vehicle.tells_obstacles else (None, None)
+    return _Links(
+        IsolatedLinks(companion=onboard[0], sensors=payload[0]),
+        IsolatedLinks(companion=onboard[1]),
+        IsolatedLinks(sensors=payload[1]),
+    )
 
 
 def _sends_video(wanted: Wanted, vehicle: VehiclePart) -> bool:
@@ -262,7 +294,9 @@ def remove_rings(wanted: Wanted) -> None:
             frame_ring.remove_if_left(ring)
 
 
-def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Sockets, processes: list[Process]) -> int:
+def _autopilot(
+    wanted: Wanted, instance: int, vehicle: VehiclePart, links: _Links, sockets: Sockets, processes: list[Process]
+) -> int:
     world_end, end = sockets.channel()
     config = AutopilotConfig(
         folder=str(wanted.folder),
@@ -275,6 +309,7 @@ def _autopilot(wanted: Wanted, instance: int, vehicle: VehiclePart, sockets: Soc
         gcs=wanted.gcs,
         tells_obstacles=vehicle.tells_obstacles,
         video=_sends_video(wanted, vehicle),
+        isolated=links.autopilot,
     )
     processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))
     return world_end.fileno()
@@ -343,6 +378,7 @@ def _companion(
     vehicle: VehiclePart,
     companion: CompanionPart,
     radio_port: int | None,
+    links: _Links,
     sockets: Sockets,
     processes: list[Process],
 ) -> int:
@@ -361,6 +397,7 @@ def _companion(
         rings=_rings(vehicle),
         inference_latency_us=round(companion.inference_latency_s * 1e6),
         gcs=wanted.gcs,
+        isolated=links.companion,
     )
     processes.append(Process(f"companion {vehicle.name}", "companion_process", config, end))
     return world_end.fileno()

@@ -1,7 +1,8 @@
 """The world process of a run: holds the world, the simulators and the radio, and beats time at the asked speed.
 
 The only process of a run that looks at a clock to pace it; all others follow. Its sockets are the simulator's TCP
-4560+i (`tcp_channel.py`), the radio's and the control channels, which it inherits from the launcher.
+4560+i (`tcp_channel.py`; in an isolated run any free port), the radio's and the control channels, which it inherits
+from the launcher.
 """
 
 import math
@@ -21,7 +22,7 @@ from sitl_emu.run.configs import ROOTFS, VehicleData, WorldConfig
 from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostError, inherited
 from sitl_emu.run.faults import Injector, Timeline, said
 from sitl_emu.run.feed_in_run import FeedInRun
-from sitl_emu.run.link_sockets import PortInUseError
+from sitl_emu.run.link_sockets import PortInUseError, PrivateSocket
 from sitl_emu.run.messages import (
     CommandEnded,
     End,
@@ -106,7 +107,7 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
 
     recorder = RunRecorder(Path(config.folder), names, hear)
     try:
-        listeners = [SimulatorListener(ports.simulator(vehicle.instance)) for vehicle in config.vehicles]
+        listeners = [SimulatorListener(_simulator_port(vehicle)) for vehicle in config.vehicles]
     except OSError as error:
         raise StartError(error.strerror or str(error)) from None
     launcher.send(Listening(world.truth(0.0), world.home))
@@ -132,6 +133,11 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     finally:
         recorder.close()
     launcher.send(over._replace(figures=_figures(conductor, stopwatch) if conductor is not None else None))
+
+
+def _simulator_port(data: VehicleData) -> int:
+    """Where the autopilot is to find its simulator; 0: on any free port."""
+    return ports.simulator(data.instance) if data.isolated is None else 0
 
 
 def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
@@ -161,7 +167,7 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
     else:
         autopilot = inherited(data.autopilot_fd, f"autopilot {name}")
         autopilot.expect(Waiting)
-        autopilot.send(Start())
+        autopilot.send(Start(listener.port))
         channel = listener.accept(START_LIMIT_S)
         channel.limit_answers(BARRIER_LIMIT_S)
         vehicle = VehicleInRun(name, simulator, channel)
@@ -183,7 +189,9 @@ def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: Simulator
     if data.tells_obstacles:
         try:
             sender = carried.on_payload_link if carried is not None else None
-            vehicle.obstacle_link = ObstacleSocket(data.instance, sender)
+            end = data.isolated.sensors if data.isolated is not None else None
+            private = PrivateSocket.inherited(end) if end is not None else None
+            vehicle.obstacle_link = ObstacleSocket(data.instance, sender, private)
         except OSError as error:
             raise StartError(f"UDP port {ports.payload(data.instance).remote}: {error.strerror}") from None
     if data.radio_fd is not None:

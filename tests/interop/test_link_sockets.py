@@ -41,7 +41,7 @@ class Bench:
         self.wire = Wire(free_port(), int(self.standing.getsockname()[1]))
         self.sockets = LinkSockets([self.wire])
         self.poll: Poll[str] = Poll()
-        for fileno in self.sockets.filenos():
+        for fileno in self.sockets.filenos().values():
             self.poll.watch(fileno, self.wire.name)
         self.address = ("127.0.0.1", self.wire.ports.local)
 

@@ -17,6 +17,7 @@ CLOCK_FILES = {
     "sitl_emu/run/pacing.py": "paces a tick",
     "sitl_emu/run/world_process.py": "paces a run",
     "sitl_emu/run/children.py": "gives processes time to end",
+    "sitl_emu/run/campaign/flight.py": "says how long a run took",
     "sitl_emu/run/camera_process.py": "stamps video",
     "sitl_emu/run/launcher.py": "gives the world time to say how it ends",
     "sitl_emu/run/run_command.py": "names a run's folder",
