@@ -194,7 +194,7 @@ def _add_thing(stage: Stage, thing: Thing, terrain: Terrain, seed: int) -> Mover
     if thing.height_m > 0.0:
         at = (thing.north_m, thing.east_m, down - thing.above_ground_m)
         turn = turned(math.radians(thing.heading_deg))
-        row = stage.place(stage.add_model(_standing(thing, seed)), number, at, turn)
+        row = stage.place(_add_standing(stage, thing, seed), number, at, turn)
     else:
         plan, triangles = surface_mesh.patch_plan(thing)
         corners = surface_mesh.draped(plan, terrain, thing.north_m, thing.east_m) - (0.0, 0.0, down)
@@ -219,18 +219,26 @@ def _corner_order(thing: Thing) -> npt.NDArray[np.int32]:
     return surface_mesh.patch_plan(thing)[1].reshape(-1)
 
 
-def _standing(thing: Thing, seed: int) -> Model:
-    """What a thing with a height looks like, by its label; unknown ones are the cylinder that they are."""
+def _add_standing(stage: Stage, thing: Thing, seed: int) -> tuple[int, int]:
+    """What a thing with a height looks like, by its label, as a mesh; unknown ones are the cylinder that they are."""
     radius, height = thing.radius_m, thing.height_m
     label = thing.label
+    fine, *coarser = furniture.DETAILS
     if "person" in label or label in ("worker", "pedestrian", "survivor", "victim"):
-        return furniture.person(height, thing.colour, seed + thing.seed)
+        figures = [furniture.person(height, thing.colour, seed + thing.seed, each) for each in (fine, *coarser)]
+        return stage.add_model(figures[0], *zip(figures[1:], furniture.PERSON_ERRORS_M, strict=True))
+    draws = None
     if "truck" in label or label in ("lorry", "van"):
-        return furniture.truck(2.0 * radius, thing.colour)
-    if "car" in label.split("_") or label == "vehicle":
-        return furniture.car(2.0 * radius, thing.colour)
+        draws = furniture.truck
+    elif "car" in label.split("_") or label == "vehicle":
+        draws = furniture.car
+    if draws is not None:
+        vehicles = [draws(2.0 * radius, thing.colour, each) for each in (fine, *coarser)]
+        return stage.add_model(vehicles[0], *zip(vehicles[1:], furniture.VEHICLE_ERRORS_M, strict=True))
     if "tree" in label:
-        return furniture.tree(height, radius, seed + thing.seed, is_conifer="conifer" in label)
+        return stage.add_model(furniture.tree(height, radius, seed + thing.seed, is_conifer="conifer" in label))
     if "stop_sign" in label or label == "stop sign":
-        return furniture.stop_sign(height)
-    return lathe(((0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)), 24, NUMBER["cloth"], thing.colour)
+        return stage.add_model(furniture.stop_sign(height))
+    return stage.add_model(
+        lathe(((0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)), 24, NUMBER["cloth"], thing.colour)
+    )

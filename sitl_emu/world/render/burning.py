@@ -44,7 +44,7 @@ def arrival_s(fire: Fire, described: WorldDescription, north: F64, east: F64) ->
 def map_of(described: WorldDescription, frame: Frame) -> FireMap:
     """Of all fires, over the ground map's part of the world."""
     if not described.fires:
-        return FireMap(np.zeros((1, 1, 3), np.float32), np.zeros(3, np.float32))
+        return FireMap(np.zeros((1, 1, 2), np.float32), np.zeros((1, 1), np.float32), np.zeros(3, np.float32))
     cell = max(CELL_M, frame.gsd_m)
     rows, columns = round(frame.rows * frame.gsd_m / cell), round(frame.columns * frame.gsd_m / cell)
     north = frame.north0_m + cell * (np.arange(rows) + 0.5)
@@ -60,4 +60,4 @@ def map_of(described: WorldDescription, frame: Frame) -> FireMap:
     reach = 2 * math.ceil(RAGGED_M / cell) + 1
     soonest = cv2.erode(begins.astype(np.float32), np.ones((reach, reach), np.uint8))
     corner = np.array((frame.north0_m, frame.east0_m, cell), np.float32)
-    return FireMap(np.stack((begins, ends, soonest), axis=2).astype(np.float32), corner)
+    return FireMap(np.stack((begins, ends), axis=2).astype(np.float32), np.asarray(soonest, np.float32), corner)

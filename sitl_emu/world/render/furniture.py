@@ -2,13 +2,13 @@
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.render.material import NUMBER
 from sitl_emu.world.render.model import (
-    WHITE,
     Colour,
     Model,
     box,
@@ -19,7 +19,7 @@ from sitl_emu.world.render.model import (
     lathe,
     merged,
     moved,
-    of_triangles,
+    of_planes,
 )
 
 F64 = npt.NDArray[np.float64]
@@ -34,12 +34,42 @@ PERSON_M = 1.75
 """Height of the figure that others are scaled from."""
 
 
-def _limb(start: tuple[float, float, float], end: tuple[float, float, float], radius: float, tint: Colour) -> Model:
+class Detail(NamedTuple):
+    """How finely something round is made."""
+
+    limb: int
+    sides: int
+    rings: int
+    wheel: tuple[int, int]
+    """Sides of tyre and rim; a rim of none is not there."""
+    swells: float
+    """How much thicker a body of so few sides is, to fill as much of a picture as one of many."""
+
+
+DETAILS = (Detail(7, 10, 6, (14, 10), 1.0), Detail(4, 6, 4, (8, 6), 1.06), Detail(3, 4, 3, (5, 0), 1.18))
+"""The finest first."""
+PERSON_ERRORS_M, VEHICLE_ERRORS_M = (0.018, 0.05), (0.03, 0.10)
+"""How far the coarser ones lie from it, about: of a torso's and of a wheel's radius."""
+SKIN, TOP, LEGS, HAIR_, COAT = ((-float(k), 0.0, 0.0) for k in range(1, 6))
+"""Colours that `_dressed` puts in."""
+
+
+def _dressed(model: Model, colours: dict[Colour, Colour]) -> Model:
+    """A shape that many share, in colours of its own."""
+    tints = model.tints.copy()
+    for number, colour in colours.items():
+        tints[model.tints[:, 0] == number[0]] = colour
+    return Model(model.corners, model.uv, model.triangles, model.normals, model.materials, tints)
+
+
+def _limb(
+    start: tuple[float, float, float], end: tuple[float, float, float], radius: float, tint: Colour, detail: Detail
+) -> Model:
     """A tapered limb between two points (north, east, up)."""
     a, b = np.array(start), np.array(end)
-    length = float(np.linalg.norm(b - a))
-    rod = lathe(((0.0, 0.0), (radius * 0.8, 0.01), (radius, length * 0.7), (radius * 0.9, length), (0.0, length)), 7,
-                CLOTH, tint)  # fmt: skip
+    length, radius = float(np.linalg.norm(b - a)), radius * detail.swells
+    rod = lathe(((0.0, 0.0), (radius * 0.8, 0.01), (radius, length * 0.7), (radius * 0.9, length), (0.0, length)),
+                detail.limb, CLOTH, tint)  # fmt: skip
     along = (b - a) * (1.0, 1.0, -1.0) / length
     side = cross(along, np.array((1.0, 0.0, 0.0) if abs(along[0]) < 0.9 else (0.0, 1.0, 0.0)))
     side /= np.linalg.norm(side)
@@ -48,31 +78,44 @@ def _limb(start: tuple[float, float, float], end: tuple[float, float, float], ra
     return moved(rod, a * (1.0, 1.0, -1.0), turn)
 
 
-def person(height_m: float, colour: Colour, seed: int) -> Model:
+def person(height_m: float, colour: Colour, seed: int, detail: Detail = DETAILS[0]) -> Model:
     """Somebody in mid-step, in a top of a colour."""
     rng = np.random.default_rng((seed, 1))
     skin, legs, hair = (palette[int(rng.integers(len(palette)))] for palette in (SKINS, TROUSERS, HAIR))
-    step = float(rng.uniform(0.03, 0.22))
+    # One of a few steps, whose shapes are made once
+    step = round(0.03 + 0.0238 * round(float(rng.uniform(0.0, 8.0))), 4)
+    whole = _dressed(_figure(step, detail), {SKIN: skin, TOP: colour, LEGS: legs, HAIR_: hair})
+    return _scaled(whole, height_m / PERSON_M)
+
+
+@functools.lru_cache(maxsize=32)
+def _figure(step: float, detail: Detail) -> Model:
+    """A person of PERSON_M whose feet are twice `step` apart."""
+
+    def ball(at: tuple[float, float, float], radii: tuple[float, float, float], tint: Colour) -> Model:
+        across = (radii[0] * detail.swells, radii[1] * detail.swells, radii[2])
+        return moved(ellipsoid(across, CLOTH, tint, detail.sides, detail.rings), (at[0], at[1], -at[2]))
+
     parts = [
-        moved(ellipsoid((0.105, 0.085, 0.125), CLOTH, skin), (0.0, 0.0, -1.60)),
-        moved(ellipsoid((0.112, 0.092, 0.10), CLOTH, hair), (-0.015, 0.0, -1.655)),
-        _limb((0.0, 0.0, 1.42), (0.0, 0.0, 1.53), 0.055, skin),
-        moved(ellipsoid((0.125, 0.205, 0.20), CLOTH, colour), (0.0, 0.0, -1.30)),
-        moved(ellipsoid((0.115, 0.165, 0.24), CLOTH, colour), (0.0, 0.0, -1.08)),
-        moved(ellipsoid((0.12, 0.17, 0.14), CLOTH, legs), (0.0, 0.0, -0.92)),
+        ball((0.0, 0.0, 1.60), (0.105, 0.085, 0.125), SKIN),
+        ball((-0.015, 0.0, 1.655), (0.112, 0.092, 0.10), HAIR_),
+        _limb((0.0, 0.0, 1.42), (0.0, 0.0, 1.53), 0.055, SKIN, detail),
+        ball((0.0, 0.0, 1.30), (0.125, 0.205, 0.20), TOP),
+        ball((0.0, 0.0, 1.08), (0.115, 0.165, 0.24), TOP),
+        ball((0.0, 0.0, 0.92), (0.12, 0.17, 0.14), LEGS),
     ]
     for side in (-1.0, 1.0):
         ahead = side * step
         knee = (0.5 * ahead + 0.03, side * 0.09, 0.50)
         foot = (ahead, side * 0.09, 0.06)
-        parts += [_limb((0.0, side * 0.09, 0.92), knee, 0.085, legs), _limb(knee, foot, 0.062, legs)]
-        parts.append(moved(ellipsoid((0.13, 0.05, 0.045), CLOTH, RUBBER), (foot[0] + 0.05, foot[1], -0.045)))
+        parts += [_limb((0.0, side * 0.09, 0.92), knee, 0.085, LEGS, detail), _limb(knee, foot, 0.062, LEGS, detail)]
+        parts.append(ball((foot[0] + 0.05, foot[1], 0.045), (0.13, 0.05, 0.045), RUBBER))
         elbow = (-0.5 * ahead, side * 0.27, 1.14)
         hand = (-ahead + 0.05, side * 0.26, 0.90)
-        parts += [_limb((0.0, side * 0.20, 1.42), elbow, 0.055, colour), _limb(elbow, hand, 0.042, skin)]
-        parts.append(moved(ellipsoid((0.045, 0.03, 0.07), CLOTH, skin), (hand[0], hand[1], -0.86)))
-    whole = merged(parts)
-    return _scaled(whole, height_m / PERSON_M)
+        parts.append(_limb((0.0, side * 0.20, 1.42), elbow, 0.055, TOP, detail))
+        parts.append(_limb(elbow, hand, 0.042, SKIN, detail))
+        parts.append(ball((hand[0], hand[1], 0.86), (0.045, 0.03, 0.07), SKIN))
+    return merged(parts)
 
 
 def _scaled(model: Model, by: float) -> Model:
@@ -81,15 +124,16 @@ def _scaled(model: Model, by: float) -> Model:
 
 
 @functools.lru_cache(maxsize=16)
-def wheel(radius: float, width: float) -> Model:
-    """Its axle east to west, about its middle."""
-    tyre = lathe(((0.0, -width / 2), (radius * 0.9, -width / 2), (radius, -width / 4), (radius, width / 4),
-                  (radius * 0.9, width / 2), (0.0, width / 2)), 14, CLOTH, RUBBER)  # fmt: skip
-    rim = lathe(((radius * 0.58, -width / 2 - 0.01), (radius * 0.58, width / 2 + 0.01), (0.0, width / 2 - 0.02)), 10,
-                CLOTH, GREY)  # fmt: skip
-    other = lathe(((0.0, -width / 2 + 0.02), (radius * 0.58, -width / 2 - 0.01)), 10, CLOTH, GREY)
+def wheel(radius: float, width: float, sides: tuple[int, int] = DETAILS[0].wheel) -> Model:
+    """Its axle east to west, about its middle; `sides` of tyre and rim."""
+    parts = [lathe(((0.0, -width / 2), (radius * 0.9, -width / 2), (radius, -width / 4), (radius, width / 4),
+                    (radius * 0.9, width / 2), (0.0, width / 2)), sides[0], CLOTH, RUBBER)]  # fmt: skip
+    if sides[1]:
+        parts.append(lathe(((radius * 0.58, -width / 2 - 0.01), (radius * 0.58, width / 2 + 0.01),
+                            (0.0, width / 2 - 0.02)), sides[1], CLOTH, GREY))  # fmt: skip
+        parts.append(lathe(((0.0, -width / 2 + 0.02), (radius * 0.58, -width / 2 - 0.01)), sides[1], CLOTH, GREY))
     onto_side = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)))
-    return moved(merged((tyre, rim, other)), (0.0, 0.0, 0.0), onto_side)
+    return moved(merged(parts), (0.0, 0.0, 0.0), onto_side)
 
 
 def _slab(
@@ -111,17 +155,23 @@ def _slab(
     return hull(points, PAINT, tint)
 
 
-def car(length_m: float, colour: Colour) -> Model:
-    """A saloon: body, glass house, wheels, lights. Proportions of a 4.4 m car."""
+def car(length_m: float, colour: Colour, detail: Detail = DETAILS[0]) -> Model:
+    """A saloon: body, glass house, wheels, lights."""
+    return _scaled(_dressed(_saloon(detail), {COAT: colour}), length_m / 4.4)
+
+
+@functools.lru_cache(maxsize=len(DETAILS))
+def _saloon(detail: Detail) -> Model:
+    """Of 4.4 m."""
     body = _slab(
         [(2.16, 0.28), (2.20, 0.55), (2.05, 0.72), (0.95, 0.93), (-1.55, 0.98), (-2.15, 0.92), (-2.20, 0.50),
          (-2.12, 0.28)],
-        0.84, 0.86, 0.12, colour,
+        0.84, 0.86, 0.12, COAT,
     )  # fmt: skip
     roof = hull(
         [(n, e * s, -h) for n, e, h in ((0.42, 0.56, 1.40), (-1.02, 0.57, 1.40), (0.30, 0.55, 1.44), (-0.9, 0.55, 1.44),
                                         (0.52, 0.60, 1.36), (-1.15, 0.60, 1.36)) for s in (-1, 1)],
-        PAINT, colour,
+        PAINT, COAT,
     )  # fmt: skip
     house = hull(
         [(n, e * s, -h) for s in (-1, 1)
@@ -135,20 +185,26 @@ def car(length_m: float, colour: Colour) -> Model:
             ends = ((0.745, 0.93, lean), (0.575, 1.39, 0.0))
             pillar = [(north + dn + dt, side * (e + de), -h)
                       for dn in (-0.035, 0.035) for de in (0.0, 0.02) for e, h, dt in ends]  # fmt: skip
-            parts.append(hull(pillar, PAINT, colour))
+            parts.append(hull(pillar, PAINT, COAT))
         for north in (1.35, -1.33):
-            parts.append(moved(wheel(0.32, 0.21), (north, side * 0.77, -0.32)))
+            parts.append(moved(wheel(0.32, 0.21, detail.wheel), (north, side * 0.77, -0.32)))
         lamp = [(2.17, side * 0.60, -0.66), (2.17, side * 0.78, -0.66), (2.19, side * 0.60, -0.56),
                 (2.12, side * 0.84, -0.57), (2.0, side * 0.7, -0.6)]  # fmt: skip
         parts.append(hull(lamp, CLOTH, (0.95, 0.95, 0.92)))
         parts.append(moved(box((0.05, 0.30, 0.10), CLOTH, (0.55, 0.03, 0.04)), (-2.18, side * 0.62, -0.80)))
     parts.append(moved(box((0.04, 1.2, 0.14), CLOTH, (0.08, 0.08, 0.09)), (2.17, 0.0, -0.42)))
-    return _scaled(merged(parts), length_m / 4.4)
+    return merged(parts)
 
 
-def truck(length_m: float, colour: Colour) -> Model:
-    """A delivery truck of 7 m: cab, load box, wheels."""
-    cab = _slab([(3.45, 0.45), (3.48, 1.25), (3.15, 2.35), (1.75, 2.45), (1.75, 0.45)], 1.08, 1.02, 0.1, colour)
+def truck(length_m: float, colour: Colour, detail: Detail = DETAILS[0]) -> Model:
+    """A delivery truck: cab, load box, wheels."""
+    return _scaled(_dressed(_box_truck(detail), {COAT: colour}), length_m / 7.0)
+
+
+@functools.lru_cache(maxsize=len(DETAILS))
+def _box_truck(detail: Detail) -> Model:
+    """Of 7 m."""
+    cab = _slab([(3.45, 0.45), (3.48, 1.25), (3.15, 2.35), (1.75, 2.45), (1.75, 0.45)], 1.08, 1.02, 0.1, COAT)
     load = moved(box((5.0, 2.3, 2.35), PAINT, (0.88, 0.88, 0.86)), (-0.95, 0.0, -2.10))
     frame = moved(box((6.2, 1.0, 0.3), CLOTH, RUBBER), (-0.2, 0.0, -0.72))
     screen = face([(3.49, -0.92, -1.32), (3.49, 0.92, -1.32), (3.20, 0.90, -2.22), (3.20, -0.90, -2.22)],
@@ -157,10 +213,10 @@ def truck(length_m: float, colour: Colour) -> Model:
     for side in (-1.0, 1.0):
         pane = hull([(2.9, side * 1.05, -1.35), (2.15, side * 1.06, -1.35), (2.75, side * 1.045, -2.15),
                      (2.15, side * 1.045, -2.15), (2.5, side * 1.0, -1.7)], GLASS)  # fmt: skip
-        parts += [pane, moved(wheel(0.46, 0.3), (2.4, side * 0.97, -0.46))]
-        parts += [moved(wheel(0.46, 0.3), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
+        parts += [pane, moved(wheel(0.46, 0.3, detail.wheel), (2.4, side * 0.97, -0.46))]
+        parts += [moved(wheel(0.46, 0.3, detail.wheel), (north, side * 0.92, -0.46)) for north in (-1.8, -2.8)]
         parts.append(moved(box((0.05, 0.3, 0.16), CLOTH, (0.95, 0.95, 0.9)), (3.47, side * 0.8, -0.75)))
-    return _scaled(merged(parts), length_m / 7.0)
+    return merged(parts)
 
 
 def _cos_sin(angles: F64) -> tuple[F64, F64]:
@@ -218,12 +274,11 @@ def _tufts(
     along, across = _cos_sin(1.2566 * np.arange(5.0))
     spokes = along[:, None] * side[:, None] + across[:, None] * other[:, None]
     rim = at[:, None] + (size[:, None] * rng.uniform(0.7, 1.25, (count, 5)))[:, :, None] * spokes
-    points = rim[:, [0, 1, 2, 0, 2, 3, 0, 3, 4]].reshape(-1, 3) * (1.0, 1.0, -1.0)
-    leaves = of_triangles(points, np.arange(len(points)), LEAVES, WHITE, 1.1)
-    lit = np.repeat(outward * (1.0, 1.0, -1.0), 3, axis=0).astype(np.float32)
+    upright = (1.0, 1.0, -1.0)
+    fan = 5 * np.arange(count)[:, None, None] + ((0, 1, 2), (0, 2, 3), (0, 3, 4))
+    lit = np.repeat(outward * upright, 3, axis=0).astype(np.float32)
     tints = np.repeat(np.clip(green * shade[:, None], 0.02, 1.0), 3, axis=0).astype(np.float32)
-    kept = len(leaves.triangles)
-    return Model(leaves.corners, leaves.uv, leaves.triangles, lit[:kept], leaves.materials, tints[:kept])
+    return of_planes(rim * upright, fan, cross(other * upright, side * upright), LEAVES, lit, tints, 1.1)
 
 
 def tree(

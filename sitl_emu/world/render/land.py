@@ -6,8 +6,10 @@ Water shows the ground, too; the same loops colour what lies under it.
 import numpy as np
 
 from sitl_emu.world.render.burning import EMBERS_S
-from sitl_emu.world.render.kernel import HALF, ONE, ZERO, f4, i4, part, streamed, u4
+from sitl_emu.world.render.kernel import F32, HALF, ONE, ZERO, f4, i4, inlined, part, streamed, u4
 from sitl_emu.world.render.maps import (
+    BY_STEPS,
+    SIXTEEN,
     FireMap,
     GroundMap,
     Relief,
@@ -33,12 +35,13 @@ ROOT_HALF = f4(0.7071)
 """Two patterns together vary as one."""
 FADES_1_M = f4(0.07)
 """How fast the ground's map gives way to far land before its border."""
+SPAN = 128
+"""Pixels in a row of which all are spared what none of them needs."""
 
 
 @streamed
-def find_relief(b: Block, n: int, relief: Relief) -> None:
-    """The ground's height and rise at each place, and how open its sky is."""
-    frame, grid = relief.frame, relief.grid
+def find_height(b: Block, n: int, frame: F32, grid: F32, found: F32) -> None:
+    """A grid of heights at each place: a column of `b`."""
     by_spacing = ONE / frame[2]
     last_row, last_column = f4(grid.shape[0] - 1) - f4(0.001), f4(grid.shape[1] - 1) - f4(0.001)
     for p in range(n):
@@ -48,23 +51,39 @@ def find_relief(b: Block, n: int, relief: Relief) -> None:
         y -= f4(row)
         x -= f4(column)
         w3 = x * y
-        w1, w2 = x - w3, y - w3
-        w0 = ONE - w1 - w2 - w3
         i, j, k, m = u4(row), u4(row + 1), u4(column), u4(column + 1)
-        b.height[p] = grid[i, k, 0] * w0 + grid[i, m, 0] * w1 + grid[j, k, 0] * w2 + grid[j, m, 0] * w3
-        b.rise_n[p] = grid[i, k, 1] * w0 + grid[i, m, 1] * w1 + grid[j, k, 1] * w2 + grid[j, m, 1] * w3
-        b.rise_e[p] = grid[i, k, 2] * w0 + grid[i, m, 2] * w1 + grid[j, k, 2] * w2 + grid[j, m, 2] * w3
-        shut = grid[i, k, 3] * w0 + grid[i, m, 3] * w1 + grid[j, k, 3] * w2 + grid[j, m, 3] * w3
-        b.open[p] = shut + b.down[p]
+        low = grid[i, k] * (ONE - x - y + w3) + grid[i, m] * (x - w3)
+        found[p] = low + grid[j, k] * (y - w3) + grid[j, m] * w3
+
+
+@inlined
+def _rises(slopes: np.uint32) -> tuple[np.float32, np.float32]:
+    return f4(i4(slopes << SIXTEEN) >> i4(16)), f4(i4(slopes) >> i4(16))
 
 
 @streamed
-def slope(b: Block, n: int) -> None:
+def slope(b: Block, n: int, relief: Relief) -> None:
     """The ground's normal."""
-    for i in range(n):
-        north, east = b.rise_n[i], b.rise_e[i]
+    frame, grid = relief.frame, relief.slopes
+    by_spacing = ONE / frame[2]
+    last_row, last_column = f4(grid.shape[0] - 1) - f4(0.001), f4(grid.shape[1] - 1) - f4(0.001)
+    for p in range(n):
+        y = min(max((b.north[p] - frame[0]) * by_spacing, ZERO), last_row)
+        x = min(max((b.east[p] - frame[1]) * by_spacing, ZERO), last_column)
+        row, column = i4(y), i4(x)
+        y -= f4(row)
+        x -= f4(column)
+        w3 = x * y
+        w0, w1, w2 = ONE - x - y + w3, x - w3, y - w3
+        i, j, k, m = u4(row), u4(row + 1), u4(column), u4(column + 1)
+        n0, e0 = _rises(grid[i, k])
+        n1, e1 = _rises(grid[i, m])
+        n2, e2 = _rises(grid[j, k])
+        n3, e3 = _rises(grid[j, m])
+        north = (n0 * w0 + n1 * w1 + n2 * w2 + n3 * w3) * BY_STEPS
+        east = (e0 * w0 + e1 * w1 + e2 * w2 + e3 * w3) * BY_STEPS
         by_length = ONE / np.sqrt(ONE + north * north + east * east)
-        b.normal_n[i], b.normal_e[i], b.normal_d[i] = -north * by_length, -east * by_length, -by_length
+        b.normal_n[p], b.normal_e[p], b.normal_d[p] = -north * by_length, -east * by_length, -by_length
 
 
 @streamed
@@ -132,16 +151,26 @@ def _add_finer_detail(b: Block, n: int, textures: Textures) -> None:
 def _add_far_land(b: Block, n: int, ground: GroundMap, textures: Textures) -> None:
     """Where the map ends it gives way to land of its mean colour, with fields of light and dark."""
     frame = ground.frame
-    for i in range(n):
-        north, east, share = b.north[i], b.east[i], b.share[i]
-        level = level_of(b.footprint[i] * f4(512.0 / 90.0))
-        near = grey(textures, NOISE, level, east * f4(1 / 90.0), north * f4(1 / 90.0))
-        level = level_of(b.footprint[i] * f4(512.0 / 700.0))
-        far = grey(textures, NOISE, level, (east + north * f4(0.3)) * f4(1 / 700.0), north * f4(1 / 700.0))
-        m = (f4(0.84) + near * f4(0.0006) + far * f4(0.0007)) * (ONE - share)
-        b.red[i] = b.red[i] * share + frame[3] * m
-        b.green[i] = b.green[i] * share + frame[4] * m
-        b.blue[i] = b.blue[i] * share + frame[5] * m
+    for first in range(0, n, SPAN):
+        count = min(n - first, SPAN)
+        shares = b.share[first : first + count]
+        least = ONE
+        for i in range(count):
+            least = min(least, shares[i])
+        if least >= ONE:
+            continue
+        norths, easts, footprints = b.north[first:], b.east[first:], b.footprint[first:]
+        reds, greens, blues = b.red[first:], b.green[first:], b.blue[first:]
+        for i in range(count):
+            north, east, share, footprint = norths[i], easts[i], shares[i], footprints[i]
+            level = level_of(footprint * f4(512.0 / 90.0))
+            near = grey(textures, NOISE, level, east * f4(1 / 90.0), north * f4(1 / 90.0))
+            level = level_of(footprint * f4(512.0 / 700.0))
+            far = grey(textures, NOISE, level, (east + north * f4(0.3)) * f4(1 / 700.0), north * f4(1 / 700.0))
+            m = (f4(0.84) + near * f4(0.0006) + far * f4(0.0007)) * (ONE - share)
+            reds[i] = reds[i] * share + frame[3] * m
+            greens[i] = greens[i] * share + frame[4] * m
+            blues[i] = blues[i] * share + frame[5] * m
 
 
 @part
@@ -155,59 +184,63 @@ def colour_ground(b: Block, n: int, surfaces: Surfaces) -> None:
 
 
 @streamed
-def _is_near_fire(b: Block, n: int, fire: FireMap, time_s: np.float32) -> bool:
-    frame, grid = fire.frame, fire.grid
+def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float32) -> bool:
+    """Of spans of which some pixel is near what burns or has burnt; whether there are any."""
+    frame, grid, soonest = fire.frame, fire.grid, fire.soonest
     by_cell, rows, columns = ONE / frame[2], f4(grid.shape[0]), f4(grid.shape[1])
-    found = i4(0)
-    for i in range(n):
-        y, x = (b.north[i] - frame[0]) * by_cell, (b.east[i] - frame[1]) * by_cell
-        inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
-        row, column = i4(y if inside else ZERO), i4(x if inside else ZERO)
-        found |= i4(inside & (grid[u4(row), u4(column), 2] <= time_s))
-    return bool(found != 0)
-
-
-@streamed
-def _char(b: Block, n: int, fire: FireMap, textures: Textures, time_s: np.float32) -> None:
-    frame, grid = fire.frame, fire.grid
-    by_cell, rows, columns = ONE / frame[2], f4(grid.shape[0]), f4(grid.shape[1])
-    for i in range(n):
-        north, east, footprint = b.north[i], b.east[i], b.footprint[i]
-        # Two turned against each other, neither small enough to be seen to repeat
-        level = level_of(footprint * f4(512.0 / 61.0))
-        u, v = (east * f4(0.96) + north * f4(0.28)) * f4(1 / 61.0), (north * f4(0.96) - east * f4(0.28)) * f4(1 / 61.0)
-        wild = texel(textures, NOISE, level, u, v)
-        level = level_of(footprint * f4(512.0 / 5.3))
-        u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 5.3), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 5.3)
-        fine = texel(textures, NOISE, level, u, v)
-        # What glows and what is ash is of two such patterns, which together repeat nowhere
-        level = level_of(footprint * f4(512.0 / 8.3))
-        u, v = (east * f4(0.28) - north * f4(0.96)) * f4(1 / 8.3), (north * f4(0.28) + east * f4(0.96)) * f4(1 / 8.3)
-        other = texel(textures, NOISE, level, u, v)
-        # Borders are ragged: noise says how far away a pixel looks up when its place burns
-        y = (north - frame[0] + (wild[1] + fine[1] - f4(256.0)) * f4(0.010)) * by_cell
-        x = (east - frame[1] + (wild[2] + fine[2] - f4(256.0)) * f4(0.010)) * by_cell
-        inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
-        row, column = u4(i4(y if inside else ZERO)), u4(i4(x if inside else ZERO))
-        since, after = time_s - grid[row, column, 0], time_s - grid[row, column, 1]
-        burns = inside & (since >= ZERO)
-        char = min(f4(0.45) + since * f4(0.08), ONE) if burns else ZERO
-        glowing = f4(128.0) + (fine[0] + other[1] - f4(256.0)) * ROOT_HALF
-        heat = max(wild[0] * glowing * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
-        heat = heat * heat * (ONE if after < ZERO else fading(after * BY_EMBERS_S) * f4(0.35))
-        ashen = f4(128.0) + (fine[3] + other[2] - f4(256.0)) * ROOT_HALF
-        ash = f4(0.03) + max(wild[3] * ashen, ZERO) * f4(0.11 / 16384.0)
-        b.glow[i] = heat if burns else ZERO
-        # What is left is a little of its pattern, on soot
-        b.red[i] += (ash - f4(0.90) * b.red[i]) * char
-        b.green[i] += (ash - f4(0.91) * b.green[i]) * char
-        b.blue[i] += (ash - f4(0.91) * b.blue[i]) * char
+    some = False
+    for first in range(0, n, SPAN):
+        count = min(n - first, SPAN)
+        norths, easts, footprints = b.north[first:], b.east[first:], b.footprint[first:]
+        near = i4(0)
+        for i in range(count):
+            y, x = (norths[i] - frame[0]) * by_cell, (easts[i] - frame[1]) * by_cell
+            inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
+            row, column = i4(y if inside else ZERO), i4(x if inside else ZERO)
+            near |= i4(inside & (soonest[u4(row), u4(column)] <= time_s))
+        glows = b.glow[first:]
+        if near == 0:
+            glows[:count] = ZERO
+            continue
+        some = True
+        reds, greens, blues = b.red[first:], b.green[first:], b.blue[first:]
+        for i in range(count):
+            north, east, footprint = norths[i], easts[i], footprints[i]
+            # Two turned against each other, neither small enough to be seen to repeat
+            level = level_of(footprint * f4(512.0 / 61.0))
+            u = (east * f4(0.96) + north * f4(0.28)) * f4(1 / 61.0)
+            v = (north * f4(0.96) - east * f4(0.28)) * f4(1 / 61.0)
+            wild = texel(textures, NOISE, level, u, v)
+            level = level_of(footprint * f4(512.0 / 5.3))
+            u, v = (east * f4(0.8) + north * f4(0.6)) * f4(1 / 5.3), (north * f4(0.8) - east * f4(0.6)) * f4(1 / 5.3)
+            fine = texel(textures, NOISE, level, u, v)
+            # What glows and what is ash is of two such patterns, which together repeat nowhere
+            level = level_of(footprint * f4(512.0 / 8.3))
+            u = (east * f4(0.28) - north * f4(0.96)) * f4(1 / 8.3)
+            v = (north * f4(0.28) + east * f4(0.96)) * f4(1 / 8.3)
+            other = texel(textures, NOISE, level, u, v)
+            # Borders are ragged: noise says how far away a pixel looks up when its place burns
+            y = (north - frame[0] + (wild[1] + fine[1] - f4(256.0)) * f4(0.010)) * by_cell
+            x = (east - frame[1] + (wild[2] + fine[2] - f4(256.0)) * f4(0.010)) * by_cell
+            inside = (y >= ZERO) & (x >= ZERO) & (y < rows) & (x < columns)
+            row, column = i4(y if inside else ZERO), i4(x if inside else ZERO)
+            since, after = time_s - grid[u4(row), u4(column), 0], time_s - grid[u4(row), u4(column), 1]
+            burns = inside & (since >= ZERO)
+            char = min(f4(0.45) + since * f4(0.08), ONE) if burns else ZERO
+            glowing = f4(128.0) + (fine[0] + other[1] - f4(256.0)) * ROOT_HALF
+            heat = max(wild[0] * glowing * f4(1.0 / 16384.0) - f4(1.5), ZERO) * f4(1.3)
+            heat = heat * heat * (ONE if after < ZERO else fading(after * BY_EMBERS_S) * f4(0.35))
+            ashen = f4(128.0) + (fine[3] + other[2] - f4(256.0)) * ROOT_HALF
+            ash = f4(0.03) + max(wild[3] * ashen, ZERO) * f4(0.11 / 16384.0)
+            glows[i] = heat if burns else ZERO
+            # What is left is a little of its pattern, on soot
+            reds[i] += (ash - f4(0.90) * reds[i]) * char
+            greens[i] += (ash - f4(0.91) * greens[i]) * char
+            blues[i] += (ash - f4(0.91) * blues[i]) * char
+    return some
 
 
 @part
 def burn_ground(b: Block, n: int, surfaces: Surfaces, time_s: np.float32) -> bool:
     """Char the ground where it has burnt, and let embers glow; whether any may."""
-    if surfaces.fire.grid.shape[0] < 2 or not _is_near_fire(b, n, surfaces.fire, time_s):
-        return False
-    _char(b, n, surfaces.fire, surfaces.textures, time_s)
-    return True
+    return surfaces.fire.grid.shape[0] > 1 and _char(b, n, surfaces.fire, surfaces.textures, time_s)

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.rays import heights
 from sitl_emu.world.render.ground_map import Frame
-from sitl_emu.world.render.kernel import F32, I32
-from sitl_emu.world.render.maps import SUN_OFFSET, Relief, SunMap, draw_sun_map
+from sitl_emu.world.render.kernel import F32, I32, U32
+from sitl_emu.world.render.maps import STEPS, SUN_OFFSET, Relief, SunMap, draw_sun_map
 from sitl_emu.world.render.raster import Buffers, Instances, Meshes
 
 F64 = npt.NDArray[np.float64]
@@ -49,7 +49,7 @@ def relief(terrain: Terrain, frame: Frame, meshes: Meshes, things: Instances, wh
     north, east = frame.north0_m + spacing * np.arange(rows), frame.east0_m + spacing * np.arange(columns)
     grid_n, grid_e = np.meshgrid(north, east, indexing="ij")
     height = heights(terrain, grid_n, grid_e).astype(np.float32)
-    rise_n, rise_e = np.gradient(height, spacing)
+    rise_n, rise_e = (np.asarray(rise) for rise in np.gradient(height, spacing))
     side = max(rows, columns)
     middle = (frame.north0_m + (side / 2 - 0.5) * spacing, frame.east0_m + (side / 2 - 0.5) * spacing, 0.0)
     plan = np.array((*middle, 0, 1, 0, 1, 0, 0, 0, 0, -1, spacing), np.float32)
@@ -59,5 +59,10 @@ def relief(terrain: Terrain, frame: Frame, meshes: Meshes, things: Instances, wh
     above = np.maximum(np.where(above < -0.5 * SUN_OFFSET, height, above), height)
     blurs = [cv2.GaussianBlur(above, (0, 0), radius / spacing) for radius in SHUT_FROM_SKY_M]
     shut: F32 = np.asarray(0.45 * blurs[0] + 0.55 * blurs[1], np.float32)
-    grid = np.ascontiguousarray(np.stack((height, rise_n, rise_e, shut), axis=2), np.float32)
-    return Relief(grid, np.array((frame.north0_m, frame.east0_m, spacing), np.float32))
+    return Relief(height, shut, _steps(rise_n, rise_e), np.array((frame.north0_m, frame.east0_m, spacing), np.float32))
+
+
+def _steps(rise_n: npt.NDArray[np.floating], rise_e: npt.NDArray[np.floating]) -> U32:
+    """Slopes in two halves of a word each (maps.Relief); steeper ones than 86 degrees are as steep as that."""
+    north, east = (np.clip(np.round(rise * STEPS), -32767, 32767).astype(np.int32) for rise in (rise_n, rise_e))
+    return np.asarray((east.view(np.uint32) << np.uint32(16)) | (north.view(np.uint32) & np.uint32(0xFFFF)), np.uint32)

@@ -17,6 +17,10 @@ GROUND, TEXTURED, WATER, LEAF = 0, 1, 2, 3
 """Kinds of material."""
 
 
+STEPS = 2048.0
+BY_STEPS = f4(1.0 / STEPS)
+"""Of a slope: 0.03 degrees on level ground."""
+
 EVEN, LOW, EIGHT, SIXTEEN = u4(0x00FF00FF), u4(0xFFFF), u4(8), u4(16)
 BY_256 = f4(1.0 / 256.0)
 
@@ -52,22 +56,24 @@ class GroundMap(NamedTuple):
 
 
 class Relief(NamedTuple):
-    """The ground, bilinear: its height, its rise to north and east, and the height up to which its sky is shut."""
+    """The ground, bilinear; each grid (rows, columns)."""
 
-    grid: F32
-    """(rows, columns, 4)"""
+    height: F32
+    shut: F32
+    """Up to what height its sky is shut."""
+    slopes: U32
+    """Its rise to north (the lower half) and to east, whole numbers with a sign, in steps of BY_STEPS."""
     frame: F32
     """North and east of the first, spacing."""
 
 
 class FireMap(NamedTuple):
-    """When each cell of the ground begins to burn, when it has burnt out, and when the first one near it begins, s.
-
-    1 x 1: there is no fire.
-    """
+    """When each cell of the ground burns, s; 1 x 1: there is no fire."""
 
     grid: F32
-    """(rows, columns, 3)"""
+    """(rows, columns, 2): when it begins, and when it has burnt out."""
+    soonest: F32
+    """(rows, columns): when the first one near it begins."""
     frame: F32
     """North and east of its corner, metres a cell."""
 

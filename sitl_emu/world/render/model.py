@@ -83,18 +83,34 @@ def of_triangles(
     keep = lengths > 1e-12
     numbers, normals = numbers[keep], normals[keep] / lengths[keep, None]
     own = points[numbers].reshape(-1, 3)
+    uv, count = _along(points[numbers], normals), len(numbers)
+    return Model(
+        own.astype(np.float32), (uv / repeat_m).astype(np.float32), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        normals.astype(np.float32), np.full(count, material, np.int32), np.tile(np.array(tint, np.float32), (count, 1)),
+    )  # fmt: skip
+
+
+def of_planes(
+    faces: F64, triangles: npt.ArrayLike, normals: F64, material: int, lit: F32, tints: F32, repeat_m: float
+) -> Model:
+    """Flat faces (n, corners, 3) whose triangles share corners; `normals` (n, 3) of the faces, `lit` and `tints` (t, 3)
+    of the triangles. Their texture lies as `of_triangles` has it."""
+    uv, numbers = _along(faces, normals), np.asarray(triangles, np.int32).reshape(-1, 3)
+    return Model(
+        faces.reshape(-1, 3).astype(np.float32), (uv / repeat_m).astype(np.float32), numbers, lit,
+        np.full(len(numbers), material, np.int32), tints,
+    )  # fmt: skip
+
+
+def _along(faces: F64, normals: F64) -> F64:
+    """(n * corners, 2): how far corners (n, corners, 3) lie along their face's level line and down its slope, m."""
     across = cross(normals, UP)
     flat = np.linalg.norm(across, axis=1) < 0.1
     across[flat] = (0.0, 1.0, 0.0)
     across /= np.linalg.norm(across, axis=1)[:, None]
     down = cross(across, normals)
     down[down[:, 2] < 0] *= -1.0
-    uv = np.stack([(points[numbers] * axis[:, None, :]).sum(axis=2) for axis in (across, down)], axis=2).reshape(-1, 2)
-    count = len(numbers)
-    return Model(
-        own.astype(np.float32), (uv / repeat_m).astype(np.float32), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
-        normals.astype(np.float32), np.full(count, material, np.int32), np.tile(np.array(tint, np.float32), (count, 1)),
-    )  # fmt: skip
+    return np.stack([(faces * axis[:, None, :]).sum(axis=2) for axis in (across, down)], axis=2).reshape(-1, 2)
 
 
 def face(points: Sequence[Point], uv: Sequence[tuple[float, float]], material: int, tint: Colour = WHITE) -> Model:

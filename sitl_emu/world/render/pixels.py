@@ -56,9 +56,9 @@ class Block(NamedTuple):
     height: F32
     rise_n: F32
     rise_e: F32
-    """Of the ground there, or of water's ripples."""
+    """Of water's ripples."""
     open: F32
-    """The share of the sky that is to be seen from there."""
+    """Up to what height the sky is shut there; then the share of it that is to be seen."""
     normal_n: F32
     normal_e: F32
     normal_d: F32
@@ -125,8 +125,25 @@ def from_(b: Block, first: int) -> Block:
     )  # fmt: skip
 
 
-FIGURES = 15
-"""Of a triangle: how u (0-3) and v (4-7) follow from a point, repeats a metre (8), normal (9-11), tint (12-14)."""
+FIGURES = 20
+"""Of a triangle: how u (0-3) and v (4-7) follow from a point, repeats a metre (8), normal (9-11), tint (12-14); its
+plane in camera axes: normal (15-17), that times a corner (18), one over its length (19)."""
+REMEMBERED = 512
+"""Triangles whose figures are kept for the rows below: two in three are met again."""
+
+
+class Memory(NamedTuple):
+    """Of triangles that were met, each at a place that follows from its number."""
+
+    figures: F32
+    """(REMEMBERED, FIGURES)"""
+    met: I32
+    """(REMEMBERED, 2): triangle and slot; -1: none."""
+
+
+def memory() -> Memory:
+    """An empty one."""
+    return Memory(np.empty((REMEMBERED, FIGURES), np.float32), np.full((REMEMBERED, 2), -1, np.int32))
 
 
 @inlined
@@ -156,8 +173,8 @@ def _texture_of(drawn: Drawn, meshes: Meshes, things: Instances, slot: int, numb
 
 
 @inlined
-def _plane_of(drawn: Drawn, meshes: Meshes, slot: int, number: int) -> tuple[np.float32, ...]:
-    """A triangle's plane in camera axes: its normal, that times a corner, and one over its length."""
+def _plane_of(drawn: Drawn, meshes: Meshes, slot: int, number: int, p: F32) -> None:
+    """A triangle's plane in camera axes: see FIGURES."""
     at = drawn.first_corner[slot]
     ia, ib, ic = meshes.triangles[number]
     a, b, c = drawn.seen[at + ia], drawn.seen[at + ib], drawn.seen[at + ic]
@@ -165,7 +182,7 @@ def _plane_of(drawn: Drawn, meshes: Meshes, slot: int, number: int) -> tuple[np.
     e2x, e2y, e2z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     nx, ny, nz = e1y * e2z - e1z * e2y, e1z * e2x - e1x * e2z, e1x * e2y - e1y * e2x
     length = np.sqrt(max(nx * nx + ny * ny + nz * nz, f4(1e-24)))
-    return nx, ny, nz, nx * a[0] + ny * a[1] + nz * a[2], ONE / length
+    p[15], p[16], p[17], p[18], p[19] = nx, ny, nz, nx * a[0] + ny * a[1] + nz * a[2], ONE / length
 
 
 @inlined
@@ -188,9 +205,9 @@ def _put_texture(b: Block, k: int, p: F32, layer: int, gloss: np.float32, is_lea
 @streamed
 def sort_pixels(
     seen: Buffers, drawn: Drawn, meshes: Meshes, things: Instances, materials: Materials, camera: Pinhole, first: int,
-    end: int, b: Block, out: Picture, p: F32,
+    end: int, b: Block, out: Picture, known: Memory,
 ) -> tuple[int, int, int, int]:  # fmt: skip
-    """Depth and object of rows, and their pixels by kind: how many of ground, water, meshes, sky; `p` is used."""
+    """Depth and object of rows, and their pixels by kind: how many of ground, water, meshes, sky."""
     width = camera.width
     by_focal = f4(1.0 / camera.focal_px)
     middle_x, middle_y = f4(width) * HALF, f4(camera.height) * HALF
@@ -198,7 +215,7 @@ def sort_pixels(
     ground, water, mesh, sky = 0, each, 2 * each, 3 * each
     last_triangle, last_slot = -2, -2
     nx, ny, nz, offset, by_normal = ZERO, ZERO, ZERO, ZERO, ZERO
-    kind, layer, gloss, object_ = 0, 0, ZERO, -1
+    kind, layer, gloss, object_, p = 0, 0, ZERO, -1, known.figures[0]
     for row in range(first, end):
         y = (f4(row) + HALF - middle_y) * by_focal
         for column in range(width):
@@ -213,12 +230,17 @@ def sort_pixels(
                 continue
             if number != last_triangle or slot != last_slot:
                 last_triangle, last_slot = number, slot
-                nx, ny, nz, offset, by_normal = _plane_of(drawn, meshes, slot, number)
                 material = meshes.materials[number]
                 kind, object_ = materials.kind[material], things.objects[drawn.instance[slot]]
-                if kind != GROUND:
-                    layer, gloss = materials.layer[material], materials.gloss[material]
-                    _texture_of(drawn, meshes, things, slot, number, p)
+                layer, gloss = materials.layer[material], materials.gloss[material]
+                place = (number * 7 + slot * 13) & (REMEMBERED - 1)
+                p = known.figures[place]
+                if known.met[place, 0] != number or known.met[place, 1] != slot:
+                    known.met[place, 0], known.met[place, 1] = number, slot
+                    _plane_of(drawn, meshes, slot, number, p)
+                    if kind != GROUND:
+                        _texture_of(drawn, meshes, things, slot, number, p)
+                nx, ny, nz, offset, by_normal = p[15], p[16], p[17], p[18], p[19]
             along = nx * x + ny * y + nz
             z, facing = offset / along, abs(along) * by_normal
             # Of one that is seen edge on, or nearly so, anything might come

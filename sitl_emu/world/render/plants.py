@@ -73,7 +73,7 @@ def _tree(stage: Stage, cover: Cover, crown: float, seed: int) -> tuple[int, int
     def of(tufts: int) -> Model:
         return furniture.tree(cover.height_m, crown, seed, tufts, is_conifer, low)
 
-    return stage.add_model(of(210), (of(80), 0.014 * crown), (of(34), 0.038 * crown), (of(14), 0.09 * crown))
+    return stage.add_model(of(210), (of(80), 0.010 * crown), (of(34), 0.026 * crown), (of(14), 0.065 * crown))
 
 
 def _patch(stage: Stage, cover: Cover, seed: int) -> tuple[int, int]:

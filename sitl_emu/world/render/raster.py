@@ -16,7 +16,7 @@ NEAR_M = f4(0.05)
 DECAL_M = f4(0.005)
 DECAL_SHARE = f4(0.002)
 """How much nearer than it is a decal is taken for, in metres and of its distance: it covers what it lies on."""
-SMALL = 64.0
+SMALL = 256.0
 """Pixels of a triangle's frame up to which it pays to look whether all of it is hidden."""
 HALF_PIXEL, LESS_THAN_HALF = 0.5 + 1e-9, 0.5 - 1e-9
 """A triangle is drawn a hair too large, so that rounding leaves no gap to its neighbour."""
@@ -196,7 +196,7 @@ def _is_hidden(
     return True
 
 
-@part
+@inlined
 def fill(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float,
     is_culled: bool, number: int | np.int32, slot: int, width: int, height: int, out: Buffers,
@@ -289,6 +289,22 @@ def _clipped(corners: I32, at: int, drawn: Drawn, camera: Pinhole, is_decal: boo
     return count
 
 
+@part
+def _is_out_of_sight(drawn: Drawn, first: int, end: int, width: int, height: int, nearness: F32) -> bool:
+    """Whether a frame about corners `first` to `end` lies outside the picture, or shows nearer things alone."""
+    low_x, high_x, low_y, high_y, nearest = 1e30, -1e30, 1e30, -1e30, 0.0
+    for k in range(first, end):
+        if not drawn.seen[k, 2] > NEAR_M:
+            return False
+        x, y = drawn.projected[k, 0], drawn.projected[k, 1]
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+        nearest = max(nearest, drawn.projected[k, 2])
+    if not (high_x > 0.0 and high_y > 0.0 and low_x < width and low_y < height):
+        return True
+    first_row, last_row = math.ceil(max(low_y - 0.5, 0.0)), math.floor(min(high_y - 0.5, height - 1.0))
+    return _is_hidden(low_x, high_x, first_row, last_row, nearest, width, nearness)
+
+
 @kernel
 def rasterise(
     meshes: Meshes, things: Instances, camera: Pinhole, drawn: Drawn, count: int, out: Buffers, polygon: F64
@@ -302,21 +318,22 @@ def rasterise(
     for slot in range(count):
         i, level, at = drawn.instance[slot], drawn.level[slot], drawn.first_corner[slot]
         is_culled, is_decal = (things.flags[i] & CULLED) != 0, (things.flags[i] & DECAL) != 0
+        end = at + meshes.levels[level, 1] - meshes.levels[level, 0]
+        if _is_out_of_sight(drawn, at, end, width, height, out.nearness):
+            continue
         for number in range(meshes.levels[level, 2], meshes.levels[level, 3]):
             corners = meshes.triangles[number]
             a, b, c = at + corners[0], at + corners[1], at + corners[2]
             beyond = int(seen[a, 2] > NEAR_M) + int(seen[b, 2] > NEAR_M) + int(seen[c, 2] > NEAR_M)
-            if beyond == 3:
-                fill(
-                    p[a, 0], p[a, 1], p[a, 2], p[b, 0], p[b, 1], p[b, 2], p[c, 0], p[c, 1], p[c, 2],
-                    is_culled, number, slot, width, height, out,
-                )  # fmt: skip
-            elif beyond > 0:
-                n = _clipped(corners, at, drawn, camera, is_decal, polygon)
-                for k in range(1, n - 1):
-                    fill(
-                        polygon[0, 0], polygon[0, 1], polygon[0, 2],
-                        polygon[k, 0], polygon[k, 1], polygon[k, 2],
-                        polygon[k + 1, 0], polygon[k + 1, 1], polygon[k + 1, 2],
-                        is_culled, number, slot, width, height, out,
-                    )  # fmt: skip
+            ax, ay, az, bx, by, bz = p[a, 0], p[a, 1], p[a, 2], p[b, 0], p[b, 1], p[b, 2]
+            cx, cy, cz = p[c, 0], p[c, 1], p[c, 2]
+            sides = 3
+            if beyond < 3:
+                sides = _clipped(corners, at, drawn, camera, is_decal, polygon) if beyond > 0 else 0
+                ax, ay, az = polygon[0, 0], polygon[0, 1], polygon[0, 2]
+                bx, by, bz = polygon[1, 0], polygon[1, 1], polygon[1, 2]
+                cx, cy, cz = polygon[2, 0], polygon[2, 1], polygon[2, 2]
+            # A triangle, or what is left of one as two: `fill` is compiled into here once
+            for _ in range(2, sides):
+                fill(ax, ay, az, bx, by, bz, cx, cy, cz, is_culled, number, slot, width, height, out)
+                bx, by, bz, cx, cy, cz = cx, cy, cz, polygon[3, 0], polygon[3, 1], polygon[3, 2]

@@ -34,7 +34,7 @@ from sitl_emu.world.render.kernel import F32, I32, U8
 from sitl_emu.world.render.land import NOISE
 from sitl_emu.world.render.maps import FireMap, GroundMap, Relief, SunMap, Surfaces, Textures
 from sitl_emu.world.render.model import turned
-from sitl_emu.world.render.pixels import FIGURES, Picture
+from sitl_emu.world.render.pixels import Picture
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import shade
 from sitl_emu.world.render.sky import CLOUDS, air_of
@@ -134,12 +134,14 @@ class MeshScene:
         return min(light_maps.SUN_SIDE, math.ceil(2.0 * self.built.reach_m / light_maps.SUN_FINEST_M))
 
     def _surfaces(self, arrays: Sequence[npt.NDArray[Any]]) -> Surfaces:
-        *ground, grid, corner, fire, fire_corner, nearness, frame, texels, starts, self._is_drawn = arrays
+        ground, relief, fire, (nearness, frame, texels, starts, self._is_drawn) = (
+            arrays[:4], arrays[4:8], arrays[8:11], arrays[11:]
+        )  # fmt: skip
         nothing = SunMap(np.zeros(1, np.float32), 0, np.zeros(13, np.float32))
         sun = SunMap(nearness, self._sun_side, frame)
         return Surfaces(
-            Textures(texels, starts), material.table(), GroundMap(*ground), Relief(grid, corner),
-            FireMap(fire, fire_corner), sun, nothing, firelight.NONE,
+            Textures(texels, starts), material.table(), GroundMap(*ground), Relief(*relief), FireMap(*fire),
+            sun, nothing, firelight.NONE,
         )  # fmt: skip
 
     def _used(self) -> set[int]:
@@ -305,7 +307,7 @@ class MeshRenderer:
             picture,
             picture.colour.reshape(-1),
             self._pixels,
-            np.empty(FIGURES, np.float32),
+            pixels.memory(),
         )
         smooth = edges.smoothed(self._buffers, self._drawn, scene.meshes, scene.surfaces.materials.kind, picture)
         if scene.fires is not None:

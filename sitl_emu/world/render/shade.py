@@ -3,10 +3,10 @@
 import numpy as np
 
 from sitl_emu.world.render.firelight import add_firelight, find_firelight
-from sitl_emu.world.render.kernel import F32, HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, part, streamed, u4
-from sitl_emu.world.render.land import BY_BYTE, burn_ground, colour_ground, find_relief, slope
+from sitl_emu.world.render.kernel import HALF, ONE, TWO, U8, ZERO, f4, i4, kernel, part, streamed, u4
+from sitl_emu.world.render.land import BY_BYTE, burn_ground, colour_ground, find_height, slope
 from sitl_emu.world.render.maps import SunMap, Surfaces, Textures, level_of, sunlit, texel
-from sitl_emu.world.render.pixels import ABOUT, KINDS, Block, Picture, find_places, from_, scatter, sort_pixels
+from sitl_emu.world.render.pixels import ABOUT, KINDS, Block, Memory, Picture, find_places, from_, scatter, sort_pixels
 from sitl_emu.world.render.raster import Buffers, Drawn, Instances, Meshes, Pinhole
 from sitl_emu.world.render.sky import Air, clouded_sky, developed, fading, sky_light
 from sitl_emu.world.render.water import light_water
@@ -66,7 +66,7 @@ def _light_land(b: Block, n: int, air: Air) -> None:
     direct, above, below = air.rows[1], air.rows[2], air.rows[3]
     for i in range(n):
         sun = b.sun[i] * b.lambert[i]
-        open_ = ONE / (ONE + f4(0.16) * max(b.open[i], ZERO))
+        open_ = ONE / (ONE + f4(0.16) * max(b.open[i] + b.down[i], ZERO))
         up = (HALF - HALF * b.normal_d[i]) * open_
         low = open_ - up
         red, green, blue = b.red[i], b.green[i], b.blue[i]
@@ -159,8 +159,8 @@ def _light(b: Block, n: int, surfaces: Surfaces, air: Air) -> None:
 @part
 def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
-    find_relief(b, n, surfaces.relief)
-    slope(b, n)
+    find_height(b, n, surfaces.relief.frame, surfaces.relief.shut, b.open)
+    slope(b, n, surfaces.relief)
     colour_ground(b, n, surfaces)
     glows = burn_ground(b, n, surfaces, f4(air.time_s))
     _light(b, n, surfaces, air)
@@ -172,7 +172,7 @@ def _shade_ground(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
 @part
 def _shade_meshes(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
-    find_relief(b, n, surfaces.relief)
+    find_height(b, n, surfaces.relief.frame, surfaces.relief.shut, b.open)
     mirrors = _colour_meshes(b, n, surfaces.textures)
     _light(b, n, surfaces, air)
     if mirrors:
@@ -183,7 +183,8 @@ def _shade_meshes(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Ai
 @part
 def _shade_water(b: Block, n: int, surfaces: Surfaces, camera: Pinhole, air: Air) -> None:
     find_places(b, n, camera)
-    find_relief(b, n, surfaces.relief)
+    find_height(b, n, surfaces.relief.frame, surfaces.relief.shut, b.open)
+    find_height(b, n, surfaces.relief.frame, surfaces.relief.height, b.height)
     _find_light(b, n, surfaces, air)
     light_water(b, n, surfaces, air)
     _see_through_air(b, n, air)
@@ -199,14 +200,14 @@ def _put_down(b: Block, n: int, air: Air, bytes_: U8) -> None:
 @kernel
 def shade(
     seen: Buffers, drawn: Drawn, meshes: Meshes, things: Instances, surfaces: Surfaces, camera: Pinhole, air: Air,
-    out: Picture, bytes_: U8, room: Block, figures: F32,
+    out: Picture, bytes_: U8, room: Block, known: Memory,
 ) -> None:  # fmt: skip
-    """Fill a picture: `bytes_` are its colours; `room`, that of its width (pixels.room), and `figures` are used."""
+    """Fill a picture: `bytes_` are its colours; `room`, that of its width, and an empty `known` are used: pixels.py."""
     step, each = max(1, ABOUT // camera.width), len(room.at) // KINDS
     for first in range(0, camera.height, step):
         end = min(first + step, camera.height)
         ground, water, mesh, sky = sort_pixels(
-            seen, drawn, meshes, things, surfaces.materials, camera, first, end, room, out, figures
+            seen, drawn, meshes, things, surfaces.materials, camera, first, end, room, out, known
         )
         if ground:
             _shade_ground(room, ground, surfaces, camera, air)

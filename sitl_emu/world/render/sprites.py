@@ -16,6 +16,7 @@ from sitl_emu.world.ground import Terrain
 from sitl_emu.world.rays import heights
 from sitl_emu.world.render.burning import arrival_s
 from sitl_emu.world.render.kernel import F32, I32, U32
+from sitl_emu.world.render.model import cross
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.textures import cloudy
 
@@ -154,7 +155,7 @@ def _flames(burning: Fires, camera: Pinhole, time_s: float) -> F64:
     tongue[:, 11] = number
     heap = tongue.copy()
     turn = 2.0 * math.pi * seed
-    side, other = across, np.cross(to, across)
+    side, other = across, cross(to, across)
     heap[:, :3] = place + 0.35 * high[:, None] * up
     size = (0.48 * high)[:, None]
     heap[:, 3:6] = size * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
@@ -195,7 +196,7 @@ def _smoke(fire: Fire, described: WorldDescription, terrain: Terrain, camera: Pi
     to = made[:, :3] - camera.position
     to /= np.maximum(np.linalg.norm(to, axis=1), 1e-9)[:, None]
     side = _across(to)
-    other = np.cross(to, side)
+    other = cross(to, side)
     turn = 2.0 * math.pi * u + 0.15 * share
     made[:, 3:6] = radius[:, None] * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
     made[:, 6:9] = radius[:, None] * (-np.sin(turn)[:, None] * side + np.cos(turn)[:, None] * other)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sitl_emu.world.ground import Terrain
 from sitl_emu.world.rays import heights
@@ -63,37 +64,45 @@ def chunks(terrain: Terrain, north: F64, east: F64) -> list[Chunk]:
     grid = heights(terrain, *np.meshgrid(north, east, indexing="ij")).astype(np.float64)
     made = []
     for row in range(0, len(north) - 1, CHUNK):
-        for column in range(0, len(east) - 1, CHUNK):
-            part = grid[row : row + CHUNK + 1, column : column + CHUNK + 1]
-            made.append(_chunk(part, north[row : row + CHUNK + 1], east[column : column + CHUNK + 1]))
+        strip = sliding_window_view(grid[row : row + CHUNK + 1], CHUNK + 1, axis=1)[:, ::CHUNK].transpose(1, 0, 2)
+        made += _strip(strip, north[row : row + CHUNK + 1], sliding_window_view(east, CHUNK + 1)[::CHUNK])
     return made
 
 
-def _chunk(part: F64, north: F64, east: F64) -> Chunk:
-    middle = (float(north[CHUNK // 2]), float(east[CHUNK // 2]), -float(part.mean()))
-    corners, errors = [], []
+def _strip(parts: F64, north: F64, east: F64) -> list[Chunk]:
+    """Chunks (n, CHUNK + 1, CHUNK + 1) beside each other, with the lines (CHUNK + 1,) of all and (n, CHUNK + 1)."""
+    half = CHUNK // 2
+    middle = np.stack((np.full(len(parts), north[half]), east[:, half], -parts.mean(axis=(1, 2))), axis=1)
+    levels, errors = [], []
     for level in range(LEVELS):
-        step = 1 << level
-        error = _error(part, step)
-        n, e = np.meshgrid(north[::step] - middle[0], east[::step] - middle[1], indexing="ij")
-        points = np.stack((n, e, -part[::step, ::step] - middle[2]), axis=2).reshape(-1, 3)
-        skirt = points[_rim(CHUNK // step)] + (0.0, 0.0, 2.0 * error + 0.02 * step * (north[1] - north[0]))
-        corners.append(np.concatenate((points, skirt)).astype(np.float32))
+        step, side = 1 << level, (CHUNK >> level) + 1
+        error = _errors(parts, step)
+        points = np.empty((len(parts), side, side, 3))
+        points[..., 0] = (north[::step] - north[half])[:, None]
+        points[..., 1] = (east[:, ::step] - east[:, half, None])[:, None]
+        points[..., 2] = -parts[:, ::step, ::step] - middle[:, 2, None, None]
+        flat = points.reshape(len(parts), -1, 3)
+        skirt = flat[:, _rim(CHUNK // step)]
+        skirt[..., 2] += (2.0 * error + 0.02 * step * (north[1] - north[0]))[:, None]
+        levels.append(np.concatenate((flat, skirt), axis=1).astype(np.float32))
         errors.append(error)
-    return Chunk(middle, corners, errors)
+    return [
+        Chunk((float(n), float(e), float(d)), [level[k] for level in levels], [float(error[k]) for error in errors])
+        for k, (n, e, d) in enumerate(middle)
+    ]
 
 
-def _error(part: F64, step: int) -> float:
-    """The largest distance, up or down, of a coarser grid from the finest."""
+def _errors(parts: F64, step: int) -> F64:
+    """(n,): the largest distance, up or down, of coarser grids from the finest, of each chunk."""
     if step == 1:
-        return 0.0
+        return np.zeros(len(parts))
     place = np.arange(CHUNK + 1) / step
     low = np.minimum(place.astype(int), CHUNK // step - 1)
     share = place - low
-    coarse = part[::step, ::step]
-    rows = coarse[low] * (1 - share)[:, None] + coarse[low + 1] * share[:, None]
-    whole = rows[:, low] * (1 - share) + rows[:, low + 1] * share
-    return float(np.abs(whole - part).max())
+    coarse = parts[:, ::step, ::step]
+    rows = coarse[:, low] * (1 - share)[:, None] + coarse[:, low + 1] * share[:, None]
+    whole = rows[..., low] * (1 - share) + rows[..., low + 1] * share
+    return np.asarray(np.abs(whole - parts).max(axis=(1, 2)))
 
 
 def far_land(terrain: Terrain, north: F64, east: F64) -> tuple[F64, I32]:

@@ -56,7 +56,7 @@ def _light(b: Block, n: int, air: Air) -> None:
         by_length = ONE / np.sqrt(n_ * n_ + e_ * e_ + u_ * u_)
         n_, e_, u_ = n_ * by_length, e_ * by_length, max(u_ * by_length, f4(0.01))
         sky_r, sky_g, sky_b = sky_light(air, n_, e_, u_)
-        open_ = ONE / (ONE + f4(0.12) * max(b.open[i], ZERO))
+        open_ = ONE / (ONE + f4(0.12) * max(b.open[i] + b.down[i], ZERO))
         glint = max(n_ * rows[0, 0] + e_ * rows[0, 1] - u_ * rows[0, 2] - f4(0.96), ZERO) * f4(25.0)
         glint = glint * glint
         glint = glint * glint * f4(7.8) * b.sun[i] * mirror
