@@ -6,14 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion import camera_model
-from sitl_emu.world.camera import Camera, Pose, body_to_ned, camera_to_body
+from sitl_emu.world.camera import Camera, OtherVehicle, Pose, ShowsVehicles, body_to_ned, camera_to_body
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
+from sitl_emu.world.kinds.corn_field.visitors import Visitors
 from sitl_emu.world.lens import MAST, MOUNTS, NADIR, Intrinsics, Mount
+from sitl_emu.world.render.raster import Pinhole
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +35,7 @@ def mast(field: CornField) -> Camera:
 
 
 def over(field: CornField, north: float, east: float, height: float, *angles: float) -> Pose:
-    return Pose(north, east, -field.terrain.height_m(north, east) - height, quaternion(*angles))
+    return Pose(north, east, -field.terrain.height_m(north, east) - height, quaternion(*(angles or (0.0, 0.0, 0.0))))
 
 
 class _Marked(Renderer):
@@ -173,3 +176,58 @@ def test_both_sides_of_the_link_agree_on_mounts() -> None:
     assert tuple(plain.distortion) == tuple(drawn.distortion)
     assert plain.fx == plain.fy == pytest.approx(drawn.focal_px, rel=1e-12)
     assert (plain.cx, plain.cy) == ((drawn.width - 1) / 2, (drawn.height - 1) / 2)
+
+
+def test_other_vehicles_are_seen_where_they_are_with_their_shadows(field: CornField) -> None:
+    scene: object = FieldScene(field)
+    assert isinstance(scene, FieldScene) and isinstance(scene, ShowsVehicles)
+    above = over(field, 40.0, 30.0, 14.0)
+    drawn = scene.renderer(640, 480, 320.0)
+    place, down = np.array(above[:3]), body_to_ned(above.q) @ camera_to_body(NADIR)
+    empty = drawn.draw(place, down)
+    assert not scene.moves
+    iris = OtherVehicle("iris", vehicles.load("iris"), over(field, 43.0, 32.0, 6.0, 0.0, 0.0, 0.5), turning=True)
+    scene.put_vehicles([iris])
+    assert scene.moves
+    seen = drawn.draw(place, down)
+    changed = (seen != empty).any(axis=2)
+    depth = iris.pose.down_m - above.down_m
+    body = 320.0 + 320.0 * 2.0 / depth, 240.0 - 320.0 * 3.0 / depth
+    y, x = np.nonzero(changed)
+    near = np.hypot(x - body[0], y - body[1]) < 30.0
+    assert (x[near].mean(), y[near].mean()) == pytest.approx(body, abs=4.0)
+    # The shadow lies where the sun's ray through the body meets the ground
+    light = field.light
+    away = 6.0 / math.tan(math.radians(light.elevation_deg))
+    north = 43.0 - away * math.cos(math.radians(light.azimuth_deg))
+    east = 32.0 - away * math.sin(math.radians(light.azimuth_deg))
+    depth = -field.terrain.height_m(north, east) - above.down_m
+    shadow = 320.0 + 320.0 * (east - 30.0) / depth, 240.0 - 320.0 * (north - 40.0) / depth
+    darker = (empty.astype(int) - seen).sum(axis=2) > 40
+    y, x = np.nonzero(darker & (np.hypot(*np.meshgrid(np.arange(640) - body[0], np.arange(480) - body[1])) > 30.0))
+    assert len(x) > 30 and (x.mean(), y.mean()) == pytest.approx(shadow, abs=5.0)
+    assert (drawn.draw(place, down, 0.0011) != seen).any(), "blades have turned"
+    scene.put_vehicles([])
+    assert np.array_equal(drawn.draw(place, down), empty)
+
+
+def test_plants_hide_a_vehicle_that_stands_behind_them(field: CornField) -> None:
+    visitors = Visitors(field)
+    drawn = Renderer(field, 640, 480, 320.0, visitors=visitors)
+    row = min(field.row_east_m, key=lambda east: abs(east - 30.0))
+
+    def share_shown(east: float) -> float:
+        """Of a rover 6 m ahead of a camera 0.3 m over ground, whose way lies at `east`."""
+        eye = over(field, 40.0, east, 0.3)
+        place, ahead = np.array(eye[:3]), body_to_ned(eye.q) @ camera_to_body(Mount(0.0, 0.0, 0.0, 0.0))
+        visitors.put([])
+        empty = drawn.draw(place, ahead)
+        visitors.put([OtherVehicle("ugv", vehicles.load("rover"), over(field, 46.0, east, 0.2), turning=False)])
+        vehicle = visitors.at(0.0)
+        assert vehicle is not None
+        among = drawn.draw(place, ahead)
+        alone = visitors.draw(empty.copy(), Pinhole(place, ahead, 320.0, 640, 480), vehicle, None)
+        shown, whole = (int((picture != empty).any(axis=2).sum()) for picture in (among, alone))
+        return shown / whole
+
+    assert share_shown(row) < 0.1 and share_shown(row + 0.375) > 0.4

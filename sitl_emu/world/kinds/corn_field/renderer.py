@@ -11,8 +11,8 @@ meet surfaces one above the other, shows what grows at least so high. Sky and th
 Geometry: a point of the ground appears within 0.2 px of its pinhole projection (a test measures it). Where the view is
 steep, the terrain is met by fixed-point iteration, which converges while its slope times the tangent of the ray's angle
 from the vertical stays below 1; a view with flatter rays is marched along.
-A picture is a function of field and pose alone: when and where it is painted changes nothing that is seen.
-It does not draw obstacles, vehicles or their shadows.
+A picture is a function of field, pose and vehicles alone: when and where it is painted changes nothing that is seen.
+Other vehicles are visitors.py's. It does not draw obstacles.
 """
 
 import math
@@ -27,6 +27,7 @@ from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.mosaic import TILE_GSD_M, Mosaic
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter, Planted, plant, tint_of
 from sitl_emu.world.kinds.corn_field.sprites import HEIGHT_SCALE_M, Image
+from sitl_emu.world.kinds.corn_field.visitors import Visitors
 from sitl_emu.world.kinds.corn_field.whole import FIELD_GSD_M, WholeField
 from sitl_emu.world.render.kernel import F32
 from sitl_emu.world.render.raster import Pinhole
@@ -82,12 +83,14 @@ class Renderer:
     """
 
     def __init__(
-        self, field: CornField, width: int, height: int, focal_px: float, shared_memory: int | None = None
-    ) -> None:
+        self, field: CornField, width: int, height: int, focal_px: float, shared_memory: int | None = None,
+        visitors: Visitors | None = None,
+    ) -> None:  # fmt: skip
+        """`visitors`: vehicles that it shows."""
         if width % GRID_STEP_PX or height % GRID_STEP_PX:
             raise ValueError(f"width and height must be multiples of {GRID_STEP_PX}, not {width} x {height}")
         self.field = field
-        self._width, self._height = width, height
+        self._width, self._height, self._visitors = width, height, visitors
         # Grid points at the centres of 8 x 8 blocks, one block beyond each edge: cv2.resize interpolates between.
         x = (
             np.arange(-1, width // GRID_STEP_PX + 1) * GRID_STEP_PX + (GRID_STEP_PX - 1) / 2 - (width - 1) / 2
@@ -107,7 +110,7 @@ class Renderer:
         self._backdrop = backdrop.of(field, tint_of(field), columns, rows)
 
     def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
-        """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3); the field stands still.
+        """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3).
 
         Camera axes: x right, y down in the picture, z along the optical axis.
         """
@@ -120,7 +123,20 @@ class Renderer:
             self._soften(seen, view)
         if view.is_flat or _leaves(box, layers):
             self._put_backdrop(seen, view)
-        return self._plants().draw(seen, self._pinhole(view)) if view.stands else seen
+        return self._put_standing(seen, view, time_s)
+
+    def _put_standing(self, seen: Image, view: View, time_s: float) -> Image:
+        """What stands before the ground: plants near a low camera, and other vehicles with their shadows."""
+        vehicles = self._visitors.at(time_s) if self._visitors is not None else None
+        if vehicles is not None and self._visitors is not None:
+            self._visitors.shade(seen, self._pinhole(view), vehicles)
+        nearer = None
+        if view.stands:
+            seen = self._plants().draw(seen, self._pinhole(view))
+            nearer = self._plants().nearness
+        if vehicles is not None and self._visitors is not None:
+            seen = self._visitors.draw(seen, self._pinhole(view), vehicles, nearer)
+        return seen
 
     def _view(self, position: FloatArray, camera_to_ned: FloatArray) -> View:
         """What follows from a camera's place and attitude; `surfaces`: the ground, and the shells above it."""

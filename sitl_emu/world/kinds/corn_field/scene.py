@@ -1,17 +1,29 @@
 """A corn field as something that cameras look at (camera.Scene)."""
 
+from collections.abc import Sequence
+
+from sitl_emu.world.camera import OtherVehicle
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
+from sitl_emu.world.kinds.corn_field.visitors import Visitors
 
 
 class FieldScene:
     """One field; its plants stand still."""
 
-    moves = False
-
     def __init__(self, field: CornField, shared_memory: int | None = None) -> None:
         """`shared_memory`: of the cameras of this field, see whole.py."""
         self.field, self._shared_memory = field, shared_memory
+        self._visitors = Visitors(field)
+
+    @property
+    def moves(self) -> bool:
+        """See camera.Scene."""
+        return self._visitors.are_there
+
+    def put_vehicles(self, others: Sequence[OtherVehicle]) -> None:
+        """See camera.ShowsVehicles."""
+        self._visitors.put(others)
 
     @property
     def seed(self) -> int:
@@ -24,4 +36,4 @@ class FieldScene:
 
     def renderer(self, width: int, height: int, focal_px: float) -> Renderer:
         """See camera.Scene."""
-        return Renderer(self.field, width, height, focal_px, self._shared_memory)
+        return Renderer(self.field, width, height, focal_px, self._shared_memory, self._visitors)

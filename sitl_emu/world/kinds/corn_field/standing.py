@@ -25,7 +25,7 @@ SHADE_LIGHT = (0.58, 0.50, 0.45)
 
 
 @kernel
-def _paint(seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instances, camera: Pinhole, out: U8) -> None:
+def paint(seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instances, camera: Pinhole, out: U8) -> None:
     """The colour of every pixel that a triangle was drawn to; the others stay as they are."""
     for row in range(camera.height):
         for column in range(camera.width):
@@ -45,7 +45,7 @@ def _paint(seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instance
 
 
 @kernel
-def _soften(slot: I32, colour: U8, out: U8) -> None:
+def soften(slot: I32, colour: U8, out: U8) -> None:
     """Mix pixels at the edge of a plant with their neighbours: a third of what an edge's exact share would change.
 
     The general renderer works that share out (edges.py), which takes as long again as all of the rest does here.
@@ -103,6 +103,7 @@ class Standing:
         """The plants before a picture of the ground (height, width, 3)."""
         things = self._near(camera)
         if things is None:
+            self._buffers.nearness[:] = 0.0
             return background
         meshes = self._kinds.meshes
         most = len(things.place)
@@ -115,10 +116,15 @@ class Standing:
         self.count = count
         project(meshes, things, camera, drawn, count)
         rasterise(meshes, things, camera, drawn, count, self._buffers, np.empty((4, 3)))
-        _paint(self._buffers, drawn, meshes.normals, self._kinds.lit, things, camera, background)
+        paint(self._buffers, drawn, meshes.normals, self._kinds.lit, things, camera, background)
         out = background.copy()
-        _soften(self._buffers.slot, background, out)
+        soften(self._buffers.slot, background, out)
         return out
+
+    @property
+    def nearness(self) -> F32:
+        """Of the picture drawn last: 1 / distance of the plants, 0 where there are none; by pixel."""
+        return self._buffers.nearness
 
     def _near(self, camera: Pinhole) -> Instances | None:
         """All plants within reach and before the camera, square by square."""
