@@ -69,6 +69,8 @@ class RunRecord(NamedTuple):
     """The true ground's height at (north, east), over the world's origin; None where no world is known."""
     folder: Path | None = None
     """The run's, in which a score finds files that its companions have written."""
+    origin_amsl_m: float = 0.0
+    """Of the world."""
 
 
 class MissionScore(NamedTuple):

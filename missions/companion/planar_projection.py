@@ -32,8 +32,10 @@ They state no uncertainty.
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from sitl_emu.gcs.geodesy import EARTH_RADIUS_M
-from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, FloatArray, Point
 
 
 class Offset(NamedTuple):
@@ -70,11 +72,33 @@ def placed(camera: CameraModel, pose: CameraPose, x_px: float, y_px: float, grou
     height_m = ground_down_m - float(pose.position_m[2])
     if height_m <= 0.0:
         return None
-    up_north, up_east = -float(pose.to_ned[0, 1]), -float(pose.to_ned[1, 1])
-    right_rad = math.atan2(up_east, up_north) + math.pi / 2.0
+    right_rad = _right_rad(pose)
     centre = (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
     north_m, east_m = ground_offset(camera, height_m, right_rad, x_px - centre[0], y_px - centre[1])
     return float(pose.position_m[0]) + north_m, float(pose.position_m[1]) + east_m, ground_down_m
+
+
+def pixels(
+    camera: CameraModel, pose: CameraPose, north_m: FloatArray, east_m: FloatArray, ground_m: FloatArray | float
+) -> tuple[FloatArray, FloatArray]:
+    """The pixels (x, y) at which places appear by equations 1 and 2, the other way round; arrays of one shape.
+
+    `ground_m`: heights of the places. NaN for a camera that is not above them.
+    """
+    right_rad = _right_rad(pose)
+    c, s = math.cos(right_rad), math.sin(right_rad)
+    north, east = north_m - pose.position_m[0], east_m - pose.position_m[1]
+    height = -float(pose.position_m[2]) - ground_m
+    height = np.where(height > 0.0, height, np.nan)
+    du = (c * north + s * east) * camera.width / (2.0 * height * _tan_half_fov(camera.width, camera.fx))
+    dv = (c * east - s * north) * camera.height / (2.0 * height * _tan_half_fov(camera.height, camera.fy))
+    return (camera.width - 1) / 2.0 + du, (camera.height - 1) / 2.0 + dv
+
+
+def _right_rad(pose: CameraPose) -> float:
+    """The azimuth to which the picture's right side looks."""
+    up_north, up_east = -float(pose.to_ned[0, 1]), -float(pose.to_ned[1, 1])
+    return math.atan2(up_east, up_north) + math.pi / 2.0
 
 
 def _tan_half_fov(pixels: int, focal_px: float) -> float:

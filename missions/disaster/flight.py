@@ -37,7 +37,8 @@ from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
-from sitl_emu.missions.disaster.regions import GAP_M, Cells, Grid, Region, RegionMap
+from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
+from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
 
 FRAME_GLOBAL, FENCE_POLYGON_INCLUSION = 0, 5001
@@ -53,7 +54,7 @@ FALLEN_S = 4.0
 TRIES = 2
 SAME_EDGE_M = 6.0
 """A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
-CHOOSE_EVERY_US = 500_000
+CHOOSE_EVERY_US, ALTITUDE_EVERY_US = 500_000, 1_000_000
 LOOKS_FROM_M = 6.0
 """Frames from lower than this are not looked at."""
 SLOWEST_M_S = 0.5
@@ -80,13 +81,12 @@ class Flight:
         """Why the parcel was not delivered, the last reason."""
         self.seen: Callable[[str], dict[str, float | int]] = lambda label: {}
         """The frame that showed a label last, and its box, for an event's picture."""
-        self.ground_m: Grid | float = 0.0
-        """Heights of the ground over home, of the map's cells."""
         self.below_m = 0.0
         """Height over home of the ground that the parcel is to fall on."""
         self._tried: list[Place] = []
         self._allowed: Cells | None = None
-        self._choose_us = 0
+        self._choose_us = self._altitude_us = 0
+        self._followed_m = settings.scan_altitude_m
 
     def script(self) -> Script:
         """From the first heartbeat until it has landed."""
@@ -115,6 +115,7 @@ class Flight:
         self.looking = False
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
         self._tell_regions()
+        self._write_terrain()
         yield from steps.return_home(onboard)
         onboard.yielding.expect(())
         onboard.enter("landed", self.outcome)
@@ -149,7 +150,10 @@ class Flight:
         self._within = area.union(shapely.Point(0.0, 0.0)).convex_hull.buffer(max(settings.fence_margin_m, 0.1))
         south, west, north, east = area.buffer(max(seen) / 2.0).bounds
         labels, confirming = settings.perception.detector.labels, settings.perception.confirming
-        self.regions = RegionMap(Bounds(south, west, north, east), labels, settings.camera, confirming)
+        bounds = Bounds(south, west, north, east)
+        self.regions = RegionMap(bounds, labels, settings.camera, confirming, settings.location)
+        placing = settings.altitude == "terrain" or settings.location == "rays"
+        self.ground = Relief(bounds, settings.camera, settings.scan_altitude_m, placing=placing)
         self._allowed = shapely.contains_xy(self._within, self.regions.north_m, self.regions.east_m)
 
     def _fence(self) -> list[MissionItem]:
@@ -172,23 +176,35 @@ class Flight:
             self.onboard.note("line_scanned", f"line {number} of {len(self.lines)}", line=number)
 
     def _travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
-        """To a place, at an altitude above home. `aside`: by way of what is found."""
-        sent = False
+        """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
+        sent_m = math.nan
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
-        while not sent or not self._there(to_m, altitude_m, within_m):
+        while math.isnan(sent_m) or not self._there(to_m, sent_m, within_m):
             self._check()
             place = self._due() if aside else None
             if place is not None:
                 left_m, left_us = self.here_m, self.onboard.now_us
                 yield from self._go_aside(place, left_m)
                 began_us += self.onboard.now_us - left_us
-                sent = False
-            if not sent:
-                yield from self._send(to_m, altitude_m)
-                sent = True
+                sent_m = math.nan
+            wanted_m = self._altitude_to(to_m, altitude_m) if aside else altitude_m
+            if not abs(wanted_m - sent_m) <= HEIGHT_M:
+                yield from self._send(to_m, wanted_m)
+                sent_m = wanted_m
             if self.onboard.now_us - began_us > limit_s * 1e6:
                 raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
             yield
+
+    def _altitude_to(self, to_m: Corner, altitude_m: float) -> float:
+        """Above home: as given, or as high over the mapped ground ahead with `altitude: terrain`."""
+        if self.settings.altitude == "fixed":
+            return altitude_m
+        if self.onboard.now_us >= self._altitude_us:
+            self._altitude_us = self.onboard.now_us + ALTITUDE_EVERY_US
+            speed_m_s = self.onboard.telemetry.speed_m_s
+            wanted_m = self.ground.altitude_m(self.here_m, to_m, speed_m_s, self.altitude_m, ALTITUDE_EVERY_US / 1e6)
+            self._followed_m = altitude_m if math.isnan(wanted_m) else wanted_m
+        return self._followed_m
 
     def _send(self, to_m: Corner, altitude_m: float) -> Script:
         onboard, home = self.onboard, self.home
@@ -323,7 +339,7 @@ class Flight:
 
     def _descend(self, to_m: Corner) -> Script:
         """Down to the release height over the ground, which the lidar finds. Raises Aborted for what stands there."""
-        guess_m, sigma_m = self.ground_at(to_m)
+        guess_m, sigma_m = self.ground.at(to_m, self.settings.ground_sigma_m)
         self.below_m, sent_m = guess_m, math.inf
         lowest_m = guess_m - GROUND_SIGMAS * sigma_m - HEIGHT_M
         since_us = self.onboard.now_us
@@ -354,10 +370,6 @@ class Flight:
         if near is None or attitude is None:
             return None
         return self.altitude_m - near.distance_m * float(body_to_ned(attitude.q)[2, 2])
-
-    def ground_at(self, _place_m: Corner) -> tuple[float, float]:
-        """The ground's height over home at a place, and one sigma of it."""
-        return 0.0, self.settings.ground_sigma_m
 
     def _aim(self, place: Place) -> Script:
         """Until a parcel let go now would come down at the place. Raises Aborted for wind and drift."""
@@ -422,6 +434,20 @@ class Flight:
             area_m2=round(place.area_m2, 1),
             **self.seen(place.label),
         )
+
+    def _write_terrain(self) -> None:
+        """Keeps the terrain map, and says how much it holds."""
+        path, survey = self.settings.terrain_map, self.ground.survey
+        if path is None:
+            return
+        try:
+            self.ground.write(path, self.home)
+        except OSError as error:
+            self.onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
+            return
+        counts = {"features": survey.features, "ranges": survey.ranges}
+        self.onboard.note("terrain_map", f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
+                          file=path.name, **counts)  # fmt: skip
 
     def _tell_regions(self) -> None:
         """All that was found, with outlines, for the score and the map."""

@@ -22,7 +22,11 @@ def _prepare(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
 
     if setting.calibration is None:
         raise ValueError("it looks at camera frames; give its vehicle a `camera`")
-    return {"calibration": str(setting.calibration)} | in_degrees(options, setting)
+    kept = {
+        "calibration": str(setting.calibration),
+        "terrain_map": str(setting.folder / f"{setting.vehicle}-terrain.tif"),
+    }
+    return kept | in_degrees(options, setting)
 
 
 def _score(record: RunRecord) -> MissionScore:

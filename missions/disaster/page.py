@@ -1,10 +1,11 @@
 """What the disaster mission adds to a run's report: targets and parcels as tables, and on the map what was flown."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sitl_emu.missions.mission import Figures
-from sitl_emu.missions.reporting import Line, Mark, Page, Section, Table
+from sitl_emu.missions.reporting import Line, Mark, Page, Plot, Section, Table
 
 COLOURS = {"water_body": "#1565c0", "debris_field": "#6d4c41", "fire_region": "#d84315"}
 """Of areas on the map."""
@@ -28,7 +29,41 @@ def page(figures: Figures) -> Page:
         ]
     sections = [Section("Delivery", [_delivery(figures), _parcels(figures["deliveries"])])]
     sections.append(Section("Targets", [_targets(figures["targets"]), _diversions(figures["diverted"])]))
+    if figures["terrain"] is not None:
+        sections.append(Section("Terrain map", [_terrain(figures["terrain"]), *_grids(figures["terrain"])]))
     return Page(sections, marks, THINGS, lines)
+
+
+def _terrain(terrain: Mapping[str, Any]) -> Table:
+    rows = [
+        ("RMS error against the true ground, where nothing stands, m", terrain["rms_m"]),
+        ("mean error, m", terrain["bias_m"]),
+        ("worst, m", terrain["worst_m"]),
+        ("share of the area that is mapped", terrain["known_share"]),
+    ]
+    return Table(("", ""), rows)
+
+
+def _grids(terrain: Mapping[str, Any]) -> list[Plot]:
+    errors = [abs(value) for row in terrain["errors_m"] for value in row if value is not None]
+    most = max([0.1, *errors])
+    return [
+        _grid(terrain, "heights_m", "mapped height above the origin, m", cmap="viridis"),
+        _grid(terrain, "errors_m", "mapped less true height, m", cmap="RdBu_r", vmin=-most, vmax=most),
+    ]
+
+
+def _grid(terrain: Mapping[str, Any], key: str, label: str, **look: Any) -> Plot:
+    def draw(axes: Any) -> None:
+        rows = [[math.nan if value is None else value for value in row] for row in terrain[key]]
+        image = axes.imshow(rows, origin="lower", extent=terrain["extent_m"], interpolation="nearest", **look)
+        axes.figure.colorbar(image, ax=axes, label=label)
+        axes.set_aspect("equal")
+        axes.set_facecolor("#cfcfcf")
+        axes.set_xlabel("east, m")
+        axes.set_ylabel("north, m")
+
+    return Plot(draw, 5.0)
 
 
 def _delivery(figures: Figures) -> Table:

@@ -16,13 +16,14 @@ A pure state machine on frames. Metres north and east of the caller's origin, he
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.missions.companion import planar_projection
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, distorted
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Detection
@@ -30,6 +31,9 @@ from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 
 Grid = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.bool_]
+
+Projection = Callable[[CameraModel, CameraPose, Grid, Grid, Grid | float], tuple[Grid, Grid]]
+"""From places (north, east, height) to pixels (x, y); NaN where one can't be seen."""
 
 RESOLUTION_M = 1.0
 GAP_M = 3.0
@@ -44,6 +48,7 @@ SEEN = math.log(SEEN_IF_THERE / SEEN_IF_NOT)
 NOT_SEEN = math.log((1.0 - SEEN_IF_THERE) / (1.0 - SEEN_IF_NOT))
 MOST = 3.5
 """Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
+NEAREST_M = 0.05
 EDGE_PX = 4.0
 """A cell nearer to the picture's edge than this is not looked at."""
 
@@ -68,13 +73,16 @@ class Region(NamedTuple):
 class RegionMap:
     """Takes frames' detections, gives regions."""
 
-    def __init__(self, bounds: Bounds, labels: Sequence[str], camera: CameraModel, wanted: Confirming) -> None:
-        """`wanted`: `confirmations` and `confirm_score` of it count."""
+    def __init__(
+        self, bounds: Bounds, labels: Sequence[str], camera: CameraModel, wanted: Confirming, location: str = "rays"
+    ) -> None:
+        """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`."""
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
         rows, columns = math.ceil((north - south) / RESOLUTION_M), math.ceil((east - west) / RESOLUTION_M)
         self.shape = rows, columns
         self.labels, self._camera, self.wanted = tuple(labels), camera, wanted
+        self._project = PROJECTIONS[location]
         row, column = np.mgrid[0:rows, 0:columns]
         self.north_m: Grid = south + (row + 0.5) * RESOLUTION_M
         self.east_m: Grid = west + (column + 0.5) * RESOLUTION_M
@@ -164,19 +172,27 @@ class RegionMap:
     def _pixels(self, pose: CameraPose, ground_m: Grid | float) -> tuple[Grid, Grid, Cells]:
         """Where each cell appears, and whether it does."""
         camera = self._camera
-        away = np.stack(
-            np.broadcast_arrays(
-                self.north_m - pose.position_m[0], self.east_m - pose.position_m[1], -ground_m - pose.position_m[2]
-            )
-        )
-        x, y, z = np.einsum("ij,jrc->irc", pose.to_ned.T, away)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            x, y = x / z, y / z
-        if any(camera.distortion):
-            x, y = distorted(x, y, camera.distortion)
-        x, y = x * camera.fx + camera.cx, y * camera.fy + camera.cy
-        shown = (z > 0.05) & (x >= EDGE_PX) & (x <= camera.width - 1 - EDGE_PX)
+        x, y = self._project(camera, pose, self.north_m, self.east_m, ground_m)
+        shown = (x >= EDGE_PX) & (x <= camera.width - 1 - EDGE_PX)
         return x, y, shown & (y >= EDGE_PX) & (y <= camera.height - 1 - EDGE_PX)
+
+
+def by_rays(
+    camera: CameraModel, pose: CameraPose, north_m: Grid, east_m: Grid, ground_m: Grid | float
+) -> tuple[Grid, Grid]:
+    """The pixels (x, y) at which places appear, by the whole attitude and the lens; NaN behind the camera."""
+    places = np.broadcast_arrays(north_m, east_m, np.negative(ground_m))
+    away = np.stack([axis - float(at) for axis, at in zip(places, pose.position_m, strict=True)])
+    x, y, z = np.einsum("ij,jrc->irc", pose.to_ned.T, away)
+    z = np.where(z > NEAREST_M, z, np.nan)
+    x, y = x / z, y / z
+    if any(camera.distortion):
+        x, y = distorted(x, y, camera.distortion)
+    return x * camera.fx + camera.cx, y * camera.fy + camera.cy
+
+
+PROJECTIONS: Mapping[str, Projection] = {"rays": by_rays, "equations": planar_projection.pixels}
+"""By the option `location`: the first is ours, the other the paper's equations 1 to 3."""
 
 
 def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:

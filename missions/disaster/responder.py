@@ -11,24 +11,26 @@ mode is the companion's again; the mission ends when the vehicle is disarmed, wi
 Options: `area` (needed; a polygon in degrees with holes, in a simulated run also `world` or metres, `plans.py`),
 `scan_altitude_m`, `release_height_m`, `ground_sigma_m`, `overlap`, `margin_m` (of lines from the area's edge),
 `fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude` (`fixed`,
-`terrain`), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`, `parcel_half_height_m`, `ready_timeout_s`,
-`calibration`, `confirmations`, `confirm_score`, and of `companion/perception.py` detector, selection, look_rate_hz.
+`terrain`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`,
+`parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of
+`companion/perception.py` detector, selection, look_rate_hz.
 """
 
 from collections.abc import Sequence
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
+from sitl_emu.gcs.telemetry import LOOKS_DOWN
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.companion import Event, Outgoing, Status
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.companion.spotter import Origin, camera_pose_at
+from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, position
 from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
-from sitl_emu.missions.disaster.sight import Sight, edges_of
+from sitl_emu.missions.disaster.sight import Eye, Sight
 
 BEFORE_FLIGHT = ("connecting", "uploading", "waiting for health", "taking off")
 
@@ -42,7 +44,8 @@ class Responder:
         self.flight = Flight(self._onboard, settings)
         self.flight.seen = self._seen
         self._script: Script | None = self.flight.script()
-        self._frames = self._look_us = 0
+        self._eye = Eye(settings.perception.detector)
+        self._frames = self._look_us = self._range_us = 0
         self._boxes: dict[str, tuple[int, Detection]] = {}
         """By label: the frame that showed it last, and the best box in it."""
         self._outcome, self._failure = "", ""
@@ -86,8 +89,8 @@ class Responder:
         return flight.altitude_m / self.settings.camera.focal_px
 
     def detect(self, image: Image, gsd_m: float) -> Sequence[Detection]:
-        """Runs the detector, and looks for edges."""
-        return Sight(self.settings.perception.detector.detect(image, gsd_m or None), edges_of(image))
+        """Runs the detector, looks for edges, follows corners."""
+        return self._eye.look(image, gsd_m)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Puts a frame's detections into the map."""
@@ -99,13 +102,19 @@ class Responder:
         self._frames += 1
         for one in sorted(detections, key=lambda each: each.score):
             self._boxes[one.label] = frame_time_us, one
-        edges = detections.edges if isinstance(detections, Sight) else None
-        flight.regions.update(pose, flight.ground_m, detections, edges)
+        edges = None
+        if isinstance(detections, Sight):
+            edges = detections.edges
+            telemetry = self._onboard.telemetry
+            eph_m, epv_m = telemetry.eph_m or 0.0, telemetry.epv_m or 0.0
+            flight.ground.on_features(frame_time_us, pose, detections.features, eph_m, epv_m)
+        flight.regions.update(pose, flight.ground.heights_m(now_us), detections, edges)
         return []
 
     def on_time(self, now_us: int) -> Outgoing:
         """Goes on with the flight, unless a pilot or a failsafe has the vehicle."""
         onboard = self._onboard
+        self._measure()
         if not onboard.watch_pilot(now_us):
             try:
                 self._script = advanced(self._script)
@@ -116,6 +125,19 @@ class Responder:
         elif onboard.phase not in BEFORE_FLIGHT and not onboard.telemetry.armed and not self._done:
             self._end(self._failure or onboard.taken_by)
         return onboard.on_time(now_us)
+
+    def _measure(self) -> None:
+        """Puts the lidar's new ranges into the terrain map."""
+        telemetry = self._onboard.telemetry
+        if self.flight.regions is None:
+            return
+        for one in telemetry.ranges:
+            pose = telemetry.pose_at(one.time_us) if one.time_us > self._range_us else None
+            if pose is not None and one.orientation == LOOKS_DOWN:
+                self._range_us = one.time_us
+                place = position(pose, Origin(*self.flight.home))
+                eph_m, epv_m = telemetry.eph_m or 0.0, telemetry.epv_m or 0.0
+                self.flight.ground.survey.on_range(one.time_us, one.distance_m, place, pose.q, eph_m, epv_m)
 
     def _seen(self, label: str) -> dict[str, float | int]:
         if label not in self._boxes:

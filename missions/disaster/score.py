@@ -17,6 +17,8 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
 - `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
   the share within two of the sigmas that were stated.
 - `scan_share`: of the lines, those flown to their end.
+- `terrain`: the map of the first vehicle that wrote one (`terrain.py`): `rms_m`, `bias_m`, `worst_m` against the true
+  ground, where nothing stands, `known_share` of the area's cells, and the heights and errors for the report.
 
 The mission is a success when a parcel was delivered, where there was a target, every line was flown, and no diversion
 was false. A safe abort is no success, and says so by `ending`.
@@ -31,6 +33,7 @@ from shapely import Geometry, Point, Polygon
 
 from sitl_emu.missions.disaster.outlines import rings_of
 from sitl_emu.missions.disaster.regions import LEAST_M2
+from sitl_emu.missions.disaster.terrain import mapped_terrain
 from sitl_emu.missions.disaster.truth import TrueTarget, solids, targets
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord
 
@@ -89,6 +92,7 @@ def score(record: RunRecord) -> MissionScore:
         "geolocation_rmse_m": _rounded(_rms(errors)),
         "geolocation_within_2_sigma": _within_2_sigma(diversions),
         "scan_share": _scan_share(record),
+        "terrain": mapped_terrain(record),
         "area_m": _corners(scanned),
         "lines_m": [line for event in _plans(record) for line in _rings(record, event["lines"])],
     }
@@ -272,6 +276,8 @@ def _lines(figures: dict[str, Any]) -> list[str]:
         lies = f"{_shown(one['to_target_m'])} from the area, {_shown(one['to_place_m'])} from its place"
         told.append(f"parcel of {one['vehicle']}: {lies}; {'safe' if one['safe'] else one['unsafe']}")
     told += [f"aborted: {reason}" for reason in figures["aborts"]]
+    if (terrain := figures["terrain"]) is not None and terrain["rms_m"] is not None:
+        told.append(f"terrain: RMS error {terrain['rms_m']:.2f} m, {terrain['known_share']:.0%} of the area mapped")
     return told
 
 

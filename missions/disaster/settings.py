@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from shapely import Polygon
@@ -42,6 +43,8 @@ class Settings(NamedTuple):
     fence_margin_m: float = 30.0
     location: str = "rays"
     altitude: str = "fixed"
+    terrain_map: Path | None = None
+    """A GeoTIFF to write when the scan has ended."""
     ready_timeout_s: float = 120.0
 
     def area_m(self, lat_deg: float, lon_deg: float) -> Polygon:
@@ -81,6 +84,7 @@ def settings_of(given: Options) -> Settings:
         fence_margin_m=given.number("fence_margin_m", 30.0, 0.0, 1000.0),
         location=_word(given, "location", LOCATIONS),
         altitude=_word(given, "altitude", ALTITUDES),
+        terrain_map=given.file("terrain_map"),
         ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
     )
 

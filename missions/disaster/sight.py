@@ -1,4 +1,4 @@
-"""What a frame gives the disaster mission: detections, and how much of each part of the picture is edges.
+"""What a frame gives the disaster mission: detections, corners to map the ground by, and how much of it is edges.
 
 Where ground is plain, nothing lies or stands: edges by Canny's detector tell of whatever is there, known to a detector
 or not, as in the search for forced landing sites (D. Fitzgerald, R. Walker and D. Campbell, A vision based forced
@@ -6,14 +6,15 @@ landing site selection system for an autonomous UAV, 2005). Nothing of ours find
 ground is plain is what keeps a parcel off them.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.missions.companion.camera import Image
-from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker, Gray
 
 Edges = npt.NDArray[np.float32]
 PART_PX = 8
@@ -23,15 +24,27 @@ WEAK, STRONG = 60, 150
 
 
 class Sight(list[Detection]):
-    """The detections of a frame, with `edges`, the share of edges in its parts (rows, columns)."""
+    """The detections of a frame, with `edges`, the share of edges in its parts (rows, columns), and corners."""
 
-    def __init__(self, detections: Iterable[Detection], edges: Edges) -> None:
+    def __init__(self, detections: Iterable[Detection], edges: Edges, features: Sequence[Feature] = ()) -> None:
         super().__init__(detections)
-        self.edges = edges
+        self.edges, self.features = edges, features
 
 
-def edges_of(image: Image) -> Edges:
+class Eye:
+    """Looks at frames in their order."""
+
+    def __init__(self, detector: Detector) -> None:
+        self._detector, self._tracker = detector, FeatureTracker()
+
+    def look(self, image: Image, gsd_m: float) -> Sight:
+        """All that a frame gives."""
+        gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
+        return Sight(self._detector.detect(image, gsd_m or None), edges_of(gray), self._tracker.follow(gray))
+
+
+def edges_of(gray: Gray) -> Edges:
     """The share of edges, 0 to 1, in each part of a picture."""
-    lines = cv2.Canny(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), WEAK, STRONG)
-    size = image.shape[1] // PART_PX, image.shape[0] // PART_PX
+    lines = cv2.Canny(gray, WEAK, STRONG)
+    size = gray.shape[1] // PART_PX, gray.shape[0] // PART_PX
     return np.asarray(cv2.resize((lines > 0).astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32)

@@ -69,7 +69,8 @@ def record_of(folder: Path, ending: Ending, world: World | None = None) -> RunRe
     lat0_deg, lon0_deg = ending.home[:2] or (0.0, 0.0)
     project = MapProjection(lat0_deg, lon0_deg).project
     ground_m = world.ground if world is not None else None
-    return RunRecord(read_events(folder), objects, tracks, project, areas, ground_m, folder)
+    amsl_m = ending.home[2] if ending.home else 0.0
+    return RunRecord(read_events(folder), objects, tracks, project, areas, ground_m, folder, amsl_m)
 
 
 def _scored(mission: Mission, record: RunRecord) -> MissionScore | None:

@@ -135,6 +135,19 @@ def test_the_ground_is_reckoned_with_where_it_is_known() -> None:
     assert seen_m.max() == pytest.approx(15.0 * 319.5 / 320.0, abs=1.0), "from 15 m above it, not from 20"
 
 
+def test_by_the_equations_a_tilted_camera_places_it_beside_itself() -> None:
+    """H tan(tilt) from 20 m: 3.5 m for 10 degrees; level, both agree."""
+    for tilt_deg, off_m in ((0.0, 0.0), (10.0, 3.5)):
+        middles = []
+        for location in ("rays", "equations"):
+            over = RegionMap(Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(1, 0.3), location)
+            pose = pose_at(15.0, 14.0, tilt_rad=math.radians(tilt_deg))
+            over.update(pose, 0.0, box_of(pose, POND))
+            (region,) = over.regions()
+            middles.append(region.middle_m)
+        assert math.dist(*middles) == pytest.approx(off_m, abs=0.6)
+
+
 def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     over = a_map()
     flown(over, POND)

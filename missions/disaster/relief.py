@@ -1,0 +1,80 @@
+"""The ground under a flight: mapped on the way (`companion/terrain`), used to place what is seen, and to fly over.
+
+**What is flown at which height.** The scan flies at `scan_altitude_m`, where the lidar is blind, and the map comes from
+corners' rays; the lidar adds take-off, each descent to a place, and the landing. With `altitude: terrain` the scan
+keeps that height above what is mapped ahead, else above home. What is not mapped counts as home's height, with the
+option's `ground_sigma_m`; between mapped cells the height is that of those about, weighed by their distance.
+"""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose
+from sitl_emu.missions.companion.terrain import files
+from sitl_emu.missions.companion.terrain.features import Feature
+from sitl_emu.missions.companion.terrain.following import Following, next_altitude
+from sitl_emu.missions.companion.terrain.survey import Survey
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
+
+EVERY_US = 1_000_000
+REACH_M = 4.0
+"""How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
+LEAST_WEIGHT = 1e-3
+SIGMAS = 1.0
+"""Added to a mapped height that is flown over; ours: the clearance is 20 m."""
+
+
+class Relief:
+    """The map, as the flight reads it."""
+
+    def __init__(self, bounds: Bounds, camera: CameraModel, clearance_m: float, *, placing: bool) -> None:
+        """`clearance_m`: to fly above what is mapped. `placing`: whether sightings are placed by the map."""
+        self.survey = Survey(bounds, camera, RESOLUTION_M)
+        self._following = Following(clearance_m=clearance_m, sigmas=SIGMAS)
+        self._placing = placing
+        self._heights_m: Grid | float = 0.0
+        self._due_us = 0
+
+    def on_features(
+        self, time_us: int, pose: CameraPose, features: Sequence[Feature], eph_m: float, epv_m: float
+    ) -> None:
+        """See Survey."""
+        self.survey.on_features(time_us, pose, features, eph_m, epv_m)
+
+    def heights_m(self, now_us: int) -> Grid | float:
+        """Heights of the ground over home, of the map's cells, to place sightings by."""
+        if self._placing and now_us >= self._due_us:
+            self._due_us = now_us + EVERY_US
+            self._heights_m = spread(self.survey.terrain.means_m())
+        return self._heights_m
+
+    def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:
+        """The ground's height over home at a place, and one sigma of it."""
+        height = self.survey.terrain.height_m(*place_m)
+        return (height.mean_m, height.sigma_m) if math.isfinite(height.mean_m) else (0.0, unknown_sigma_m)
+
+    def altitude_m(self, here_m: Corner, to_m: Corner, speed_m_s: float, altitude_m: float, dt_s: float) -> float:
+        """Above home, to be at after `dt_s` on the way to a place; NaN where nothing is mapped ahead."""
+        course = math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
+        ahead = next_altitude(self.survey.terrain, here_m, course, speed_m_s, altitude_m, dt_s, self._following)
+        return ahead.altitude_m if math.isfinite(ahead.wanted_m) else math.nan
+
+    def write(self, path: Path, home: tuple[float, float, float]) -> None:
+        """As GeoTIFF. Raises OSError."""
+        self.survey.finish()
+        files.write_geotiff(path, self.survey.terrain, *home)
+
+
+def spread(means_m: Grid) -> Grid:
+    """Heights of all cells: known ones, and between them the mean of those about; far from all of them 0."""
+    known = np.isfinite(means_m)
+    weight = cv2.GaussianBlur(known.astype(np.float64), (0, 0), REACH_M / RESOLUTION_M)
+    total = cv2.GaussianBlur(np.where(known, means_m, 0.0), (0, 0), REACH_M / RESOLUTION_M)
+    about = np.where(weight > LEAST_WEIGHT, total / np.maximum(weight, LEAST_WEIGHT), 0.0)
+    return np.where(known, means_m, about)

@@ -1,0 +1,79 @@
+"""The terrain map of a run against the true ground, as figures of its score, and as it is drawn in the report.
+
+A map made from above is of what is seen: roofs where houses stand. It is held against the ground where nothing stands,
+nor within `BESIDE_M` of what does. Cells in which water stands count with the others: corners are found at its bottom,
+its waves, or not at all.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from sitl_emu.missions.disaster.truth import solids
+from sitl_emu.missions.scoring import RunRecord
+
+Grid = npt.NDArray[np.float64]
+BESIDE_M = 1.5
+SHOWN_CELLS = 60
+"""To either side, of the map in the report; a larger one is thinned."""
+
+
+def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
+    """Figures of the first map that a vehicle of a run has written; None where there is none, or no truth."""
+    told = next((event for event in record.events if event["event"] == "terrain_map"), None)
+    if told is None or record.folder is None or record.ground_m is None:
+        return None
+    path = record.folder / told["file"]
+    if not path.is_file():
+        return None
+    heights_m, north_m, east_m = _read(path, record)
+    known = np.isfinite(heights_m)
+    standing = solids(record.areas).buffer(BESIDE_M)
+    shapely.prepare(standing)
+    judged = known & ~shapely.contains_xy(standing, north_m, east_m)
+    true = np.full(heights_m.shape, np.nan)
+    true[judged] = [
+        record.ground_m(n, e) for n, e in zip(north_m[judged].tolist(), east_m[judged].tolist(), strict=True)
+    ]
+    off = heights_m - true
+    errors = off[judged]
+    thin = max(1, math.ceil(max(heights_m.shape) / SHOWN_CELLS))
+    return {
+        "rms_m": _rounded(math.sqrt(float(np.mean(errors**2)))) if len(errors) else None,
+        "bias_m": _rounded(float(np.mean(errors))) if len(errors) else None,
+        "worst_m": _rounded(float(np.max(np.abs(errors)))) if len(errors) else None,
+        "known_share": _rounded(float(known.mean())),
+        "extent_m": [_rounded(float(edge)) for edge in (east_m.min(), east_m.max(), north_m.min(), north_m.max())],
+        "heights_m": _listed(heights_m[::thin, ::thin]),
+        "errors_m": _listed(off[::thin, ::thin]),
+    }
+
+
+def _read(path: Path, record: RunRecord) -> tuple[Grid, Grid, Grid]:
+    """Heights above the world's origin, and north and east of each cell; row 0 is the southernmost."""
+    import tifffile  # as in companion/terrain/files.py
+
+    with tifffile.TiffFile(path) as file:
+        page = file.pages[0]
+        heights_m = np.asarray(page.asarray(), np.float64)[::-1]
+        scale, tie = page.tags[33550].value, page.tags[33922].value
+    rows, columns = heights_m.shape
+    west, north = tie[3], tie[4]
+    south_m, west_m = record.to_metres(north - rows * scale[1], west)
+    north_m, east_m = record.to_metres(north, west + columns * scale[0])
+    row, column = np.mgrid[0:rows, 0:columns]
+    north_of = south_m + (row + 0.5) * (north_m - south_m) / rows
+    east_of = west_m + (column + 0.5) * (east_m - west_m) / columns
+    return heights_m - record.origin_amsl_m, north_of, east_of
+
+
+def _listed(grid: Grid) -> list[list[float | None]]:
+    return [[round(value, 2) if math.isfinite(value) else None for value in row] for row in grid.tolist()]
+
+
+def _rounded(value: float) -> float:
+    return round(value, 3)
