@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,7 +18,7 @@ from sitl_emu.missions.companion.camera_model import (
     camera_pose,
 )
 from sitl_emu.missions.companion.geolocation import on_level_ground, pixel_ray
-from sitl_emu.missions.companion.planar_projection import Offset, ground_offset, moved, placed
+from sitl_emu.missions.companion.planar_projection import Offset, ground_offset, moved, pixels, placed
 from tests.typed import present
 
 CAMERA = CameraModel()
@@ -120,3 +121,15 @@ def test_equation_3_is_our_plane_on_the_sphere(north: float, east: float, lat: f
 
 def test_below_the_ground_there_is_no_place() -> None:
     assert placed(CAMERA, top_forward(0.0, 0.0, 0.0), 300.0, 200.0, -HEIGHT_M) is None
+
+
+@pytest.mark.parametrize("heading_deg", HEADINGS)
+@given(OFF_CENTRE)
+def test_the_way_back_gives_the_pixel_again(heading_deg: float, off: tuple[float, float]) -> None:
+    pose = top_forward(0.0, 0.0, math.radians(heading_deg))
+    x_px, y_px = CENTRE[0] + off[0], CENTRE[1] + off[1]
+    north, east, _ = present(placed(CAMERA, pose, x_px, y_px, 0.0))
+    x, y = pixels(CAMERA, pose, np.array([north]), np.array([east]), 0.0)
+    assert (float(x[0]), float(y[0])) == pytest.approx((x_px, y_px), abs=1e-6)
+    below, _ = pixels(CAMERA, pose, np.array([north]), np.array([east]), HEIGHT_M + 1.0)
+    assert math.isnan(below[0])

@@ -1,0 +1,90 @@
+"""A terrain map from corners' rays and a lidar's ranges, and corners followed from picture to picture."""
+
+import math
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from sitl_emu.core.attitude import quaternion
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
+from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
+from sitl_emu.missions.companion.terrain.survey import Survey
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+from sitl_emu.missions.disaster.relief import spread
+
+CAMERA = CameraModel()
+BOUNDS = Bounds(-10.0, -10.0, 40.0, 10.0)
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+PLACES = [(12.0, -3.0, 2.0), (15.0, 4.0, -1.5), (18.0, 0.0, 0.0)]
+"""North, east, height of corners."""
+
+
+def flown(survey: Survey, *, drift_m_s: float = 0.0, noise_px: float = 0.0) -> None:
+    """A line to the north 20 m up at 5 m/s, five frames a second; what is seen may drift to the east."""
+    rng = np.random.default_rng(3)
+    for k in range(40):
+        pose = camera_pose((float(k), 0.0, -20.0), quaternion(0.0, -0.05, 0.0), NADIR)
+        seen = []
+        for number, (north, east, up) in enumerate(PLACES):
+            pixel = project(CAMERA, pose, (north, east + drift_m_s * 0.2 * k, -up))
+            if pixel is not None and 0 <= pixel[0] < CAMERA.width and 0 <= pixel[1] < CAMERA.height:
+                x, y = np.array(pixel) + rng.normal(scale=noise_px, size=2)
+                seen.append(Feature(number, float(x), float(y)))
+        survey.on_features(k * 200_000, pose, seen, 0.5, 1.0)
+
+
+def test_corners_tell_the_ground_and_home_s_height_does_not() -> None:
+    survey = Survey(BOUNDS, CAMERA)
+    flown(survey, noise_px=1.0)
+    assert survey.features == len(PLACES)
+    for north, east, up in PLACES:
+        height = survey.terrain.height_m(north, east)
+        near = [survey.terrain.height_m(north + n, east + e).mean_m for n in (-1.0, 0.0, 1.0) for e in (-1.0, 0.0, 1.0)]
+        known = [each for each in near if math.isfinite(each)]
+        assert known and min(abs(each - up) for each in known) < 0.3, height
+
+
+def test_what_moves_is_no_ground() -> None:
+    survey = Survey(BOUNDS, CAMERA)
+    flown(survey, drift_m_s=3.0)
+    assert survey.features == 0
+
+
+def test_ranges_are_sifted_and_taken_at_the_end() -> None:
+    survey = Survey(BOUNDS, CAMERA)
+    for k in range(50):
+        range_m = 5.0 if k != 20 else 2.0
+        survey.on_range(k * 20_000, range_m, (0.02 * k, 0.0, -5.0), LEVEL, 0.5, 1.0)
+    survey.on_range(10_000_000, 9.0, (1.0, 0.0, -9.0), LEVEL, 0.5, 1.0)
+    survey.finish()
+    assert survey.ranges == 49
+    assert survey.terrain.height_m(0.4, 0.0).mean_m == pytest.approx(0.0, abs=0.01)
+
+
+def test_heights_spread_between_what_is_known_and_no_farther() -> None:
+    means = np.full((60, 60), np.nan)
+    means[10, 10], means[10, 14] = 2.0, 4.0
+    heights = spread(means)
+    assert heights[10, 10] == 2.0 and 2.0 < heights[10, 12] < 4.0
+    assert heights[55, 55] == 0.0 and np.isfinite(heights).all()
+
+
+def a_picture(shift_px: int) -> npt.NDArray[np.uint8]:
+    rng = np.random.default_rng(5)
+    ground = cv2.GaussianBlur(rng.uniform(0, 255, (300, 320)).astype(np.float32), (0, 0), 3.0)
+    ground = cv2.normalize(ground, None, 0, 255, cv2.NORM_MINMAX)  # type: ignore[call-overload]
+    return np.asarray(ground[shift_px : shift_px + 240], np.uint8)
+
+
+def test_corners_are_followed_by_their_number() -> None:
+    tracker = FeatureTracker()
+    before = {one.number: one for one in tracker.follow(a_picture(20))}
+    after = {one.number: one for one in tracker.follow(a_picture(8))}
+    both = before.keys() & after.keys()
+    assert len(both) > 30
+    for number in both:
+        assert after[number].x == pytest.approx(before[number].x, abs=1.0)
+        assert after[number].y == pytest.approx(before[number].y + 12.0, abs=1.0)
+    assert tracker.follow(np.zeros((240, 320), np.uint8)) == [], "nothing is there to follow"
