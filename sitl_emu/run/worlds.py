@@ -1,10 +1,12 @@
 """The world of a run: found by its kind or its file, changed as a scenario asks, kept in the run's folder."""
 
 import dataclasses
+import json
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from sitl_emu.run.messages import LooseAt
 from sitl_emu.run.trouble import Trouble
@@ -77,7 +79,8 @@ def keep(world: World, folder: Path) -> Path:
     """Write a world file, and what it names, into a folder; the file. Raises OSError."""
     named = [world.description.ground.orthophoto, world.description.terrain.file]
     shaped = (*world.description.solids, *world.description.loose)
-    named += [solid.mesh.file for solid in shaped if solid.mesh is not None]
+    for mesh in (solid.mesh for solid in shaped if solid.mesh is not None):
+        named += [mesh.file, *_named_by(world.folder, mesh.file)]
     for name in filter(None, named):
         kept = folder / name
         if kept.exists():
@@ -90,6 +93,18 @@ def keep(world: World, folder: Path) -> Path:
     path = folder / KEPT_AS
     description.save(world.description, path)
     return path
+
+
+def _named_by(folder: Path, mesh: str) -> list[str]:
+    """What else a mesh file reads: the buffers and pictures of a .gltf, which lie beside it."""
+    path = folder / mesh
+    if path.suffix.lower() != ".gltf" or not path.is_file():
+        return []
+    described = json.loads(path.read_text("utf-8"))
+    parts = [*described.get("buffers", ()), *described.get("images", ())]
+    uris = [unquote(part["uri"]) for part in parts if not part.get("uri", "data:").startswith("data:")]
+    beside = Path(mesh).parent
+    return [str(beside / uri) for uri in uris if (folder / beside / uri).is_file()]
 
 
 def expect_parcels(world: World) -> None:

@@ -62,9 +62,9 @@ class Simulation:
 
     def impacts(self) -> list[Impact]:
         """What vehicles have met since this was asked last."""
-        taken = self._contacts.impacts
-        if taken:
-            self._contacts.impacts = []
+        if not self._contacts.impacts:
+            return []
+        taken, self._contacts.impacts = self._contacts.impacts, []
         return taken
 
     def parcels_told(self) -> list[ParcelTold]:

@@ -1,6 +1,7 @@
 """World files: what they hold comes back, what is wrong in them is told, and all that a world is asked follows."""
 
 import math
+import shutil
 import struct
 from pathlib import Path
 
@@ -156,6 +157,21 @@ def test_a_corn_field_comes_back_whole_from_its_description(seed: int, size_m: t
     built = corn_field.build(seed, size_m, targets=2, distractors=3)
     described = read(plain(description_of(built)), "x")
     assert field_of(World(described, Path(), built.terrain)) == built
+
+
+def test_a_kept_world_has_what_its_meshes_read(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "run").mkdir()
+    for name, data in trimesh.creation.box((2.0, 3.0, 4.0)).export(file_type="gltf").items():
+        (tmp_path / "parts" / name).write_bytes(data)
+    (tmp_path / "w.yaml").write_text(
+        "name: w\nplaces: {home: {north_m: 0, east_m: 0}}\n"
+        "solids: [{name: box, north_m: 5, east_m: 0, mesh: {file: parts/model.gltf}}]\n"
+    )
+    kept = worlds.keep(worlds.build(str(tmp_path / "w.yaml"), 1, {}), tmp_path / "run")
+    shutil.rmtree(tmp_path / "parts")
+    again = worlds.kept(str(kept))
+    assert again.solids is not None and list(again.solids.names.values()) == ["box"]
 
 
 def test_a_generated_world_is_kept_with_its_terrain(tmp_path: Path) -> None:
