@@ -109,12 +109,15 @@ def corn_field(world: World) -> list[Shot]:
     oblique, mast = towards(n, e, 20.0, 14.0, 14.0, 45.0), towards(n, e, 0.0, 2.2, 2.0, 40.0)
     among = towards(n, e, 0.0, 6.0, 0.8, 6.0)
     low = dataclasses.replace(world.description.light, elevation_deg=12.0, gain=1.3, warmth=1.08)
+    # Its painter has the gain for how bright a field is, whatever the sun's height
+    dusk = dataclasses.replace(world.description.light, elevation_deg=7.0, gain=0.8, warmth=1.14)
     return [
         *nadir(n, e),
         Shot("oblique", oblique),
         Shot("from a mast, 2 m", mast),
         Shot("among the rows", among),
         Shot("low sun", oblique, low),
+        Shot("dusk", towards(n, e, 20.0, 24.0, 13.0, 17.0), dusk),
     ]
 
 

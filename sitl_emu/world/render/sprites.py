@@ -26,6 +26,8 @@ FLAMES, HEAPS, PUFFS = 16, 8, 8
 """Pictures of each: tongues first, then heaps, then puffs."""
 MOST_FLAMES = 240
 MOST_PUFFS = 140
+PUFF_ALPHA = 0.19
+"""Mean opacity of a puff's picture: as much of what lies behind shows, whatever its shape."""
 SPREADS_S = 1800.0
 """For how long from the start flames are ready for a front that moves."""
 REACH_M = 400.0
@@ -66,14 +68,26 @@ def pictures(seed: int) -> U32:
         body = np.clip(1.05 - np.hypot(x, y) * 1.25 + 0.30 * wild, 0, 1)
         made.append(_glowing(np.clip(body * 1.05 + 0.15 * wild, 0, 1), np.clip(body * 1.4, 0, 0.92)))
     for _ in range(PUFFS):
-        wild = cloudy(rng, 3, 5, 2 * SIDE, 0.55)[:SIDE, :SIDE]
-        # Ragged, but for the picture's border, where nothing may be cut
-        away = np.hypot(x, y)
-        body = np.clip(1.0 - away * 1.08 + 0.34 * wild * (1.0 - away), 0, 1)
-        alpha = body * body * (3.0 - 2.0 * body)
-        shade = np.clip(0.92 + 0.10 * wild + 0.14 * y, 0, 1.2)
-        made.append(np.stack((shade / 1.3, shade / 1.3, shade / 1.3, alpha), axis=2))
+        made.append(_puff(rng, x, y))
     return np.clip(np.round(np.stack(made) * 255.0), 0, 255).astype(np.uint8).reshape(-1).view(np.uint32)
+
+
+def _puff(rng: np.random.Generator, x: F32, y: F32) -> F32:
+    """A billow: its outline bent by broad noise, its inside mottled by finer one, lit from above."""
+    wild, bent_x, bent_y = (_noise(rng, waves) for waves in (3, 2, 2))
+    away = np.hypot(x + 0.11 * bent_x, 1.12 * (y + 0.11 * bent_y))
+    # Ragged, but for the picture's border, where nothing may be cut
+    body = np.clip(0.92 - 0.95 * away + 0.20 * wild, 0, 1) * np.clip(4.0 * (0.99 - np.hypot(x, y)), 0, 1)
+    alpha = body * (1.6 - 0.6 * body)
+    alpha *= PUFF_ALPHA / float(alpha.mean())
+    shade = np.clip(0.92 + 0.08 * wild + 0.30 * (np.roll(wild, 3, axis=0) - wild) + 0.14 * y, 0, 1.2) / 1.3
+    return np.stack((shade, shade, shade, np.clip(alpha, 0, 1)), axis=2).astype(np.float32)
+
+
+def _noise(rng: np.random.Generator, waves: int) -> F32:
+    """(SIDE, SIDE), mean 0, deviation 1; of a larger one, so that its borders differ."""
+    part = cloudy(rng, waves, 4, 2 * SIDE, 0.6)[:SIDE, :SIDE]
+    return np.asarray((part - part.mean()) / part.std(), np.float32)
 
 
 def _glowing(hot: F32, alpha: F32) -> F32:
