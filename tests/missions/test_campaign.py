@@ -139,14 +139,12 @@ def test_runs_side_by_side_keep_to_themselves_and_the_same_command_goes_on(site:
 
 
 def test_ctrl_c_keeps_what_is_there_and_leaves_nothing_under_way(site: Path) -> None:
-    scenario = SCENARIO | {"vehicles": [SCENARIO["vehicles"][0] | {"name": "coin"}]}  # type: ignore[index]
-    (site / "toss.yaml").write_text(yaml.safe_dump(scenario))
-    words = ("--runs", "1", "--vary", "vehicles.coin.companion.options.wait_s=0.1,900", "--workers", "1", "--out", "c")
+    words = ("--runs", "2", "--vary", "vehicles.coin.companion.options.wait_s=0.1,900", "--workers", "1", "--out", "c")
     with Campaign(site, *words) as stopped:
-        stopped.wait_for("1/2  wait_s=0.1, seed 1: lost the toss")
+        stopped.wait_for("1/4  wait_s=0.1, seed 1: lost the toss")
         stopped.process.send_signal(signal.SIGINT)
         assert stopped.wait() == 1, stopped.text
-    assert "stopped; the same command goes on" in stopped.text and "1 of 2 runs are there" in stopped.text
+    assert "stopped; the same command goes on" in stopped.text and "1 of 4 runs are there" in stopped.text
     wait_until_nothing_is_under_way(site)
     assert [row["arm"] for row in rows(site / "c")] == ["wait_s=0.1"]
     assert [path.name for path in (site / "c/runs").rglob("seed-*")] == ["seed-1"]

@@ -31,6 +31,8 @@ from sitl_emu.run.trouble import Trouble
 
 NEEDED = {"scipy": "intervals", "arro3.io": "Parquet"}
 EXIT_WHOLE, EXIT_PART = 0, 1
+LOOK_S = 0.5
+"""How often Ctrl-C is looked for."""
 
 
 class Wanted(NamedTuple):
@@ -125,10 +127,10 @@ def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView,
     waiting = {pool.submit(job): job for job in jobs}
     try:
         while waiting:
-            done, _ = wait(waiting, return_when=FIRST_COMPLETED, timeout=0.5)
+            wait(waiting, return_when=FIRST_COMPLETED, timeout=LOOK_S)
             if stopped.is_set():
                 pool.stop()
-            for future in done:
+            for future in [one for one in waiting if one.done()]:  # `wait` does not know those that a stop cancels
                 result = _result_of(future, waiting.pop(future))
                 if result.summary is not None:
                     kept.keep(result)

@@ -101,9 +101,9 @@ def opened(folder: Path, identity: Identity, arms: Sequence[Arm]) -> Iterator[St
             _expect(folder, identity)
         elif there:
             raise Trouble(f"--out {folder}: this folder is not empty and holds no campaign; name a new one")
+        write_whole(folder / IDENTITY, json.dumps(identity._asdict(), indent=1) + "\n")
         for arm in arms:
             write_whole(folder / "arms" / f"{arm.slug}.yaml", yaml.safe_dump(arm.data, sort_keys=False))
-        write_whole(folder / IDENTITY, json.dumps(identity._asdict(), indent=1) + "\n")
         store.sweep()
         yield store
 
