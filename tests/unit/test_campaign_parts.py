@@ -2,6 +2,7 @@
 
 import csv
 import fcntl
+import importlib.util
 import json
 import os
 import signal
@@ -284,6 +285,13 @@ def test_wrong_input_is_one_line_before_anything_is_flown(
     monkeypatch.chdir(tmp_path)
     assert wanted in refused(*words)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_makes_tables_is_asked_for_before_hours_of_flying(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "scipy" else found(name))
+    wanted = "campaign: its intervals need scipy: pip install 'sitl-emu[campaign]'"
+    assert wanted in refused("agriculture", "--runs", "2")
 
 
 def test_runs_with_commands_take_px4s_ports_and_go_one_at_a_time(tmp_path: Path) -> None:
