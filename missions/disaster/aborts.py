@@ -32,7 +32,6 @@ class Reason(StrEnum):
     GEOFENCE = "geofence"
     GPS = "GPS degraded"
     OBSTACLE = "obstacle"
-    CLAIMED = "peer's claim"
     NO_PLACE = "no safe place"
 
     @property

@@ -46,7 +46,7 @@ ON_LINE_M, STANDING_M, HEIGHT_M = 2.0, 1.0, 0.7
 """How near is there: at a line's end, over a place, and in height; ours."""
 LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
-AIMED_M = 0.7
+AIMED_M, STEADY_M_S = 0.7, 0.5
 DRIFT_S, DESCENT_S = 20.0, 60.0
 """In which that has to come, and the vehicle to be down; ours."""
 FALLEN_S = 4.0
@@ -379,7 +379,7 @@ class Flight:
             aborts.check_wind(math.hypot(*onboard.telemetry.wind) if onboard.telemetry.wind else None)
             north_m, east_m = self._impact_m()
             miss = place.place_m[0] - north_m, place.place_m[1] - east_m
-            if math.hypot(*miss) <= AIMED_M:
+            if math.hypot(*miss) <= AIMED_M and onboard.telemetry.speed_m_s <= STEADY_M_S:
                 return
             if onboard.now_us - since_us > DRIFT_S * 1e6:
                 raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
