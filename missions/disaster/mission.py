@@ -18,7 +18,7 @@ def _responder(options: Options) -> Companion:
 
 
 def _prepare(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
-    from sitl_emu.missions.disaster.plans import in_degrees
+    from sitl_emu.missions.disaster.plans import briefed, in_degrees
 
     if setting.calibration is None:
         raise ValueError("it looks at camera frames; give its vehicle a `camera`")
@@ -26,7 +26,7 @@ def _prepare(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
         "calibration": str(setting.calibration),
         "terrain_map": str(setting.folder / f"{setting.vehicle}-terrain.tif"),
     }
-    return kept | in_degrees(options, setting)
+    return kept | in_degrees(briefed(options, setting), setting)
 
 
 def _score(record: RunRecord) -> MissionScore:

@@ -1,5 +1,6 @@
-"""Areas that follow the world: `area: world` becomes that world's outline, and metres become degrees.
+"""What follows the world in a simulated run: the area, and which disaster is looked for.
 
+`area: world` becomes that world's outline, and metres become degrees.
 `{corners_m: [[north, east], …], holes_m: […]}` counts from the world's origin. The mission reads degrees alone, as a
 user's own area on a real flight.
 """
@@ -9,6 +10,16 @@ from typing import Any
 
 from sitl_emu.gcs.geodesy import from_metres
 from sitl_emu.missions.mission import Setting
+
+SOUGHT = {"urban_flood": "water_body", "debris_field": "debris_field", "wildfire_perimeter": "fire_region"}
+"""By the kind of the world: who sends the aircraft knows whether it is a flood, an earthquake or a fire. A network that
+looks for all three takes grey flat roofs for ruins."""
+
+
+def briefed(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
+    """The options, with the selection for this kind of world where they have none."""
+    sought = SOUGHT.get(setting.world)
+    return options if sought is None else {"selection": {sought: 1.0}} | options
 
 
 def in_degrees(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
