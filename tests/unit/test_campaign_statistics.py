@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sitl_emu.run.campaign import statistics
@@ -23,6 +23,7 @@ def test_wilsons_interval_is_that_of_the_books() -> None:
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=12))
+@example([0.0, 0.0, 2.8578390890245013e-213])
 def test_whatever_the_values_the_mean_lies_between_least_and_greatest_and_the_interval_too(values: list[float]) -> None:
     mean = statistics.mean_of(values)
     slack = 1e-9 * max(map(abs, values)) + 1e-12

@@ -86,7 +86,7 @@ def test_a_detector_of_ones_own_is_found_by_module_and_name(tmp_path: Path, monk
     [
         (
             {"detector": "fire"},
-            "option detector: 'fire'; allowed: fires, field, FILE.onnx, or MODULE:FACTORY of a detector of your own",
+            "option detector: 'fire'; allowed: fires, disaster, field, FILE.onnx, or MODULE:FACTORY of a detector",
         ),
         ({"detector": "no_such:Thing"}, "option detector: 'no_such:Thing': ModuleNotFoundError"),
         ({"detector": "json:JSONDecoder"}, "'json:JSONDecoder': AttributeError: .* has no attribute 'labels'"),
@@ -102,7 +102,7 @@ def test_a_detector_of_ones_own_is_found_by_module_and_name(tmp_path: Path, monk
         ({"selection": 3}, "option selection: 3; allowed: a mapping"),
         ({"confirmations": 2.5}, "option confirmations: 2.5; allowed: a whole number from 1 to 100"),
         ({"gate_m": "wide"}, "option gate_m: 'wide'; allowed: a number from 0.1 to 100"),
-        ({"look_rate": 2}, "option look_rate: unknown; allowed: detector, selection, confirmations"),
+        ({"look_rate": 2}, "option look_rate: unknown; allowed: detector, selection, look_rate_hz, confirmations"),
     ],
 )
 def test_a_wrong_option_is_told_in_one_line(options: dict[str, Any], wanted: str) -> None:

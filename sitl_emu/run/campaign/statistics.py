@@ -16,8 +16,8 @@ CONFIDENCE = 0.95
 FEWEST = 3
 """Values of which an interval is made; of fewer there is none."""
 RESAMPLES = 5000
-ROUNDING = 1e-9
-"""Of the greatest value: what differs by less is the same, but for arithmetic."""
+ROUNDING, NOTHING = 1e-9, 1e-100
+"""Of the greatest value: what differs by less is the same, but for arithmetic. A spread whose cubes vanish is none."""
 SEED = 1
 Row = Mapping[str, Any]
 
@@ -99,7 +99,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _interval(values: Sequence[float]) -> Interval | None:
-    if len(values) < FEWEST or max(values) - min(values) <= ROUNDING * max(map(abs, values)):
+    if len(values) < FEWEST or max(values) - min(values) <= max(ROUNDING * max(map(abs, values)), NOTHING):
         return None
     found = stats.bootstrap(
         (np.asarray(values, float),),
