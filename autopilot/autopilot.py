@@ -40,6 +40,7 @@ from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.system.failure_injection import FailureInjectionManager
 from sitl_emu.autopilot.system.load_mon import LoadMon
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
@@ -107,6 +108,8 @@ class Autopilot:
         )
         self.mavlink = Mavlink(*shared, self.dataman, self.texts, modules, instance, root, self.outgoing)
         self.load_mon = LoadMon(self.topics)
+        self.uxrce_dds_client: UxrceDdsClient | None = None
+        """None: it was not started."""
         self.now_us = 0
         self._ticks = 0
 
@@ -139,6 +142,8 @@ class Autopilot:
         self.control.update_rate(now_us)
         self.logger.update(now_us)
         self.mavlink.update(now_us)
+        if self.uxrce_dds_client is not None:
+            self.uxrce_dds_client.update(now_us)
         outputs = self.topics.actuator_outputs
         mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
         if outputs.test_mode:
@@ -168,6 +173,12 @@ class Autopilot:
     def on_datagram(self, link: int, data: bytes) -> None:
         """A datagram came in on a link (index in `mavlink.links`)."""
         self.mavlink.on_datagram(self.now_us, link, data)
+
+    def start_uxrce_dds_client(self) -> UxrceDdsClient:
+        """Speak to ROS 2 from now on; the date of time 0 has to be known."""
+        boot_unix_us, system_id = self.mavlink.context.boot_unix_us, self.mavlink.system_id
+        self.uxrce_dds_client = UxrceDdsClient(self.topics, self.logger.topics(), system_id, boot_unix_us)
+        return self.uxrce_dds_client
 
     def close(self) -> None:
         """Save what waits to be saved; nothing else may be called afterwards."""

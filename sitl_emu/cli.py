@@ -55,6 +55,12 @@ Gcs = Annotated[
 VIDEO = "H.264 video, UDP 5600 + instance (QGroundControl finds it by itself). Needs PyAV."
 
 
+DDS = (
+    "Publish and take PX4's topics in ROS 2 (/fmu/out/…, /fmu/in/…; /px4_I/fmu/… for instance I), without an agent; "
+    "domain ROS_DOMAIN_ID. Needs Cyclone DDS."
+)
+
+
 @app.command(short_help="Run a mission, with a report at the end.")
 def run(
     scenario: Annotated[
@@ -250,6 +256,7 @@ def launch(
         ),
     ] = False,
     parcel: Annotated[bool, typer.Option("--parcel", help=PARCEL)] = False,
+    dds: Annotated[bool, typer.Option("--dds", help=DDS)] = False,
 ) -> None:
     """Launch emulated PX4 vehicles, with their simulator in the same process; they stay until Ctrl-C.
 
@@ -284,6 +291,7 @@ def launch(
             tlog=tlog,
             video=camera,
             parcels=parcel,
+            dds=dds,
         )
         status = launching.launch(numbered, options, say)
     except (vehicles.VehicleError, Trouble) as error:

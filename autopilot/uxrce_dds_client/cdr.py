@@ -112,6 +112,11 @@ def from_log(message: str, topic: str) -> Callable[[bytes], bytes]:
     return rearranged
 
 
+def stamps(message: str) -> tuple[int, ...]:
+    """Offsets of the times that PX4's client moves to the clock of DDS's side: those of the message itself."""
+    return tuple(each.offset for each in places(message) if each.path in ("timestamp", "timestamp_sample"))
+
+
 def _with_gaps(message: str) -> Iterator[str]:
     end = 0
     for place in places(message):
@@ -127,11 +132,7 @@ class Reader:
         self._fields: tuple[tuple[str, int, bool], ...] = tuple(
             (each.path, each.length, each.code == "c") for each in places(message)
         )
-        codes, end = [], 0
-        for each in places(message):
-            codes.append(f"{each.offset - end}x" + (f"{each.size}s" if each.code == "c" else each.code * each.length))
-            end = each.offset + each.size
-        self._struct = struct.Struct("<" + "".join(codes))
+        self._struct = _struct(message)
 
     def read(self, data: bytes) -> dict[str, Any]:
         """The fields of `data`, which has at least `size` bytes."""
@@ -142,8 +143,23 @@ class Reader:
         }
 
 
+def _struct(message: str) -> struct.Struct:
+    codes, end = [], 0
+    for each in places(message):
+        codes.append(f"{each.offset - end}x" + (f"{each.size}s" if each.code == "c" else each.code * each.length))
+        end = each.offset + each.size
+    return struct.Struct("<" + "".join(codes))
+
+
+class Packer:
+    """Writes a message from all its values, in the order of its definition; arrays flattened, char arrays as bytes."""
+
+    def __init__(self, message: str) -> None:
+        self.pack = _struct(message).pack
+
+
 class Writer:
-    """Writes a message: the other half of Reader, for what has no record of the logger's."""
+    """Writes a message from some of its fields by path: the other half of Reader."""
 
     def __init__(self, message: str) -> None:
         self._places = places(message)

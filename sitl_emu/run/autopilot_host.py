@@ -34,6 +34,7 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
 from sitl_emu.run import components
+from sitl_emu.run.dds_socket import DdsSocket
 from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import LinkSockets, Poll, PrivateSocket
 from sitl_emu.run.loss_timeouts import loss_timeouts
@@ -43,6 +44,8 @@ from sitl_emu.vehicles import description
 
 ONBOARD, PAYLOAD = 1, 2
 """Indexes of the onboard links to the companion and to the payload."""
+DDS = -1
+"""What stands for the line to the DDS agent, where the links have their index."""
 TICK_US = 4000
 STANDBY = 3
 BOOT_LIMIT_US = 20_000_000
@@ -82,6 +85,8 @@ class Hosted:
     """Whether the simulator sends what the camera sees as video to the ground station."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
+    dds: DdsSocket | None = None
+    """The line to the DDS agent; None: it does not speak to ROS 2."""
     isolated: Mapping[str, PrivateSocket] | None = None
     """In an isolated run: the sockets of the links that have somebody at their other end. None: all, on PX4's ports."""
 
@@ -105,6 +110,8 @@ class AutopilotHost:
         for index, fileno in self._sockets.filenos().items():
             if index not in hosted.by_number:
                 poll.watch(fileno, (self, index))
+        if hosted.dds is not None:
+            poll.watch(hosted.dds.fileno(), (self, DDS))
         self._logs = LinkLogs(hosted.tlog, [link.name for link in links]) if hosted.tlog is not None else None
 
     @property
@@ -144,11 +151,16 @@ class AutopilotHost:
     def keep_time(self) -> None:
         """What goes by the clock, in real time: to be called often. Not for logs that have to repeat."""
         measure_load(self.autopilot, self._hosted.mates)
+        if self.autopilot.uxrce_dds_client is not None:
+            self.autopilot.uxrce_dds_client.synchronize(self.autopilot.now_us, unix_time_us())
         for device in self._devices:
             device.keep_alive(clock_s())
 
     def read(self, link: int, exactly: int | None = None) -> None:
         """Hand a link's datagrams to the autopilot, those that wait or `exactly` so many, and send its answers."""
+        if link == DDS:
+            self._read_dds()
+            return
         for datagram in self._sockets.receive(link, exactly):
             self._log(link, datagram)
             self.autopilot.on_datagram(link, datagram)
@@ -156,6 +168,8 @@ class AutopilotHost:
 
     def drop(self, link: int) -> None:
         """Lose a link's datagrams."""
+        if link == DDS:
+            return
         self._sockets.receive(link)
 
     def flush(self) -> None:
@@ -165,6 +179,9 @@ class AutopilotHost:
                 for datagram in link.outbox:
                     self._log(index, datagram)
         self._sockets.flush()
+        client = self.autopilot.uxrce_dds_client
+        if client is not None and self._hosted.dds is not None:
+            self._hosted.dds.send(client.outbox)
 
     def take_sent(self, link: int) -> int:
         """How many datagrams were sent on a link since this was asked last."""
@@ -194,6 +211,8 @@ class AutopilotHost:
         self._looked: GimbalState | None = None
         """Where the simulator was told last that the gimbal looks."""
         self._video, self._video_told = video, VideoState(False)
+        if hosted.dds is not None:
+            self.autopilot.start_uxrce_dds_client()
         self._simulated_parameters = SimulatedParameters(self.autopilot.parameters)
         self._commands_seen = 0
         self.boots += 1
@@ -213,6 +232,9 @@ class AutopilotHost:
             for fileno in self._sockets.filenos().values():
                 self._poll.forget(fileno)
             self._sockets.close()
+            if self._hosted.dds is not None:
+                self._poll.forget(self._hosted.dds.fileno())
+                self._hosted.dds.close()
 
     def _power_wanted(self) -> int | None:
         """REBOOT or SHUT_DOWN where a command that was accepted since the last tick asks for it."""
@@ -261,6 +283,17 @@ class AutopilotHost:
         for message in messages:
             if isinstance(message, PictureTaken) and self._camera is not None:
                 self._camera.picture_taken(self.autopilot.now_us, *message)
+
+    def _read_dds(self) -> None:
+        """Hand what came from ROS 2 to the autopilot, and send its answers."""
+        dds, client = self._hosted.dds, self.autopilot.uxrce_dds_client
+        if dds is None or client is None:
+            return
+        for sample in dds.receive():
+            client.on_sample(self.autopilot.now_us, sample)
+        if dds.lost:
+            self._poll.forget(dds.fileno())
+        self.flush()
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

@@ -16,8 +16,9 @@ from types import FrameType
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sitl_emu import vehicles
+from sitl_emu.autopilot.uxrce_dds_client import dds_topics
 from sitl_emu.core import ports
-from sitl_emu.run import models, site, state
+from sitl_emu.run import dds_socket, models, site, state
 from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.home import Home
@@ -62,6 +63,8 @@ class Options(NamedTuple):
     """Whether what cameras see is sent to the ground station."""
     parcels: bool = False
     """Whether those that have a release carry a parcel."""
+    dds: bool = False
+    """Whether they speak to ROS 2."""
 
 
 def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None]) -> int:
@@ -75,6 +78,8 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     def welcome() -> None:
         say(port_table(wanted))
         say(f"parameters, missions and logs are kept in {options.state}")
+        if options.dds:
+            say(f"ROS 2: domain {dds_socket.domain()}, {', '.join(_ros_topics(each.instance) for each in wanted)}")
         if options.video:
             host = options.gcs[0] if options.gcs is not None else "this machine"
             sent = [vehicle.instance for vehicle in wanted if models.load(vehicle.model).camera is not None]
@@ -97,6 +102,8 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
         _check_video(wanted, options)
     if options.parcels:
         _check_parcels(wanted, options)
+    if options.dds:
+        dds_socket.check()
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run.launched import Crew, Launched
@@ -119,6 +126,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
             options.tlog,
             options.video,
             options.parcels,
+            options.dds,
         )
         for at in range(0, len(launched), each)
     ]
@@ -162,6 +170,10 @@ def _preload(models: set[str]) -> None:
     for model in models:
         launched.preload(model)
     settle()
+
+
+def _ros_topics(instance: int) -> str:
+    return "/" + "/".join(filter(None, (dds_topics.namespace(instance), "fmu")))
 
 
 def port_table(wanted: Sequence[Wanted]) -> str:

@@ -15,6 +15,7 @@ from sitl_emu.autopilot.events import events
 from sitl_emu.core import ports
 from sitl_emu.run import components, models
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
+from sitl_emu.run.dds_socket import Agent, DdsSocket
 from sitl_emu.run.fleet import Fleet, Member
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.pacing import Pacer
@@ -64,6 +65,8 @@ class Crew(NamedTuple):
     """Whether what their cameras see is sent to the ground station."""
     parcels: bool = False
     """Whether those that have a release carry a parcel."""
+    dds: bool = False
+    """Whether they speak to ROS 2."""
 
 
 def preload(model: str) -> None:
@@ -86,10 +89,13 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     poll: HostPoll = Poll()
     status = 0
     with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as stack:
-        hosts = list[AutopilotHost]()
+        hosts, agent = list[AutopilotHost](), None
         for each in crew.vehicles:
             try:
-                hosts.append(stack.enter_context(contextlib.closing(_host(crew, each, poll))))
+                if crew.dds and agent is None:
+                    agent = stack.enter_context(contextlib.closing(_agent(crew)))
+                dds = agent.sockets[each.instance] if agent is not None else None
+                hosts.append(stack.enter_context(contextlib.closing(_host(crew, each, poll, dds))))
             except PortInUseError as error:
                 print(f"sitl-emu: {each.title}: {error}", file=sys.stderr)
                 return 1
@@ -118,7 +124,12 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     return status
 
 
-def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
+def _agent(crew: Crew) -> Agent:
+    """Who speaks DDS for the vehicles of a crew. Raises OSError."""
+    return Agent([vehicle.instance for vehicle in crew.vehicles])
+
+
+def _host(crew: Crew, vehicle: Launched, poll: HostPoll, dds: DdsSocket | None = None) -> AutopilotHost:
     data = models.load(vehicle.model)
     hosted = Hosted(
         instance=vehicle.instance,
@@ -133,6 +144,7 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll) -> AutopilotHost:
         tells_gimbal=_is_drawn(crew, data) and data.camera is not None and data.camera.mount == "gimbal",
         pictures=_is_drawn(crew, data),
         video=crew.video and _is_drawn(crew, data),
+        dds=dds,
     )
     return AutopilotHost(hosted, poll)
 

@@ -29,6 +29,8 @@ CLOCK_FILES = {
 """Who may look at a clock, and what for."""
 SOCKET_FILES = {
     "sitl_emu/run/link_sockets.py",
+    "sitl_emu/run/dds_socket.py",
+    "sitl_emu/run/dds_agent.py",
     "sitl_emu/run/obstacle_socket.py",
     "sitl_emu/cli.py",
     "sitl_emu/core/tcp_channel.py",

@@ -1,0 +1,127 @@
+"""The uXRCE-DDS client: what it publishes lies in `outbox` (PX4: src/modules/uxrce_dds_client/uxrce_dds_client.cpp).
+
+A state machine on simulated time. PX4's client speaks to an agent, which speaks DDS; ours hands it whole samples
+(`sitl_emu/run/dds_agent.py`): the number of the topic, and the bytes of the message.
+
+Times in samples are moved to the clock of DDS's side, as PX4 does with UXRCE_DDS_SYNCT 1, its default: `synchronize`
+is told that clock; until it is, the date at boot stands for it.
+"""
+
+import struct
+from collections.abc import Iterable
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from sitl_emu.autopilot.logger.logged_topics import STATE_MS, LoggedTopic
+from sitl_emu.autopilot.logger.rows import commander as commander_rows
+from sitl_emu.autopilot.logger.rows import outside as outside_rows
+from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.uxrce_dds_client import cdr
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
+from sitl_emu.autopilot.uxrce_dds_client.publications import NUMBERS, Publication, from_row, publications
+
+JUMP_US = 100_000
+"""By so much another time is a jump of the clock, and is taken as it is (Timesync.hpp, MAX_DEVIATION_SAMPLE)."""
+GAIN = 0.003
+"""What a smaller deviation changes the offset by (Timesync.hpp, ALPHA_GAIN_FINAL)."""
+WRAP = 1 << 64
+STAMP = struct.Struct("<Q")
+
+
+class Sample(NamedTuple):
+    """A message of a topic, by its number in `dds_topics`, without CDR's header."""
+
+    topic: int
+    data: bytes
+
+
+class _Entry:
+    """A publication, and what of it went out last."""
+
+    __slots__ = ("interval_us", "last", "last_us", "number", "pack", "repeat_us", "stamps", "state", "timed")
+
+    def __init__(self, publication: Publication, record: Any) -> None:
+        """`record`: the present one; where nobody has written it yet, it does not go out."""
+        self.number, self.interval_us, self.state = publication.number, publication.interval_us, publication.state
+        self.pack = publication.pack
+        self.timed = hasattr(record, "timestamp")
+        self.last: Any = record if self.timed and record.timestamp == 0 else None
+        self.last_us = self.repeat_us = -publication.interval_us
+        self.stamps = cdr.stamps(PUBLICATIONS[publication.number].type)
+
+    def is_new(self, now_us: int, record: Any) -> bool:
+        """Whether it is to go out: another record; a state where it says something else, and at times all the same."""
+        last = self.last
+        if self.timed and record.timestamp == 0:
+            return False
+        if not self.state:
+            return record is not last
+        if last is None or now_us >= self.repeat_us:
+            return True
+        return record is not last and bool(record[self.timed :] != last[self.timed :])
+
+
+class UxrceDdsClient:
+    """One vehicle's."""
+
+    def __init__(self, topics: Topics, logged: Iterable[LoggedTopic], system_id: int, boot_unix_us: int) -> None:
+        """`logged`: what the logger can log of this vehicle; `boot_unix_us`: the date of time 0."""
+        self._topics = topics
+        self.outbox: list[Sample] = []
+        self.time_offset_us = boot_unix_us
+        """The clock of DDS's side less ours."""
+        self._synchronized = False
+        chosen = publications(logged, topics, system_id)
+        self._records = attrgetter(*(each.source for each in chosen))
+        self._entries = [_Entry(each, record) for each, record in zip(chosen, self._records(topics), strict=True)]
+        self._pack_ack = from_row("vehicle_command_ack", commander_rows.vehicle_command_ack)
+        self._pack_report = from_row("transponder_report", outside_rows.transponder_report)
+        self._acks_seen = max((each.number for each in topics.commands_told), default=0)
+        self._reports_seen = max((each.number for each in topics.transponder_reports), default=0)
+
+    def synchronize(self, now_us: int, clock_us: int) -> None:
+        """The clock of DDS's side says `clock_us` (Unix time) now: what it is ahead is filtered, a jump is taken."""
+        deviation_us = clock_us - now_us - self.time_offset_us
+        if abs(deviation_us) > JUMP_US or not self._synchronized:
+            self._synchronized = True
+            self.time_offset_us += deviation_us
+        else:
+            self.time_offset_us += round(GAIN * deviation_us)
+
+    def on_sample(self, now_us: int, sample: Sample) -> None:
+        """A message came, of a topic by its place in SUBSCRIPTIONS."""
+
+    def update(self, now_us: int) -> None:
+        """One tick: what is new and due, as uORB's subscriptions with an interval give it out."""
+        for entry, record in zip(self._entries, self._records(self._topics), strict=True):
+            if now_us - entry.last_us < entry.interval_us or not entry.is_new(now_us, record):
+                continue
+            entry.last = record
+            entry.last_us = min(max(entry.last_us + entry.interval_us, now_us - entry.interval_us), now_us)
+            entry.repeat_us = now_us + STATE_MS * 1000
+            self._publish(entry.number, entry.stamps, entry.pack(record), None if entry.timed else now_us)
+        self._publish_queues()
+
+    def _publish_queues(self) -> None:
+        """Answers to commands, and aircraft nearby: each that came."""
+        told = self._topics.commands_told
+        if told and told[-1].number != self._acks_seen:
+            for each in told:
+                if each.number > self._acks_seen and each.result is not None:
+                    data = self._pack_ack((each.command, each.result))
+                    self._publish(NUMBERS["vehicle_command_ack"], (0,), data, each.timestamp)
+            self._acks_seen = told[-1].number
+        reports = self._topics.transponder_reports
+        if reports and reports[-1].number != self._reports_seen:
+            for report in reports:
+                if report.number > self._reports_seen:
+                    self._publish(NUMBERS["transponder_report"], (0,), self._pack_report(report), None)
+            self._reports_seen = reports[-1].number
+
+    def _publish(self, number: int, stamps: tuple[int, ...], data: bytes, now_us: int | None) -> None:
+        """Send a message; `now_us`: its time, where its record tells none."""
+        stamped = bytearray(data)
+        for offset in stamps:
+            time_us = now_us if now_us is not None else STAMP.unpack_from(data, offset)[0]
+            STAMP.pack_into(stamped, offset, (time_us + self.time_offset_us) % WRAP)
+        self.outbox.append(Sample(number, bytes(stamped)))

@@ -1,0 +1,132 @@
+"""The DDS agent of some autopilots: a participant for each, with PX4's topics under the names that ROS 2 knows.
+
+    python -P -m sitl_emu.run.dds_agent DOMAIN INSTANCE:FD …
+
+FD is the agent's end of an autopilot's `dds_socket`, INSTANCE gives the namespace. Samples pass as they are: who made
+them has told their times. It ends when all autopilots have gone. Cyclone DDS's own settings (CYCLONEDDS_URI) hold.
+"""
+
+import selectors
+import signal
+import socket
+import sys
+import threading
+from typing import Any
+
+from cyclonedds.core import DDSException, InstanceState, Qos, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from sitl_emu.autopilot.uxrce_dds_client import cdr, dds_topics
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample
+from sitl_emu.run import dds_types
+from sitl_emu.run.dds_socket import LARGEST_PACKET_BYTES, packet, samples
+
+PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
+WRITER = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1), PLAIN_CDR)
+"""PX4's writers (utilities.hpp, create_data_writer)."""
+ANY = SampleState.Any | ViewState.Any | InstanceState.Any
+LOOK_S = 0.5
+"""How often the thread that waits for ROS 2 looks whether it is still wanted."""
+
+
+def reader_qos(queue: int) -> Qos:
+    """PX4's readers (create_data_reader), which keep twice what uORB's queue holds."""
+    return Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(2 * queue), PLAIN_CDR)
+
+
+class Vehicle:
+    """One autopilot's side of DDS."""
+
+    def __init__(self, participant: DomainParticipant, instance: int, opened: socket.socket) -> None:
+        self._socket = opened
+        within = dds_topics.namespace(instance)
+        self._kinds = [dds_types.carried(topic.type) for topic in PUBLICATIONS]
+        self._writers = [
+            DataWriter(participant, Topic(participant, dds_topics.dds_name(topic, "out", within), kind), qos=WRITER)
+            for topic, kind in zip(PUBLICATIONS, self._kinds, strict=True)
+        ]
+        self._readers = [
+            DataReader(
+                participant,
+                Topic(participant, dds_topics.dds_name(topic, "in", within), dds_types.carried(topic.type)),
+                qos=reader_qos(MESSAGES[topic.type].queue),
+            )
+            for topic in SUBSCRIPTIONS
+        ]
+        self._wait = WaitSet(participant)
+        for reader in self._readers:
+            self._wait.attach(ReadCondition(reader, ANY))
+        self._over = False
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def publish(self) -> bool:
+        """Write what the autopilot has sent; False when it has gone."""
+        try:
+            data = self._socket.recv(LARGEST_PACKET_BYTES)
+        except ConnectionError:
+            return False
+        for topic, message in samples(data):
+            self._writers[topic].write(dds_types.sample(self._kinds[topic], message))
+        return bool(data)
+
+    def close(self) -> None:
+        """Leave DDS."""
+        self._over = True
+        self._thread.join()
+        self._socket.close()
+
+    def _listen(self) -> None:
+        while not self._over:
+            try:
+                self._wait.wait(duration(seconds=LOOK_S))
+                taken = [sample for number, reader in enumerate(self._readers) for sample in _take(number, reader)]
+                if taken:
+                    self._socket.send(packet(taken))
+            except ConnectionError:
+                return
+
+
+def _take(number: int, reader: DataReader[Any]) -> list[Sample]:
+    """What came on a topic, whole messages alone: those of another layout or byte order are not for PX4."""
+    topic = SUBSCRIPTIONS[number]
+    length, depth = cdr.size(topic.type), 2 * MESSAGES[topic.type].queue
+    return [
+        Sample(number, each.data[len(cdr.HEADER) :][:length])
+        for each in reader.take(depth)
+        if isinstance(each, dds_types.Carried)
+        and each.data[:2] == cdr.HEADER[:2]
+        and len(each.data) >= len(cdr.HEADER) + length
+    ]
+
+
+def main() -> int:
+    """Serve until all autopilots have gone; the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    domain, vehicles = int(sys.argv[1]), dict[int, Vehicle]()
+    selector = selectors.DefaultSelector()
+    try:
+        for text in sys.argv[2:]:
+            instance, fd = (int(part) for part in text.split(":"))
+            opened = socket.socket(fileno=fd)
+            vehicles[fd] = Vehicle(DomainParticipant(domain), instance, opened)
+            selector.register(fd, selectors.EVENT_READ)
+    except DDSException as error:
+        print(f"sitl-emu: DDS domain {domain}: {error}", file=sys.stderr)
+        return 1
+    while vehicles:
+        for key, _ in selector.select():
+            if not vehicles[key.fd].publish():
+                selector.unregister(key.fd)
+                vehicles.pop(key.fd).close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,167 @@
+"""What goes to ROS 2: what is new, no oftener than PX4's list says, with times of the other side's clock."""
+
+import socket
+from collections import Counter
+from typing import Any
+
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import (
+    PositionSetpoint,
+    PositionSetpointTriplet,
+    SensorCombined,
+    VehicleAttitude,
+    VehicleCommand,
+    VehicleLocalPosition,
+    VehicleStatus,
+)
+from sitl_emu.autopilot.uxrce_dds_client import cdr
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample, UxrceDdsClient
+from sitl_emu.run.dds_socket import DdsSocket, packet, samples
+from sitl_emu.vehicles import load
+
+TICK_US = 4000
+BOOT_UNIX_US = 1_700_000_000_000_000
+
+
+class Heard:
+    """A client whose samples are read."""
+
+    def __init__(self) -> None:
+        self.autopilot = Autopilot(load("iris").airframe, 2)
+        self.autopilot.mavlink.context.boot_unix_us = BOOT_UNIX_US
+        self.client: UxrceDdsClient = self.autopilot.start_uxrce_dds_client()
+        self.topics = self.autopilot.topics
+        self.now_us = 1_000_000
+
+    def update(self, ticks: int = 1, each: Any = None) -> list[tuple[str, dict[str, Any]]]:
+        """Samples of so many ticks, by topic; `each` is called before a tick."""
+        heard = []
+        for _ in range(ticks):
+            self.now_us += TICK_US
+            if each is not None:
+                each(self.now_us)
+            self.client.update(self.now_us)
+            for number, data in self.client.outbox:
+                topic = PUBLICATIONS[number]
+                assert len(data) == cdr.size(topic.type)
+                heard.append((topic.name, cdr.Reader(topic.type).read(data)))
+            self.client.outbox.clear()
+        return heard
+
+
+def test_what_nobody_has_written_is_not_told() -> None:
+    told = {name for name, _ in Heard().update(10)}
+    assert told == {"failsafe_flags"}  # of whose record nobody can see whether it was written
+
+
+def test_no_topic_comes_oftener_than_the_list_says() -> None:
+    heard = Heard()
+
+    def write(now_us: int) -> None:
+        heard.topics.sensor_combined = SensorCombined(now_us)
+        heard.topics.vehicle_attitude = VehicleAttitude(now_us)
+        heard.topics.vehicle_local_position = VehicleLocalPosition(now_us)
+
+    counts = Counter(name for name, _ in heard.update(1000, write))  # 4 s
+    assert counts["sensor_combined"] == 1000
+    assert counts["vehicle_odometry"] in (400, 401)
+    assert counts["vehicle_attitude"] == counts["vehicle_local_position"] in (200, 201)
+
+
+def test_a_state_comes_when_it_changes_and_twice_a_second() -> None:
+    heard = Heard()
+    heard.update(50)
+    heard.topics.vehicle_status = VehicleStatus(heard.now_us)
+
+    def repeat(now_us: int) -> None:
+        heard.topics.vehicle_status = heard.topics.vehicle_status._replace(timestamp=now_us)
+
+    assert Counter(name for name, _ in heard.update(500, repeat))["vehicle_status"] == 4
+    heard.update(60, repeat)
+    heard.topics.vehicle_status = heard.topics.vehicle_status._replace(nav_state=NavState.OFFBOARD)
+    ((_, fields),) = [each for each in heard.update() if each[0] == "vehicle_status"]
+    assert (fields["nav_state"], fields["system_id"], fields["arming_state"]) == (14, 3, 1)
+
+
+def test_times_are_those_of_the_other_side() -> None:
+    heard = Heard()
+    heard.topics.vehicle_local_position = VehicleLocalPosition(1_000_000, 996_000, ref_timestamp=7)
+    told = dict(heard.update())
+    assert told["vehicle_local_position"]["timestamp"] == BOOT_UNIX_US + 1_000_000
+    assert told["vehicle_local_position"]["timestamp_sample"] == BOOT_UNIX_US + 996_000
+    assert told["vehicle_local_position"]["ref_timestamp"] == 7
+    assert told["failsafe_flags"]["timestamp"] == BOOT_UNIX_US + heard.now_us
+
+
+def test_times_of_messages_within_are_left_alone() -> None:
+    """As in PX4's ucdr_serialize: it moves the message's own."""
+    heard = Heard()
+    heard.topics.position_setpoint_triplet = PositionSetpointTriplet(
+        5, current=PositionSetpoint(timestamp=4, valid=True)
+    )
+    told = dict(heard.update())["position_setpoint_triplet"]
+    assert told["timestamp"] == BOOT_UNIX_US + 5
+    assert (told["current.timestamp"], told["current.valid"], told["next.valid"]) == (4, True, False)
+
+
+def test_the_clock_of_the_other_side_is_followed() -> None:
+    client = Heard().client
+    client.synchronize(1_000_000, BOOT_UNIX_US + 1_000_000 + 30_000_000)
+    assert client.time_offset_us == BOOT_UNIX_US + 30_000_000
+    client.synchronize(1_004_000, BOOT_UNIX_US + 1_004_000 + 30_050_000)  # a late look is no new clock
+    assert 0 < client.time_offset_us - BOOT_UNIX_US - 30_000_000 < 1000
+    client.synchronize(1_008_000, BOOT_UNIX_US)
+    assert client.time_offset_us == BOOT_UNIX_US - 1_008_000
+
+
+def test_every_answer_to_a_command_is_told() -> None:
+    heard = Heard()
+    heard.update()
+    for number, result in ((22, 0), (400, 1)):
+        command = VehicleCommand(number, source_system=255, source_component=190)
+        tell(heard.topics, heard.now_us, command)
+        tell(heard.topics, heard.now_us, command, CommandResult(result))
+    acks = [fields for name, fields in heard.update() if name == "vehicle_command_ack"]
+    assert [(ack["command"], ack["result"]) for ack in acks] == [(22, 0), (400, 1)]
+    assert {(ack["target_system"], ack["target_component"]) for ack in acks} == {(255, 190)}
+
+
+def test_samples_pass_a_socket() -> None:
+    told = [Sample(3, b"abc"), Sample(20, b"")]
+    assert list(samples(packet(told))) == told
+    left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours, outbox = DdsSocket(left), list(told)
+    with right:
+        ours.send(outbox)
+        assert outbox == []
+        assert list(samples(right.recv(100))) == told
+        right.send(packet(told))
+        right.send(packet(told[:1]))
+        assert ours.receive() == [*told, told[0]]
+        assert ours.receive() == []
+    ours.close()
+
+
+def test_an_agent_that_has_gone_is_told_of_once(capsys: Any) -> None:
+    left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours = DdsSocket(left)
+    right.close()
+    for _ in range(2):
+        ours.send([Sample(0, b"x")])
+        assert ours.receive() == []
+    assert ours.lost
+    assert capsys.readouterr().err.count("DDS agent has ended") == 1
+    ours.close()
+
+
+def test_what_an_agent_does_not_take_in_time_is_lost() -> None:
+    left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours = DdsSocket(left)
+    with right:
+        for _ in range(1000):
+            ours.send([Sample(0, bytes(1000))])
+        assert not ours.lost
+    ours.close()
