@@ -12,8 +12,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from sitl_emu.missions.companion.camera import Image
-from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.detector import Areas, Detections, Detector
 
 MFTP = "mftp://"
 """MAVLink FTP's scheme (https://mavlink.io/en/services/ftp.html#mavlink-ftp-url-scheme)."""
@@ -48,14 +50,25 @@ class Selected:
         """The labels that are looked for."""
         return tuple(label for label in self.known if label in self.selection)
 
-    def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
-        """As `Detector`; best score first."""
-        found = []
-        for one in self._detector.detect(image, gsd_m):
+    def detect(self, image: Image, gsd_m: float | None = None) -> Detections:
+        """As `Detector`; best score first. Areas are weighed as scores are."""
+        found, every = Detections(), self._detector.detect(image, gsd_m)
+        for one in every:
             wanted = self.selection.get(one.label)
             if wanted is not None and (score := min(1.0, one.score * wanted.weight)) >= wanted.threshold:
                 found.append(one._replace(score=score))
-        return sorted(found, key=lambda one: -one.score)
+        found.sort(key=lambda one: -one.score)
+        if isinstance(every, Detections) and every.areas is not None:
+            found.areas = self._weighed(every.areas)
+        return found
+
+    def _weighed(self, areas: Areas) -> Areas:
+        labels = self.labels
+        shares = areas.shares[[areas.labels.index(label) for label in labels]]
+        weights = np.array([self.selection[label].weight for label in labels], np.float32)[:, None, None]
+        least = np.array([self.selection[label].threshold for label in labels], np.float32)[:, None, None]
+        shares = np.minimum(shares * weights, np.float32(1.0))
+        return areas._replace(labels=labels, shares=np.where(shares < least, np.float32(0.0), shares))
 
 
 def read(path: Path, labels: tuple[str, ...]) -> Selection:

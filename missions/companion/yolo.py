@@ -1,8 +1,8 @@
 """A trained network as a `Detector`: any ONNX file that `tools/detector` has exported, run by onnxruntime.
 
 The picture is shrunk to fit the network's input and padded with grey; what comes back are distances of boxes' sides
-from anchors, and scores. Scores are rounded before they are compared, so that another processor's last bits choose
-nothing.
+from anchors, and scores; and how much of each part of the picture shows a class, if it was trained for areas. Scores
+are rounded before they are compared, so that another processor's last bits choose nothing.
 """
 
 import json
@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.missions.companion.camera import Image
-from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 
 Floats = npt.NDArray[np.float32]
 STRIDES = (8, 16, 32)
@@ -85,26 +85,39 @@ class OnnxDetector:
         """All labels of its detections."""
         return self._labels
 
-    def detect(self, image: Image, gsd_m: float | None = None) -> list[Detection]:
+    @property
+    def has_areas(self) -> bool:
+        """Whether its detections come with areas."""
+        return len(self._session.get_outputs()) > 1
+
+    def detect(self, image: Image, gsd_m: float | None = None) -> Detections:
         """See Detector."""
-        found = self.found(image, self._score)
-        return [
+        found, areas = self._looked(image, self._score)
+        each = (
             Detection(self._labels[label], float(score), float(left + right) / 2, float(top + bottom) / 2,
                       float(right - left), float(bottom - top))
             for (left, top, right, bottom), score, label in zip(
                 found.boxes.tolist(), found.scores.tolist(), found.labels.tolist(), strict=True
             )
-        ]  # fmt: skip
+        )  # fmt: skip
+        return Detections(each, areas)
 
     def found(self, image: Image, least: float) -> Found:
         """All boxes from a score on, in pixels of the picture."""
+        return self._looked(image, least)[0]
+
+    def _looked(self, image: Image, least: float) -> tuple[Found, Areas | None]:
         fit = fitted(image, self.width, self.height)
         planes = np.ascontiguousarray(fit.image[None, :, :, ::-1].transpose(0, 3, 1, 2), np.float32) / np.float32(255.0)
-        out = self._session.run(None, {self._input.name: planes})[0][0]
+        (out, *_), *rest = self._session.run(None, {self._input.name: planes})
         chosen = decoded(out, self._middles, least, self._iou, self._one_label)
         boxes = (chosen.boxes - np.array((fit.left, fit.top) * 2, np.float32)) / np.float32(fit.scale)
         height, width = image.shape[:2]
-        return chosen._replace(boxes=np.clip(boxes, 0, np.array((width, height) * 2, np.float32)).round(2))
+        chosen = chosen._replace(boxes=np.clip(boxes, 0, np.array((width, height) * 2, np.float32)).round(2))
+        if not rest:
+            return chosen, None
+        part, left, top = STRIDES[0] / fit.scale, -fit.left / fit.scale, -fit.top / fit.scale
+        return chosen, Areas(self._labels, rest[0][0].round(DECIMALS), part, left, top)
 
 
 def fitted(image: Image, width: int, height: int) -> Fitted:

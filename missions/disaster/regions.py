@@ -1,14 +1,15 @@
-"""Areas of water, debris and fire on the ground, from boxes in pictures: what was looked at, and what was seen there.
+"""Areas of water, debris and fire on the ground, from pictures: what was looked at, and what was seen there.
 
-A box says of a region only how far it reaches; in the box lies dry ground, too, and beyond the picture the region goes
-on. But a place that a frame shows *outside* all boxes is not of the region. So the area is a grid of cells, and every
-frame tells of each cell that it shows, by the camera's pose and the ground's height there, whether it lies in a box:
-an occupancy grid (Moravec and Elfes, High resolution maps from wide angle sonar, 1985), one for each label, with
-log-odds that are added and clamped (Hornung et al., OctoMap, 2013). From many places the boxes carve a region's shape
-as silhouettes carve a body's.
+The area is a grid of cells, and every frame tells of each cell that it shows, by the camera's pose and the ground's
+height there, whether that is of a region: an occupancy grid (Moravec and Elfes, High resolution maps from wide angle
+sonar, 1985), one for each label, with log-odds that are added and clamped (Hornung et al., OctoMap, 2013).
 
-**Confirmed** is a cell that so many consecutive frames have seen in a box, of those that show it, with a mean score
-that reaches `confirm_score`: the paper's N = 3. **A region** is what cells make that are confirmed and still more
+A detector that knows areas says it of each part of its picture. One that knows boxes alone says only how far a region
+reaches; in the box lies dry ground, too. But a place that a frame shows *outside* all boxes is not of the region: from
+many places the boxes carve a region's shape as silhouettes carve a body's.
+
+**Confirmed** is a cell that so many consecutive frames have seen so, of those that show it, with a mean score that
+reaches `confirm_score`: the paper's N = 3. **A region** is what cells make that are confirmed and still more
 likely than not; those nearer to each other than `GAP_M` are one. So *two sightings are one target* when nothing wider
 than that lies between the places that they cover, whenever and from wherever they were made.
 
@@ -26,7 +27,7 @@ import numpy.typing as npt
 from sitl_emu.missions.companion import planar_projection
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, distorted
 from sitl_emu.missions.companion.confirmation import Confirming
-from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 
 Grid = npt.NDArray[np.float64]
@@ -41,11 +42,30 @@ GAP_M = 3.0
 nearer."""
 LEAST_M2 = 4.0
 """What is smaller is no region; as there."""
-SEEN_IF_THERE, SEEN_IF_NOT = 0.8, 0.35
-"""How often a cell lies in a box: of a region, by the paper's Table 2 (recall 0.78); near one, as boxes are larger; the
-second is ours."""
-SEEN = math.log(SEEN_IF_THERE / SEEN_IF_NOT)
-NOT_SEEN = math.log((1.0 - SEEN_IF_THERE) / (1.0 - SEEN_IF_NOT))
+
+
+class Evidence(NamedTuple):
+    """How often a frame says of a cell that it is of a region, where it is of one, and where it is not."""
+
+    if_there: float
+    if_not: float
+
+    @property
+    def seen(self) -> float:
+        """Log-odds that a frame adds which says so."""
+        return math.log(self.if_there / self.if_not)
+
+    @property
+    def not_seen(self) -> float:
+        """The same of one that says the other."""
+        return math.log((1.0 - self.if_there) / (1.0 - self.if_not))
+
+
+BOX = Evidence(0.8, 0.35)
+"""A cell in a box: the paper's Table 2 (recall 0.78); near a region, as boxes are larger; the second is ours."""
+AREA = Evidence(0.8, 0.1)
+HALF = 0.5
+"""Share from which a part of a picture is of a region."""
 MOST = 3.5
 """Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
 NEAREST_M = 0.05
@@ -124,8 +144,12 @@ class RegionMap:
                 np.clip((x * edges.shape[1] / self._camera.width).astype(np.intp), 0, edges.shape[1] - 1),
             ]
             self.rough[rows, columns] += (part - self.rough[rows, columns]) / looks
+        areas = detections.areas if isinstance(detections, Detections) else None
         for layer, label in enumerate(self.labels):
-            self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]))
+            if areas is not None:
+                self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA)
+            else:
+                self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]), BOX)
 
     def regions(self) -> list[Region]:
         """What is confirmed and still there, label by label."""
@@ -159,11 +183,13 @@ class RegionMap:
         column = math.floor((east_m - self.west_m) / RESOLUTION_M)
         return (row, column) if 0 <= row < self.shape[0] and 0 <= column < self.shape[1] else None
 
-    def _tell(self, layer: int, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], scores: Grid) -> None:
-        """What one frame says of the cells that it shows: their scores, 0 outside all boxes."""
+    def _tell(
+        self, layer: int, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], scores: Grid, evidence: Evidence
+    ) -> None:
+        """What one frame says of the cells that it shows: their scores, 0 of what is of no region."""
         hit = scores > 0.0
         at = layer, rows, columns
-        self.odds[at] = np.clip(self.odds[at] + np.where(hit, SEEN, NOT_SEEN), -MOST, MOST)
+        self.odds[at] = np.clip(self.odds[at] + np.where(hit, evidence.seen, evidence.not_seen), -MOST, MOST)
         run = np.where(hit, self._run[at] + 1, 0)
         total = np.where(hit, self._run_score[at] + scores, 0.0)
         self._run[at], self._run_score[at] = run, total
@@ -193,6 +219,12 @@ def by_rays(
 
 PROJECTIONS: Mapping[str, Projection] = {"rays": by_rays, "equations": planar_projection.pixels}
 """By the option `location`: the first is ours, the other the paper's equations 1 to 3."""
+
+
+def _shares(areas: Areas, label: str, x: Grid, y: Grid) -> Grid:
+    """Of each pixel its share of a label; 0 below HALF."""
+    shares = areas.at(label, x, y).astype(np.float64)
+    return np.where(shares >= HALF, shares, 0.0)
 
 
 def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:

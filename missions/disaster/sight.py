@@ -6,14 +6,14 @@ landing site selection system for an autonomous UAV, 2005). Nothing of ours find
 ground is plain is what keeps a parcel off them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.missions.companion.camera import Image
-from sitl_emu.missions.companion.detector import Detection, Detector
+from sitl_emu.missions.companion.detector import Detection, Detections, Detector
 from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker, Gray
 
 Edges = npt.NDArray[np.float32]
@@ -23,11 +23,11 @@ WEAK, STRONG = 60, 150
 """Canny's thresholds, of 8-bit gradients; ours: grass and asphalt from 20 m have no edges with them, persons have."""
 
 
-class Sight(list[Detection]):
+class Sight(Detections):
     """The detections of a frame, with `edges`, the share of edges in its parts (rows, columns), and corners."""
 
-    def __init__(self, detections: Iterable[Detection], edges: Edges, features: Sequence[Feature] = ()) -> None:
-        super().__init__(detections)
+    def __init__(self, detections: list[Detection], edges: Edges, features: Sequence[Feature] = ()) -> None:
+        super().__init__(detections, detections.areas if isinstance(detections, Detections) else None)
         self.edges, self.features = edges, features
 
 

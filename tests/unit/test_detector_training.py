@@ -14,7 +14,8 @@ from sitl_emu.missions.companion.yolo import decoded, middles
 from sitl_emu.world.camera import Pose
 from sitl_emu.world.kinds.corn_field import field as corn
 from sitl_emu.world.render.truth import Seen
-from tools.detector import augment, data, dataset, disaster, field, variation
+from tools.detector import areas, augment, data, dataset, disaster, field, variation
+from tools.detector.data import Split
 from tools.detector.plan import Plan
 
 STILL = augment.Strength(0.0, 0.0, 0.0, (1.0, 1.0), 0.0, 0.0, 0.0, (1.0, 1.0), 0.0)
@@ -29,7 +30,7 @@ def marked() -> augment.Sample:
 
 
 def test_without_strength_nothing_changes() -> None:
-    image, rows = augment.sample(lambda _: marked(), 0, 1, STILL, np.random.default_rng(1))
+    image, rows, _ = augment.sample(lambda _: marked(), 0, 1, STILL, np.random.default_rng(1))
     assert np.array_equal(image, marked()[0]) and np.allclose(rows, ROWS, atol=1e-4)
 
 
@@ -37,7 +38,7 @@ def test_without_strength_nothing_changes() -> None:
 def test_boxes_go_with_the_pictures(seed: int) -> None:
     how = STILL._replace(flip=0.5, rotation_deg=15.0, scale=(0.8, 1.2), shift=0.02)
     rng = np.random.default_rng(seed)
-    image, rows = augment.sample(lambda _: marked(), 0, 1, how, rng)
+    image, rows, _ = augment.sample(lambda _: marked(), 0, 1, how, rng)
     white = image[:, :, 0] > 200
     ys, xs = np.flatnonzero(white.any(axis=1)), np.flatnonzero(white.any(axis=0))
     # The ellipse's box lies within that of the turned corners, and not far
@@ -51,7 +52,7 @@ def test_a_region_that_is_turned_or_cut_has_the_box_of_what_is_still_to_be_seen(
     line = augment.Sample(image, np.array([[0, 0, 0, 128, 96, 1]], np.float32), (image[:, :, 0] > 0).astype(np.uint8))
     how = STILL._replace(flip=0.5, rotation_deg=15.0, scale=(0.8, 1.2), shift=0.1, mosaic=mosaic)
     for seed in range(12):
-        turned, rows = augment.sample(lambda _: line, 0, 4, how, np.random.default_rng(seed))
+        turned, rows, _ = augment.sample(lambda _: line, 0, 4, how, np.random.default_rng(seed))
         for _, left, top, right, bottom, kind in rows:
             if kind == augment.IGNORED:
                 continue
@@ -60,10 +61,44 @@ def test_a_region_that_is_turned_or_cut_has_the_box_of_what_is_still_to_be_seen(
                 assert edge, "a box touches what it is about on every side"
 
 
+@pytest.mark.parametrize("mosaic", [0.0, 1.0])
+def test_what_pixels_show_goes_with_them(mosaic: float) -> None:
+    one = marked()
+    one = one._replace(regions=(one.image[:, :, 0] > 0).astype(np.uint8))
+    how = STILL._replace(flip=0.5, rotation_deg=15.0, scale=(0.8, 1.2), shift=0.1, mosaic=mosaic)
+    for seed in range(8):
+        image, _, shown = augment.sample(lambda _: one, 0, 4, how, np.random.default_rng(seed))
+        assert shown is not None
+        grey = (image == augment.PAD[0]).all(axis=2)
+        assert set(np.unique(shown)) <= {0, 2}  # class 1 and nothing
+        assert ((shown == 2) == (image[:, :, 0] > 127))[~grey].mean() > 0.98  # edges are blurred
+
+
+def test_shares_of_parts() -> None:
+    shown = np.zeros((16, 24), np.uint8)
+    shown[:8, :4], shown[8:, 8:16], shown[8:, 16:20] = 1, 2, augment.UNKNOWN
+    shares = areas.shares_of(shown, 2, (16, 24))
+    assert shares[0].tolist() == [[0.5, 0, 0], [0, 0, 0]] and shares[1].tolist() == [[0, 0, 0], [0, 1, 0]]
+    assert shares[2].tolist() == [[1, 1, 1], [1, 1, 0.5]]
+    assert not areas.shares_of(None, 2, (16, 24)).any()
+
+
+def test_areas_are_scored_by_their_parts() -> None:
+    regions = np.zeros((16, 32), np.uint8)
+    regions[:, :16], regions[:, 24:] = 1, 2
+    rows = np.array([[0, 0, 0, 16, 16, 1], [0, 24, 0, 32, 16, augment.IGNORED]], np.float32)
+    split = Split(("a", "b"), ("x",), [np.zeros((16, 32, 3), np.uint8)], [rows], [regions], [{}])
+    found = np.zeros((2, 2, 4), np.float32)
+    found[0, 0, :] = 0.9  # the upper half, of what is and what is not; the last part is not known to be either
+    first, second = areas.scored([found], split)
+    assert first == pytest.approx((2 / 5, 2 / 3, 2 / 4, 1 / 2)) and second.iou == 0.0
+    assert areas.scored([found], split._replace(regions=[None])) == []
+
+
 def test_four_in_one_keeps_boxes_on_what_they_mark() -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
-        image, rows = augment.sample(lambda _: marked(), 0, 4, STILL._replace(mosaic=1.0), rng)
+        image, rows, _ = augment.sample(lambda _: marked(), 0, 4, STILL._replace(mosaic=1.0), rng)
         for _, left, top, right, bottom, kind in rows:
             if kind == 1:
                 assert image[int(top) : int(bottom), int(left) : int(right)].min() == 255
@@ -95,10 +130,10 @@ def test_worlds_are_dealt_70_15_15_kind_by_kind() -> None:
 
 
 def test_corn_and_things_are_dealt_each_by_itself() -> None:
-    jobs = field.jobs(Plan(Path(), images=100 * 24, held_out=48, subject="field"))
+    jobs = field.jobs(Plan(Path(), images=200 * 24, held_out=48, subject="field"))
     counts = {family: Counter(job.split for job in jobs if job.family == family) for family in field.FAMILIES}
     assert {family: sum(count.values()) for family, count in counts.items()} == {
-        "corn": 52, "things": 17, "mast": 31, "light": 2
+        "corn": 140, "things": 20, "mast": 40, "light": 2
     }  # fmt: skip
     assert counts["light"] == {"light": 2}
     for family in ("corn", "things", "mast"):
@@ -210,6 +245,19 @@ def test_complete_overlap_is_one_for_the_same_box_and_below_overlap_otherwise() 
     assert float(complete_overlap(a, b)) < float(overlap(a, b)) == pytest.approx(0.2, abs=1e-5)
 
 
+def test_areas_cost_what_they_miss_where_it_is_known() -> None:
+    torch = pytest.importorskip("torch")
+    from tools.detector.loss import area_loss
+
+    shares = torch.zeros(1, 3, 2, 2)
+    shares[0, 0, 0, 0] = shares[0, 2, 0] = 1.0  # of the first class, and known in the upper half
+    right = torch.where(shares[:, :2] > 0.5, 20.0, -20.0)
+    assert float(area_loss(right, shares)) < 1e-6
+    beyond, within = right.clone(), right.clone()
+    beyond[0, :, 1], within[0, :, 0] = 20.0, -20.0
+    assert float(area_loss(beyond, shares)) < 1e-6 < float(area_loss(within, shares))
+
+
 @pytest.mark.slow
 def test_it_learns_two_pictures_by_heart() -> None:
     torch = pytest.importorskip("torch")
@@ -230,7 +278,7 @@ def test_it_learns_two_pictures_by_heart() -> None:
         torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
         optimiser.step()
     with torch.no_grad():
-        out = Deployed(network.eval(), 64, 96)(images).numpy()
+        out = Deployed(network.eval(), 64, 96)(images)[0].numpy()
     for figures, target in zip(out, targets, strict=True):
         found = decoded(figures, middles(64, 96), 0.3, 0.6)
         assert found.labels.tolist() == [int(target[0, 0])]
@@ -244,20 +292,26 @@ def test_a_training_begins_with_what_an_exported_network_gives(tmp_path: Path) -
     from tools.detector.net import Deployed, Network
 
     torch.manual_seed(1)
-    old, images = Network(3, 0.25), [np.random.default_rng(k).integers(0, 256, (64, 64, 3), np.uint8) for k in range(8)]
+    old, images = (
+        Network(3, 0.25, True),
+        [np.random.default_rng(k).integers(0, 256, (64, 64, 3), np.uint8) for k in range(8)],
+    )
     x = torch.from_numpy(np.stack(images)[..., ::-1].transpose(0, 3, 1, 2).copy()).float() / 255.0
-    old(x)  # so that its norms are not those it was made with
+    assert old.areas is not None
+    old.areas(old.features(x)[0])  # so that its norms are not those it was made with
+    old(x)
     settings = {"width": 0.25, "input_width": 64, "input_height": 64}
     labels = ["a", "b", "c"]
     kept = {"labels": labels, "settings": settings, "average": old.state_dict(), "epoch": 1, "seconds": 1.0}
     torch.save(kept | {"history": []}, tmp_path / "last.pt")
     export.export(tmp_path / "last.pt", tmp_path / "network.onnx")
     for path in (tmp_path / "last.pt", tmp_path / "network.onnx"):
-        new = Network(3, 0.25)
+        new = Network(3, 0.25, True)
         start.begin(path, new, labels, images)
         with torch.no_grad():
-            assert torch.allclose(Deployed(old.eval(), 64, 64)(x), Deployed(new.eval(), 64, 64)(x), atol=1e-3)
-    other = Network(2, 0.25)
-    start.begin(tmp_path / "network.onnx", other, ["d", "e"], images)  # has the layers below the classes' scores
+            for before, now in zip(Deployed(old.eval(), 64, 64)(x), Deployed(new.eval(), 64, 64)(x), strict=True):
+                assert torch.allclose(before, now, atol=1e-3)
+    for has_areas in (True, False):  # the layers below the classes' scores
+        start.begin(tmp_path / "network.onnx", Network(2, 0.25, has_areas), ["d", "e"], images)
     with pytest.raises(ValueError, match="it can't begin a network of width"):
         start.begin(tmp_path / "network.onnx", Network(3, 0.5), labels, images)

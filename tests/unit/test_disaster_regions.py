@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
 from sitl_emu.missions.companion.confirmation import Confirming
-from sitl_emu.missions.companion.detector import Detection
+from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.regions import RegionMap
@@ -116,6 +116,37 @@ def test_a_line_carves_a_pond(yaw_rad: float, within_m: float) -> None:
     rows, columns = np.nonzero(region.cells)
     assert over.north_m[rows, columns].min() > south - within_m and over.north_m[rows, columns].max() < north + within_m
     assert over.east_m[rows, columns].min() > west - within_m and over.east_m[rows, columns].max() < east + within_m
+
+
+def areas_of(pose: CameraPose, area: Box, share: float = 0.9) -> Detections:
+    """What a detector that knows areas says, in parts of 16 pixels, of an area on ground at height 0."""
+    shares = np.zeros((2, CAMERA.height // 16, CAMERA.width // 16), np.float32)
+    south, west, north, east = area
+    for n in np.arange(south, north, 0.1):
+        for e in np.arange(west, east, 0.1):
+            pixel = project(CAMERA, pose, (float(n), float(e), 0.0))
+            if pixel is not None and 0.0 <= pixel[0] < CAMERA.width and 0.0 <= pixel[1] < CAMERA.height:
+                shares[0, int(pixel[1]) // 16, int(pixel[0]) // 16] = share
+    return Detections([], Areas(LABELS, shares, 16.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("yaw_deg", [0.0, 90.0, 200.0])
+def test_one_place_shows_where_an_area_lies_that_the_detector_knows(yaw_deg: float) -> None:
+    """Within a cell, at any heading, without a box and without carving."""
+    over, pose = a_map(), pose_at(14.0, 13.0, math.radians(yaw_deg))
+    for _ in range(3):
+        over.update(pose, 0.0, areas_of(pose, POND))
+    (region,) = over.regions()
+    south, west, north, east = POND
+    inner = (over.north_m > south) & (over.north_m < north) & (over.east_m > west) & (over.east_m < east)
+    outer = (over.north_m > south - 1) & (over.north_m < north + 1)
+    outer &= (over.east_m > west - 1) & (over.east_m < east + 1)
+    assert region.label == "water_body" and region.score > 0.9
+    assert region.cells[inner].all() and not region.cells[~outer].any()
+    weak = a_map()
+    for _ in range(3):
+        weak.update(pose, 0.0, areas_of(pose, POND, share=0.4))
+    assert weak.regions() == []
 
 
 @pytest.mark.parametrize(("gap_m", "count"), [(1.0, 1), (12.0, 2)])

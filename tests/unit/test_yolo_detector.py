@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from sitl_emu.missions.companion import yolo
+from sitl_emu.missions.companion.selection import Selected, Wanted
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector, decoded, distinct, fitted, middles, overlaps
 
 
@@ -68,19 +69,19 @@ def test_overlaps() -> None:
 class Session:
     """What onnxruntime gives, with figures of its own."""
 
-    def __init__(self, out: Any) -> None:
-        self._out = out
+    def __init__(self, *outs: Any) -> None:
+        self._outs = outs
 
     def run(self, _: None, inputs: dict[str, Any]) -> list[Any]:
         (planes,) = inputs.values()
         assert planes.shape == (1, 3, 32, 64) and planes.dtype == np.float32 and planes.max() <= 1.0
         self.planes = planes
-        return [self._out[None]]
+        return [out[None] for out in self._outs]
 
 
-def detector_of(out: Any) -> tuple[OnnxDetector, Session]:
+def detector_of(*outs: Any) -> tuple[OnnxDetector, Session]:
     made: Any = OnnxDetector.__new__(OnnxDetector)
-    session = Session(out)
+    session = Session(*outs)
     made._session, made._input, made._labels = session, type("Input", (), {"name": "image"}), ("water", "fire")
     made.height, made.width, made._score, made._iou, made._middles = 32, 64, 0.25, 0.6, middles(32, 64)
     made._one_label = False
@@ -95,6 +96,28 @@ def test_detections_are_in_the_pixels_of_the_picture() -> None:
     assert (one.label, one.x, one.y, one.w, one.h) == ("fire", 16.0, 8.0, 32.0, 16.0)
     assert one.score == pytest.approx(0.9)
     assert session.planes[0, 0].min() == 1.0 and session.planes[0, 1:].max() == 0.0  # RGB
+
+
+def test_areas_are_in_the_pixels_of_the_picture() -> None:
+    shares = np.zeros((2, 4, 8), np.float32)
+    shares[1, 1:3, 4:] = 0.8  # of the input's 32 x 64; the picture fills its rows 8 to 24
+    detector, _ = detector_of(figures((0, (4, 4, 12, 4), (0.0, 0.9))), shares)
+    areas = detector.detect(np.zeros((32, 128, 3), np.uint8)).areas
+    assert areas is not None and areas.labels == ("water", "fire")
+    x, y = np.array([8.0, 64.0, 72.0, 120.0]), np.array([8.0, 16.0, 24.0, 8.0])
+    assert areas.at("fire", x, y) == pytest.approx([0.0, 0.4, 0.8, 0.8])
+    assert not areas.at("water", x, y).any() and not areas.at("snow", x, y).any()
+    alone, _ = detector_of(figures((0, (4, 4, 12, 4), (0.0, 0.9))))
+    assert alone.detect(np.zeros((32, 128, 3), np.uint8)).areas is None
+
+
+def test_a_selection_weighs_areas_too() -> None:
+    shares = np.full((2, 4, 8), 0.6, np.float32)
+    shares[1, :, :4] = 0.2
+    detector, _ = detector_of(figures((0, (4, 4, 12, 4), (0.0, 0.9))), shares)
+    found = Selected(detector, {"fire": Wanted(0.5, 0.2)}).detect(np.zeros((64, 128, 3), np.uint8))
+    assert found.areas is not None and found.areas.labels == ("fire",)
+    assert np.unique(found.areas.shares).tolist() == pytest.approx([0.0, 0.3])
 
 
 def test_boxes_end_at_the_picture() -> None:

@@ -64,9 +64,13 @@ def _train(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--width", type=float, default=1.0, help="of the network: 1 is 3 million parameters")
     parser.add_argument("--size", type=int, nargs=2, default=(416, 320), metavar=("WIDTH", "HEIGHT"))
+    parser.add_argument(
+        "--rate", type=float, default=0.01, help="of learning, at its highest; less to go on with --start"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=0, help="processes that change pictures")
     parser.add_argument("--start", type=Path, help="what to begin with: a checkpoint or ONNX file of a network as wide")
+    parser.add_argument("--areas-only", action="store_true", help="only what says how much of each part shows a class")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
     parser.set_defaults(run=_run_train)
 
@@ -77,8 +81,9 @@ def _run_train(given: argparse.Namespace) -> None:
     width, height = given.size
     data, out = _path(given, given.data, "data"), _path(given, given.out, "training")
     train.train(train.Settings(
-        data, out, given.epochs, given.batch, given.width, width, height, seed=given.seed, workers=given.workers,
-        start=given.start, minutes=given.minutes,
+        data, out, given.epochs, given.batch, given.width, width, height, given.rate, seed=given.seed,
+        workers=given.workers, start=given.start, areas_only=given.areas_only,
+        minutes=given.minutes,
     ))  # fmt: skip
 
 

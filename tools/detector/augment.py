@@ -3,7 +3,7 @@
 The paper's: flips, 15 degrees of rotation, 20 per cent of brightness and contrast, scales of 0.8 to 1.2, four pictures
 in one. Besides: white balance, gamma, blur, noise, JPEG. Boxes are rows (n, 6): class, left, top, right, bottom, kind.
 Of areas (water, a front of flames) a box says little about the box of a part, or of the whole when it is turned: where
-it is known which pixels show them, boxes are drawn anew.
+it is known which pixels show them, boxes are drawn anew, and what each pixel shows comes with the picture.
 """
 
 import math
@@ -23,6 +23,8 @@ LEAST_SHARE = 0.15
 LEAST_PX = 6.0
 """Shorter sides are ignored."""
 IGNORED = 2.0
+UNKNOWN = 255
+"""Of pixels: what may be a class, or not."""
 
 
 class Sample(NamedTuple):
@@ -49,18 +51,42 @@ class Strength(NamedTuple):
     """How often each of blur, noise and JPEG comes."""
 
 
-def sample(pick: Callable[[int], Sample], number: int, count: int, how: Strength, rng: Rng) -> tuple[Image, Rows]:
+class Changed(NamedTuple):
+    """What became of a picture."""
+
+    image: Image
+    rows: Rows
+    shown: Image | None
+    """(height, width): 1 + the class that a pixel shows, 0 for none, or UNKNOWN; None: boxes are all that is known."""
+
+
+def sample(pick: Callable[[int], Sample], number: int, count: int, how: Strength, rng: Rng) -> Changed:
     """Picture `number` of `count`, with others where it becomes one of four."""
     if rng.random() < how.mosaic:
         others = [number, *(int(k) for k in rng.integers(count, size=3))]
-        image, rows = _mosaic([_turned(pick(k), how, rng) for k in others], rng)
+        image, rows, shown = _mosaic([_turned(pick(k), how, rng) for k in others], rng)
     else:
-        image, rows, _ = _turned(pick(number), how, rng)
+        one = _turned(pick(number), how, rng)
+        image, rows, shown = one.image, one.rows, one.shown
     is_there = ((rows[:, 3:5] - rows[:, 1:3]) > 1.0).all(axis=1)
-    return _seen(image, how, rng), rows[is_there]
+    return Changed(_seen(image, how, rng), rows[is_there], shown)
 
 
-def _turned(one: Sample, how: Strength, rng: Rng) -> Sample:
+def shown_by(regions: Image, rows: Rows) -> Image:
+    """What each pixel shows, as `Changed` has it, by which row it shows."""
+    table = np.zeros(256, np.uint8)
+    table[1 : len(rows) + 1] = np.where(rows[:255, 5] == IGNORED, UNKNOWN, 1 + rows[:255, 0])
+    return table[regions]
+
+
+class _Turned(NamedTuple):
+    image: Image
+    rows: Rows
+    regions: Image | None
+    shown: Image | None
+
+
+def _turned(one: Sample, how: Strength, rng: Rng) -> _Turned:
     """Flipped, rotated, scaled and moved."""
     height, width = one.image.shape[:2]
     angle = math.radians(float(rng.uniform(-how.rotation_deg, how.rotation_deg)))
@@ -76,10 +102,11 @@ def _turned(one: Sample, how: Strength, rng: Rng) -> Sample:
     )
     rows = _moved(one.rows, turn, shift, width, height)
     if one.regions is None:
-        return Sample(image, rows)
+        return _Turned(image, rows, None, None)
     regions = np.asarray(cv2.warpAffine(one.regions, matrix, (width, height), flags=cv2.INTER_NEAREST), np.uint8)
     before = scale * scale * pixels_of(one.regions, len(rows))
-    return Sample(image, about_regions(rows, one.rows[:, 5], regions, before), regions)
+    about = about_regions(rows, one.rows[:, 5], regions, before)
+    return _Turned(image, about, regions, shown_by(regions, one.rows))
 
 
 def pixels_of(regions: Image, count: int) -> npt.NDArray[np.float64]:
@@ -122,16 +149,19 @@ def cut(rows: npt.NDArray[np.floating], left: float, top: float, right: float, b
     return inner
 
 
-def _mosaic(four: list[Sample], rng: Rng) -> tuple[Image, Rows]:
+def _mosaic(four: list[_Turned], rng: Rng) -> Changed:
     """Four pictures about a point near the middle, each with the part that lies about its own."""
     height, width = four[0].image.shape[:2]
     x, y = (int(side * rng.uniform(0.3, 0.7)) for side in (width, height))
     windows = ((0, 0, x, y), (x, 0, width, y), (0, y, x, height), (x, y, width, height))
     whole = np.empty_like(four[0].image)
+    all_shown = np.full((height, width), UNKNOWN, np.uint8)
     rows = []
-    for (image, own, regions), (left, top, right, bottom) in zip(four, windows, strict=True):
+    for (image, own, regions, seen), (left, top, right, bottom) in zip(four, windows, strict=True):
         dx, dy = int(rng.integers(width - (right - left) + 1)), int(rng.integers(height - (bottom - top) + 1))
         whole[top:bottom, left:right] = image[dy : dy + bottom - top, dx : dx + right - left]
+        if seen is not None:
+            all_shown[top:bottom, left:right] = seen[dy : dy + bottom - top, dx : dx + right - left]
         part = cut(own, dx, dy, dx + right - left, dy + bottom - top)
         part[:, 1:5] -= (dx, dy) * 2
         if regions is not None:
@@ -139,7 +169,7 @@ def _mosaic(four: list[Sample], rng: Rng) -> tuple[Image, Rows]:
             part = about_regions(part, own[:, 5], shown, pixels_of(regions, len(own)))
         part[:, 1:5] += (left, top) * 2
         rows.append(part)
-    return whole, np.concatenate(rows)
+    return Changed(whole, np.concatenate(rows), None if all(one.shown is None for one in four) else all_shown)
 
 
 def _seen(image: Image, how: Strength, rng: Rng) -> Image:

@@ -14,7 +14,7 @@ from tools.detector.recorder import Eye
 
 AREAS = (
     Area("water_body", ("water",), gap_m=3.0, least_m2=4.0),
-    Area("debris_field", ("debris slab", "debris wall", "debris beam"), 1.0, 3.0, ignored=("debris rubble",)),
+    Area("debris_field", ("debris slab", "debris wall", "debris beam"), 3.0, 3.0, ignored=("debris rubble",)),
     Area("fire_region", ("fire",), gap_m=3.0, least_m2=1.5, burns=True),
 )
 """The paper's classes. What makes a region of them is ours."""

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import Found, OnnxDetector, overlaps
-from tools.detector import data
+from tools.detector import areas, data
 from tools.detector.changes import Change, changes
 from tools.detector.colour import learn
 from tools.detector.conditions import CONDITIONS, binned
@@ -56,6 +56,7 @@ def evaluate(model: Path, folder: Path, out: Path, baseline: bool = False) -> No
               "sets": {name: _plain(one, detector.labels) for name, one in scores.items()},
               "changed": {name: _plain(one, detector.labels) for name, one in drops.items()},
               "conditions": {name: [one._asdict() for one in bins] for name, bins in conditions.items()},
+              "areas": _areas(detector, splits, found, at),
               "colour_alone": _baseline(folder, splits, truths) if baseline else {},
               "confusion": {"labels": [*detector.labels, "nothing"], "rows": table.tolist()},
               "frames_s": round(_speed(detector, splits["test"].images), 1)}  # fmt: skip
@@ -75,6 +76,25 @@ def _baseline(folder: Path, splits: Mapping[str, data.Split], truths: Mapping[st
     found = {name: [colours.found(image, LEAST) for image in split.images] for name, split in splits.items()}
     at = score(found["val"], truths["val"], len(labels)).at
     return {name: _plain(score(found[name], truths[name], len(labels), at), labels) for name in splits}
+
+
+def _areas(
+    detector: OnnxDetector, splits: Mapping[str, data.Split], found: Mapping[str, Sequence[Found]], at: float
+) -> dict[str, Any]:
+    """Of all sets whose pictures' pixels are known, by what gives them: the network's areas, and its boxes."""
+    given: dict[str, Any] = {}
+    for name, split in splits.items():
+        ways = {"boxes": [areas.of_boxes(one, at, len(split.labels), (HEIGHT, WIDTH)) for one in found[name]]}
+        seen = [detector.detect(image).areas for image in split.images] if detector.has_areas else []
+        if seen:
+            ways["areas"] = [areas.in_parts(one, (HEIGHT, WIDTH)) for one in seen if one is not None]
+        for way, shares in ways.items():
+            scores = areas.scored(shares, split)
+            rows = {label: {key: round(value, 4) for key, value in one._asdict().items()}
+                    for label, one in zip(split.labels, scores, strict=False)}  # fmt: skip
+            if rows:
+                given.setdefault(name, {})[way] = rows
+    return given
 
 
 def _changed(detector: OnnxDetector, split: data.Split, change: Change, at: float) -> Score:
@@ -119,6 +139,13 @@ def markdown(result: Mapping[str, Any]) -> str:
                      f"{one['map50']:.3f} | {one['map50_95']:.3f} | |")  # fmt: skip
     lines += ["", "| test pictures, changed | mAP@0.5 |", "| --- | --- |"]
     lines += [f"| {name} | {one['map50']:.3f} |" for name, one in result["changed"].items()]
+    if result["areas"]:
+        lines += ["", "| parts of pictures | by | class | IoU | precision | recall | others taken for it |",
+                  "| --- " * 7 + "|"]  # fmt: skip
+    for name, ways in result["areas"].items():
+        for way, rows in ways.items():
+            lines += [f"| {name} | {way} | {label} | {one['iou']:.2f} | {one['precision']:.2f} | "
+                      f"{one['recall']:.2f} | {one['others']:.3f} |" for label, one in rows.items()]  # fmt: skip
     for name, bins in result["conditions"].items():
         lines += [
             "",

@@ -11,6 +11,8 @@ import torch
 from tools.detector import data
 from tools.detector.net import Deployed, Network
 
+AREAS = "areas"
+"""Of the second output, and of its layers."""
 CALIBRATES = 96
 """Pictures of the training split by which ranges of activations are found."""
 
@@ -21,11 +23,13 @@ def export(checkpoint: Path, path: Path, size: tuple[int, int] | None = None) ->
 
     kept = torch.load(checkpoint, map_location="cpu", weights_only=True)
     width, height = size or (kept["settings"]["input_width"], kept["settings"]["input_height"])
-    network = Network(len(kept["labels"]), kept["settings"]["width"])
+    has_areas = any(name.startswith(AREAS) for name in kept["average"])
+    network = Network(len(kept["labels"]), kept["settings"]["width"], has_areas)
     network.load_state_dict(kept["average"])
     deployed = Deployed(network, height, width).eval()
+    outputs = ["found", AREAS] if has_areas else ["found"]
     torch.onnx.export(
-        deployed, (torch.zeros(1, 3, height, width),), str(path), input_names=["image"], output_names=["found"],
+        deployed, (torch.zeros(1, 3, height, width),), str(path), input_names=["image"], output_names=outputs,
         external_data=False, dynamo=True,
     )  # fmt: skip
     model = onnx.load(str(path))

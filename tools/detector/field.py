@@ -32,7 +32,7 @@ STAGES = (8, 5, 7, 8, 6, 7)
 """Growth stages of the fields, in turn: the more the rows close, the harder it is."""
 TARGETS, DISTRACTORS = 16, 56
 """More than a mission meets: a field is dear, a look at it cheap."""
-THINGS_SHARE, MAST_SHARE = 0.17, 0.31
+THINGS_SHARE, MAST_SHARE = 0.10, 0.20
 """Of the worlds; the others are corn from the air and, every third picture, from the mast."""
 SEEDS = {"corn": 0, "light": 5_000, "mast": 7_000}
 """Where the seeds of each family's fields begin, counted from FIRST_SEED."""
@@ -100,10 +100,13 @@ def _of_corn(job: Job, field: corn.CornField) -> Iterator[Frame]:
     model = CameraModel(
         lens.width, lens.height, lens.focal_px, lens.focal_px, (lens.width - 1) / 2, (lens.height - 1) / 2
     )
+    # What is small is what is missed: as often by area as by number.
+    weights = np.array([1.0 / thing.radius_m**2 for thing in field.targets])
+    small_first = weights / weights.sum()
     for k in range(job.plan.per_world):
         thing = field.objects[int(rng.integers(len(field.objects)))]
         if rng.random() < 0.5:
-            thing = field.targets[int(rng.integers(len(field.targets)))]
+            thing = field.targets[int(rng.choice(len(field.targets), p=small_first))]
         is_low = job.family == "mast" or k % 3 == 2
         pose = _in_front(rng, field, thing) if is_low else _over(rng, field, thing)
         mount = camera_model.MAST if is_low else camera_model.NADIR

@@ -2,7 +2,7 @@
 
 Assignment by task alignment (Feng et al., TOOD, 2021), boxes by complete IoU (Zheng et al., Distance-IoU Loss, 2020)
 and by their sides' distributions (Li et al., Generalized Focal Loss, 2020), classes by cross-entropy against how well
-an anchor is aligned.
+an anchor is aligned. Areas, where there are any, learn by cross-entropy in each part of a picture.
 """
 
 import math
@@ -18,8 +18,8 @@ NEAREST = 10
 """Anchors that stand for a box, at most."""
 SCORE_POWER, IOU_POWER = 0.5, 6.0
 """Of an anchor's score and of its box's overlap in the alignment. The paper has 1 and 6."""
-BOX, LABEL, SIDE = 7.5, 0.5, 1.5
-"""Weights of complete IoU, classes and sides' distributions."""
+BOX, LABEL, SIDE, AREA = 7.5, 0.5, 1.5, 2.0
+"""Weights of complete IoU, classes, sides' distributions and areas."""
 EPSILON = 1e-7
 REAL, IGNORED = 1.0, 2.0
 """Kinds of rows in targets; 0 fills up."""
@@ -110,6 +110,14 @@ def loss(raw: Tensor, targets: Tensor, middles: Tensor, strides: Tensor) -> tupl
     side = (_side_loss(raw[..., : 4 * BINS][at], sides) * weight).sum() / total
     parts = torch.stack((BOX * box, LABEL * label, SIDE * side))
     return parts.sum() * len(raw), parts.detach()
+
+
+def area_loss(logits: Tensor, shares: Tensor) -> Tensor:
+    """Of a batch: cross-entropy of areas' logits (n, c, h, w) to `shares` (n, c + 1, h, w), as `areas.shares_of` has
+    them; a scalar, in the measure of `loss`."""
+    known = shares[:, -1:]
+    crossed = functional.binary_cross_entropy_with_logits(logits.float(), shares[:, :-1], reduction="none")
+    return AREA * len(logits) * (crossed * known).sum() / (known.sum() * logits.shape[1]).clamp(min=1.0)
 
 
 def _side_loss(raw: Tensor, sides: Tensor) -> Tensor:

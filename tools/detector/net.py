@@ -4,6 +4,8 @@ Backbone of cross-stage-partial stages (Wang et al., CSPNet, 2020) with a pyrami
 aggregation neck (Liu et al., PANet, 2018), and at three scales a head whose branches for boxes and classes are apart
 (Ge et al., YOLOX, 2021). A box is its sides' distances from an anchor, each a distribution over BINS (Li et al.,
 Generalized Focal Loss, 2020). At `width` 1 it has about 3 million parameters, as YOLOv8n (3.2).
+
+Where classes are areas, a box says little: a last head says of each part of the picture how much of it shows a class.
 """
 
 import math
@@ -97,7 +99,7 @@ class Head(nn.Module):
 class Network(nn.Module):
     """Pictures (n, 3, h, w), RGB from 0 to 1, sides multiples of 32, to raw figures of all anchors."""
 
-    def __init__(self, classes: int, width: float = 1.0) -> None:
+    def __init__(self, classes: int, width: float = 1.0, has_areas: bool = False) -> None:
         super().__init__()
         a, b, c, d, e = (max(round(channels * width / 8), 1) * 8 for channels in (16, 32, 64, 128, 256))
         self.classes, self.width = classes, width
@@ -112,9 +114,15 @@ class Network(nn.Module):
         self.heads = nn.ModuleList(
             Head(k, narrow, classes, stride) for k, stride in zip((c, d, e), STRIDES, strict=True)
         )
+        self.areas = nn.Sequential(Unit(c, c), Unit(c, c), nn.Conv2d(c, classes, 1)) if has_areas else None
+        """(n, c, h / 8, w / 8), the first of `features`, to logits of each class's share (n, classes, h / 8, w / 8)."""
 
     def forward(self, x: Tensor) -> Tensor:
         """(n, anchors, 4 * BINS + classes): logits, scale by scale from the finest, row by row."""
+        return self.anchored(self.features(x))
+
+    def features(self, x: Tensor) -> tuple[Tensor, ...]:
+        """What the heads see, from the finest scale on."""
         small = self.small(x)
         middle = self.middle(small)
         large = self.large(middle)
@@ -122,7 +130,11 @@ class Network(nn.Module):
         small = self.up_small(torch.cat((_doubled(middle), small), 1))
         middle = self.out_middle(torch.cat((self.down_middle(small), middle), 1))
         large = self.out_large(torch.cat((self.down_large(middle), large), 1))
-        return torch.cat([head(y) for head, y in zip(self.heads, (small, middle, large), strict=True)], 1)
+        return small, middle, large
+
+    def anchored(self, features: tuple[Tensor, ...]) -> Tensor:
+        """As `forward`, of features."""
+        return torch.cat([head(y) for head, y in zip(self.heads, features, strict=True)], 1)
 
 
 def _doubled(x: Tensor) -> Tensor:
@@ -130,17 +142,22 @@ def _doubled(x: Tensor) -> Tensor:
 
 
 class Deployed(nn.Module):
-    """The network as it is exported: sides' distances in pixels and scores, (n, anchors, 4 + classes)."""
+    """The network as it is exported: sides' distances in pixels and scores, (n, anchors, 4 + classes).
+
+    And of one that has areas, each part's shares, (n, classes, h / 8, w / 8).
+    """
 
     def __init__(self, network: Network, height: int, width: int) -> None:
         super().__init__()
         self.network = network
         self.register_buffer("stride", anchors(height, width)[1])
 
-    def forward(self, x: Tensor) -> Tensor:
+    def forward(self, x: Tensor) -> tuple[Tensor, ...]:
         """Left, top, right, bottom from the anchor, in pixels of the input; then each class's score."""
-        raw = self.network(x)
-        return torch.cat((distances(raw) * self.stride[:, None], raw[..., 4 * BINS :].sigmoid()), -1)
+        features = self.network.features(x)
+        raw = self.network.anchored(features)
+        found = torch.cat((distances(raw) * self.stride[:, None], raw[..., 4 * BINS :].sigmoid()), -1)
+        return (found,) if self.network.areas is None else (found, self.network.areas(features[0]).sigmoid())
 
 
 def anchors(height: int, width: int, device: torch.device | str = "cpu") -> tuple[Tensor, Tensor]:

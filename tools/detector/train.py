@@ -3,6 +3,9 @@
 Each epoch ends in `last.pt`, from which the next sitting goes on; `best.pt` is the one with the highest mAP@0.5 on the
 validation split. What is validated and kept is a moving average of the weights. An epoch's order and changes come from
 the seed and its number alone.
+
+A data set that knows which pixels show what trains areas, too; `areas_only` these alone, on a network that stays as it
+is: the best is then that with the highest mean IoU.
 """
 
 import json
@@ -19,7 +22,8 @@ from torch import Tensor, nn
 
 from sitl_emu.missions.companion.yolo import Found, decoded, middles
 from tools.detector import augment, data, start
-from tools.detector.loss import loss
+from tools.detector.areas import AreaScore, scored, shares_of
+from tools.detector.loss import area_loss, loss
 from tools.detector.net import Deployed, Network, anchors
 from tools.detector.scores import Score, score
 
@@ -49,11 +53,16 @@ class Settings(NamedTuple):
     workers: int = 0
     start: Path | None = None
     """A network as wide, of any input size, to begin with instead of chance: a checkpoint or an exported one."""
+    areas_only: bool = False
     minutes: float = math.inf
     """A sitting ends after the epoch in which they are over."""
 
 
-class Pictures(torch.utils.data.Dataset[tuple[Tensor, Tensor]]):
+Batch = tuple[Tensor, Tensor, Tensor]
+"""Pictures (n, 3, h, w) uint8, targets (n, m, 6), and shares (n, classes + 1, h / 8, w / 8) as `areas` has them."""
+
+
+class Pictures(torch.utils.data.Dataset[Batch]):
     """A training split, changed anew each epoch."""
 
     def __init__(self, split: data.Split, how: augment.Strength, seed: int) -> None:
@@ -62,23 +71,26 @@ class Pictures(torch.utils.data.Dataset[tuple[Tensor, Tensor]]):
     def __len__(self) -> int:
         return len(self.split.images)
 
-    def __getitem__(self, key: tuple[int, int]) -> tuple[Tensor, Tensor]:
+    def __getitem__(self, key: tuple[int, int]) -> Batch:
         """By epoch and number."""
         cv2.setNumThreads(1)
         rng = np.random.default_rng((self.seed, *key))
-        image, rows = augment.sample(self._pick, key[1], len(self), self.how, rng)
-        return torch.from_numpy(np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))), torch.from_numpy(rows)
+        image, rows, shown = augment.sample(self._pick, key[1], len(self), self.how, rng)
+        planes = np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))
+        shares = shares_of(shown, len(self.split.labels), image.shape[:2])
+        return torch.from_numpy(planes), torch.from_numpy(rows), torch.from_numpy(shares)
 
     def _pick(self, number: int) -> augment.Sample:
         return self.split.sample(number)
 
 
-def joined(samples: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
-    """Pictures (n, 3, h, w) uint8 and targets (n, m, 6), filled up with rows of 0."""
-    targets = torch.zeros(len(samples), max(max(len(rows) for _, rows in samples), 1), 6)
-    for own, (_, rows) in zip(targets, samples, strict=True):
+def joined(samples: list[Batch]) -> Batch:
+    """Of single pictures; targets are filled up with rows of 0."""
+    images, all_rows, shares = zip(*samples, strict=True)
+    targets = torch.zeros(len(samples), max(max(len(rows) for rows in all_rows), 1), 6)
+    for own, rows in zip(targets, all_rows, strict=True):
         own[: len(rows)] = rows
-    return torch.stack([image for image, _ in samples]), targets
+    return torch.stack(images), targets, torch.stack(shares)
 
 
 class Sitting:
@@ -87,15 +99,23 @@ class Sitting:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         torch.manual_seed(settings.seed)
+        cv2.setNumThreads(1)  # or the workers, which are forked, wait for threads that they don't have
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         size = settings.input_width, settings.input_height
         self.train, self.val = (data.load(settings.data, name, *size) for name in ("train", "val"))
         classes, layout = len(self.train.labels), torch.channels_last  # a sixth faster on a CPU than the usual one
-        self.network = Network(classes, settings.width).to(self.device, memory_format=layout)
+        has_areas = any(regions is not None for regions in self.train.regions)
+        if settings.areas_only and not (has_areas and settings.start):
+            raise ValueError(f"areas alone: {settings.data} has no regions, or there is no network to start with")
+        self.network = Network(classes, settings.width, has_areas).to(self.device, memory_format=layout)
         if settings.start is not None:
             start.begin(settings.start, self.network, self.train.labels, self.train.images)
-        self.average = Network(classes, settings.width).to(self.device, memory_format=layout).eval()
+        self.average = Network(classes, settings.width, has_areas).to(self.device, memory_format=layout).eval()
         self.average.load_state_dict(self.network.state_dict())
+        if settings.areas_only:
+            self.network.requires_grad_(False)
+            assert self.network.areas is not None
+            self.network.areas.requires_grad_(True)
         self.optimiser = torch.optim.SGD(_groups(self.network, settings.decay), settings.rate, MOMENTUM, nesterov=True)
         self.epoch, self.step, self.best, self.seconds = 0, 0, -1.0, 0.0
         self.history: list[dict[str, Any]] = []
@@ -103,7 +123,7 @@ class Sitting:
 
     # --- an epoch -----------------------------------------------------------------------------------------------------
 
-    def batches(self) -> Iterator[tuple[Tensor, Tensor]]:
+    def batches(self) -> Iterator[Batch]:
         """One epoch's."""
         settings = self.settings
         plain = self.epoch >= settings.epochs * (1 - PLAIN_SHARE)
@@ -119,20 +139,26 @@ class Sitting:
         """Learn from every picture once, and say how good it is then."""
         began = time.monotonic()
         self.network.train()
-        parts = torch.zeros(3, device=self.device)
+        if self.settings.areas_only:
+            self.network.eval()
+            assert self.network.areas is not None
+            self.network.areas.train()
+        parts = torch.zeros(4, device=self.device)
         count = 0
         steps = max(len(self.train.images) // self.settings.batch, 1)
-        for images, targets in self.batches():
+        for images, targets, shares in self.batches():
             self._set_rate(steps)
-            parts += self._learn(images.to(self.device, non_blocking=True), targets.to(self.device))
+            images = images.to(self.device, non_blocking=True)
+            parts += self._learn(images, targets.to(self.device), shares.to(self.device))
             count += 1
             if count % 20 == 0:
                 print(f"\repoch {self.epoch + 1}: {count} of {steps}", end="", flush=True)
         learnt = time.monotonic() - began
-        found = validated(self.average, self.val, self.device)
+        found, areas = validated(self.average, self.val, self.device)
         row = {"epoch": self.epoch + 1, "loss": [round(float(part) / count, 4) for part in parts],
                "map50": round(found.map50, 4), "map50_95": round(found.map50_95, 4),
                "classes": [round(one.ap50, 3) for one in found.classes],
+               "area_iou": [round(one.iou, 3) for one in areas],
                "seconds": round(time.monotonic() - began, 1), "images_s": round(len(self.train.images) / learnt, 1)
                }  # fmt: skip
         self.epoch += 1
@@ -140,14 +166,23 @@ class Sitting:
         self.history.append(row)
         return row
 
-    def _learn(self, images: Tensor, targets: Tensor) -> Tensor:
-        x = images.float() / 255.0
+    def _learn(self, images: Tensor, targets: Tensor, shares: Tensor) -> Tensor:
+        x = (images.float() / 255.0).contiguous(memory_format=torch.channels_last)
+        network, areas_only = self.network, self.settings.areas_only
+        total, parts = torch.zeros((), device=self.device), torch.zeros(4, device=self.device)
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda"):
-            raw = self.network(x.contiguous(memory_format=torch.channels_last))
-        total, parts = loss(raw, targets, *self.anchors)
+            with torch.set_grad_enabled(not areas_only):
+                features = network.features(x)
+            raw = None if areas_only else network.anchored(features)
+            logits = None if network.areas is None else network.areas(features[0])
+        if raw is not None:
+            total, parts[:3] = loss(raw, targets, *self.anchors)
+        if logits is not None:
+            area = area_loss(logits, shares)
+            total, parts[3] = total + area, area.detach() / len(images)
         self.optimiser.zero_grad(set_to_none=True)
         total.backward()
-        nn.utils.clip_grad_norm_(self.network.parameters(), MOST_GRADIENT)
+        nn.utils.clip_grad_norm_(network.parameters(), MOST_GRADIENT)
         self.optimiser.step()
         self.step += 1
         self._follow()
@@ -193,7 +228,8 @@ class Sitting:
     def keep(self) -> None:
         """Write what the next sitting needs, and the best so far."""
         row = self.history[-1]
-        is_best, self.best = row["map50"] > self.best, max(self.best, row["map50"])
+        good = float(np.mean(row["area_iou"])) if self.settings.areas_only else row["map50"]
+        is_best, self.best = good > self.best, max(self.best, good)
         kept = {"settings": self._told(), "network": self.network.state_dict(), "average": self.average.state_dict(),
                 "optimiser": self.optimiser.state_dict(), "epoch": self.epoch, "step": self.step, "best": self.best,
                 "seconds": self.seconds, "history": self.history, "labels": list(self.train.labels)}  # fmt: skip
@@ -211,22 +247,26 @@ class Sitting:
 
 def _groups(network: nn.Module, decay: float) -> list[dict[str, Any]]:
     """Weights of convolutions decay, biases and norms don't."""
-    plain = [each for each in network.parameters() if each.ndim == 1]
-    others = [each for each in network.parameters() if each.ndim > 1]
+    learning = [each for each in network.parameters() if each.requires_grad]
+    plain, others = [each for each in learning if each.ndim == 1], [each for each in learning if each.ndim > 1]
     return [{"params": others, "weight_decay": decay}, {"params": plain, "weight_decay": 0.0}]
 
 
 @torch.no_grad()
-def validated(network: Network, split: data.Split, device: torch.device, batch: int = 32) -> Score:
-    """What a network finds in a split, scored."""
+def validated(
+    network: Network, split: data.Split, device: torch.device, batch: int = 32
+) -> tuple[Score, list[AreaScore]]:
+    """What a network finds in a split, scored; and its areas, if it has any."""
     height, width = split.images[0].shape[:2]
     deployed, at = Deployed(network, height, width).to(device).eval(), middles(height, width)
-    found: list[Found] = []
+    found, areas = list[Found](), list[np.ndarray]()
     for first in range(0, len(split.images), batch):
         images = np.stack(split.images[first : first + batch])[..., ::-1].transpose(0, 3, 1, 2)
-        out = deployed(torch.from_numpy(np.ascontiguousarray(images)).to(device).float() / 255.0)
+        out, *rest = deployed(torch.from_numpy(np.ascontiguousarray(images)).to(device).float() / 255.0)
         found += [decoded(each, at, 0.01, 0.6) for each in out.float().cpu().numpy()]
-    return score(found, [split.truth(k) for k in range(len(split.images))], len(split.labels))
+        areas += [each for shares in rest for each in shares.float().cpu().numpy()]
+    truths = [split.truth(k) for k in range(len(split.images))]
+    return score(found, truths, len(split.labels)), scored(areas, split)
 
 
 def train(settings: Settings) -> None:

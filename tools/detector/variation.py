@@ -21,10 +21,10 @@ KINDS = ("urban_flood", "debris_field", "wildfire_perimeter")
 FAMILIES = ("usual", "asset", "light")
 
 WATERS: tuple[tuple[Colour, float], ...] = (
-    ((0.40, 0.33, 0.23), 2.5), ((0.33, 0.31, 0.24), 2.0), ((0.25, 0.29, 0.24), 1.8), ((0.46, 0.40, 0.30), 3.5),
+    ((0.40, 0.33, 0.23), 9.4), ((0.33, 0.31, 0.24), 6.0), ((0.25, 0.29, 0.24), 4.4), ((0.46, 0.40, 0.30), 19.0),
 )  # fmt: skip
-"""Colours of deep water, and murk (1/m)."""
-OTHER_WATERS: tuple[tuple[Colour, float], ...] = (((0.10, 0.22, 0.24), 0.9), ((0.09, 0.10, 0.08), 3.0))
+"""Colours of deep water, and murk (1/m): at 100, 50, 30 and 300 FNU, as urban_flood's kind.MURK_1_M is reckoned."""
+OTHER_WATERS: tuple[tuple[Colour, float], ...] = (((0.10, 0.22, 0.24), 4.4), ((0.09, 0.10, 0.08), 9.4))
 GROUNDS = ("grass", "soil", "forest_floor", "gravel")
 OTHER_GROUNDS = ("mud", "sand")
 OTHER_RUBBLE: tuple[Colour, ...] = ((0.58, 0.26, 0.17), (0.50, 0.36, 0.22), (0.82, 0.80, 0.76))
