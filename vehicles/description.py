@@ -274,6 +274,11 @@ class Camera:
     """Its name, or a table: an OV5648 that differs in these figures."""
 
 
+def zoomed(zoom_max: float, percent: float) -> float:
+    """Focal length over that at no zoom, at so many percent of the range: linear between the two, which is ours."""
+    return 1.0 + (zoom_max - 1.0) * percent / 100.0
+
+
 @dataclass(frozen=True, slots=True)
 class Gimbal:
     """A gimbal that speaks MAVLink (component 154): limits of its angles, its speed, and where it looks at start."""

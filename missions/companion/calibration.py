@@ -4,7 +4,8 @@ A file of OpenCV's FileStorage (YAML, XML or JSON), as its calibration programs 
 `image_height` (or `cameraResolution`), `camera_matrix` (3 x 3), `distortion_coefficients` (or `dist_coeffs`: k1, k2,
 p1, p2, k3; or the first four). Ours is `mount`, which may be left out: forward_m, right_m, down_m, depression_deg, and
 on_gimbal: 1 for a camera on a gimbal's head, which tells where it looks. A simulated run writes one for each camera
-into its folder; on hardware it is what calibrating the real camera gave.
+into its folder; on hardware it is what calibrating the real camera gave. It is that of a camera that has not zoomed:
+for one that has, fx and fy are so many times as large (docs/cameras.md).
 """
 
 from pathlib import Path

@@ -170,6 +170,17 @@ class Camera:
         elif number == self._exposed:
             self._drawn[number] = ok
 
+    def zoom_percent(self, now_us: int) -> float:
+        """How far it has zoomed at a time: 0 is wide; where it can't, too."""
+        if self._zoom_rate:
+            self._zoom_on(now_us)
+        return self._settings.zoom_percent
+
+    @property
+    def zooms(self) -> bool:
+        """Whether it can."""
+        return self._data.zoom_max > 1.0
+
     def keep_alive(self, clock_s: float) -> None:
         """See Component.keep_alive."""
         self._component.keep_alive(clock_s)
@@ -388,7 +399,7 @@ class Camera:
         return ACCEPTED
 
     def _set_camera_zoom(self, now_us: int, command: Command) -> int:
-        if self._data.zoom_max <= 1.0:
+        if not self.zooms:
             return UNSUPPORTED
         kind, value = command.whole(1), command.params[1]
         if not math.isfinite(value):
@@ -514,15 +525,14 @@ class Camera:
         )
 
     def _stream_information(self, stream: int) -> Any:
-        return None if self.video is None else self.video.information(self._data, self._picture_hfov_deg, stream)
+        return None if self.video is None else self.video.information(self._data, self._hfov_deg, stream)
 
     def _stream_status(self, stream: int) -> Any:
-        return None if self.video is None else self.video.status(self._data, self._picture_hfov_deg, stream)
+        return None if self.video is None else self.video.status(self._data, self._hfov_deg, stream)
 
     @property
-    def _picture_hfov_deg(self) -> float:
-        """Of what is drawn: zoom changes no picture."""
-        return fov_deg(self._data, Settings())[0]
+    def _hfov_deg(self) -> float:
+        return fov_deg(self._data, self._settings)[0]
 
     def _fov_status(self, now_us: int) -> Any:
         return camera_fov_status(now_us, self._data, self._settings, self._pose.geotag())

@@ -8,6 +8,7 @@ from sitl_emu.components.component import text
 from sitl_emu.components.geotag import Geotag
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
+from sitl_emu.vehicles.description import zoomed
 
 CAPABILITIES = (
     mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
@@ -85,8 +86,7 @@ def camera_fov_status(now_us: int, data: CameraData, settings: Settings, tag: Ge
 
 def fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
     """Horizontal and vertical field of view at the zoom that is set."""
-    zoom = 1.0 + (data.zoom_max - 1.0) * settings.zoom_percent / 100.0
-    focal_length_mm = data.focal_length_mm * zoom
+    focal_length_mm = data.focal_length_mm * zoomed(data.zoom_max, settings.zoom_percent)
     horizontal, vertical = (
         math.degrees(2.0 * math.atan(size_mm / 2.0 / focal_length_mm))
         for size_mm in (data.sensor_width_mm, data.sensor_height_mm)

@@ -6,8 +6,8 @@ memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very 
 What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and RANGING_BEACON to the
 autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them), and CAMERA_IMAGE_CAPTURED; to
 the simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off,
-GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, CAMERA_TRIGGER, of a camera that takes a picture, and
-VIDEO_STREAM_STATUS, of one whose video was started or stopped.
+GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, CAMERA_SETTINGS, of a camera that zooms,
+CAMERA_TRIGGER, of one that takes a picture, and VIDEO_STREAM_STATUS, of one whose video was started or stopped.
 The latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them.
 """
 
@@ -174,6 +174,12 @@ class GimbalState(NamedTuple):
     q: tuple[float, float, float, float]
 
 
+class CameraZoom(NamedTuple):
+    """What CAMERA_SETTINGS (260) carries of a camera: its zoom, percent of its range, 0 being wide; a float32."""
+
+    percent: float
+
+
 class CameraTrigger(NamedTuple):
     """What CAMERA_TRIGGER (112) carries of a camera that opens its shutter: the picture's number on its card."""
 
@@ -211,7 +217,7 @@ STATE_BOOT: Final = 1
 STATE_POWEROFF: Final = 7
 """MAV_STATE_BOOT, MAV_STATE_POWEROFF."""
 
-BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraTrigger | VideoState
+BesideMessage = SimulatorParameter | AutopilotState | GimbalState | CameraZoom | CameraTrigger | VideoState
 """What an autopilot says beside its answers."""
 SimulatorMessage = (
     HilSensor
@@ -229,6 +235,7 @@ HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")
 DISTANCE_SENSOR_LAYOUT = Layout("IHHHBBBBff4fB")
 HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
 GIMBAL_LAYOUT = Layout("I4f3fIHBB")
+CAMERA_SETTINGS_LAYOUT = Layout("IBffB")
 CONTROLS: Final = 16
 YAW_IN_VEHICLE_FRAME: Final = 32
 """Bit of GIMBAL_DEVICE_ATTITUDE_STATUS.flags."""
@@ -284,6 +291,25 @@ def unpack_gimbal(payload: bytes) -> GimbalState:
     """The record of a whole payload."""
     w, x, y, z = GIMBAL_LAYOUT.unpack(payload)[1:5]
     return GimbalState((w, x, y, z))
+
+
+def pack_zoom(message: CameraZoom) -> bytes:
+    """The payload of CAMERA_SETTINGS."""
+    return CAMERA_SETTINGS_LAYOUT.pack(0, 0, message.percent, 0.0, 0)
+
+
+def unpack_zoom(payload: bytes) -> CameraZoom:
+    """The record of a whole payload."""
+    return CameraZoom(CAMERA_SETTINGS_LAYOUT.unpack(payload)[2])
+
+
+def beside_as_on_the_wire(message: BesideMessage) -> BesideMessage:
+    """The record with its numbers rounded to float32, where it has any that are not already."""
+    if isinstance(message, GimbalState):
+        return unpack_gimbal(pack_gimbal(message))
+    if isinstance(message, CameraZoom):
+        return unpack_zoom(pack_zoom(message))
+    return message
 
 
 Timed = TypeVar("Timed", SimulatorMessage, HilActuatorControls)
@@ -352,8 +378,7 @@ class _MemoryAutopilotEnd:
         return self._inbox.popleft()
 
     def send(self, controls: HilActuatorControls, beside: Sequence[BesideMessage] = ()) -> None:
-        for message in beside:
-            self._beside.append(unpack_gimbal(pack_gimbal(message)) if isinstance(message, GimbalState) else message)
+        self._beside += map(beside_as_on_the_wire, beside)
         self._outbox.append(actuators_as_on_the_wire(controls))
 
 

@@ -4,10 +4,10 @@ As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot 
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
 HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS, beacons as
 RANGING_BEACON, pictures as CAMERA_IMAGE_CAPTURED, all of which a real PX4 ignores; an autopilot of ours says
-PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS, CAMERA_TRIGGER and VIDEO_STREAM_STATUS before an answer
-(`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records arrive with
-the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this runs 250 times
-a simulated second. No signing, no MAVLink 1.
+PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS, CAMERA_SETTINGS, CAMERA_TRIGGER and VIDEO_STREAM_STATUS before an
+answer (`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records arrive
+with the very values that `MemoryChannel` hands over. Packed and parsed by prepared struct formats, since this runs 250
+times a simulated second. No signing, no MAVLink 1.
 """
 
 import contextlib
@@ -23,6 +23,7 @@ from fastcrc import crc16
 from sitl_emu.core.c_types import Layout
 from sitl_emu.core.framing import frame, header_tail
 from sitl_emu.core.simulator_api import (
+    CAMERA_SETTINGS_LAYOUT,
     DISTANCE_SENSOR_LAYOUT,
     GIMBAL_LAYOUT,
     HIL_ACTUATOR_CONTROLS_LAYOUT,
@@ -31,6 +32,7 @@ from sitl_emu.core.simulator_api import (
     AutopilotState,
     BesideMessage,
     CameraTrigger,
+    CameraZoom,
     ChannelClosed,
     DistanceSensor,
     EscTelemetry,
@@ -48,9 +50,11 @@ from sitl_emu.core.simulator_api import (
     pack_controls,
     pack_distance,
     pack_gimbal,
+    pack_zoom,
     unpack_controls,
     unpack_distance,
     unpack_gimbal,
+    unpack_zoom,
 )
 
 HIL_STATE_QUATERNION_LAYOUT = Layout("Q4ffffiiihhhHHhhh")
@@ -210,8 +214,17 @@ CODECS: dict[type, _Codec] = {
     PictureTaken: _Codec(263, b"\x85", CAMERA_IMAGE_CAPTURED_LAYOUT.size, _pack_picture, _unpack_picture),
     VideoState: _Codec(270, b"\x3b", VIDEO_STREAM_STATUS_LAYOUT.size, _pack_video, _unpack_video),
     GimbalState: _Codec(285, b"\x89", GIMBAL_LAYOUT.size, pack_gimbal, unpack_gimbal),
+    CameraZoom: _Codec(260, b"\x92", CAMERA_SETTINGS_LAYOUT.size, pack_zoom, unpack_zoom),
 }
-FROM_AUTOPILOT = (HilActuatorControls, SimulatorParameter, AutopilotState, GimbalState, CameraTrigger, VideoState)
+FROM_AUTOPILOT = (
+    HilActuatorControls,
+    SimulatorParameter,
+    AutopilotState,
+    GimbalState,
+    CameraZoom,
+    CameraTrigger,
+    VideoState,
+)
 FROM_SIMULATOR = tuple(record for record in CODECS if record not in FROM_AUTOPILOT)
 Record = SimulatorMessage | HilActuatorControls | BesideMessage
 

@@ -25,6 +25,7 @@ from sitl_emu.core.simulator_api import (
     AutopilotState,
     BesideMessage,
     CameraTrigger,
+    CameraZoom,
     GimbalState,
     HilSensor,
     PictureTaken,
@@ -210,6 +211,8 @@ class AutopilotHost:
         self._camera = next((each for each in self._devices if isinstance(each, Camera)), None)
         self._looked: GimbalState | None = None
         """Where the simulator was told last that the gimbal looks."""
+        self._zoomed: CameraZoom | None = None
+        """How far the simulator was told last that the camera has zoomed."""
         self._video, self._video_told = video, VideoState(False)
         if hosted.dds is not None:
             self.autopilot.start_uxrce_dds_client()
@@ -251,6 +254,7 @@ class AutopilotHost:
         return [
             *self._simulated_parameters.changed(),
             *self._gimbal_turned(),
+            *self._zoom_changed(),
             *self._triggers(),
             *self._video_changed(),
         ]
@@ -264,6 +268,16 @@ class AutopilotHost:
             return []
         self._looked = looks
         return [looks]
+
+    def _zoom_changed(self) -> list[CameraZoom]:
+        """How far the camera has zoomed, if that has changed since the simulator was told."""
+        if self._camera is None or not self._camera.zooms or not self._hosted.pictures:
+            return []
+        zoom = CameraZoom(self._camera.zoom_percent(self.autopilot.now_us))
+        if zoom == self._zoomed:
+            return []
+        self._zoomed = zoom
+        return [zoom]
 
     def _triggers(self) -> list[CameraTrigger]:
         """The pictures that the camera takes now."""

@@ -2,7 +2,7 @@
 
 It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card, and sends its frames as
 video where that is wanted. A frame is a pure function
-of world, seed, time, pose and motion, so it does not matter when it is rendered. Automatic exposure with a time
+of world, seed, time, pose, motion and zoom, so it does not matter when it is rendered. Automatic exposure with a time
 constant adds the frames before it, which are the same in every run.
 """
 
@@ -59,7 +59,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
             if isinstance(scene, ShowsVehicles):
                 scene.put_vehicles([_other(each) for each in asked.others])
             motion = Motion(*asked.motion) if asked.motion is not None else STILL
-            image = camera.render(asked.pose, asked.time_us, asked.head, motion)
+            zoom = cameras.zoom(described, asked.zoom_percent)
+            image = camera.render(asked.pose, asked.time_us, asked.head, motion, zoom)
             if isinstance(asked, Photograph):
                 _keep(image, Path(config.card) / FOLDER / file_name(asked.number))
                 control.send(Photographed(asked.number))

@@ -14,7 +14,7 @@ from sitl_emu.missions.companion.camera_model import Distortion as ModelDistorti
 from sitl_emu.missions.companion.camera_model import Mount as ModelMount
 from sitl_emu.run.configs import CameraDescription
 from sitl_emu.vehicles import image_sensor, record
-from sitl_emu.vehicles.description import Camera, Vehicle
+from sitl_emu.vehicles.description import Camera, Vehicle, zoomed
 from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.lens import MOUNTS, Distortion, Intrinsics, Mount
 
@@ -45,6 +45,7 @@ def of_data(vehicle: Vehicle) -> CameraDescription:
         rate_hz=vehicle.camera.frame_rate_hz,
         latency_s=0.0,
         sensor=sensor(None, vehicle.camera),
+        zoom_max=vehicle.camera.zoom_max,
     )
 
 
@@ -67,8 +68,13 @@ def mount(camera: CameraDescription) -> Mount:
     return Mount(*camera.place_m, camera.depression_deg)
 
 
+def zoom(camera: CameraDescription, percent: float) -> float:
+    """For the renderer: the focal length over that of `intrinsics`, at so many percent of the camera's range."""
+    return zoomed(camera.zoom_max, percent)
+
+
 def model(camera: CameraDescription) -> CameraModel:
-    """For a companion: square pixels, the principal point in the middle."""
+    """For a companion: square pixels, the principal point in the middle; of a camera that has not zoomed."""
     seen = intrinsics(camera)
     middle = (seen.width - 1) / 2.0, (seen.height - 1) / 2.0
     return CameraModel(

@@ -14,7 +14,7 @@ from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.core.ports import LinkPorts
-from sitl_emu.core.simulator_api import BesideMessage, CameraTrigger, GimbalState, PictureTaken, VideoState
+from sitl_emu.core.simulator_api import BesideMessage, CameraTrigger, CameraZoom, GimbalState, PictureTaken, VideoState
 from sitl_emu.run.link_sockets import LinkSockets
 from sitl_emu.vehicles import Vehicle
 
@@ -59,6 +59,7 @@ class Carried:
         ]
         self._sockets = LinkSockets(self._ends)
         self._looked: GimbalState | None = None
+        self._zoomed = CameraZoom(0.0)
         self._video_told = VideoState(False)
 
     @property
@@ -83,6 +84,9 @@ class Carried:
             self._looked = looks
             said.append(looks)
         if self._camera is not None:
+            if (zoom := CameraZoom(self._camera.zoom_percent(now_us))) != self._zoomed:
+                self._zoomed = zoom
+                said.append(zoom)
             said += [CameraTrigger(number) for number in self._camera.triggers]
             self._camera.triggers.clear()
             video = self._camera.video

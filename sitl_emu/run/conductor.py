@@ -25,6 +25,7 @@ from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     CameraTrigger,
+    CameraZoom,
     GimbalState,
     HilActuatorControls,
     SimulatorChannel,
@@ -135,6 +136,8 @@ class VehicleInRun:
     """Which of its processes, "autopilot" or "companion", a fault has killed."""
     gimbal: GimbalState | None = None
     """Where its gimbal looks; None until it was told, or where it has none."""
+    zoom: CameraZoom | None = None
+    """How far its camera has zoomed; None until it was told, or where it can't."""
     outside: bool = False
     """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
     model: str = ""
@@ -261,6 +264,8 @@ class Conductor:
                 self._simulation.set_parameter(place, *message)
             elif isinstance(message, GimbalState):
                 vehicle.gimbal = message
+            elif isinstance(message, CameraZoom):
+                vehicle.zoom = message
             elif isinstance(message, CameraTrigger):
                 self._take_picture(vehicle, message.number)
             elif isinstance(message, VideoState):
@@ -342,7 +347,8 @@ class Conductor:
     def _seen_from(self, vehicle: VehicleInRun, feed: FeedInRun) -> poses.SeenFrom:
         loose = self._simulation.loose_poses()
         others = (_seen(other) for other in self.vehicles if other is not vehicle and other.model)
-        return poses.seen_from(vehicle.simulator.pose(), feed.on_gimbal, vehicle.gimbal, loose, others)
+        zoom = vehicle.zoom if feed.feed == "camera" else None
+        return poses.seen_from(vehicle.simulator.pose(), feed.on_gimbal, vehicle.gimbal, loose, others, zoom)
 
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""

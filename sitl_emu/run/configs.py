@@ -57,6 +57,8 @@ class CameraDescription:
     """How long a frame is under way to the companion."""
     sensor: ImageSensor | None = None
     """None: the plain one."""
+    zoom_max: float = 1.0
+    """Focal length at full zoom over that at none, which `hfov_deg` is of."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

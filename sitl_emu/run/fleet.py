@@ -19,6 +19,7 @@ from sitl_emu.core.simulator_api import (
     AutopilotChannel,
     BesideMessage,
     CameraTrigger,
+    CameraZoom,
     GimbalState,
     HilActuatorControls,
     MemoryChannel,
@@ -56,6 +57,7 @@ class Photographer(Protocol):
     """Who draws pictures and video (`photographer`)."""
 
     gimbals: dict[int, GimbalState]
+    zooms: dict[int, CameraZoom]
     complaints: list[str]
 
     def take(self, place: int, number: int, controls: Controls) -> None: ...  # noqa: D102
@@ -151,7 +153,7 @@ class Fleet:
         member = self._flying[place]
         if isinstance(message, SimulatorParameter):
             self._simulation.set_parameter(place, *message)
-        elif isinstance(message, GimbalState | CameraTrigger | VideoState):
+        elif isinstance(message, GimbalState | CameraZoom | CameraTrigger | VideoState):
             self._picture(place, message)
         elif message.system_status == STATE_BOOT:
             self._rebooted = True
@@ -162,11 +164,13 @@ class Fleet:
             del self._flying[place]
             self._say(f"{member.name} was shut down")
 
-    def _picture(self, place: int, message: GimbalState | CameraTrigger | VideoState) -> None:
+    def _picture(self, place: int, message: GimbalState | CameraZoom | CameraTrigger | VideoState) -> None:
         if self._photographer is None:
             return
         if isinstance(message, GimbalState):
             self._photographer.gimbals[place] = message
+        elif isinstance(message, CameraZoom):
+            self._photographer.zooms[place] = message
         elif isinstance(message, VideoState):
             self._photographer.send_video(place, message.running)
         else:

@@ -141,6 +141,8 @@ class Render(NamedTuple):
     others: tuple[VehicleAt, ...] = ()
     motion: BodyMotion | None = None
     """None: it stands still."""
+    zoom_percent: float = 0.0
+    """Of a camera: how far it has zoomed, of its range."""
 
 
 class ObstaclesSeen(NamedTuple):
@@ -170,6 +172,7 @@ class Photograph(NamedTuple):
     loose: tuple[LooseAt, ...] = ()
     others: tuple[VehicleAt, ...] = ()
     motion: BodyMotion | None = None
+    zoom_percent: float = 0.0
 
 
 class Photographed(NamedTuple):

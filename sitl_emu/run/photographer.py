@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sitl_emu.components.card import FOLDER
-from sitl_emu.core.simulator_api import GimbalState, HilActuatorControls, PictureTaken
+from sitl_emu.core.simulator_api import CameraZoom, GimbalState, HilActuatorControls, PictureTaken
 from sitl_emu.run import cameras, poses, worlds
 from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_process
 from sitl_emu.run.configs import CameraConfig, VideoData
@@ -88,6 +88,8 @@ class Photographer:
         self._filmed = set[int]()
         self.gimbals: dict[int, GimbalState] = {}
         """Where gimbals look, by the places of their vehicles."""
+        self.zooms: dict[int, CameraZoom] = {}
+        """How far cameras have zoomed, likewise."""
         self.complaints: list[str] = []
         """Why pictures could not be drawn, for people; emptied by who tells them."""
         for place, sitter in enumerate(sitters):
@@ -163,7 +165,8 @@ class Photographer:
     def _seen_from(self, place: int, controls: Sequence[HilActuatorControls | None]) -> poses.SeenFrom:
         pose = self._simulation.simulators[place].pose()
         loose, others = self._simulation.loose_poses(), self._others(place, controls)
-        return poses.seen_from(pose, self._sitters[place].on_gimbal, self.gimbals.get(place), loose, others)
+        on_gimbal, zoom = self._sitters[place].on_gimbal, self.zooms.get(place)
+        return poses.seen_from(pose, on_gimbal, self.gimbals.get(place), loose, others, zoom)
 
     def _others(self, place: int, controls: Sequence[HilActuatorControls | None]) -> Iterator[VehicleAt]:
         for other, sitter in enumerate(self._sitters):

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 from sitl_emu.core import attitude
 from sitl_emu.core.attitude import Quaternion
-from sitl_emu.core.simulator_api import GimbalState
+from sitl_emu.core.simulator_api import CameraZoom, GimbalState
 from sitl_emu.run.messages import BodyMotion, BodyPose, LooseAt, VehicleAt
 from sitl_emu.world.description import plain
 from sitl_emu.world.obstacles import LoosePose
@@ -23,6 +23,7 @@ class SeenFrom(NamedTuple):
     loose: tuple[LooseAt, ...]
     others: tuple[VehicleAt, ...]
     motion: BodyMotion
+    zoom_percent: float
 
 
 class MovingPose(Protocol):
@@ -57,13 +58,17 @@ def seen_from(
     gimbal: GimbalState | None,
     loose: Sequence[LoosePose],
     others: Iterable[VehicleAt],
+    zoom: CameraZoom | None = None,
 ) -> SeenFrom:
-    """What is seen from a vehicle: where it is, where its gimbal looks if that carries the feed, and all that moves."""
+    """What is seen from a vehicle: where it is, where its gimbal looks if that carries the feed, and all that moves.
+
+    `zoom`: the feed's; None: it has none.
+    """
     where = body(pose)
     head = head_of(gimbal, where.q) if on_gimbal else None
     bodies = tuple(LooseAt(plain(each), place, q) for each, place, q, _ in loose)
     motion = BodyMotion((pose.vn_m_s, pose.ve_m_s, pose.vd_m_s), pose.rate_rad_s)
-    return SeenFrom(where, head, bodies, tuple(others), motion)
+    return SeenFrom(where, head, bodies, tuple(others), motion, zoom.percent if zoom is not None else 0.0)
 
 
 def head_of(gimbal: GimbalState | None, vehicle: Quaternion) -> Quaternion:

@@ -17,6 +17,7 @@ from sitl_emu.core.simulator_api import (
     STATE_BOOT,
     STATE_POWEROFF,
     CameraTrigger,
+    CameraZoom,
     ChannelClosed,
     GimbalState,
     HilActuatorControls,
@@ -104,7 +105,7 @@ def _serve(
             for message in channel.beside():
                 if isinstance(message, SimulatorParameter):
                     simulation.set_parameter(place, *message)
-                elif isinstance(message, GimbalState | CameraTrigger | VideoState):
+                elif isinstance(message, GimbalState | CameraZoom | CameraTrigger | VideoState):
                     pass  # nobody draws what is seen
                 elif message.system_status == STATE_BOOT:
                     say(f"{models[place]}: its autopilot was rebooted")

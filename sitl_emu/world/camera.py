@@ -1,4 +1,4 @@
-"""A camera in the simulated world: a pure function of world seed, time and pose.
+"""A camera in the simulated world: a pure function of world seed, time, pose and zoom.
 
 What it is (picture size, field of view, distortion, mount) stands in `lens.py`. A lens with distortion takes its
 picture from an undistorted one, as much larger as it sees further, by a map that is worked out once. The picture's top
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.imaging.motion import Motion, drift
-from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of
+from sitl_emu.world.lens import NADIR, Intrinsics, Mount, source_of, zoomed_source
 
 if TYPE_CHECKING:
     from sitl_emu.world.imaging.imager import Imager
@@ -33,10 +33,10 @@ Image = npt.NDArray[np.uint8]
 class Renderer(Protocol):
     """Draws pictures of one scene with one set of intrinsics."""
 
-    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float) -> Image:
+    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float, zoom: float = 1.0) -> Image:
         """The picture (height, width, 3), BGR, from a place (3,) with an attitude (3, 3), camera axes to NED.
 
-        Camera axes: x right, y down in the picture, z along the optical axis.
+        Camera axes: x right, y down in the picture, z along the optical axis. `zoom`: times the focal length.
         """
         ...
 
@@ -162,17 +162,25 @@ class Camera:
         self._to_body = camera_to_body(mount)
         self._lever = np.array(mount[:3])
         self._scene = scene
-        self._seen_from: tuple[Pose, Quaternion, int] | None = None
+        self._seen_from: tuple[Pose, Quaternion, int, float] | None = None
         self._seen: Image | None = None
 
-    def render(self, pose: Posed, time_us: int, head: Quaternion | None = None, motion: Motion = STILL) -> Image:
+    def render(
+        self,
+        pose: Posed,
+        time_us: int,
+        head: Quaternion | None = None,
+        motion: Motion = STILL,
+        zoom: float = 1.0,
+    ) -> Image:
         """The picture taken at a time from a body's pose: (height, width, 3) uint8 BGR.
 
         `head`: attitude (to NED) of the gimbal's head that carries the camera; None: it is fixed to the body. `motion`:
-        of the body, which the plain sensor does not heed.
+        of the body, which the plain sensor does not heed. `zoom`: so many times the focal length; the distortion's
+        coefficients and the vignetting stay.
         """
         place = Pose(pose.north_m, pose.east_m, pose.down_m, pose.q)
-        seen = self._drawn(place, pose.q if head is None else head, time_us)
+        seen = self._drawn(place, pose.q if head is None else head, time_us, zoom)
         if isinstance(self._sensor, Plain):
             return self._sensor.picture(seen, time_us)
         to_ned = body_to_ned(place.q)
@@ -181,18 +189,19 @@ class Camera:
         north_m, east_m, down_m = (float(each) for each in self._place(place))
         height_m = -down_m - self._scene.ground_m(north_m, east_m)
         moving = drift(motion, to_ned, head_to_ned, camera_to_ned, self._lever, height_m)
-        return self._sensor.picture(seen, moving, time_us)
+        return self._sensor.picture(seen, moving, time_us, zoom)
 
     def _place(self, pose: Pose) -> FloatArray:
         place: FloatArray = np.array((pose.north_m, pose.east_m, pose.down_m)) + body_to_ned(pose.q) @ self._lever
         return place
 
-    def _drawn(self, pose: Pose, head: Quaternion, time_us: int) -> Image:
+    def _drawn(self, pose: Pose, head: Quaternion, time_us: int, zoom: float) -> Image:
         """What is before the sensor. A vehicle that stands still before what stands still sees it again."""
-        seen_from = (pose, head, time_us if self._scene.moves else 0)
+        seen_from = (pose, head, time_us if self._scene.moves else 0, zoom)
         if self._seen is None or seen_from != self._seen_from:
-            drawn = self._renderer.draw(self._place(pose), body_to_ned(head) @ self._to_body, time_us * 1e-6)
-            self._seen = self._sensor.through_lens(drawn) if isinstance(self._sensor, Plain) else drawn
+            place, turn, focal = self._place(pose), body_to_ned(head) @ self._to_body, self._sensor.focal(zoom)
+            drawn = self._renderer.draw(place, turn, time_us * 1e-6, focal)
+            self._seen = self._sensor.through_lens(drawn, zoom) if isinstance(self._sensor, Plain) else drawn
             self._seen_from = seen_from
         return self._seen
 
@@ -202,6 +211,7 @@ class Plain:
 
     def __init__(self, intrinsics: Intrinsics, seed: int, name: str) -> None:
         width, height = intrinsics.width, intrinsics.height
+        self._intrinsics = intrinsics
         self._lens = source_of(intrinsics) if any(intrinsics.distortion) else None
         self.source = (width, height) if self._lens is None else (self._lens.width, self._lens.height)
         """(width, height) of the picture to be drawn for it."""
@@ -217,10 +227,17 @@ class Plain:
         falloff = (1.0 + off_axis**2) ** -0.45
         self._vignette = np.repeat(np.round(255.0 * falloff).astype(np.uint8)[..., None], 3, axis=2)
 
-    def through_lens(self, drawn: Image) -> Image:
+    def focal(self, zoom: float) -> float:
+        """That of the picture to be drawn for it, over the camera's own at no zoom."""
+        if self._lens is None or zoom == 1.0:
+            return zoom
+        return zoomed_source(self._intrinsics, zoom, self.source)[0]
+
+    def through_lens(self, drawn: Image, zoom: float = 1.0) -> Image:
         """What the lens throws on the sensor of a picture of `source` size."""
-        if self._lens is not None:
-            drawn = np.asarray(cv2.remap(drawn, self._lens.map_x, self._lens.map_y, cv2.INTER_LINEAR), np.uint8)
+        if (lens := self._lens) is not None:
+            lens = lens if zoom == 1.0 else zoomed_source(self._intrinsics, zoom, self.source)[1]
+            drawn = np.asarray(cv2.remap(drawn, lens.map_x, lens.map_y, cv2.INTER_LINEAR), np.uint8)
         blurred = cv2.GaussianBlur(drawn, (3, 3), 0.6)
         return np.asarray(cv2.multiply(blurred, self._vignette, scale=1.0 / 255.0), np.uint8)
 

@@ -7,6 +7,7 @@ Distortion is OpenCV's model of five coefficients (https://docs.opencv.org/4.x/d
     y' = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y,    r² = x² + y²
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -49,6 +50,11 @@ class Intrinsics(NamedTuple):
     def focal_px(self) -> float:
         """Focal length of both axes."""
         return self.width / 2.0 / math.tan(math.radians(self.hfov_deg) / 2.0)
+
+    def zoomed(self, zoom: float) -> "Intrinsics":
+        """With so many times the focal length, and the same distortion of directions: the coefficients stay."""
+        half = math.tan(math.radians(self.hfov_deg) / 2.0) / zoom
+        return self._replace(hfov_deg=2.0 * math.degrees(math.atan(half)))
 
 
 class Mount(NamedTuple):
@@ -139,3 +145,19 @@ def source_of(intrinsics: Intrinsics) -> Source:
     map_x = (from_x * focal + (source_width - 1) / 2.0).astype(np.float32)
     map_y = (from_y * focal + (source_height - 1) / 2.0).astype(np.float32)
     return Source(source_width, source_height, map_x, map_y)
+
+
+@functools.lru_cache(maxsize=1)
+def zoomed_source(intrinsics: Intrinsics, zoom: float, size: tuple[int, int]) -> tuple[float, Source]:
+    """The source, of a size (width, height) that is given, of a picture with so many times the focal length.
+
+    Beside it the source's own focal length over that of `intrinsics`: `zoom`, or less where the lens then needs more of
+    the scene than the size holds at that (behind a pincushion).
+    """
+    needed = source_of(intrinsics.zoomed(zoom))
+    fit = min(1.0, size[0] / needed.width, size[1] / needed.height)
+    map_x, map_y = (
+        ((each - (own - 1) / 2.0) * fit + (side - 1) / 2.0).astype(np.float32)
+        for each, own, side in zip(needed[2:], needed[:2], size, strict=True)
+    )
+    return zoom * fit, Source(*size, map_x, map_y)

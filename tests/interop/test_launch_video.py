@@ -58,12 +58,12 @@ def watched() -> Iterator[Watched]:
     ear.close()
 
 
-def drawn(pose: Posed, camera: Camera, look: tuple[float, float]) -> Image:
+def drawn(pose: Posed, camera: Camera, look: tuple[float, float], zoom: float = 1.0) -> Image:
     """What is to be seen from where it stands."""
     pitch_deg, yaw_deg = look
     level = quaternion(0.0, 0.0, heading(pose.q))
     head: Quaternion = product(level, quaternion(0.0, math.radians(pitch_deg), math.radians(yaw_deg)))
-    return camera.render(pose, 1_000_000, head)
+    return camera.render(pose, 1_000_000, head, zoom=zoom)
 
 
 def is_there(look: tuple[float, float], value: Any) -> bool:
@@ -94,6 +94,35 @@ def test_the_picture_is_that_of_the_world_and_follows_the_gimbal(watched: Watche
         assert fits[look] > 27.0, f"{look}: {fits}"
         assert all(fits[other] < fits[look] - 6.0 for other in LOOKS if other != look), f"{look}: {fits}"
         assert np.std(there) > 5.0, "there is something to see"
+
+
+def test_the_picture_and_its_announced_field_of_view_follow_the_zoom(watched: Watched) -> None:
+    here, data = site.in_world(str(YARD), 1, print), vehicles.load("m600")
+    simulator = here.simulator(data, 0, INSTANCE, data.model)
+    for _ in range(250):
+        simulator.tick(None)
+    described = cameras.of_data(data)
+    assert here.world is not None
+    camera = Camera(here.world.scene(), cameras.mount(described), cameras.intrinsics(described), "m600-0")
+    gimbal, plugin = Gimbal(watched.vehicle.system), CameraPlugin(watched.vehicle.system)
+    hangs_on = until(gimbal, "gimbal_list", lambda value: bool(value.gimbals)).gimbals[0].gimbal_id
+    one = until(plugin, "camera_list", lambda value: bool(value.cameras)).cameras[0].component_id
+    gimbal.take_control(hangs_on, ControlMode.PRIMARY)
+    gimbal.set_angles(hangs_on, 0.0, *LOOKS[2], GimbalMode.YAW_FOLLOW, SendMode.ONCE)
+    until(gimbal, "attitude", partial(is_there, LOOKS[2]))
+    expected = {zoom: drawn(simulator.pose(), camera, LOOKS[2], zoom) for zoom in (1.0, 2.5, 4.0)}
+    for zoom, percent in ((2.5, 50.0), (1.0, 0.0), (4.0, 100.0)):
+        plugin.zoom_range(one, percent)
+        seen = watched.frame()
+        fits = {other: psnr_db(seen, picture) for other, picture in expected.items()}
+        assert fits[zoom] > 27.0, f"{zoom}: {fits}"
+        assert all(fits[other] < fits[zoom] - 6.0 for other in fits if other != zoom), f"{zoom}: {fits}"
+    link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE).local}", source_system=254)
+    try:
+        assert asked(link, INSTANCE + 1, 269, "VIDEO_STREAM_INFORMATION").hfov == 28
+    finally:
+        link.close()
+        plugin.zoom_range(one, 0.0)
 
 
 def test_mavsdk_finds_the_stream_and_stops_and_starts_it(watched: Watched) -> None:

@@ -25,6 +25,8 @@ from sitl_emu.mission import Mission, Options, Program
 
 LOOKS = ((-90.0, 0.0), (-30.0, 0.0), (-30.0, 40.0))
 """Pitch and yaw against the heading, in degrees, one after the other."""
+ZOOM_PERCENT = 50.0
+"""Of the camera's range, at the end."""
 OURS = 191
 
 
@@ -79,6 +81,11 @@ class LookAround(Scripted):
         yield from steps.pause(onboard, 0.2)
         self._wanted = True  # one on its way back, at 90 degrees a second
         yield from steps.pause(onboard, 1.5)
+        yield from steps.command(onboard, camera.zoom_to(ZOOM_PERCENT), "zoom")
+        yield from steps.pause(onboard, 0.5)
+        self._wanted = True
+        yield from steps.command(onboard, camera.take_image(), "picture")
+        yield from steps.pause(onboard, 1.0)
         for index, image in sorted(camera.images.items()):
             place = {"lat": image.lat, "lon": image.lon}
             onboard.note("picture", image.file_url, index=index, time_us=image.time_boot_ms * 1000, **place)

@@ -16,11 +16,12 @@ from PIL import Image
 from sitl_emu import vehicles
 from sitl_emu.core import ports
 from sitl_emu.core.attitude import euler, heading, product, quaternion
+from sitl_emu.missions.companion import calibration
 from sitl_emu.run import worlds
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.lens import Intrinsics, Mount
 from tests.missions.installed import YARD, run_in_yard
-from tests.missions.look_around import LOOKS
+from tests.missions.look_around import LOOKS, ZOOM_PERCENT
 from tests.missions.runs import FIRST_INSTANCE
 from tests.rtp import IDR, Ear, decoded, psnr_db, units
 
@@ -34,6 +35,8 @@ GPS = 0x8825
 """EXIF's IFD of where a picture was taken."""
 WITHIN_DEG = 1.5
 """So well the companion knows where its camera looks: of it up to a degree is the autopilot's own heading error."""
+ZOOM = 1.0 + 3.0 * ZOOM_PERCENT / 100.0
+"""An m600's camera goes to 4 times."""
 
 
 class Flight(NamedTuple):
@@ -92,7 +95,7 @@ def angle_deg(a: Any, b: Any) -> float:
 def test_each_frame_shows_what_lies_where_the_gimbal_looked(folder: Path) -> None:
     heads, truth = json.loads((folder / "heads.json").read_text()), truths(folder)
     camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
-    assert len(heads) == len(LOOKS) + 1
+    assert len(heads) == len(LOOKS) + 2
     for (pitch_deg, yaw_deg), time_us in zip(LOOKS, map(int, heads), strict=False):
         pose, frame = truth[time_us], cv2.imread(str(folder / f"{time_us}.png"))
         assert frame is not None
@@ -129,7 +132,7 @@ def heads_of(folder: Path) -> list[str]:
 
 def test_the_companion_knows_by_mavlink_where_its_camera_looked(folder: Path) -> None:
     heads, truth = json.loads((folder / "heads.json").read_text()), truths(folder)
-    *held, (moving_us, moving) = heads.items()
+    *held, (moving_us, moving), _ = heads.items()
     for (pitch_deg, yaw_deg), (time_us, head) in zip(LOOKS, held, strict=True):
         off_deg = angle_deg(head, head_of(truth[int(time_us)], pitch_deg, yaw_deg))
         assert off_deg < WITHIN_DEG
@@ -150,8 +153,8 @@ def test_a_picture_taken_over_mavlink_is_a_file_of_what_the_camera_saw(folder: P
     camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
     lines = [json.loads(line) for line in (run / "events.jsonl").read_text().splitlines()]
     told = [line for line in lines if line["event"] == "picture"]
-    assert [line["text"] for line in told] == [f"mftp://[;comp=1]/camera/IMG_{n:04d}.jpg" for n in (1, 2, 3)]
-    for line, look in zip(told, LOOKS, strict=True):
+    assert [line["text"] for line in told] == [f"mftp://[;comp=1]/camera/IMG_{n:04d}.jpg" for n in (1, 2, 3, 4)]
+    for line, look in zip(told, LOOKS, strict=False):
         path = run / "rootfs/uas" / line["text"].partition("]/")[2]
         pose = min(truth.items(), key=lambda row: abs(row[0] - line["time_us"]))[1]
         seen = cv2.imread(str(path))
@@ -166,6 +169,26 @@ def test_a_picture_taken_over_mavlink_is_a_file_of_what_the_camera_saw(folder: P
         for name, number in (("lat", 2), ("lon", 4)):
             degrees, minutes, seconds = map(float, gps[number])
             assert degrees + minutes / 60 + seconds / 3600 == pytest.approx(line[name] / 1e7, abs=1e-7)
+
+
+def shows_the_zoom(folder: Path) -> None:
+    """The last frame and the last picture do: what was drawn grows by it."""
+    truth, time_us = truths(folder), int(list(json.loads((folder / "heads.json").read_text()))[-1])
+    camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
+    pose = truth[time_us]
+    for path in (folder / f"{time_us}.png", folder / "run/rootfs/uas/camera/IMG_0004.jpg"):
+        seen = np.asarray(cv2.imread(str(path))).astype(float)
+        wide, near = (
+            np.abs(seen - camera.render(pose, time_us, head_of(pose, *LOOKS[0]), zoom=zoom)).mean()
+            for zoom in (1.0, ZOOM)
+        )
+        assert near < 5.0 and wide > 2.0 * near, path.name
+
+
+def test_frames_and_pictures_show_how_far_the_camera_has_zoomed(folder: Path) -> None:
+    shows_the_zoom(folder)
+    told = calibration.read(folder / "run/uas-camera.yaml").camera
+    assert told.fx == pytest.approx(80.0), "the calibration is that of no zoom"
 
 
 def test_a_picture_can_be_fetched_by_its_url_over_mavlink_ftp(folder: Path) -> None:
@@ -183,7 +206,7 @@ def test_beside_an_autopilot_from_outside_gimbal_and_camera_are_at_the_far_ends_
     command = ["{python}", "-P", "-m", "sitl_emu.autopilot", *arguments]
     run = run_in_yard(tmp_path, "look_around", VEHICLE | {"autopilot": {"command": command, "components": True}})
     truth, heads = truths(tmp_path), json.loads((tmp_path / "heads.json").read_text())
-    for look, (time_us, head) in zip(LOOKS, list(heads.items())[:-1], strict=True):
+    for look, (time_us, head) in zip(LOOKS, heads.items(), strict=False):
         assert angle_deg(head, head_of(truth[int(time_us)], *look)) < WITHIN_DEG
     camera = Camera(worlds.build(str(YARD), 0, {}).scene(), Mount(0.0, 0.0, 0.15, 0.0), Intrinsics(160, 120), "uas")
     time_us = int(list(heads)[1])
@@ -193,3 +216,4 @@ def test_beside_an_autopilot_from_outside_gimbal_and_camera_are_at_the_far_ends_
     ]
     assert off[1] == min(off) < 5.0
     assert (run / "rootfs/uas/camera/IMG_0003.jpg").read_bytes()[:2] == b"\xff\xd8"
+    shows_the_zoom(tmp_path)

@@ -19,6 +19,7 @@ from sitl_emu.core.simulator_api import (
     STATE_POWEROFF,
     AutopilotState,
     BesideMessage,
+    CameraZoom,
     GimbalState,
     HilActuatorControls,
     MemoryChannel,
@@ -41,7 +42,15 @@ CAMERA = 100
 class Bench:
     """A hosted vehicle in its simulator, commanded without the wire."""
 
-    def __init__(self, folder: Path, model: str = "iris", *, tells_gimbal: bool = False, video: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        model: str = "iris",
+        *,
+        tells_gimbal: bool = False,
+        pictures: bool = False,
+        video: bool = False,
+    ) -> None:
         vehicle = vehicles.load(model)
         storage.prepare(folder / "root")
         self.poll: HostPoll = Poll()
@@ -54,6 +63,7 @@ class Bench:
             start_us=START_US,
             tlog=folder / "iris",
             tells_gimbal=tells_gimbal,
+            pictures=pictures,
             video=video,
         )
         self.host = AutopilotHost(hosted, self.poll)
@@ -100,6 +110,32 @@ def test_the_simulator_is_told_where_the_gimbal_looks_once_and_whenever_it_turns
             assert 100 < len(looks) < 250, "at each tick on its way: 61 degrees at 90 a second"
             assert euler(looks[-1].q)[1] == pytest.approx(-0.5, abs=1e-3)
         bench.host.close()
+
+
+@pytest.mark.parametrize(("model", "pictures"), [("m600", True), ("m600", False), ("iris", True)])
+def test_the_simulator_is_told_how_far_a_camera_has_zoomed_that_can(tmp_path: Path, model: str, pictures: bool) -> None:
+    """Only where somebody draws what it sees."""
+    bench = Bench(tmp_path, model, pictures=pictures)
+
+    def zooms() -> list[float]:
+        return [message.percent for message in bench.beside if isinstance(message, CameraZoom)]
+
+    tells = model == "m600" and pictures
+    bench.tick(5)
+    assert zooms() == [0.0] * tells
+    bench.command_to(CAMERA, mavlink.MAV_CMD_SET_CAMERA_ZOOM, mavlink.ZOOM_TYPE_RANGE, 40.0)
+    bench.tick(50)
+    assert zooms() == [0.0, 40.0] * tells
+    bench.command_to(CAMERA, mavlink.MAV_CMD_SET_CAMERA_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, 1.0)
+    bench.tick(250)
+    if tells:
+        assert len(zooms()) == pytest.approx(252, abs=3), "at each tick on its way"
+        assert zooms()[-1] == pytest.approx(60.0, abs=0.3), "20 percent a second"
+        assert zooms() == sorted(zooms())
+    bench.power(REBOOT)
+    bench.tick(10)
+    assert zooms()[-1:] == [0.0] * tells, "it begins anew"
+    bench.host.close()
 
 
 @pytest.mark.parametrize("video", [True, False])

@@ -17,6 +17,8 @@ from sitl_emu.missions.companion.geolocation import on_level_ground, pixel_ray
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.run import cameras, models
 from sitl_emu.run.configs import CameraDescription
+from sitl_emu.vehicles import image_sensor
+from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.lens import MAST, NADIR, Distortion, Intrinsics, LensError, Mount, source_of, undistorted
 from tests.typed import present
@@ -51,11 +53,13 @@ class DotRenderer:
     def __init__(self, dots_m: list[tuple[float, float]], width: int, height: int, focal_px: float) -> None:
         self.dots_m, self.shape, self.focal_px = dots_m, (height, width, 3), focal_px
 
-    def draw(self, position_ned_m: Array, camera_to_ned: Array, time_s: float) -> npt.NDArray[np.uint8]:
-        picture = np.zeros(self.shape, np.uint8)
+    def draw(
+        self, position_ned_m: Array, camera_to_ned: Array, time_s: float, zoom: float = 1.0
+    ) -> npt.NDArray[np.uint8]:
+        picture, focal = np.zeros(self.shape, np.uint8), self.focal_px * zoom
         for north, east in self.dots_m:
             x, y, z = camera_to_ned.T @ (np.array((north, east, 0.0)) - position_ned_m)
-            at = [x / z * self.focal_px + (self.shape[1] - 1) / 2, y / z * self.focal_px + (self.shape[0] - 1) / 2]
+            at = [x / z * focal + (self.shape[1] - 1) / 2, y / z * focal + (self.shape[0] - 1) / 2]
             centre = (round(at[0] * 16), round(at[1] * 16))
             cv2.circle(picture, centre, 4 * 16, (255, 255, 255), -1, cv2.LINE_AA, 4)
         return picture
@@ -85,6 +89,26 @@ def test_a_dot_appears_where_the_companion_expects_it_and_is_placed_back(
         assert math.dist(placed[:2], dot) < 0.5 * UP_M / focal
         found += 1
     assert found >= 5
+
+
+@pytest.mark.parametrize("sensor", [None, image_sensor.named(image_sensor.OV5648)])
+@pytest.mark.parametrize("lens", [Distortion(), WIDE, PINCUSHION])
+def test_a_zoomed_picture_is_where_the_calibration_says_with_so_many_times_its_focal_lengths(
+    lens: Distortion, sensor: ImageSensor | None
+) -> None:
+    """And not where the file itself, which is of no zoom, has it."""
+    seen_by, zoom, pose = Intrinsics(320, 240, 80.0, lens), 2.5, Pose(0.0, 0.0, -UP_M, (1.0, 0.0, 0.0, 0.0))
+    focal = seen_by.focal_px
+    told = CameraModel(320, 240, focal, focal, 159.5, 119.5, camera_model.Distortion(*lens))
+    seen_from = camera_pose((0.0, 0.0, -UP_M), pose.q, camera_model.NADIR)
+    for dot in ((3.0, -4.0), (-3.2, 4.3), (0.5, 4.4)):
+        camera = Camera(Dots([dot]), NADIR, seen_by, sensor=sensor)
+        bright = camera.render(pose, 0, zoom=zoom)[..., 0] > 100
+        moments = cv2.moments(bright.astype(np.uint8), binaryImage=True)
+        at = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+        zoomed = told._replace(fx=zoom * told.fx, fy=zoom * told.fy)
+        assert math.dist(at, present(project(zoomed, seen_from, (*dot, 0.0)))) < 0.35
+        assert math.dist(at, present(project(told, seen_from, (*dot, 0.0)))) > 40.0
 
 
 @pytest.mark.parametrize("lens", [WIDE, PINCUSHION])

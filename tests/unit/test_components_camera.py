@@ -268,7 +268,11 @@ def test_a_stream_is_announced_as_it_is() -> None:
         assert (told.flags, told.bitrate, told.hfov, told.rotation) == (1, 2_000_000, 90, 0)
     assert rig.ask(REQUEST_MESSAGE, 269, 2)[0] == DENIED
     rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, 100.0)
-    assert rig.ask(REQUEST_MESSAGE, 269, 1)[1][0].hfov == 90, "zoom changes no picture"
+    for message_id in (269, 270):
+        assert rig.ask(REQUEST_MESSAGE, message_id, 1)[1][0].hfov == 28, "4 times the focal length"
+    assert rig.ask(REQUEST_MESSAGE, 271)[1][0].hfov == pytest.approx(28.07, abs=0.01)
+    rig.ask(RESET, 1)
+    assert rig.ask(REQUEST_MESSAGE, 269, 1)[1][0].hfov == 90
 
 
 def test_a_stream_runs_until_it_is_stopped_and_that_is_told() -> None:

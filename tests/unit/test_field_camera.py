@@ -50,24 +50,24 @@ class _Marked(Renderer):
         cv2.circle(ground, (middle, middle), round(radius_m / gsd_m * 16), (255, 255, 255, 0), -1, cv2.LINE_AA, 4)
         self._marked = Layers(ground, np.zeros((8, 8, 4), np.uint8), south, west, gsd_m)
 
-    def ground(self, position: np.ndarray, camera_to_ned: np.ndarray) -> np.ndarray:
+    def ground(self, position: np.ndarray, camera_to_ned: np.ndarray, zoom: float) -> np.ndarray:
         """The disc alone, where the ground is looked up."""
-        pixels = self._pixels(self._marked, self._view(position, camera_to_ned).surfaces[0])
+        pixels = self._pixels(self._marked, self._view(position, camera_to_ned, zoom).surfaces[0])
         return np.asarray(cv2.remap(self._marked.ground, pixels, None, cv2.INTER_LINEAR))
 
 
-@pytest.mark.parametrize("mount", ["nadir", "mast"])
-def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField, mount: str) -> None:
+@pytest.mark.parametrize(("mount", "zoom"), [("nadir", 1.0), ("nadir", 3.0), ("mast", 1.0), ("mast", 1.5)])
+def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField, mount: str, zoom: float) -> None:
     rng = np.random.default_rng(3)
     errors = []
-    model = camera_model.CameraModel()
+    model = camera_model.CameraModel(fx=zoom * 320.0, fy=zoom * 320.0)
     for _ in range(25):
         north, east, yaw = rng.uniform(15, 65), rng.uniform(15, 65), rng.uniform(0, math.tau)
         roll, pitch = rng.normal(scale=0.09, size=2)
         if mount == "nadir":
-            d_north, d_east, radius, gsd, height = *rng.uniform(-11, 11, size=2), 0.3, 0.05, 15.0
+            d_north, d_east, radius, gsd, height = *(rng.uniform(-11, 11, size=2) / zoom), 0.3, 0.05, 15.0
         else:
-            ahead, aside, radius, gsd, height = rng.uniform(0.4, 2.5), rng.uniform(-1, 1), 0.05, 0.008, 0.2
+            ahead, aside, radius, gsd, height = rng.uniform(0.4 * zoom, 2.5), rng.uniform(-1, 1), 0.05, 0.008, 0.2
             d_north = ahead * math.cos(yaw) - aside * math.sin(yaw)
             d_east = ahead * math.sin(yaw) + aside * math.cos(yaw)
         pose = over(field, north, east, height, roll, pitch, yaw)
@@ -85,7 +85,7 @@ def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField
             outline.append(pixel)
         if not all(5 < x < 634 and 5 < y < 474 for x, y in outline):
             continue
-        picture = _Marked(field, gsd, spot, radius).ground(position, rotation @ camera_to_body(own))
+        picture = _Marked(field, gsd, spot, radius).ground(position, rotation @ camera_to_body(own), zoom)
         moments = cv2.moments(picture[..., 0])
         assert moments["m00"] > 0.0
         shape = cv2.moments(np.array(outline, np.float32)[:, None, :])
@@ -94,6 +94,22 @@ def test_a_disc_on_the_ground_appears_at_its_pinhole_projection(field: CornField
         errors.append(math.hypot(dx, dy))
     assert len(errors) >= 10
     assert np.median(errors) < 0.3 and max(errors) < 1.0
+
+
+@pytest.mark.parametrize("up_m", [6.0, 16.0, 60.0])
+def test_what_a_zoomed_camera_shows_is_the_middle_of_the_picture_enlarged(field: CornField, up_m: float) -> None:
+    camera = Camera(FieldScene(field), NADIR, name="uas")
+    pose, zoom = over(field, 40.0, 41.0, up_m, 0.02, -0.03, 0.6), 2.0
+    wide = camera.render(pose, 0)[120:360, 160:480]
+    near = cv2.resize(camera.render(pose, 0, zoom=zoom), (320, 240), interpolation=cv2.INTER_AREA)
+    grey = [each.mean(axis=2) for each in (wide, near)]
+    fine = [cv2.GaussianBlur(each, (0, 0), 1.0) - cv2.GaussianBlur(each, (0, 0), 12.0) for each in grey]
+    for part in np.s_[:120, :160], np.s_[:120, 160:], np.s_[120:, :160], np.s_[120:, 160:]:
+        window = cv2.createHanningWindow((160, 120), cv2.CV_64F)
+        before, after = (np.ascontiguousarray(each[part]) for each in fine)
+        shift, _ = cv2.phaseCorrelate(before, after, window)
+        assert math.hypot(*shift) < 1.0, "the corners, too, are where they were"
+    assert np.array_equal(camera.render(pose, 0)[120:360, 160:480], wide), "and back"
 
 
 def test_a_weed_patch_of_the_field_appears_where_it_is(field: CornField, nadir: Camera) -> None:

@@ -89,6 +89,21 @@ def test_a_rolling_shutter_shears_a_pole_by_how_far_it_moves_while_rows_are_read
     assert abs(expected[0] - expected[-1]) > 4.0, "and this is no small thing"
 
 
+@pytest.mark.parametrize("lens", [Distortion(), WIDE])
+def test_a_zoomed_camera_shears_and_smears_by_so_much_more(lens: Distortion) -> None:
+    zoom, turning = 3.0, moving(Motion(rate_rad_s=(0.0, 0.0, 0.1)))
+    seen_by = LENS._replace(distortion=lens)
+    slow, long = (
+        Imager(seen_by, each, 1, "uas") for each in (replace(BARE, readout_s=0.04), replace(BARE, exposure_s=0.1))
+    )
+    rows = slice(80, 160)
+    still, sheared = (across(slow.picture(pole(slow), each, 0, zoom))[0] for each in (STILL, turning))
+    expected = -0.1 * zoom * FOCAL_PX * (np.arange(240) / 239 - 0.5) * 0.04
+    assert np.abs((sheared - still) - expected)[rows].max() < 0.1
+    narrow, wide = (across(long.picture(pole(long), each, 0, zoom))[1] for each in (STILL, turning))
+    assert np.sqrt(12.0 * (wide - narrow)[rows]) == pytest.approx(0.1 * zoom * FOCAL_PX * 0.1, abs=0.5)
+
+
 def test_a_global_shutter_shears_nothing() -> None:
     imager = Imager(LENS, BARE, 1, "uas")
     turning = moving(Motion(rate_rad_s=(0.0, 0.0, 2.0)))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sitl_emu import vehicles
-from sitl_emu.core.simulator_api import HilActuatorControls, PictureTaken
+from sitl_emu.core.simulator_api import CameraZoom, HilActuatorControls, PictureTaken
 from sitl_emu.run import photographer, site
 from sitl_emu.run.children import Child
 from sitl_emu.run.configs import CameraConfig, VideoData
@@ -142,6 +142,11 @@ def test_pictures_are_taken_beside_the_video_and_by_cameras_without_one(bench: B
     bench.photographer.take(1, 8, [None, ARMED])
     (asked,) = bench.heard()
     assert isinstance(asked, Photograph) and (asked.number, asked.time_us, len(asked.others)) == (3, 4000, 1)
+    assert asked.zoom_percent == 0.0
+    bench.photographer.zooms[0] = CameraZoom(25.0)
+    bench.photographer.take(0, 4, [None, ARMED])
+    (asked,) = bench.heard()
+    assert isinstance(asked, Photograph) and asked.zoom_percent == 25.0
     assert bench.configs[1].name == "rover" and bench.configs[1].video is None
     bench.cameras[0].send(Photographed(3))
     assert bench.photographer.taken() == [(0, PictureTaken(3, True))]

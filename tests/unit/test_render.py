@@ -203,6 +203,30 @@ def test_roofs_are_as_high_as_contact_has_them(town: World, renderer: MeshRender
         assert 40.0 - float(seen.depth_m[240, 320]) == pytest.approx(surface[0], abs=0.05)
 
 
+@pytest.mark.parametrize(("view", "zoom"), [("nadir 20 m", 1.5), ("nadir 60 m", 4.0), ("oblique", 1.3)])
+def test_a_zoomed_picture_is_the_middle_of_the_other_enlarged(renderer: MeshRenderer, view: str, zoom: float) -> None:
+    place, turn = looking(*VIEWS[view])
+    wide, near = (renderer.look(place, turn, 0.0, zoom=each) for each in (1.0, zoom))
+    height, width = wide.objects.shape
+    rows, columns = ((np.arange(side) + 0.5 - side / 2) / zoom + side / 2 for side in (height, width))
+    there = np.ix_(rows.astype(int), columns.astype(int))
+    assert np.mean(near.objects == wide.objects[there]) > 0.97
+    assert np.median(np.abs(near.depth_m - wide.depth_m[there])) < 0.1
+    assert np.array_equal(renderer.look(place, turn, 0.0).picture, wide.picture), "and back"
+
+
+def test_a_thing_in_the_picture_grows_by_the_zoom() -> None:
+    flat = {"name": "slab", "label": "slab", "north_m": 1, "east_m": -2, "box": {"size_m": [4, 5, 0.1]}}
+    scene = MeshScene(world_of(solids=[flat]), NOWHERE)
+    place, turn = looking(0.0, 0.0, 40.0, 30.0, 90.0)
+    sizes = []
+    for zoom in (1.0, 2.0, 3.5):
+        seen = scene.renderer(640, 480, 320.0).look(place, turn, 0.0, zoom=zoom)
+        sizes.append(np.ptp(np.argwhere(seen.objects == scene.labels.index("slab")), axis=0) + 1.0)
+    for size, zoom in zip(sizes[1:], (2.0, 3.5), strict=True):
+        assert np.abs(size - zoom * sizes[0]).max() <= 1.0 + zoom, "a pixel at each edge"
+
+
 def test_the_sky_is_far_and_nobodys_and_the_horizon_is_level(renderer: MeshRenderer) -> None:
     seen = renderer.look(*looking(-200.0, 0.0, 3.0, 180.0, 0.0), 0.0)
     sky = seen.objects == -1

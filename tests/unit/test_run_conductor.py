@@ -9,6 +9,7 @@ from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
     BesideMessage,
     CameraTrigger,
+    CameraZoom,
     GimbalState,
     HilActuatorControls,
     HilSensor,
@@ -293,6 +294,23 @@ def test_a_camera_on_a_gimbal_is_drawn_as_that_looks_at_the_frames_time() -> Non
     run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 50)
     assert [asked.head for asked in told(fixed.control, Render)] == [None] * 3
     assert [asked.head for asked in told(carried.control, Render)] == [(1.0, 0.0, 0.0, 0.0), turned.q, turned.q]
+
+
+def test_a_camera_is_drawn_as_it_has_zoomed_at_the_frames_time_and_no_depth_camera() -> None:
+    one = vehicle("one", [reply()] * 20, says={80_000: CameraTrigger(3), 132_000: CameraZoom(40.0)})
+    depth = FeedInRun("depth", FakeControl(Rendered(index) for index in range(10)), 15.0, 0)
+    camera = FeedInRun("camera", FakeControl(iter([Rendered(0), Photographed(3), Rendered(1), Rendered(2)])), 15.0, 0)
+    one.feeds = [depth, camera]
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 50)
+    assert [asked.zoom_percent for asked in told(depth.control, Render)] == [0.0] * 3
+    assert isinstance(camera.control, FakeControl)
+    asked = [message for message in camera.control.told if isinstance(message, Render | Photograph)]
+    assert [(type(each).__name__, each.zoom_percent) for each in asked] == [
+        ("Render", 0.0),
+        ("Photograph", 0.0),
+        ("Render", 40.0),
+        ("Render", 40.0),
+    ]
 
 
 def test_a_picture_is_drawn_as_things_are_when_the_shutter_opens_and_told_at_a_set_time() -> None:

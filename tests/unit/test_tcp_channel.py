@@ -16,6 +16,7 @@ from sitl_emu.core.simulator_api import (
     AutopilotState,
     BesideMessage,
     CameraTrigger,
+    CameraZoom,
     ChannelClosed,
     DistanceSensor,
     GimbalState,
@@ -79,6 +80,7 @@ records = st.one_of(
     st.builds(SimulatorParameter, st.sampled_from(SIMULATOR_PARAMETERS), f32),
     st.builds(AutopilotState, unsigned(8)),
     st.builds(GimbalState, quaternions),
+    st.builds(CameraZoom, f32),
     st.builds(CameraTrigger, unsigned(32)),
     st.builds(VideoState, st.booleans()),
     st.builds(PictureTaken, unsigned(31), st.booleans()),
@@ -88,7 +90,7 @@ records = st.one_of(
 def wire(record: Record) -> Record:
     if isinstance(record, HilActuatorControls):
         return actuators_as_on_the_wire(record)
-    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState | CameraTrigger | VideoState):
+    if isinstance(record, SimulatorParameter | AutopilotState | GimbalState | CameraZoom | CameraTrigger | VideoState):
         return record
     return as_on_the_wire(record)
 
@@ -274,6 +276,7 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
         SimulatorParameter("SIM_GPS_USED", 3.0),
         AutopilotState(STATE_BOOT),
         GimbalState((0.5, 0.5, -0.5, 0.5)),
+        CameraZoom(37.5),
         CameraTrigger(7),
         VideoState(True),
         VideoState(False),
@@ -289,15 +292,16 @@ def test_what_an_autopilot_says_beside_its_answer_is_there_with_the_answer(over_
         end.close()
 
 
-def test_memory_rounds_a_gimbals_attitude_as_the_wire_does() -> None:
+@pytest.mark.parametrize("said", [GimbalState((0.1, 0.2, 0.3, 0.9)), CameraZoom(33.3)])
+def test_memory_rounds_gimbal_and_zoom_as_the_wire_does(said: BesideMessage) -> None:
     ends, memory, heard = pair(), MemoryChannel(), list[BesideMessage]()
     for simulator, autopilot in (ends, (memory.simulator, memory.autopilot)):
         simulator.send([HilSensor._make((4000, *[0.0] * 13, 0, 0))])
         autopilot.receive()
-        autopilot.send(HilActuatorControls(4000, 1, (0.0,), 0), [GimbalState((0.1, 0.2, 0.3, 0.9))])
+        autopilot.send(HilActuatorControls(4000, 1, (0.0,), 0), [said])
         simulator.receive()
         heard += simulator.beside()
-    assert heard[0] == heard[1] != GimbalState((0.1, 0.2, 0.3, 0.9))
+    assert heard[0] == heard[1] != said
     for end in ends:
         end.close()
 

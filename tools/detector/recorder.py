@@ -34,10 +34,13 @@ class Recorder:
         self._size = (focal_px, width, height)
         return self
 
-    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float) -> npt.NDArray[np.uint8]:
+    def draw(
+        self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float, zoom: float = 1.0
+    ) -> npt.NDArray[np.uint8]:
         """See camera.Renderer."""
-        self.camera = Pinhole(position_ned_m, camera_to_ned, *self._size)
-        self.view: View = self._inner.look(position_ned_m, camera_to_ned, time_s, self.haze_1_m)
+        focal_px, *size = self._size
+        self.camera = Pinhole(position_ned_m, camera_to_ned, focal_px * zoom, *size)
+        self.view: View = self._inner.look(position_ned_m, camera_to_ned, time_s, self.haze_1_m, zoom)
         return self.view.picture
 
 

@@ -91,6 +91,7 @@ class CameraPart(Part):
             rate_hz=self.rate_hz,
             latency_s=self.latency_s,
             sensor=cameras.sensor(self.sensor, data),
+            zoom_max=data.zoom_max if data is not None else 1.0,
         )
 
 

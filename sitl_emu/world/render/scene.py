@@ -272,20 +272,22 @@ class MeshRenderer:
         self.count = 0
         """Instances in the last picture."""
 
-    def draw(self, position_ned_m: F64, camera_to_ned: F64, time_s: float) -> U8:
+    def draw(self, position_ned_m: F64, camera_to_ned: F64, time_s: float, zoom: float = 1.0) -> U8:
         """See camera.Renderer."""
-        return self.look(position_ned_m, camera_to_ned, time_s).picture
+        return self.look(position_ned_m, camera_to_ned, time_s, zoom=zoom).picture
 
     def depth(self, position_ned_m: F64, camera_to_ned: F64, time_s: float) -> F32:
         """(height, width) along the optical axis, m; inf for the sky."""
         return self.look(position_ned_m, camera_to_ned, time_s).depth_m
 
-    def look(self, position_ned_m: F64, camera_to_ned: F64, time_s: float, haze: float | None = None) -> View:
+    def look(
+        self, position_ned_m: F64, camera_to_ned: F64, time_s: float, haze: float | None = None, zoom: float = 1.0
+    ) -> View:
         """Picture, depth and objects from a place (3,) with an attitude (3, 3), camera axes to NED, at a time."""
         scene, (width, height) = self.scene, self._size
         scene.set_time(time_s)
         at, turn = np.ascontiguousarray(position_ned_m, np.float64), np.ascontiguousarray(camera_to_ned, np.float64)
-        camera = Pinhole(at, turn, float(self._focal_px), width, height)
+        camera = Pinhole(at, turn, float(self._focal_px) * zoom, width, height)
         count = self.count = self._select(camera)
         project(scene.meshes, scene.things, camera, self._drawn, count)
         rasterise(scene.meshes, scene.things, camera, self._drawn, count, self._buffers, np.empty((4, 3)))

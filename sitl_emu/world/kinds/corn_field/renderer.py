@@ -65,6 +65,8 @@ class View(NamedTuple):
     camera_to_ned: FloatArray
     rays: FloatArray
     """(3, n) of the grid, NED."""
+    zoom: float
+    """Times the focal length."""
     above_m: float
     """The camera over the ground."""
     is_flat: bool
@@ -73,6 +75,11 @@ class View(NamedTuple):
     """Whether plants near the camera are meshes."""
     surfaces: list[Surface]
     """The ground, and each shell of the plants upon it."""
+
+    @property
+    def seen_from_m(self) -> float:
+        """The height from which a camera that has not zoomed would see the ground below as large."""
+        return self.above_m / self.zoom
 
 
 class Renderer:
@@ -109,16 +116,18 @@ class Renderer:
         rows, columns = self._whole.layers.canopy.shape[:2]
         self._backdrop = backdrop.of(field, tint_of(field), columns, rows)
 
-    def draw(self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0) -> Image:
+    def draw(
+        self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0, zoom: float = 1.0
+    ) -> Image:
         """The picture (height, width, 3), BGR, taken from a place (3,) with an attitude (3, 3).
 
-        Camera axes: x right, y down in the picture, z along the optical axis.
+        Camera axes: x right, y down in the picture, z along the optical axis. `zoom`: times the focal length.
         """
-        view = self._view(position_ned_m, camera_to_ned)
+        view = self._view(position_ned_m, camera_to_ned, zoom)
         layers = self._whole.layers
         box = _box(layers, view.surfaces[0])
         self._whole.paint(*(min(max(row, 0.0), len(layers.canopy) - 1.0) for row in (box[0], box[1])))
-        seen = self._from_high(view) if view.above_m > FINE_M else self._from_low(view)
+        seen = self._from_high(view) if view.seen_from_m > FINE_M else self._from_low(view)
         if view.is_flat:
             self._soften(seen, view)
         if view.is_flat or _leaves(box, layers):
@@ -138,14 +147,14 @@ class Renderer:
             seen = self._visitors.draw(seen, self._pinhole(view), vehicles, nearer)
         return seen
 
-    def _view(self, position: FloatArray, camera_to_ned: FloatArray) -> View:
+    def _view(self, position: FloatArray, camera_to_ned: FloatArray, zoom: float) -> View:
         """What follows from a camera's place and attitude; `surfaces`: the ground, and the shells above it."""
-        rays = camera_to_ned @ self._rays
+        rays = camera_to_ned @ (self._rays / np.array(((zoom,), (zoom,), (1.0,))))
         above = max(-float(position[2]) - self.field.terrain.height_m(*position[:2].tolist()), 0.05)
         is_flat = bool((rays[2] < FLAT_SLOPE * np.hypot(rays[0], rays[1])).any())
         lifts = [0.0, *((shell + 0.4) / SHELLS * self.field.plant_height_m for shell in range(SHELLS))]
         surfaces = (self._marched if is_flat else self._fallen)(position, rays, above, lifts)
-        return View(position, camera_to_ned, rays, above, is_flat, above < STANDING_M, surfaces)
+        return View(position, camera_to_ned, rays, zoom, above, is_flat, above / zoom < STANDING_M, surfaces)
 
     def _from_high(self, view: View) -> Image:
         """Ground and plants as one surface: how high they stand is not to be seen from there."""
@@ -161,7 +170,7 @@ class Renderer:
         """The ground, and the plants that are painted, by shells."""
         layers = self._whole.layers
         picture = _remapped(layers.ground, self._pixels(layers, view.surfaces[0], squeeze=layers.squeeze))
-        if view.above_m < NEAR_M:
+        if view.seen_from_m < NEAR_M:
             self._put_near(picture, view)
         self._put_shells(picture, view)
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGRA2BGR), np.uint8)
@@ -169,7 +178,7 @@ class Renderer:
     def _soften(self, seen: Image, view: View) -> None:
         """Where the ground is so foreshortened that a pixel sees much of it, pixels mix with their neighbours."""
         for from_m, size in SOFT:
-            beyond = self._beyond(view, view.surfaces[0], math.sqrt(from_m * view.above_m))
+            beyond = self._beyond(view, view.surfaces[0], math.sqrt(from_m * view.above_m * view.zoom))
             if beyond is not None:
                 cv2.copyTo(cv2.blur(seen, size), beyond, seen)
 
@@ -192,7 +201,7 @@ class Renderer:
     def _put_near(self, picture: Image, view: View) -> None:
         """The finer ground about the place that a low camera looks at."""
         axis = view.camera_to_ned[:, 2]
-        reach = min(view.above_m / max(float(axis[2]), 0.05), LOOKS_AHEAD_M)
+        reach = min(view.above_m / max(float(axis[2]), 0.05), LOOKS_AHEAD_M * view.zoom)
         near = self._near.around(*(float(view.position[k] + reach * axis[k]) for k in range(2)))
         pixels = self._pixels(near, view.surfaces[0])
         cv2.remap(near.ground, pixels, None, cv2.INTER_LINEAR, picture, cv2.BORDER_TRANSPARENT)
@@ -291,7 +300,7 @@ class Renderer:
 
     def _pinhole(self, view: View) -> Pinhole:
         at, turn = (np.ascontiguousarray(each, np.float64) for each in (view.position, view.camera_to_ned))
-        return Pinhole(at, turn, self._focal_px, self._width, self._height)
+        return Pinhole(at, turn, self._focal_px * view.zoom, self._width, self._height)
 
     def _painter(self, gsd_m: float) -> Painter:
         """Made when there is something to paint: what others have painted needs none."""
