@@ -30,8 +30,8 @@ OPTIONS = {
 """Side of the square; how deep the water stands in the lowest street, about; how many there are."""
 SURROUNDINGS_M, SPACING_M = 40.0, 0.5
 MURK_1_M = 9.4
-"""Of flood water of 100 FNU, which carries soil: a Secchi disc is gone at 11.1 T^-0.637 feet, 0.18 m (USGS, Willamette at
-Portland, or.water.usgs.gov/will_morrison/secchi_depth_model.html), and K = 1.7 over that depth (Poole and Atkins,
+"""Of flood water of 100 FNU, which carries soil: a Secchi disc is gone at 11.1 T^-0.637 feet, 0.18 m (USGS, Willamette
+at Portland, or.water.usgs.gov/will_morrison/secchi_depth_model.html), and K = 1.7 over that depth (Poole and Atkins,
 1929)."""
 BANK_M = 2.0
 """How far the land around the town rises above the water, which so stays in the town."""
