@@ -177,7 +177,9 @@ class Autopilot:
     def start_uxrce_dds_client(self) -> UxrceDdsClient:
         """Speak to ROS 2 from now on; the date of time 0 has to be known."""
         boot_unix_us, system_id = self.mavlink.context.boot_unix_us, self.mavlink.system_id
-        self.uxrce_dds_client = UxrceDdsClient(self.topics, self.logger.topics(), system_id, boot_unix_us)
+        self.uxrce_dds_client = UxrceDdsClient(
+            self.topics, self.logger.topics(), system_id, boot_unix_us, self._on_command
+        )
         return self.uxrce_dds_client
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""From set-points to actuators (writers: modes/, control/, mavlink/services/offboard.py)."""
+"""From set-points to actuators (writers: modes/, control/, mavlink/services/ and uxrce_dds_client/offboard.py)."""
 
 from typing import NamedTuple
 
@@ -139,9 +139,9 @@ class HoverThrustEstimate(NamedTuple):
 
 
 class OffboardSetpoint(NamedTuple):
-    """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET: offboard_control_mode and its setpoint in one.
+    """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET, or ROS 2's: offboard_control_mode and its setpoint in one.
 
-    Exactly one of trajectory, attitude or rates is set.
+    One of trajectory, attitude or rates is set; none where ROS 2 asks for what is not flown (timestamp 0).
     """
 
     timestamp: int = 0

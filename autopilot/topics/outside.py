@@ -1,4 +1,4 @@
-"""What others tell the vehicle over MAVLink (writers: mavlink/services/)."""
+"""What others tell the vehicle over MAVLink and from ROS 2 (writers: mavlink/services/, uxrce_dds_client/)."""
 
 from typing import NamedTuple
 

@@ -8,17 +8,20 @@ is told that clock; until it is, the date at boot stands for it.
 """
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.logger.logged_topics import STATE_MS, LoggedTopic
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
-from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
+from sitl_emu.autopilot.uxrce_dds_client.external_modes import Reply
 from sitl_emu.autopilot.uxrce_dds_client.publications import NUMBERS, Publication, from_row, publications
+from sitl_emu.autopilot.uxrce_dds_client.subscriptions import Subscriptions
 
 JUMP_US = 100_000
 """By so much another time is a jump of the clock, and is taken as it is (Timesync.hpp, MAX_DEVIATION_SAMPLE)."""
@@ -64,8 +67,18 @@ class _Entry:
 class UxrceDdsClient:
     """One vehicle's."""
 
-    def __init__(self, topics: Topics, logged: Iterable[LoggedTopic], system_id: int, boot_unix_us: int) -> None:
-        """`logged`: what the logger can log of this vehicle; `boot_unix_us`: the date of time 0."""
+    def __init__(
+        self,
+        topics: Topics,
+        logged: Iterable[LoggedTopic],
+        system_id: int,
+        boot_unix_us: int,
+        handle_command: Callable[[int, VehicleCommand], CommandResult | None],
+    ) -> None:
+        """`logged`: what the logger can log of this vehicle; `boot_unix_us`: the date of time 0.
+
+        `handle_command` lets the owner of a command decide.
+        """
         self._topics = topics
         self.outbox: list[Sample] = []
         self.time_offset_us = boot_unix_us
@@ -74,6 +87,7 @@ class UxrceDdsClient:
         chosen = publications(logged, topics, system_id)
         self._records = attrgetter(*(each.source for each in chosen))
         self._entries = [_Entry(each, record) for each, record in zip(chosen, self._records(topics), strict=True)]
+        self._subscriptions = Subscriptions(topics, system_id, handle_command, self._reply)
         self._pack_ack = from_row("vehicle_command_ack", commander_rows.vehicle_command_ack)
         self._pack_report = from_row("transponder_report", outside_rows.transponder_report)
         self._acks_seen = max((each.number for each in topics.commands_told), default=0)
@@ -90,6 +104,7 @@ class UxrceDdsClient:
 
     def on_sample(self, now_us: int, sample: Sample) -> None:
         """A message came, of a topic by its place in SUBSCRIPTIONS."""
+        self._subscriptions.on_sample(now_us, sample.topic, sample.data, self.time_offset_us)
 
     def update(self, now_us: int) -> None:
         """One tick: what is new and due, as uORB's subscriptions with an interval give it out."""
@@ -117,6 +132,11 @@ class UxrceDdsClient:
                 if report.number > self._reports_seen:
                     self._publish(NUMBERS["transponder_report"], (0,), self._pack_report(report), None)
             self._reports_seen = reports[-1].number
+
+    def _reply(self, now_us: int, reply: Reply) -> None:
+        number = NUMBERS[reply.topic]
+        data = cdr.Writer(PUBLICATIONS[number].type).write(**reply.fields)
+        self._publish(number, (0,), data, now_us)
 
     def _publish(self, number: int, stamps: tuple[int, ...], data: bytes, now_us: int | None) -> None:
         """Send a message; `now_us`: its time, where its record tells none."""

@@ -63,7 +63,7 @@ class Pilot:
         self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *padded))
 
     def every(self, hz: float, make: Callable[[], Any]) -> None:
-        """Send what `make` makes, from now on."""
+        """Send what `make` makes, from now on; None: nothing."""
         self._again.append((round(1.0 / hz / TICK_S), make))
 
     def run(self, seconds: float) -> None:
@@ -117,8 +117,8 @@ class Pilot:
         if self._ticks % BEAT_TICKS == 0:
             self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
         for ticks, make in self._again:
-            if self._ticks % ticks == 0:
-                self.send(make())
+            if self._ticks % ticks == 0 and (message := make()) is not None:
+                self.send(message)
         links = self.autopilot.mavlink.links
         if self.wanted:
             for data in links[0].outbox:

@@ -1,0 +1,106 @@
+"""Offboard control from ROS 2: offboard_control_mode and its setpoints into topics.offboard_setpoint.
+
+As in PX4, offboard_control_mode says what is controlled (commander/ModeUtil/control_mode.cpp: the first that is set, in
+the order of its fields), and its time alone says whether control goes on (COM_OF_LOSS_T); the setpoints come on topics
+of their own. A setpoint of before OFFBOARD was entered does not count there, as none does to a controller that has only
+just begun to listen. thrust_and_torque and direct_actuator are not flown: they count as no signal.
+
+A number that is none leaves its axis free in a trajectory, and in rates it keeps the present one (as in
+MulticopterRateControl.cpp). An attitude without a direction and a thrust that is no number are not taken, where PX4
+would hand them on to its motors.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import (
+    OffboardSetpoint,
+    Topics,
+    TrajectorySetpoint,
+    Vector3,
+    VehicleAttitudeSetpoint,
+    VehicleRatesSetpoint,
+)
+
+TRAJECTORY = ("position", "velocity", "acceleration")
+Fields = Mapping[str, Any]
+
+
+class Offboard:
+    """Writer of topics.offboard_setpoint, beside mavlink/services/offboard.py: who speaks last is flown, as in PX4."""
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+        self._mode: Fields = {}
+        self._trajectory = TrajectorySetpoint()
+        self._attitude: VehicleAttitudeSetpoint | None = None
+        self._rates: VehicleRatesSetpoint | None = None
+
+    def offboard_control_mode(self, now_us: int, fields: Fields) -> None:
+        """What is controlled from now on."""
+        self._mode = fields
+        self._write()
+
+    def trajectory_setpoint(self, now_us: int, fields: Fields) -> None:
+        """NED; NaN in every axis that is free."""
+        self._trajectory = TrajectorySetpoint(
+            fields["timestamp"],
+            _finite(fields["position"]),
+            _finite(fields["velocity"]),
+            _finite(fields["acceleration"]),
+            *_finite((fields["yaw"], fields["yawspeed"], 0.0))[:2],
+        )
+        self._write()
+
+    def vehicle_attitude_setpoint(self, now_us: int, fields: Fields) -> None:
+        """Body to NED, with thrust along the body's axes."""
+        length, thrust = math.hypot(*fields["q_d"]), fields["thrust_body"]
+        if not (math.isfinite(length) and length > 0.0 and math.isfinite(sum(thrust))):
+            return
+        w, x, y, z = (part / length for part in fields["q_d"])
+        turn = fields["yaw_sp_move_rate"]
+        turn = turn if math.isfinite(turn) else 0.0
+        self._attitude = VehicleAttitudeSetpoint(fields["timestamp"], (w, x, y, z), turn, thrust)
+        self._write()
+
+    def vehicle_rates_setpoint(self, now_us: int, fields: Fields) -> None:
+        """About the body's axes."""
+        told, thrust = (fields["roll"], fields["pitch"], fields["yaw"]), fields["thrust_body"]
+        if not math.isfinite(sum(thrust)):
+            return
+        roll, pitch, yaw = (
+            rate if math.isfinite(rate) else present
+            for rate, present in zip(told, self._topics.vehicle_angular_velocity.xyz, strict=True)
+        )
+        self._rates = VehicleRatesSetpoint(fields["timestamp"], (roll, pitch, yaw), thrust)
+        self._write()
+
+    def _write(self) -> None:
+        mode = self._mode
+        if not mode:
+            return
+        time_us: int = mode["timestamp"]
+        if any(mode[name] for name in TRAJECTORY):
+            setpoint = OffboardSetpoint(time_us, self._current_trajectory(), None, None)
+        elif mode["attitude"]:
+            setpoint = OffboardSetpoint(time_us if self._attitude else 0, None, self._attitude, None)
+        elif mode["body_rate"]:
+            setpoint = OffboardSetpoint(time_us if self._rates else 0, None, None, self._rates)
+        else:
+            setpoint = OffboardSetpoint()
+        self._topics.offboard_setpoint = setpoint
+
+    def _current_trajectory(self) -> TrajectorySetpoint:
+        status = self._topics.vehicle_status
+        if status.nav_state is NavState.OFFBOARD and self._trajectory.timestamp < status.nav_state_timestamp:
+            return TrajectorySetpoint()
+        return self._trajectory
+
+
+def _finite(values: tuple[float, ...]) -> Vector3:
+    """Three numbers, NaN for what is none."""
+    x, y, z = (value if math.isfinite(value) else math.nan for value in values)
+    return x, y, z

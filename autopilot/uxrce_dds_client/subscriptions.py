@@ -1,0 +1,233 @@
+"""What comes in: messages of /fmu/in/… become records of ours, at the same places as what MAVLink brings.
+
+Times are moved to the vehicle's clock as PX4 does (ucdr_deserialize in Tools/msg/templates/ucdr/msg.h.em): 0 is now,
+and nothing is later than now. Topics that are not in `Subscriptions.handlers` are taken and change nothing; the page
+docs/ros2.md says which they are.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.topics import (
+    FRAME_BODY_FRD,
+    SOURCE_MAVLINK_0,
+    DistanceSensorSample,
+    ManualControlInput,
+    ObstacleDistance,
+    Topics,
+    VehicleCommand,
+    VehicleOdometry,
+    VehicleOpticalFlow,
+)
+from sitl_emu.autopilot.uxrce_dds_client import cdr, external_modes
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import SUBSCRIPTIONS
+from sitl_emu.autopilot.uxrce_dds_client.external_modes import Reply
+from sitl_emu.autopilot.uxrce_dds_client.offboard import Offboard
+
+Fields = Mapping[str, Any]
+WRAP: Final = 1 << 64
+AUTOPILOT: Final = 1
+"""Its component id."""
+DOWNWARD: Final = 25
+"""distance_sensor.orientation."""
+LONGEST_FLOW_S: Final = 1.0
+UNREADABLE: Final = 0
+"""distance_sensor.signal_quality of a measurement that is none."""
+
+
+def local_time(now_us: int, told_us: int, time_offset_us: int) -> int:
+    """A message's time on the vehicle's clock."""
+    return now_us if told_us == 0 else min((told_us - time_offset_us) % WRAP, now_us)
+
+
+class Subscriptions:
+    """Writer of what ROS 2 tells; one writer more for each of these topics, beside the services of MAVLink."""
+
+    def __init__(
+        self,
+        topics: Topics,
+        system_id: int,
+        handle_command: Callable[[int, VehicleCommand], CommandResult | None],
+        reply: Callable[[int, Reply], None],
+    ) -> None:
+        """`handle_command` lets the owner of a command decide; `reply` publishes answers (now_us, answer)."""
+        self._topics, self._system_id = topics, system_id
+        self._handle_command, self._reply = handle_command, reply
+        offboard = Offboard(topics)
+        self.handlers: dict[str, Callable[[int, Fields], None]] = {
+            "offboard_control_mode": offboard.offboard_control_mode,
+            "trajectory_setpoint": offboard.trajectory_setpoint,
+            "vehicle_attitude_setpoint": offboard.vehicle_attitude_setpoint,
+            "vehicle_rates_setpoint": offboard.vehicle_rates_setpoint,
+            "vehicle_command": self._vehicle_command,
+            "vehicle_visual_odometry": self._vehicle_visual_odometry,
+            "obstacle_distance": self._obstacle_distance,
+            "distance_sensor": self._distance_sensor,
+            "sensor_optical_flow": self._sensor_optical_flow,
+            "manual_control_input": self._manual_control_input,
+            "register_ext_component_request": self._answer(external_modes.register_ext_component),
+            "setpoint_config": self._answer(external_modes.setpoint_config),
+            "message_format_request": self._answer(external_modes.message_format),
+        }
+        self._readers = {
+            number: (cdr.Reader(topic.type), self.handlers[topic.name])
+            for number, topic in enumerate(SUBSCRIPTIONS)
+            if topic.name in self.handlers
+        }
+
+    def on_sample(self, now_us: int, topic: int, data: bytes, time_offset_us: int) -> None:
+        """A message of a topic, by its place in SUBSCRIPTIONS; one that is too short is no message."""
+        found = self._readers.get(topic)
+        if found is None:
+            return
+        reader, handle = found
+        if len(data) < reader.size:
+            return
+        fields = reader.read(data)
+        for name in ("timestamp", "timestamp_sample"):
+            if name in fields:
+                fields[name] = local_time(now_us, fields[name], time_offset_us)
+        handle(now_us, fields)
+
+    def _answer(self, make: Callable[[Fields], Reply]) -> Callable[[int, Fields], None]:
+        return lambda now_us, fields: self._reply(now_us, make(fields))
+
+    def _vehicle_command(self, now_us: int, fields: Fields) -> None:
+        """One for another system or component is nobody's here, and not answered (Commander::handle_command)."""
+        if fields["target_system"] not in (0, self._system_id) or fields["target_component"] not in (0, AUTOPILOT):
+            return
+        command = vehicle_command(fields)
+        result = self._handle_command(now_us, command)
+        if result is not None:
+            tell(self._topics, now_us, command, result)
+
+    def _vehicle_visual_odometry(self, now_us: int, fields: Fields) -> None:
+        self._topics.vehicle_visual_odometry = odometry(fields)
+
+    def _obstacle_distance(self, now_us: int, fields: Fields) -> None:
+        self._topics.obstacle_distance = obstacle_distance(fields)
+
+    def _distance_sensor(self, now_us: int, fields: Fields) -> None:
+        sample = distance_sensor(fields)
+        if sample.orientation == DOWNWARD:
+            self._topics.distance_sensor_outside = sample
+        else:
+            self._topics.distance_sensor_sideways = sample
+
+    def _sensor_optical_flow(self, now_us: int, fields: Fields) -> None:
+        sample = optical_flow(fields, self._topics.vehicle_angular_velocity.xyz)
+        if sample is not None:
+            self._topics.vehicle_optical_flow = sample
+
+    def _manual_control_input(self, now_us: int, fields: Fields) -> None:
+        sticks = manual_control(fields)
+        if sticks is not None:
+            self._topics.manual_control_mavlink = sticks
+
+
+def vehicle_command(fields: Fields) -> VehicleCommand:
+    """A command; infinite parameters count as not given (NaN), as those that come over MAVLink do."""
+    one, two, three, four, five, six, seven = (
+        value if math.isfinite(value) else math.nan for value in (fields[f"param{n}"] for n in range(1, 8))
+    )
+    return VehicleCommand(
+        fields["command"],
+        *(one, two, three, four, five, six, seven),
+        source_system=fields["source_system"],
+        source_component=fields["source_component"],
+        target_system=fields["target_system"],
+        target_component=fields["target_component"],
+        from_external=fields["from_external"],
+        confirmation=fields["confirmation"],
+    )
+
+
+def odometry(fields: Fields) -> VehicleOdometry:
+    """A pose and velocity; a velocity frame that PX4 does not know is none."""
+    velocity_frame = fields["velocity_frame"]
+    return VehicleOdometry(
+        fields["timestamp_sample"],
+        fields["pose_frame"],
+        fields["position"],
+        fields["q"],
+        velocity_frame if velocity_frame <= FRAME_BODY_FRD else 0,
+        fields["velocity"],
+        fields["position_variance"],
+        fields["orientation_variance"],
+        fields["velocity_variance"],
+        fields["reset_counter"],
+        fields["quality"],
+    )
+
+
+def obstacle_distance(fields: Fields) -> ObstacleDistance:
+    """Distances around the vehicle; an increment or offset that is no number is 0."""
+    increment, offset = (
+        value if math.isfinite(value) else 0.0 for value in (fields["increment"], fields["angle_offset"])
+    )
+    return ObstacleDistance(
+        fields["timestamp"],
+        fields["frame"],
+        fields["distances"],
+        max(0.0, increment),
+        fields["min_distance"],
+        fields["max_distance"],
+        offset,
+    )
+
+
+def distance_sensor(fields: Fields) -> DistanceSensorSample:
+    """A distance outside the sensor's range is NaN, and so is one of no quality."""
+    nearest, farthest, current = fields["min_distance"], fields["max_distance"], fields["current_distance"]
+    good = nearest <= current <= farthest and fields["signal_quality"] != UNREADABLE
+    fov = fields["h_fov"] if math.isfinite(fields["h_fov"]) else 0.0
+    return DistanceSensorSample(
+        fields["timestamp"],
+        current if good else math.nan,
+        nearest,
+        farthest,
+        fields["orientation"],
+        max(0.0, min(2.0 * math.pi, fov)),
+        fields["signal_quality"],
+    )
+
+
+def optical_flow(fields: Fields, rates: tuple[float, float, float]) -> VehicleOpticalFlow | None:
+    """Flow free of the vehicle's own rotation, by the sensor's gyro or by `rates`; None for a time that is none."""
+    dt_s = fields["integration_timespan_us"] * 1e-6
+    flow_x, flow_y = fields["pixel_flow"]
+    if not (0.0 < dt_s <= LONGEST_FLOW_S and math.isfinite(flow_x + flow_y)):
+        return None
+    turned = fields["delta_angle"]
+    if not (fields["delta_angle_available"] and math.isfinite(sum(turned))):
+        turned = (rates[0] * dt_s, rates[1] * dt_s, rates[2] * dt_s)
+    return VehicleOpticalFlow(
+        fields["timestamp"],
+        (flow_x - turned[0]) / dt_s,
+        (flow_y - turned[1]) / dt_s,
+        fields["quality"],
+        fields["integration_timespan_us"],
+        (flow_x, flow_y),
+        turned,
+        fields["distance_m"] if fields["distance_available"] else math.nan,
+    )
+
+
+def manual_control(fields: Fields) -> ManualControlInput | None:
+    """Sticks of a joystick; None where they are not valid, or said to come from the RC, which is not here."""
+    axes = (fields["roll"], fields["pitch"], fields["yaw"], fields["throttle"])
+    if not fields["valid"] or fields["data_source"] < SOURCE_MAVLINK_0 or not math.isfinite(sum(axes)):
+        return None
+    roll, pitch, yaw, throttle = (max(-1.0, min(1.0, axis)) for axis in axes)
+    one, two, three, four, five, six = (
+        value if math.isfinite(value) else 0.0 for value in (fields[f"aux{n}"] for n in range(1, 7))
+    )
+    return ManualControlInput(
+        fields["timestamp"],
+        fields["data_source"],
+        *(roll, pitch, yaw, throttle),
+        fields["buttons"],
+        (one, two, three, four, five, six),
+    )

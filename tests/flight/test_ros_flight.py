@@ -1,0 +1,275 @@
+"""Flown from ROS 2 alone, by samples as DDS brings them: offboard control, its loss, what a hostile node sends."""
+
+import math
+import random
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.uxrce_dds_client import cdr
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample
+
+from .pilot import Pilot
+
+SET_MODE, ARM, TAKEOFF = 176, 400, 22
+OFFBOARD_MODE = (1.0, 6.0)
+"""DO_SET_MODE: custom mode enabled, PX4's OFFBOARD."""
+FREE = (math.nan, math.nan, math.nan)
+NUMBERS = {topic.name: number for number, topic in enumerate(SUBSCRIPTIONS)}
+TYPES = {topic.name: topic.type for topic in SUBSCRIPTIONS}
+
+
+class Node:
+    """A ROS 2 node beside a vehicle in memory; its messages are stamped with its clock."""
+
+    def __init__(self, pilot: Pilot) -> None:
+        self.pilot = pilot
+        self.client = pilot.autopilot.start_uxrce_dds_client()
+        self.heard: list[tuple[str, dict[str, Any]]] = []
+
+    def send(self, topic: str, **fields: Any) -> None:
+        """One message of /fmu/in/TOPIC."""
+        now_us = self.pilot.autopilot.now_us
+        told = {"timestamp": now_us + self.client.time_offset_us, **fields}
+        sample = Sample(NUMBERS[topic], cdr.Writer(TYPES[topic]).write(**told))
+        self.client.on_sample(now_us, sample)
+
+    def command(self, number: int, *params: float, target_system: int = 1) -> None:
+        """A VehicleCommand, as PX4's offboard example sends it."""
+        told = {f"param{place}": value for place, value in enumerate(params, 1)}
+        who = {"target_component": 1, "source_system": 1, "source_component": 1, "from_external": True}
+        self.send("vehicle_command", command=number, target_system=target_system, **who, **told)
+
+    def hold(self, position: tuple[float, float, float]) -> None:
+        """Position control, one beat of it."""
+        self.send("offboard_control_mode", position=True)
+        free = {"velocity": FREE, "acceleration": FREE, "jerk": FREE, "yawspeed": math.nan}
+        self.send("trajectory_setpoint", position=position, yaw=0.0, **free)
+
+    def hear(self, topic: str) -> Iterator[dict[str, Any]]:
+        """What came on /fmu/out/TOPIC since the last time."""
+        for number, data in self.client.outbox:
+            self.heard.append((PUBLICATIONS[number].name, cdr.Reader(PUBLICATIONS[number].type).read(data)))
+        self.client.outbox.clear()
+        found = [fields for name, fields in self.heard if name == topic]
+        self.heard = [each for each in self.heard if each[0] != topic]
+        yield from found
+
+    def acks(self) -> list[tuple[int, int]]:
+        """Commands and results."""
+        return [(ack["command"], ack["result"]) for ack in self.hear("vehicle_command_ack")]
+
+
+def offboard(pilot: Pilot, node: Node, place: list[float], on: list[bool]) -> None:
+    """Setpoints for a place that may be moved, at 10 Hz; armed in OFFBOARD, as in PX4's ROS 2 example."""
+
+    def beat() -> None:
+        if on[0]:
+            north, east, down = place
+            node.hold((north, east, down))
+
+    pilot.until_armable()
+    pilot.every(10.0, beat)
+    pilot.run(1.0)
+    node.command(SET_MODE, *OFFBOARD_MODE)
+    node.command(ARM, 1.0)
+
+
+def test_a_square_is_flown_from_ros_alone() -> None:
+    pilot = Pilot("iris")
+    node, place, on = Node(pilot), [0.0, 0.0, -5.0], [True]
+    offboard(pilot, node, place, on)
+    pilot.until(lambda: -pilot.truth.down_m > 4.5, 30.0)
+    assert node.acks()[-2:] == [(SET_MODE, 0), (ARM, 0)]
+    assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+    for north, east in ((5.0, 0.0), (5.0, 5.0), (0.0, 5.0), (0.0, 0.0)):
+        place[:2] = north, east
+        pilot.until(
+            lambda north=north, east=east: (
+                math.hypot(  # type: ignore[misc]
+                    pilot.topics.vehicle_local_position.x - north, pilot.topics.vehicle_local_position.y - east
+                )
+                < 0.5
+            ),
+            20.0,
+        )
+    *_, status = node.hear("vehicle_status")
+    assert (status["nav_state"], status["arming_state"]) == (14, 2)
+    *_, odometry = node.hear("vehicle_odometry")
+    assert odometry["position"][2] == pytest.approx(-5.0, abs=0.5)
+
+
+def test_without_setpoints_it_falls_back() -> None:
+    """COM_OF_LOSS_T, then COM_OBL_RC_ACT: the same as over MAVLink."""
+    pilot = Pilot("iris", COM_OBL_RC_ACT=4)
+    node, place, on = Node(pilot), [0.0, 0.0, -5.0], [True]
+    offboard(pilot, node, place, on)
+    pilot.until(lambda: -pilot.truth.down_m > 4.5, 30.0)
+    on[0] = False
+    pilot.run(0.5)
+    assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+    pilot.until(lambda: pilot.topics.vehicle_status.failsafe, 10.0)
+    pilot.until(lambda: pilot.topics.vehicle_status.nav_state is NavState.AUTO_LAND, 10.0)
+
+
+def test_offboard_needs_setpoints_of_a_kind_that_is_flown() -> None:
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.until_armable()
+    pilot.every(10.0, lambda: node.send("offboard_control_mode", direct_actuator=True))
+    pilot.run(1.0)
+    node.command(SET_MODE, *OFFBOARD_MODE)
+    node.command(ARM, 1.0)
+    pilot.run(0.5)
+    assert node.acks()[-1] == (ARM, 1)
+    assert pilot.topics.failsafe_flags.offboard_control_signal_lost
+
+
+def test_it_climbs_by_attitude_and_by_rates() -> None:
+    for mode, topic in (("attitude", "vehicle_attitude_setpoint"), ("body_rate", "vehicle_rates_setpoint")):
+        pilot = Pilot("iris")
+        node = Node(pilot)
+        up = (0.0, 0.0, -0.8)
+        fields = {"thrust_body": up} | ({"q_d": (1.0, 0.0, 0.0, 0.0)} if mode == "attitude" else {})
+
+        def beat(node: Node = node, mode: str = mode, topic: str = topic, fields: dict[str, Any] = fields) -> None:
+            node.send("offboard_control_mode", **{mode: True})
+            node.send(topic, **fields)
+
+        pilot.until_armable()
+        pilot.every(50.0, beat)
+        pilot.run(1.0)
+        node.command(SET_MODE, *OFFBOARD_MODE)
+        node.command(ARM, 1.0)
+        pilot.until(lambda pilot=pilot: -pilot.truth.down_m > 3.0, 15.0)  # type: ignore[misc]
+        assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+
+
+def test_commands_for_others_are_not_heard() -> None:
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.until_armable()
+    node.acks()
+    node.command(ARM, 1.0, target_system=7)
+    pilot.run(0.5)
+    assert node.acks() == [] and not pilot.topics.vehicle_status.armed
+    node.command(ARM, 1.0, target_system=0)
+    pilot.run(0.5)
+    assert node.acks() == [(ARM, 0)]
+    node.command(31000, 1.0)
+    pilot.run(0.1)
+    assert node.acks() == [(31000, 3)]
+
+
+def test_numbers_that_are_none_change_nothing() -> None:
+    """A hovering vehicle hovers on, whatever bytes come, on any topic but those that command it rightly."""
+    pilot = Pilot("iris")
+    node, place, on = Node(pilot), [0.0, 0.0, -5.0], [True]
+    offboard(pilot, node, place, on)
+    pilot.until(lambda: -pilot.truth.down_m > 4.5, 30.0)
+    inf, nan = math.inf, math.nan
+    node.send("vehicle_attitude_setpoint", q_d=(nan,) * 4, thrust_body=(nan,) * 3)
+    node.send("vehicle_rates_setpoint", roll=inf, pitch=nan, yaw=nan, thrust_body=(inf, nan, 0.0))
+    node.send("vehicle_visual_odometry", pose_frame=9, position=(inf,) * 3, q=(nan,) * 4, velocity_frame=200)
+    node.send("obstacle_distance", increment=nan, angle_offset=inf)
+    node.send("distance_sensor", current_distance=nan, max_distance=inf, orientation=25)
+    node.send("sensor_optical_flow", pixel_flow=(nan, inf), integration_timespan_us=2**32 - 1)
+    node.send("manual_control_input", valid=True, data_source=2, roll=nan)
+    node.command(SET_MODE, nan, inf)
+    for number, topic in enumerate(SUBSCRIPTIONS):
+        node.client.on_sample(pilot.autopilot.now_us, Sample(number, b""))
+        node.client.on_sample(pilot.autopilot.now_us, Sample(number, bytes(cdr.size(topic.type) - 1)))
+    node.client.on_sample(pilot.autopilot.now_us, Sample(999, b"x" * 100))
+    pilot.run(5.0)
+    assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+    assert -pilot.truth.down_m == pytest.approx(5.0, abs=0.6)
+
+
+def test_random_bytes_end_no_vehicle() -> None:
+    """Armed and flying: it may go anywhere, but it goes on."""
+    pilot = Pilot("iris")
+    node, place, on = Node(pilot), [0.0, 0.0, -5.0], [True]
+    offboard(pilot, node, place, on)
+    chance = random.Random(1)
+    for _ in range(300):
+        number = chance.randrange(len(SUBSCRIPTIONS))
+        name = SUBSCRIPTIONS[number].type
+        data = bytearray(chance.randbytes(cdr.size(name)))
+        for each in cdr.places(name):
+            if each.path in ("target_system", "target_component"):
+                data[each.offset] = 1
+            elif each.path == "command":
+                struct.pack_into("<I", data, each.offset, chance.choice((16, 20, 21, 22, 92, 176, 178, 179, 192, 195)))
+        node.client.on_sample(pilot.autopilot.now_us, Sample(number, bytes(data)))
+        pilot.run(0.02)
+    pilot.run(1.0)
+    assert math.isfinite(pilot.truth.down_m)
+
+
+def test_a_node_with_another_clock_is_heard_all_the_same() -> None:
+    """0 is now, and nothing is later than now; what is old is old."""
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.run(2.0)
+    for told_us, age_us in ((0, 0), (2**63, 0), (12, 0), (node.client.time_offset_us + 1_500_000, 500_000)):
+        now_us = pilot.autopilot.now_us
+        node.send("offboard_control_mode", timestamp=told_us, position=True)
+        assert now_us - pilot.topics.offboard_setpoint.timestamp == pytest.approx(age_us, abs=20_000)
+
+
+def test_a_mode_of_ones_own_is_refused() -> None:
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.run(1.0)
+    node.send(
+        "register_ext_component_request", request_id=77, name=b"my mode", px4_ros2_api_version=2, register_mode=True
+    )
+    (reply,) = node.hear("register_ext_component_reply")
+    assert (reply["request_id"], reply["success"], reply["mode_id"]) == (77, False, -1)
+    assert reply["name"].startswith(b"my mode\0") and reply["timestamp"] > 0
+    node.send("setpoint_config", type=4, source_id=23)
+    (reply,) = node.hear("setpoint_config_reply")
+    assert (reply["type"], reply["source_id"], reply["result"]) == (4, 23, 1)
+
+
+def test_formats_of_messages_are_told() -> None:
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.run(1.0)
+    for name, success in ((b"/fmu/in/vehicle_command", True), (b"/fmu/in/nobody", False), (b"vehicle_command", False)):
+        node.send("message_format_request", protocol_version=1, topic_name=name)
+        (reply,) = node.hear("message_format_response")
+        assert reply["success"] is success
+        assert reply["message_hash"] == (MESSAGES["VehicleCommand"].hash if success else 0)
+    node.send("message_format_request", protocol_version=2, topic_name=b"/fmu/in/vehicle_command")
+    (reply,) = node.hear("message_format_response")
+    assert (reply["success"], reply["protocol_version"]) == (False, 1)
+
+
+def test_without_gps_it_knows_its_place_by_visual_odometry() -> None:
+    pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_EV_CTRL=15)
+    node = Node(pilot)
+
+    def see() -> None:
+        pose = pilot.truth
+        node.send(
+            "vehicle_visual_odometry",
+            timestamp_sample=pilot.autopilot.now_us + node.client.time_offset_us,
+            pose_frame=1,
+            position=(pose.north_m, pose.east_m, pose.down_m),
+            q=pose.q,
+            velocity_frame=1,
+            velocity=(pose.vn_m_s, pose.ve_m_s, pose.vd_m_s),
+            position_variance=FREE,
+            orientation_variance=FREE,
+            velocity_variance=FREE,
+        )
+
+    pilot.every(30.0, see)
+    pilot.run(10.0)
+    local = pilot.topics.vehicle_local_position
+    assert local.xy_valid and math.isnan(local.ref_lat)
