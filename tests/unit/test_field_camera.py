@@ -1,6 +1,8 @@
 """The camera is a pure function of seed, time and pose, and its geometry is that of a pinhole."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -9,7 +11,12 @@ import pytest
 from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion import camera_model
+from sitl_emu.run import views
+from sitl_emu.run.export import Eyes
+from sitl_emu.run.views import Look
 from sitl_emu.world.camera import Camera, OtherVehicle, Pose, ShowsVehicles, body_to_ned, camera_to_body
+from sitl_emu.world.description import Thing, Waypoint
+from sitl_emu.world.kinds.corn_field import kind
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
@@ -17,6 +24,7 @@ from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.kinds.corn_field.visitors import Visitors
 from sitl_emu.world.lens import MAST, MOUNTS, NADIR, Intrinsics, Mount
 from sitl_emu.world.render.raster import Pinhole
+from sitl_emu.world.world import World
 
 
 @pytest.fixture(scope="module")
@@ -114,8 +122,6 @@ def test_what_a_zoomed_camera_shows_is_the_middle_of_the_picture_enlarged(field:
 
 def test_a_weed_patch_of_the_field_appears_where_it_is(field: CornField, nadir: Camera) -> None:
     """The real picture too: the patch's pixels differ from the same field's without its objects."""
-    from dataclasses import replace
-
     bare = Camera(FieldScene(replace(field, objects=())), NADIR, name="uas")
     for target in field.targets:
         pose = over(field, target.north_m - 3.0, target.east_m + 2.0, 14.0, 0.05, -0.04, 0.7)
@@ -247,3 +253,37 @@ def test_plants_hide_a_vehicle_that_stands_behind_them(field: CornField) -> None
         return shown / whole
 
     assert share_shown(row) < 0.1 and share_shown(row + 0.375) > 0.4
+
+
+def with_things(*things: Thing) -> World:
+    """The corn field of a seed with things beside its patches."""
+    made = kind.generate(7, {})
+    described = replace(made.description, things=(*made.description.things, *things))
+    return World(described, Path(), made.terrain)
+
+
+def test_things_of_a_world_file_are_in_the_picture_where_the_truth_has_them() -> None:
+    truck, sign = Thing("truck", 42.0, 33.0, 3.0, 2.8), Thing("stop sign", 38.0, 29.0, 0.4, 2.2)
+    world, lens = with_things(truck, sign), Intrinsics(320, 240)
+    bare = with_things().scene().renderer(320, 240, lens.focal_px)
+    look = views.view_of(world, Look("", 40.0, 31.0, 14.0, 0.0, 90.0), 0.0)
+    picture, _, found = Eyes(world, lens, ("truck",)).look(look)
+    changed = (picture != bare.draw(look.place_ned_m, look.camera_to_ned, 0.0)).any(axis=2)
+    (seen,) = found
+    assert changed[seen.mask].mean() > 0.95, "where the truth has it, there is something"
+    labels = [each.seen.label for each in Eyes(world, lens, ("truck", "stop sign")).look(look)[2]]
+    assert sorted(labels) == ["stop sign", "truck"]
+    assert not world.scene().moves
+
+
+def test_a_thing_with_a_path_is_seen_where_it_is_then() -> None:
+    walking = Thing("car", 38.0, 30.0, 2.2, 1.5, path=(Waypoint(0.0, 38.0, 30.0), Waypoint(10.0, 48.0, 30.0)))
+    scene, bare = with_things(walking).scene(), with_things().scene()
+    assert scene.moves and not bare.moves
+    look = views.view_of(with_things(), Look("", 43.0, 30.0, 16.0, 0.0, 90.0), 0.0)
+    at = look.place_ned_m, look.camera_to_ned
+    empty, rows = bare.renderer(320, 240, 160.0).draw(*at, 0.0), []
+    for time_s in (0.0, 4.0, 8.0):
+        changed = scene.renderer(320, 240, 160.0).draw(*at, time_s) != empty
+        rows.append(np.nonzero(changed.any(axis=2))[0].mean())
+    assert np.diff(rows) == pytest.approx(-4.0 * 160.0 / 15.5, abs=3.0), "4 m to the north, a little above the ground"

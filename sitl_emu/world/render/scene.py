@@ -13,7 +13,6 @@ import numpy.typing as npt
 from sitl_emu.world import ground
 from sitl_emu.world.camera import OtherVehicle, body_to_ned
 from sitl_emu.world.description import WorldDescription, WorldError
-from sitl_emu.world.moving import place_at, velocity_at
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.render import (
     build,
@@ -28,12 +27,12 @@ from sitl_emu.world.render import (
     soft,
     sprites,
     textures,
+    things,
 )
 from sitl_emu.world.render.guests import Guests
 from sitl_emu.world.render.kernel import F32, I32, U8
 from sitl_emu.world.render.land import NOISE
 from sitl_emu.world.render.maps import FireMap, GroundMap, Relief, SunMap, Surfaces, Textures
-from sitl_emu.world.render.model import turned
 from sitl_emu.world.render.pixels import Picture
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Pinhole, project, rasterise, select
 from sitl_emu.world.render.shade import shade
@@ -220,15 +219,7 @@ class MeshScene:
         self._put_loose()
         self.guests.put(self.things, time_s)
         for mover in self.built.movers:
-            thing, row = mover.thing, mover.instance
-            north, east = place_at(thing, time_s)
-            speed = velocity_at(thing, time_s)
-            if any(speed):
-                self.things.rotation[row] = turned(math.atan2(speed[1], speed[0]))
-            if mover.plan is None:
-                self.things.place[row] = (north, east, -self.world.terrain.height_m(north, east) - thing.above_ground_m)
-            else:
-                self.built.lay(self.meshes, self.things, mover, north, east)
+            things.put(mover, self.meshes, self.things, self.world.terrain, time_s)
 
     def _pack(self) -> None:
         """Anew, with what has come."""

@@ -13,6 +13,7 @@ from sitl_emu.world.kinds.corn_field import field as corn_field
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.objects import FieldObject
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
+from sitl_emu.world.kinds.corn_field.visitors import is_painted
 from sitl_emu.world.terrain import HeightMap
 from sitl_emu.world.world import World
 
@@ -105,6 +106,7 @@ def field_of(world: World) -> CornField:
         objects=tuple(
             FieldObject(thing.label, thing.north_m, thing.east_m, thing.radius_m, thing.harmonics, thing.seed)
             for thing in described.things
+            if is_painted(thing)
         ),
         growth_stage=described.crop.growth_stage,
         plant_height_m=described.crop.height_m,
@@ -119,7 +121,7 @@ def field_of(world: World) -> CornField:
 
 def scene(world: World, shared_memory: int | None) -> FieldScene:
     """For cameras. Raises WorldError."""
-    return FieldScene(field_of(world), shared_memory)
+    return FieldScene(field_of(world), shared_memory, world.description.things)
 
 
 def photo(world: World) -> npt.NDArray[np.uint8]:

@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 TARGET_KINDS = ("weed", "disease")
 DISTRACTOR_KINDS = ("bare_soil", "puddle", "residue", "shade", "pale_corn", "lush_corn")
+PAINTED = TARGET_KINDS + DISTRACTOR_KINDS
+"""What is part of the field's painting."""
 GROWS_IN_ROWS = ("disease", "pale_corn", "lush_corn")
 """Kinds that are a state of the corn plants, so that they exist where rows are."""
 

@@ -12,7 +12,7 @@ Geometry: a point of the ground appears within 0.2 px of its pinhole projection 
 steep, the terrain is met by fixed-point iteration, which converges while its slope times the tangent of the ray's angle
 from the vertical stays below 1; a view with flatter rays is marched along.
 A picture is a function of field, pose and vehicles alone: when and where it is painted changes nothing that is seen.
-Other vehicles are visitors.py's. It does not draw obstacles.
+Other vehicles, and things such as cars and persons, are visitors.py's. It draws neither solids nor loose bodies.
 """
 
 import math
@@ -93,7 +93,7 @@ class Renderer:
         self, field: CornField, width: int, height: int, focal_px: float, shared_memory: int | None = None,
         visitors: Visitors | None = None,
     ) -> None:  # fmt: skip
-        """`visitors`: vehicles that it shows."""
+        """`visitors`: vehicles and things that it shows."""
         if width % GRID_STEP_PX or height % GRID_STEP_PX:
             raise ValueError(f"width and height must be multiples of {GRID_STEP_PX}, not {width} x {height}")
         self.field = field
@@ -135,7 +135,7 @@ class Renderer:
         return self._put_standing(seen, view, time_s)
 
     def _put_standing(self, seen: Image, view: View, time_s: float) -> Image:
-        """What stands before the ground: plants near a low camera, and other vehicles with their shadows."""
+        """What stands before the ground: plants near a low camera, and other vehicles and things with their shadows."""
         vehicles = self._visitors.at(time_s) if self._visitors is not None else None
         if vehicles is not None and self._visitors is not None:
             self._visitors.shade(seen, self._pinhole(view), vehicles)

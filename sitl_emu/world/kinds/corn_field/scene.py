@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from sitl_emu.world.camera import OtherVehicle
+from sitl_emu.world.description import Thing
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
 from sitl_emu.world.kinds.corn_field.visitors import Visitors
@@ -11,15 +12,15 @@ from sitl_emu.world.kinds.corn_field.visitors import Visitors
 class FieldScene:
     """One field; its plants stand still."""
 
-    def __init__(self, field: CornField, shared_memory: int | None = None) -> None:
-        """`shared_memory`: of the cameras of this field, see whole.py."""
+    def __init__(self, field: CornField, shared_memory: int | None = None, things: Sequence[Thing] = ()) -> None:
+        """`shared_memory`: of the cameras of this field, see whole.py; `things`: of its description."""
         self.field, self._shared_memory = field, shared_memory
-        self._visitors = Visitors(field)
+        self._visitors = Visitors(field, things)
 
     @property
     def moves(self) -> bool:
         """See camera.Scene."""
-        return self._visitors.are_there
+        return self._visitors.move
 
     def put_vehicles(self, others: Sequence[OtherVehicle]) -> None:
         """See camera.ShowsVehicles."""

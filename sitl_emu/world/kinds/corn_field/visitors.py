@@ -1,7 +1,8 @@
-"""Other vehicles in a corn field's pictures, with turning propellers and their shadows, by the general rasteriser.
+"""Vehicles and things in a corn field's pictures, with their shadows, by the general rasteriser.
 
-They stand before the painted field, and behind the plants that stand nearer. Their faces are plain, without textures;
-ground that rises between camera and vehicle does not hide it.
+They stand before the painted field, and behind the plants that stand nearer. Their faces are plain, of their textures'
+mean colour; ground that rises between camera and vehicle does not hide it. Things are cars, trucks, persons, trees,
+signs and whatever else a world file adds to the field's own patches, which are part of the painting.
 """
 
 from collections.abc import Sequence
@@ -11,12 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.camera import OtherVehicle
-from sitl_emu.world.description import Light
+from sitl_emu.world.description import Light, Thing
 from sitl_emu.world.kinds.corn_field.field import CornField
+from sitl_emu.world.kinds.corn_field.objects import PAINTED
 from sitl_emu.world.kinds.corn_field.sprites import Image
 from sitl_emu.world.kinds.corn_field.standing import ERROR_PX, SHADE_LIGHT, paint, soften
+from sitl_emu.world.render import material, textures, things
 from sitl_emu.world.render.guests import Guests
-from sitl_emu.world.render.kernel import F32
+from sitl_emu.world.render.kernel import F32, I32
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Instances, Meshes, Pinhole, project, rasterise, select
 from sitl_emu.world.render.sky import air_of
 from sitl_emu.world.render.stage import Stage
@@ -35,21 +38,44 @@ class Visible(NamedTuple):
     drawn: Drawn
 
 
-class Visitors:
-    """All vehicles that were ever told of, in one field."""
+def is_painted(thing: Thing) -> bool:
+    """Whether a thing is one of the field's own patches."""
+    return thing.label in PAINTED and thing.height_m == 0.0
 
-    def __init__(self, field: CornField) -> None:
+
+def plain(seed: int, materials: I32, tints: F32) -> F32:
+    """The mean colours (t, 3) of faces with materials (t,) and tints (t, 3); `seed`: of the textures."""
+    layers = material.table().layer
+    colours = tints.copy()
+    for number in np.unique(materials):
+        mean = textures.draw(seed, int(layers[number])).reshape(-1, 4).mean(axis=0) / 255.0
+        own = materials == number
+        colours[own] = mean[:3] * (1.0 + (tints[own] - 1.0) * mean[3])
+    return colours
+
+
+class Visitors:
+    """All things and all vehicles that were ever told of, in one field."""
+
+    def __init__(self, field: CornField, described: Sequence[Thing] = ()) -> None:
         self._field, self._air = field, air_of(Light(*field.light))
         self._stage = Stage()
+        own = [(number, thing) for number, thing in enumerate(described) if not is_painted(thing)]
+        movers = [things.add(self._stage, thing, field.terrain, field.seed + number) for number, thing in own]
+        self._movers = [mover for mover in movers if mover is not None]
+        self._things = len(own)
+        """How many of the instances, the first ones, are things."""
         self._guests = Guests(self._stage)
         self._packed: tuple[Meshes, Instances] | None = None
         self._of_triangle: npt.NDArray[np.int32] = np.zeros(0, np.int32)
-        """The instance of each triangle: every vehicle has meshes of its own."""
+        """The instance of each triangle: every vehicle and thing has meshes of its own."""
+        self._colours: F32 = np.zeros((0, 3), np.float32)
+        """Of triangles."""
 
     @property
-    def are_there(self) -> bool:
-        """Whether any is to be seen somewhere."""
-        return bool(self._guests.others)
+    def move(self) -> bool:
+        """Whether any is to be seen somewhere that may move."""
+        return bool(self._guests.others or self._movers)
 
     def put(self, others: Sequence[OtherVehicle]) -> None:
         """See camera.ShowsVehicles."""
@@ -57,31 +83,41 @@ class Visitors:
 
     def at(self, time_s: float) -> tuple[Meshes, Instances] | None:
         """Where they are at a time; None: there are none."""
-        if self._guests.meet():
-            meshes, things = self._packed = self._stage.packed()
-            self._of_triangle = np.zeros(len(meshes.triangles), np.int32)
-            for row, level in enumerate(things.first_level):
-                self._of_triangle[slice(*meshes.levels[level, 2:4])] = row
-        if self._packed is None or not self._guests.others:
+        if self._guests.meet() or (self._packed is None and self._things):
+            self._packed = self._pack()
+        if self._packed is None or not (self._guests.others or self._things):
             return None
         self._guests.put(self._packed[1], time_s)
+        for mover in self._movers:
+            things.put(mover, *self._packed, self._field.terrain, time_s)
         return self._packed
+
+    def _pack(self) -> tuple[Meshes, Instances]:
+        meshes, placed = self._stage.packed()
+        self._of_triangle = np.zeros(len(meshes.triangles), np.int32)
+        for row, (first, count) in enumerate(zip(placed.first_level, placed.level_count, strict=True)):
+            for level in range(first, first + count):
+                self._of_triangle[slice(*meshes.levels[level, 2:4])] = row
+        self._colours = meshes.tints.copy()
+        own = self._of_triangle < self._things
+        self._colours[own] = plain(self._field.seed, meshes.materials[own], meshes.tints[own])
+        return meshes, placed
 
     def shade(self, seen: Image, camera: Pinhole, vehicles: tuple[Meshes, Instances]) -> None:
         """Darken a picture (height, width, 3) where their shadows fall: on level ground below each."""
-        meshes, things = vehicles
+        meshes, placed = vehicles
         to_sun = self._air.rows[0].astype(np.float64)
         way = to_sun / min(to_sun[2], -LOWEST_SUN)
         flat = np.eye(3)
         flat[:, 2] -= way
         flat[2] = 0.0
-        place = things.place.copy()
-        for row in np.flatnonzero(things.flags & HIDDEN == 0):
+        place = placed.place.copy()
+        for row in np.flatnonzero(placed.flags & HIDDEN == 0):
             fallen = place[row] - way * (place[row, 2] + self._field.terrain.height_m(*place[row, :2].tolist()))
             ground = self._field.terrain.height_m(*fallen[:2].tolist())
             place[row] = fallen[0], fallen[1], -ground - SHADOW_M
-        laid = things._replace(
-            place=place, rotation=np.ascontiguousarray(flat @ things.rotation), radius=things.radius / LOWEST_SUN
+        laid = placed._replace(
+            place=place, rotation=np.ascontiguousarray(flat @ placed.rotation), radius=placed.radius / LOWEST_SUN
         )
         visible = _drawn(meshes, laid, camera)
         if visible is not None:
@@ -90,8 +126,8 @@ class Visitors:
 
     def draw(self, seen: Image, camera: Pinhole, vehicles: tuple[Meshes, Instances], nearer: F32 | None) -> Image:
         """A picture with the vehicles in it; `nearer`: 1 / distance of plants that may hide them, by pixel."""
-        meshes, things = vehicles
-        visible = _drawn(meshes, things, camera)
+        meshes, placed = vehicles
+        visible = _drawn(meshes, placed, camera)
         if visible is None:
             return seen
         buffers = visible.buffers
@@ -99,9 +135,9 @@ class Visitors:
             hidden = nearer > buffers.nearness
             buffers.triangle[hidden] = -1
             buffers.slot[hidden] = -1
-        turns = things.rotation[self._of_triangle]
+        turns = placed.rotation[self._of_triangle]
         normals = np.einsum("tij,tj->ti", turns, meshes.normals).astype(np.float32)
-        paint(buffers, visible.drawn, normals, self._lit(normals, meshes.tints), things, camera, seen)
+        paint(buffers, visible.drawn, normals, self._lit(normals, self._colours), placed, camera, seen)
         out = seen.copy()
         soften(buffers.slot, seen, out)
         return out
@@ -119,16 +155,16 @@ class Visitors:
         return np.ascontiguousarray(np.clip(np.stack(sides, axis=1)[:, :, ::-1], 0.0, 255.0), np.float32)
 
 
-def _drawn(meshes: Meshes, things: Instances, camera: Pinhole) -> Visible | None:
+def _drawn(meshes: Meshes, placed: Instances, camera: Pinhole) -> Visible | None:
     """What a picture shows of instances; None: nothing."""
-    most = len(things.place)
+    most = len(placed.place)
     chosen, level, first = (np.empty(most, np.int32) for _ in range(3))
-    count, corners = select(meshes.levels, meshes.level_errors, things, camera, ERROR_PX, chosen, level, first)
+    count, corners = select(meshes.levels, meshes.level_errors, placed, camera, ERROR_PX, chosen, level, first)
     if count == 0:
         return None
     drawn = Drawn(chosen, level, first, np.empty((corners, 3), np.float32), np.empty((corners, 3)))
-    project(meshes, things, camera, drawn, count)
+    project(meshes, placed, camera, drawn, count)
     pixels = camera.width * camera.height
     buffers = Buffers(np.empty(pixels, np.float32), np.empty(pixels, np.int32), np.empty(pixels, np.int32))
-    rasterise(meshes, things, camera, drawn, count, buffers, np.empty((4, 3)))
+    rasterise(meshes, placed, camera, drawn, count, buffers, np.empty((4, 3)))
     return Visible(buffers, drawn)
