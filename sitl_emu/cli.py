@@ -114,6 +114,7 @@ def run(
             "companions and autopilots of ours; the logs are the same.",
         ),
     ] = False,
+    dds: Annotated[bool, typer.Option("--dds", help=DDS)] = False,
 ) -> None:
     """Run a mission with all its vehicles, companions and cameras, and write a report.
 
@@ -121,6 +122,8 @@ def run(
     """
     if isolated and (gcs is not None or video):
         refuse(f"--isolated and {'--gcs' if gcs is not None else '--video'}: an isolated run has no ground station")
+    if isolated and dds:
+        refuse("--isolated and --dds: an isolated run speaks to nobody outside")
     from sitl_emu.run.run_command import run_scenario, scenario_lines
     from sitl_emu.run.trouble import Trouble
 
@@ -139,6 +142,7 @@ def run(
             page=page,
             video=video,
             world=world,
+            dds=dds,
             isolated=isolated,
         )
     except Trouble as error:

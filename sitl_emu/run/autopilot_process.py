@@ -17,6 +17,7 @@ from sitl_emu.run.autopilot_host import ONBOARD, PAYLOAD, AutopilotHost, Hosted,
 from sitl_emu.run.conductor import BARRIER_TICKS
 from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.dds_socket import Agent
 from sitl_emu.run.link_sockets import Poll, PortInUseError, PrivateSocket
 from sitl_emu.run.messages import Read, Ready, Sent, Start, Waiting
 from sitl_emu.run.process import StartError, main, settle
@@ -28,6 +29,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
     root = folder / ROOTFS / config.name
     vehicle = models.as_set(config.model)
     poll: HostPoll = Poll()
+    agent = Agent([config.instance]) if config.dds else None
     try:
         storage.prepare(root)
         hosted = Hosted(
@@ -43,6 +45,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
             video=config.video,
             by_number=_by_number(config),
+            dds=agent.sockets[config.instance] if agent is not None else None,
             isolated=_isolated(config),
         )
         host = AutopilotHost(hosted, poll)
@@ -57,6 +60,8 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
         _fly(host, poll, channel, control if config.lockstep else None)
     finally:
         host.close()
+        if agent is not None:
+            agent.close()
 
 
 def _isolated(config: AutopilotConfig) -> Mapping[str, PrivateSocket] | None:

@@ -257,6 +257,8 @@ class AutopilotConfig(ProcessConfig):
     """Whether it is told of obstacles, on its payload link."""
     video: bool = False
     """Whether what its camera sees is sent to the ground station."""
+    dds: bool = False
+    """Whether it speaks to ROS 2."""
     isolated: IsolatedLinks | None = None
     """The autopilot's ends; None: on PX4's ports."""
 

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Mission
-from sitl_emu.run import checks, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
+from sitl_emu.run import checks, dds_socket, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load
 from sitl_emu.run.scenario_parts.world import WorldPart
@@ -33,13 +33,15 @@ def run_scenario(
     page: bool = False,
     video: bool = False,
     world: str | None = None,
+    dds: bool = False,
     isolated: bool = False,
 ) -> int:
     """Run a scenario; the exit status.
 
     `page`: with a page for the browser, which goes on after the run until Ctrl-C. `video`: what its cameras see is sent
-    to the ground station. `world`: a kind or file that takes the place of the scenario's. `isolated`: without a ground
-    station, on none of PX4's ports. Raises Trouble for what the user can put right.
+    to the ground station. `dds`: our autopilots speak to ROS 2. `world`: a kind or file that takes the place of the
+    scenario's. `isolated`: without a ground station, on none of PX4's ports. Raises Trouble for what the user can
+    put right.
     """
     path = find(name_or_file)
     scenario = load(path) if world is None else in_world(load(path), world)
@@ -48,8 +50,10 @@ def run_scenario(
     preflight.check(scenario, first_instance, isolated=isolated)
     if video:
         preflight.check_video(scenario)
+    if dds:
+        dds_socket.check()
     folder = make_folder(out, scenario.name)
-    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video, isolated)
+    wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video, dds, isolated)
     console = Console()
     write_inputs(wanted, built)
     for line in worlds.not_read(built):

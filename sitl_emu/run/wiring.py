@@ -56,6 +56,8 @@ class Wanted(NamedTuple):
     first_instance: int = 0
     video: bool = False
     """Whether what cameras see is sent to the ground station."""
+    dds: bool = False
+    """Whether our autopilots speak to ROS 2."""
     isolated: bool = False
     """Whether it keeps to itself: no ground station, none of PX4's ports, so that many runs go on side by side."""
 
@@ -309,6 +311,7 @@ def _autopilot(
         gcs=wanted.gcs,
         tells_obstacles=vehicle.tells_obstacles,
         video=_sends_video(wanted, vehicle),
+        dds=wanted.dds,
         isolated=links.autopilot,
     )
     processes.append(Process(f"autopilot {vehicle.name}", "autopilot_process", config, end))

@@ -1,8 +1,11 @@
 """What goes to ROS 2: what is new, no oftener than PX4's list says, with times of the other side's clock."""
 
+import importlib.util
 import socket
 from collections import Counter
 from typing import Any
+
+import pytest
 
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
@@ -19,7 +22,9 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample, UxrceDdsClient
+from sitl_emu.run import dds_socket
 from sitl_emu.run.dds_socket import DdsSocket, packet, samples
+from sitl_emu.run.trouble import Trouble
 from sitl_emu.vehicles import load
 
 TICK_US = 4000
@@ -165,3 +170,22 @@ def test_what_an_agent_does_not_take_in_time_is_lost() -> None:
             ours.send([Sample(0, bytes(1000))])
         assert not ours.lost
     ours.close()
+
+
+def test_a_domain_that_there_is_not_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    for told, domain in ((None, 0), ("", 0), ("42", 42)):
+        if told is None:
+            monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+        else:
+            monkeypatch.setenv("ROS_DOMAIN_ID", told)
+        assert dds_socket.domain() == domain
+    for told in ("233", "-1", "five"):
+        monkeypatch.setenv("ROS_DOMAIN_ID", told)
+        with pytest.raises(Trouble, match=f"ROS_DOMAIN_ID={told}: give 0 to 232"):
+            dds_socket.domain()
+
+
+def test_without_cyclone_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
+    with pytest.raises(Trouble, match=r"pip install 'sitl-emu\[ros2\]'"):
+        dds_socket.check()

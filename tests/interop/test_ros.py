@@ -1,0 +1,97 @@
+"""ROS 2, by DDS, on a domain of the test's own that nobody outside this machine hears of.
+
+The other side is `rclpy_stand_in`, or a participant of Cyclone DDS's: its code writes and reads the messages, not ours.
+"""
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.launched import launched
+
+pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+
+from cyclonedds.core import Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.qos import Policy
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from sitl_emu.run import dds_types
+
+ROOT = Path(__file__).parents[2]
+STAND_IN = Path(__file__).parent / "rclpy_stand_in"
+INSTANCE = 70
+DOMAIN = 20 + os.getpid() % 80
+LOOPBACK = (
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
+    "</Domain></CycloneDDS>"
+)
+LIMIT_S = 240.0
+OFFBOARD = 14
+NEWEST = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+
+
+@pytest.fixture(autouse=True)
+def loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+
+
+def hearing(topic: str, message: str) -> Callable[[], Any]:
+    """The newest message of a topic, or None before there is one."""
+    participant = DomainParticipant(DOMAIN)
+    reader = DataReader(participant, Topic(participant, topic, dds_types.described(message)), qos=NEWEST)
+    newest: list[Any] = [None]
+
+    def hear() -> Any:
+        newest[-1:] = (newest + reader.take(10))[-1:]
+        return newest[-1]
+
+    return hear
+
+
+def until(true: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
+    """Wait until something is so."""
+    end = time.monotonic() + limit_s
+    while not true():
+        assert time.monotonic() < end, "it has not come about"
+        time.sleep(0.05)
+
+
+@contextlib.contextmanager
+def example() -> Iterator[subprocess.Popen[str]]:
+    """The example in a process of its own."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(STAND_IN), str(ROOT)))}
+    command = [sys.executable, str(ROOT / "examples" / "ros2_offboard.py"), f"px4_{INSTANCE}"]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.timeout(300)
+def test_the_example_flies_a_square_and_lands() -> None:
+    with launched("iris", "--dds", "--instance", str(INSTANCE)), example() as node:
+        said, _ = node.communicate(timeout=LIMIT_S)
+        assert node.returncode == 0
+    assert said.splitlines() == [*(f"corner {corner} of 5" for corner in range(1, 6)), "landed"]
+
+
+@pytest.mark.timeout(300)
+def test_a_node_that_dies_ends_offboard() -> None:
+    with launched("iris", "--dds", "--instance", str(INSTANCE)), example() as node:
+        status = hearing(f"rt/px4_{INSTANCE}/fmu/out/vehicle_status_v4", "VehicleStatus")
+        assert node.stdout is not None
+        assert node.stdout.readline() == "corner 1 of 5\n"
+        until(lambda: status() is not None and status().nav_state == OFFBOARD)
+        node.kill()
+        until(lambda: bool(status().failsafe) and status().nav_state != OFFBOARD)

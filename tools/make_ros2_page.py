@@ -1,0 +1,162 @@
+"""Write docs/ros2.md: which of PX4's topics ROS 2 hears and tells, how often, and which fields say something.
+
+    python tools/make_ros2_page.py
+
+Topics come from the tables of autopilot/uxrce_dds_client, fields from a flight: an iris takes off, hovers, and lands.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from sitl_emu import vehicles
+from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.uxrce_dds_client import cdr
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
+    PUBLICATIONS,
+    SOURCE,
+    SUBSCRIPTIONS,
+    Topic,
+    dds_name,
+)
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample, UxrceDdsClient
+from sitl_emu.core.simulator_api import MemoryChannel
+from sitl_emu.world.ground import FlatGround
+from sitl_emu.world.home import Home
+from sitl_emu.world.simulator import VehicleSimulator
+
+PAGE = Path(__file__).parents[1] / "docs" / "ros2.md"
+HOME = Home(47.397742, 8.545594, 489.4, 0.0)
+TICKS_PER_S = 250
+COMMANDS = {8: (22, {}), 9: (400, {"param1": 1.0}), 40: (21, {})}
+"""By second: take off, arm; land."""
+FLIGHT_S = 60
+NUMBERS = {topic.name: number for number, topic in enumerate(SUBSCRIPTIONS)}
+BECOMES = {
+    "offboard_control_mode": "what OFFBOARD controls, and that somebody does: trajectory, attitude, rates",
+    "trajectory_setpoint": "OFFBOARD's setpoint, multicopters and rovers",
+    "vehicle_attitude_setpoint": "OFFBOARD's setpoint, multicopters",
+    "vehicle_rates_setpoint": "OFFBOARD's setpoint, multicopters",
+    "vehicle_command": "a command as over MAVLink; the answer is `/fmu/out/vehicle_command_ack_v1`",
+    "vehicle_visual_odometry": "a pose and velocity for EKF2 (EKF2_EV_CTRL)",
+    "obstacle_distance": "obstacles for collision prevention (CP_DIST)",
+    "distance_sensor": "height above ground (downward), or an obstacle (sideways)",
+    "sensor_optical_flow": "flow for EKF2 (EKF2_OF_CTRL)",
+    "manual_control_input": "sticks of a joystick",
+    "register_ext_component_request": "a refusal: no slot is free",
+    "setpoint_config": "a refusal: there is no such mode",
+    "message_format_request": "the message's hash, of the messages in these tables",
+}
+HEAD = f"""# ROS 2
+
+Made by `tools/make_ros2_page.py`; topics and messages by {SOURCE}.
+
+`sitl-emu launch iris --dds`, or `run … --dds` (`pip install 'sitl-emu[ros2]'`: Cyclone DDS, EPL-2.0 or EDL-1.0), lets
+each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent to start.
+
+- **Names** are `/fmu/out/…` and `/fmu/in/…`, for instance *I* above 0 `/px4_I/fmu/…`, with `_vN` where a message has a
+  version. Types are those of `px4_msgs` for this version of PX4.
+- **Domain**: `ROS_DOMAIN_ID`, else 0, as PX4's start script takes it. Cyclone's own settings (`CYCLONEDDS_URI`) hold.
+- **QoS** as PX4's client asks for it: published best effort, transient local, last 1; taken best effort, volatile.
+- **Times** are moved to the computer's clock, as by PX4's default UXRCE_DDS_SYNCT 1: what is published bears Unix time,
+  and in what is taken 0 is now and nothing is later than now. At another `--speed` than 1 they follow the clock, too.
+  In a `run` they bear the scenario's date, so that the same seed tells the same times.
+- **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
+
+What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` with a stand-in for
+rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to be had where this was made. Not there: the
+`vehicle_command` service, registered modes, the world's sensors as `sensor_msgs`.
+"""
+
+
+def flown() -> dict[str, set[str]]:
+    """Of each topic that was published in a flight, the fields that said something: neither 0 nor NaN for once."""
+    iris = vehicles.load("iris")
+    simulator = VehicleSimulator(iris, HOME, seed=1, terrain=FlatGround())
+    autopilot, channel = Autopilot(iris.airframe, instance=0), MemoryChannel()
+    client = autopilot.start_uxrce_dds_client()
+    found: dict[str, set[str]] = {}
+    actuators = None
+    for tick in range(FLIGHT_S * TICKS_PER_S):
+        second, rest = divmod(tick, TICKS_PER_S)
+        if rest == 0 and second in COMMANDS:
+            command(client, autopilot.now_us, *COMMANDS[second])
+        channel.simulator.send(simulator.tick(actuators))
+        channel.autopilot.send(autopilot.step(channel.autopilot.receive()))
+        actuators = channel.simulator.receive()
+        for link in autopilot.mavlink.links:
+            link.outbox.clear()
+        for number, data in client.outbox:
+            topic = PUBLICATIONS[number]
+            fields = cdr.Reader(topic.type).read(data)
+            found.setdefault(topic.name, set()).update(name for name, value in fields.items() if says(value))
+        client.outbox.clear()
+    return found
+
+
+def command(client: UxrceDdsClient, now_us: int, number: int, more: Mapping[str, float]) -> None:
+    """Give a command from ROS 2."""
+    nan = {f"param{n}": math.nan for n in range(4, 8)}
+    fields = {"command": number, "target_system": 1, "target_component": 1, "source_system": 1, **nan, **more}
+    client.on_sample(now_us, Sample(NUMBERS["vehicle_command"], cdr.Writer("VehicleCommand").write(**fields)))
+
+
+def says(value: Any) -> bool:
+    """Whether a field's value is neither 0 nor NaN; of an array's any."""
+    values = value if isinstance(value, tuple | bytes) else (value,)
+    return any(each and each == each for each in values)
+
+
+def names(topics: Iterable[str]) -> str:
+    """A list for people."""
+    return ", ".join(f"`{name}`" for name in topics)
+
+
+def row(topic: Topic, said: set[str]) -> str:
+    """A published topic."""
+    paths = [place.path for place in cdr.places(topic.type)]
+    empty = [path for path in paths if path not in said]
+    name = dds_name(topic, "out").removeprefix("rt")
+    rate_hz, filled = round(1e6 / topic.interval_us), f"{len(said)} of {len(paths)}"
+    return f"| `{name}` | {topic.type} | {rate_hz} | {filled} | {names(empty)} |"
+
+
+def page(published: Mapping[str, set[str]]) -> str:
+    """The page, with what `flown` found."""
+    silent = [topic.name for topic in PUBLICATIONS if topic.name not in published]
+    unheard = [topic.name for topic in SUBSCRIPTIONS if topic.name not in BECOMES]
+    lines = [
+        HEAD,
+        "## Published",
+        "",
+        "Fields: how many said something, and which stayed 0 or NaN, in a flight of an iris: take-off, hover, landing.",
+        "",
+        "| topic | message | Hz at most | fields | 0 or NaN throughout |",
+        "| --- | --- | --- | --- | --- |",
+        *(row(topic, published[topic.name]) for topic in PUBLICATIONS if topic.name in published),
+        "",
+        f"Announced, and silent in that flight: {names(silent)}. Of these come when there is something to tell: "
+        "`manual_control_setpoint`, `input_rc`, `transponder_report`, `gimbal_device_attitude_status`, `wind`, and the "
+        "replies. The others never do.",
+        "",
+        "## Taken",
+        "",
+        "| topic | message | becomes |",
+        "| --- | --- | --- |",
+        *(
+            f"| `{dds_name(topic, 'in').removeprefix('rt')}` | {topic.type} | {BECOMES[topic.name]} |"
+            for topic in SUBSCRIPTIONS
+            if topic.name in BECOMES
+        ),
+        "",
+        f"Taken without effect: {names(unheard)}. `offboard_control_mode` that asks for thrust_and_torque or "
+        "direct_actuator counts as no signal.",
+        "",
+        "What PX4 would fly with, and we do not take: an attitude without a direction, a thrust that is no number.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(flown()))
