@@ -35,6 +35,7 @@ from sitl_emu.missions.companion.release_point import Wind, fall
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
+from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
@@ -151,7 +152,7 @@ class Flight:
         south, west, north, east = area.buffer(max(seen) / 2.0).bounds
         labels, confirming = settings.perception.detector.labels, settings.perception.confirming
         bounds = Bounds(south, west, north, east)
-        self.regions = RegionMap(bounds, labels, settings.camera, confirming, settings.location)
+        self.regions = RegionMap(bounds, labels, settings.camera, confirming, settings.location, SCATTERED)
         placing = settings.altitude == "terrain" or settings.location == "rays"
         self.ground = Relief(bounds, settings.camera, settings.scan_altitude_m, placing=placing)
         self._allowed = shapely.contains_xy(self._within, self.regions.north_m, self.regions.east_m)

@@ -143,6 +143,12 @@ def test_one_place_shows_where_an_area_lies_that_the_detector_knows(yaw_deg: flo
     outer &= (over.east_m > west - 1) & (over.east_m < east + 1)
     assert region.label == "water_body" and region.score > 0.9
     assert region.cells[inner].all() and not region.cells[~outer].any()
+    scattered = RegionMap(
+        Bounds(-20, -20, 50, 50), LABELS, CAMERA, Confirming(3, confirm_score=0.3), "rays", LABELS[:1]
+    )
+    for _ in range(3):
+        scattered.update(pose, 0.0, areas_of(pose, POND))
+    assert scattered.regions() == [], "it has no box"
     weak = a_map()
     for _ in range(3):
         weak.update(pose, 0.0, areas_of(pose, POND, share=0.4))
