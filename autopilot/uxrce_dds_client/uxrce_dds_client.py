@@ -29,6 +29,8 @@ GAIN = 0.003
 """What a smaller deviation changes the offset by (Timesync.hpp, ALPHA_GAIN_FINAL)."""
 WRAP = 1 << 64
 STAMP = struct.Struct("<Q")
+LOOK_US = 20_000
+"""How often it looks whether a state has changed: commander and others write them so often."""
 
 
 class Sample(NamedTuple):
@@ -41,7 +43,7 @@ class Sample(NamedTuple):
 class _Entry:
     """A publication, and what of it went out last."""
 
-    __slots__ = ("interval_us", "last", "last_us", "number", "pack", "repeat_us", "stamps", "state", "timed")
+    __slots__ = ("due_us", "interval_us", "last", "number", "pack", "repeat_us", "state", "timed", "times")
 
     def __init__(self, publication: Publication, record: Any) -> None:
         """`record`: the present one; where nobody has written it yet, it does not go out."""
@@ -49,19 +51,30 @@ class _Entry:
         self.pack = publication.pack
         self.timed = hasattr(record, "timestamp")
         self.last: Any = record if self.timed and record.timestamp == 0 else None
-        self.last_us = self.repeat_us = -publication.interval_us
-        self.stamps = cdr.stamps(PUBLICATIONS[publication.number].type)
+        self.due_us = self.repeat_us = 0
+        self.times = _times(publication.number)
 
     def is_new(self, now_us: int, record: Any) -> bool:
         """Whether it is to go out: another record; a state where it says something else, and at times all the same."""
         last = self.last
         if self.timed and record.timestamp == 0:
             return False
-        if not self.state:
-            return record is not last
-        if last is None or now_us >= self.repeat_us:
+        if not self.state or last is None or now_us >= self.repeat_us:
             return True
         return record is not last and bool(record[self.timed :] != last[self.timed :])
+
+    def went_out(self, now_us: int, record: Any) -> None:
+        """Note it; it is due again when its interval is over, as uORB counts: late once, it is not late for ever."""
+        self.last = record
+        self.due_us = min(max(self.due_us, now_us - self.interval_us), now_us) + self.interval_us
+        self.repeat_us = now_us + STATE_MS * 1000
+
+
+def _times(number: int) -> struct.Struct:
+    """The times that a message begins with, and which are moved."""
+    stamps = cdr.stamps(PUBLICATIONS[number].type)
+    assert stamps in ((0,), (0, 8))
+    return struct.Struct(f"<{len(stamps)}Q")
 
 
 class UxrceDdsClient:
@@ -109,12 +122,13 @@ class UxrceDdsClient:
     def update(self, now_us: int) -> None:
         """One tick: what is new and due, as uORB's subscriptions with an interval give it out."""
         for entry, record in zip(self._entries, self._records(self._topics), strict=True):
-            if now_us - entry.last_us < entry.interval_us or not entry.is_new(now_us, record):
+            if now_us < entry.due_us or (record is entry.last and not entry.state):
                 continue
-            entry.last = record
-            entry.last_us = min(max(entry.last_us + entry.interval_us, now_us - entry.interval_us), now_us)
-            entry.repeat_us = now_us + STATE_MS * 1000
-            self._publish(entry.number, entry.stamps, entry.pack(record), None if entry.timed else now_us)
+            if entry.is_new(now_us, record):
+                entry.went_out(now_us, record)
+                self._publish(entry.number, entry.times, entry.pack(record), None if entry.timed else now_us)
+            elif entry.state:
+                entry.due_us = now_us + LOOK_US
         self._publish_queues()
 
     def _publish_queues(self) -> None:
@@ -124,24 +138,22 @@ class UxrceDdsClient:
             for each in told:
                 if each.number > self._acks_seen and each.result is not None:
                     data = self._pack_ack((each.command, each.result))
-                    self._publish(NUMBERS["vehicle_command_ack"], (0,), data, each.timestamp)
+                    self._publish(NUMBERS["vehicle_command_ack"], STAMP, data, each.timestamp)
             self._acks_seen = told[-1].number
         reports = self._topics.transponder_reports
         if reports and reports[-1].number != self._reports_seen:
             for report in reports:
                 if report.number > self._reports_seen:
-                    self._publish(NUMBERS["transponder_report"], (0,), self._pack_report(report), None)
+                    self._publish(NUMBERS["transponder_report"], STAMP, self._pack_report(report), None)
             self._reports_seen = reports[-1].number
 
     def _reply(self, now_us: int, reply: Reply) -> None:
         number = NUMBERS[reply.topic]
         data = cdr.Writer(PUBLICATIONS[number].type).write(**reply.fields)
-        self._publish(number, (0,), data, now_us)
+        self._publish(number, STAMP, data, now_us)
 
-    def _publish(self, number: int, stamps: tuple[int, ...], data: bytes, now_us: int | None) -> None:
+    def _publish(self, number: int, times: struct.Struct, data: bytes, now_us: int | None) -> None:
         """Send a message; `now_us`: its time, where its record tells none."""
-        stamped = bytearray(data)
-        for offset in stamps:
-            time_us = now_us if now_us is not None else STAMP.unpack_from(data, offset)[0]
-            STAMP.pack_into(stamped, offset, (time_us + self.time_offset_us) % WRAP)
-        self.outbox.append(Sample(number, bytes(stamped)))
+        told = times.unpack_from(data) if now_us is None else (now_us,) * (times.size // STAMP.size)
+        moved = times.pack(*[(time_us + self.time_offset_us) % WRAP for time_us in told])
+        self.outbox.append(Sample(number, moved + data[times.size :]))
