@@ -3,8 +3,8 @@
 From the air the hand-made detector finds what the network finds, and takes other things for targets: so both are
 asked, and looked at is what lies within WITHIN_DEG of straight down. Fields 300 to 318, on which this was chosen
 (`tools/agriculture/score_detector.py --every 3`'s flight): `both` finds 76 of 76 targets and takes one thing for a
-weed that is none, two or three weeds that stand alone in the corn; below a `report_score` of 0.45 one more, from 0.48 on
-it misses one. From the mast the network is the better one (`networks/field.md` has
+weed that is none, two or three weeds that stand alone in the corn; below a `report_score` of 0.45 one more, from 0.48
+on it misses one. From the mast the network is the better one (`networks/field.md` has
 the figures). Scores mean another thing for each, and so do the figures that confirm a target: those of the mast were
 chosen on fields of seeds 300 to 306.
 
