@@ -8,6 +8,9 @@ A detector that knows areas says it of each part of its picture. One that knows 
 says only how far a region reaches; in the box lies dry ground, too. But a place that a frame shows *outside* all boxes
 is not of the region: from many places the boxes carve a region's shape as silhouettes carve a body's.
 
+What stands between hides a cell, the more so the farther aslant it is seen. A look from there at a cell that shows no
+region says little against it: the share of the ground that is seen at an angle falls as exp(-FRONTAL tan(angle)).
+
 **Confirmed** is a cell that so many consecutive frames have seen so, of those that show it, with a mean score that
 reaches `confirm_score`: the paper's N = 3. **A region** is what cells make that are confirmed and still more
 likely than not; those nearer to each other than `GAP_M` are one. So *two sightings are one target* when nothing wider
@@ -50,15 +53,10 @@ class Evidence(NamedTuple):
     if_there: float
     if_not: float
 
-    @property
-    def seen(self) -> float:
-        """Log-odds that a frame adds which says so."""
-        return math.log(self.if_there / self.if_not)
-
-    @property
-    def not_seen(self) -> float:
-        """The same of one that says the other."""
-        return math.log((1.0 - self.if_there) / (1.0 - self.if_not))
+    def odds(self, says: Cells, visible: Grid | float) -> Grid:
+        """Log-odds that a frame adds, by whether it says so, and by how likely a cell is not hidden from it."""
+        there = np.maximum(self.if_there * visible, self.if_not)
+        return np.where(says, np.log(there / self.if_not), np.log((1.0 - there) / (1.0 - self.if_not)))
 
 
 BOX = Evidence(0.8, 0.35)
@@ -66,6 +64,9 @@ BOX = Evidence(0.8, 0.35)
 AREA = Evidence(0.85, 0.05)
 """A part that an area's share says is of it: water and fire are so in 0.90 and 0.84 of the parts that show them, others
 in 0.015 and 0.008 (companion/networks/disaster.md, test); less sure here, as frames of one place err alike."""
+FRONTAL = 0.5
+"""What stands, seen from the side, over the ground that it stands on: 0.1 to 0.5 of towns (Grimmond and Oke, 1999), and
+urban_flood is a dense one."""
 HALF = 0.5
 """Share from which a part of a picture is of a region."""
 MOST = 3.5
@@ -158,7 +159,7 @@ class RegionMap:
         areas = detections.areas if isinstance(detections, Detections) else None
         for layer, label in enumerate(self.labels):
             if areas is not None and label not in self._scattered:
-                self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA)
+                self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep))
             else:
                 self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]), BOX)
 
@@ -195,12 +196,18 @@ class RegionMap:
         return (row, column) if 0 <= row < self.shape[0] and 0 <= column < self.shape[1] else None
 
     def _tell(
-        self, layer: int, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], scores: Grid, evidence: Evidence
+        self,
+        layer: int,
+        rows: npt.NDArray[np.intp],
+        columns: npt.NDArray[np.intp],
+        scores: Grid,
+        evidence: Evidence,
+        visible: Grid | float = 1.0,
     ) -> None:
         """What one frame says of the cells that it shows: their scores, 0 of what is of no region."""
         hit = scores > 0.0
         at = layer, rows, columns
-        self.odds[at] = np.clip(self.odds[at] + np.where(hit, evidence.seen, evidence.not_seen), -MOST, MOST)
+        self.odds[at] = np.clip(self.odds[at] + evidence.odds(hit, visible), -MOST, MOST)
         run = np.where(hit, self._run[at] + 1, 0)
         total = np.where(hit, self._run_score[at] + scores, 0.0)
         self._run[at], self._run_score[at] = run, total

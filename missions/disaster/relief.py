@@ -4,6 +4,10 @@
 corners' rays; the lidar adds take-off, each descent to a place, and the landing. With `altitude: terrain` the scan
 keeps that height above what is mapped ahead, else above home. What is not mapped counts as home's height, with the
 option's `ground_sigma_m`; between mapped cells the height is that of those about, weighed by their distance.
+
+Corners are mostly those of roofs. Sightings are placed on the ground, which is what does not rise above the lowest
+about it by more than ground does (as in the filters of airborne lidar: G. Vosselman, Slope based filtering of laser
+altimetry data, 2000).
 """
 
 import math
@@ -12,6 +16,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy import ndimage
 
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose
@@ -25,6 +30,9 @@ from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
 EVERY_US = 1_000_000
 REACH_M = 4.0
 """How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
+ABOUT_M, SLOPE, STEP_M = 12, 0.3, 1.0
+"""How far the lowest may be: no house of ours is wider than twice that; how steep ground is, and what its heights are
+off; ours."""
 LEAST_WEIGHT = 1e-3
 SIGMAS = 1.0
 """Added to a mapped height that is flown over; ours: the clearance is 20 m."""
@@ -51,7 +59,7 @@ class Relief:
         """Heights of the ground over home, of the map's cells, to place sightings by."""
         if self._placing and now_us >= self._due_us:
             self._due_us = now_us + EVERY_US
-            self._heights_m = spread(self.survey.terrain.means_m())
+            self._heights_m = spread(ground(self.survey.terrain.means_m()))
         return self._heights_m
 
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:
@@ -69,6 +77,17 @@ class Relief:
         """As GeoTIFF. Raises OSError."""
         self.survey.finish()
         files.write_geotiff(path, self.survey.terrain, *home)
+
+
+def ground(means_m: Grid) -> Grid:
+    """Heights of the cells that are ground; NaN where none is known, or something stands."""
+    known = np.where(np.isfinite(means_m), means_m, np.inf)
+    reach = round(ABOUT_M / RESOLUTION_M)
+    row, column = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    away_m = RESOLUTION_M * np.hypot(row, column)
+    rise_m = STEP_M + SLOPE * away_m
+    highest = ndimage.grey_erosion(known, footprint=away_m <= ABOUT_M, structure=-rise_m, mode="constant", cval=np.inf)
+    return np.where(known <= highest, means_m, np.nan)
 
 
 def spread(means_m: Grid) -> Grid:

@@ -12,7 +12,7 @@ from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraP
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster import aborts, places
+from sitl_emu.missions.disaster import aborts, places, relief
 from sitl_emu.missions.disaster.regions import RegionMap
 
 CAMERA = CameraModel()
@@ -170,6 +170,34 @@ def test_the_ground_is_reckoned_with_where_it_is_known() -> None:
     over.update(pose, high, [])
     seen_m = over.east_m[over.looks > 0]
     assert seen_m.max() == pytest.approx(15.0 * 319.5 / 320.0, abs=1.0), "from 15 m above it, not from 20"
+
+
+def test_a_look_from_aslant_that_something_hides_says_little() -> None:
+    """As many looks from above that show it as from aslant that do not: it is there."""
+    over, pond = a_map(), (14.0, 13.0, 16.0, 15.0)
+    for seen, pose in ((True, pose_at(15.0, 14.0)), (False, pose_at(15.0, 14.0 + 0.7 * UP_M))):
+        for _ in range(4):
+            over.update(pose, 0.0, areas_of(pose, pond) if seen else areas_of(pose, (0.0, 0.0, 0.0, 0.0)))
+    assert [region.label for region in over.regions()] == ["water_body"]
+    for _ in range(4):
+        over.update(pose_at(15.0, 14.0), 0.0, areas_of(pose_at(15.0, 14.0), (0.0, 0.0, 0.0, 0.0)))
+    assert over.regions() == [], "from above nothing hides it"
+
+
+def test_roofs_are_no_ground() -> None:
+    heights = np.full((60, 60), np.nan)
+    rng = np.random.default_rng(1)
+    rows, columns = rng.integers(0, 60, (2, 200))
+    heights[rows, columns] = 0.05 * columns + rng.normal(0.0, 0.2, 200)  # a slope of 1 in 20
+    roof = (slice(20, 30), slice(20, 36))
+    heights[roof] = np.where(np.isfinite(heights[roof]), 9.0, np.nan)
+    heights[22, 21:35] = 9.0
+    left = relief.ground(heights)
+    assert np.isfinite(heights[roof]).any() and not np.isfinite(left[roof]).any()
+    outside = np.isfinite(heights)
+    outside[roof] = False
+    kept = outside & np.isfinite(left)
+    assert np.isfinite(left[outside]).mean() > 0.98 and np.array_equal(left[kept], heights[kept])
 
 
 def test_by_the_equations_a_tilted_camera_places_it_beside_itself() -> None:
