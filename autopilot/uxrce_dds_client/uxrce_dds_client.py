@@ -27,6 +27,10 @@ JUMP_US = 100_000
 """By so much another time is a jump of the clock, and is taken as it is (Timesync.hpp, MAX_DEVIATION_SAMPLE)."""
 GAIN = 0.003
 """What a smaller deviation changes the offset by (Timesync.hpp, ALPHA_GAIN_FINAL)."""
+TIMESYNC_US = 1_000_000
+"""How often timesync_status tells of it: PX4 asks its agent once a second."""
+SOURCE_PROTOCOL_DDS = 2
+"""timesync_status.source_protocol."""
 WRAP = 1 << 64
 STAMP = struct.Struct("<Q")
 LOOK_US = 20_000
@@ -96,7 +100,7 @@ class UxrceDdsClient:
         self.outbox: list[Sample] = []
         self.time_offset_us = boot_unix_us
         """The clock of DDS's side less ours."""
-        self._synchronized = False
+        self._synchronized, self._timesync_due_us = False, 0
         chosen = publications(logged, topics, system_id)
         self._records = attrgetter(*(each.source for each in chosen))
         self._entries = [_Entry(each, record) for each, record in zip(chosen, self._records(topics), strict=True)]
@@ -108,12 +112,22 @@ class UxrceDdsClient:
 
     def synchronize(self, now_us: int, clock_us: int) -> None:
         """The clock of DDS's side says `clock_us` (Unix time) now: what it is ahead is filtered, a jump is taken."""
-        deviation_us = clock_us - now_us - self.time_offset_us
+        observed_us = clock_us - now_us
+        deviation_us = observed_us - self.time_offset_us
         if abs(deviation_us) > JUMP_US or not self._synchronized:
             self._synchronized = True
             self.time_offset_us += deviation_us
         else:
             self.time_offset_us += round(GAIN * deviation_us)
+        if now_us >= self._timesync_due_us:
+            self._timesync_due_us = now_us + TIMESYNC_US
+            fields = {
+                "source_protocol": SOURCE_PROTOCOL_DDS,
+                "remote_timestamp": clock_us,
+                "observed_offset": -observed_us,
+                "estimated_offset": -self.time_offset_us,
+            }
+            self._reply(now_us, Reply("timesync_status", fields))
 
     def on_sample(self, now_us: int, sample: Sample) -> None:
         """A message came, of a topic by its place in SUBSCRIPTIONS."""

@@ -39,7 +39,7 @@ from sitl_emu.run.dds_socket import DdsSocket
 from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import LinkSockets, Poll, PrivateSocket
 from sitl_emu.run.loss_timeouts import loss_timeouts
-from sitl_emu.run.pacing import clock_s, measure_load, unix_time_us
+from sitl_emu.run.pacing import TICKS_A_WAKING, clock_s, measure_load, unix_time_us
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.vehicles import description
 
@@ -101,6 +101,8 @@ class AutopilotHost:
         self.off = False
         """It was shut down: nothing may be called any more but `close`."""
         self.boots = 0
+        self._dds_ticks = 0
+        """Since ROS 2 was last told something."""
         makers = (hosted.camera.vendor, hosted.camera.model) if hosted.camera is not None else ("", "")
         self._card = Card(hosted.root, *makers) if hosted.pictures and hosted.root is not None else None
         self._began_us: int | None = 0
@@ -144,6 +146,9 @@ class AutopilotHost:
         else:
             channel.send(controls, self._beside())
         self.flush()
+        self._dds_ticks += 1
+        if self._dds_ticks >= TICKS_A_WAKING:
+            self._flush_dds()
         if wanted == REBOOT:
             self._reboot()
         elif wanted == SHUT_DOWN:
@@ -154,6 +159,7 @@ class AutopilotHost:
         measure_load(self.autopilot, self._hosted.mates)
         if self.autopilot.uxrce_dds_client is not None:
             self.autopilot.uxrce_dds_client.synchronize(self.autopilot.now_us, unix_time_us())
+            self._flush_dds()
         for device in self._devices:
             device.keep_alive(clock_s())
 
@@ -180,9 +186,6 @@ class AutopilotHost:
                 for datagram in link.outbox:
                     self._log(index, datagram)
         self._sockets.flush()
-        client = self.autopilot.uxrce_dds_client
-        if client is not None and self._hosted.dds is not None:
-            self._hosted.dds.send(client.outbox)
 
     def take_sent(self, link: int) -> int:
         """How many datagrams were sent on a link since this was asked last."""
@@ -308,6 +311,14 @@ class AutopilotHost:
         if dds.lost:
             self._poll.forget(dds.fileno())
         self.flush()
+        self._flush_dds()
+
+    def _flush_dds(self) -> None:
+        """Send what ROS 2 is to hear, that of all ticks of a waking at once: to wake the agent costs more than it does."""
+        self._dds_ticks = 0
+        client = self.autopilot.uxrce_dds_client
+        if client is not None and self._hosted.dds is not None and not self.off:
+            self._hosted.dds.send(client.outbox)
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

@@ -122,6 +122,19 @@ def test_the_clock_of_the_other_side_is_followed() -> None:
     assert client.time_offset_us == BOOT_UNIX_US - 1_008_000
 
 
+def test_the_offset_is_told_once_a_second() -> None:
+    heard = Heard()
+    heard.update()
+
+    def look(now_us: int) -> None:
+        heard.client.synchronize(now_us, BOOT_UNIX_US + now_us)
+
+    told = [fields for name, fields in heard.update(500, look) if name == "timesync_status"]
+    assert [fields["estimated_offset"] for fields in told] == [-BOOT_UNIX_US] * 2
+    assert told[1]["timestamp"] - told[0]["timestamp"] == 1_000_000
+    assert all(fields["remote_timestamp"] == fields["timestamp"] for fields in told)
+
+
 def test_every_answer_to_a_command_is_told() -> None:
     heard = Heard()
     heard.update()
