@@ -314,7 +314,7 @@ class AutopilotHost:
         self._flush_dds()
 
     def _flush_dds(self) -> None:
-        """Send what ROS 2 is to hear, that of all ticks of a waking at once: to wake the agent costs more than it does."""
+        """Send what ROS 2 is to hear, that of all ticks of a waking at once: to wake the agent costs as much again."""
         self._dds_ticks = 0
         client = self.autopilot.uxrce_dds_client
         if client is not None and self._hosted.dds is not None and not self.off:
