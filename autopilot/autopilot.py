@@ -7,7 +7,7 @@ through `on_datagram` and lie ready in `mavlink.links[n].outbox`. No socket, clo
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sitl_emu.autopilot.commander.commander import Commander
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
@@ -43,6 +43,9 @@ from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
+
+if TYPE_CHECKING:
+    from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 
 MODE_FLAG_SAFETY_ARMED: Final = 128
 MODE_FLAG_TEST_ENABLED: Final = 2
@@ -174,8 +177,11 @@ class Autopilot:
         """A datagram came in on a link (index in `mavlink.links`)."""
         self.mavlink.on_datagram(self.now_us, link, data)
 
-    def start_uxrce_dds_client(self) -> UxrceDdsClient:
+    def start_uxrce_dds_client(self) -> "UxrceDdsClient":
         """Speak to ROS 2 from now on; the date of time 0 has to be known."""
+        # who never does starts the faster without it
+        from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
+
         boot_unix_us, system_id = self.mavlink.context.boot_unix_us, self.mavlink.system_id
         self.uxrce_dds_client = UxrceDdsClient(
             self.topics, self.logger.topics(), system_id, boot_unix_us, self._on_command

@@ -17,10 +17,11 @@ from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
     PUBLICATIONS,
     SOURCE,
     SUBSCRIPTIONS,
+    Sample,
     Topic,
     dds_name,
 )
-from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample, UxrceDdsClient
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.home import Home

@@ -25,6 +25,13 @@ class Message(NamedTuple):
     """Of its fields, as MessageFormatResponse tells it."""
 
 
+class Sample(NamedTuple):
+    """A message of a topic, by its number in PUBLICATIONS or SUBSCRIPTIONS, without CDR's header."""
+
+    topic: int
+    data: bytes
+
+
 class Topic(NamedTuple):
     """A topic that is published or taken."""
 

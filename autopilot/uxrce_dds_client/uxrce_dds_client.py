@@ -10,7 +10,7 @@ is told that clock; until it is, the date at boot stands for it.
 import struct
 from collections.abc import Callable, Iterable
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.logger.logged_topics import STATE_MS, LoggedTopic
@@ -18,7 +18,7 @@ from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Sample
 from sitl_emu.autopilot.uxrce_dds_client.external_modes import Reply
 from sitl_emu.autopilot.uxrce_dds_client.publications import NUMBERS, Publication, from_row, publications
 from sitl_emu.autopilot.uxrce_dds_client.subscriptions import Subscriptions
@@ -35,13 +35,6 @@ WRAP = 1 << 64
 STAMP = struct.Struct("<Q")
 LOOK_US = 20_000
 """How often it looks whether a state has changed: commander and others write them so often."""
-
-
-class Sample(NamedTuple):
-    """A message of a topic, by its number in `dds_topics`, without CDR's header."""
-
-    topic: int
-    data: bytes
 
 
 class _Entry:

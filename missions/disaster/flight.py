@@ -5,9 +5,9 @@
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more, and
-stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm where it estimates none).
-It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells where that should
+It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more whether
+the place still is one, and stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm
+where it estimates none). It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells where that should
 be. Then it climbs, goes back to where it left the line, and goes on.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
@@ -250,9 +250,13 @@ class Flight:
         found = [
             place
             for region in self.regions.regions()
-            if self._may_try(region) and (place := places.choose(self.regions, region, self.here_m)) is not None
+            if self._may_try(region) and (place := self._choose(region, self.here_m)) is not None
         ]
         return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
+
+    def _choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
+        assert self.regions is not None
+        return places.choose(self.regions, region, near_m, allowed, self.ground.stands)
 
     def _may_try(self, region: Region) -> bool:
         assert self.regions is not None
@@ -301,8 +305,8 @@ class Flight:
         of = [region for region in self.regions.regions() if self._is_of(place, region, 2.0 * GAP_M)]
         if not of:
             raise Aborted(Reason.NOT_PERSISTING, f"{place.label} is not there from above")
-        free = places.choose(self.regions, of[0], place.place_m)
-        again = places.choose(self.regions, of[0], place.place_m, self._allowed)
+        free = self._choose(of[0], place.place_m)
+        again = self._choose(of[0], place.place_m, self._allowed)
         if again is None:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
@@ -316,7 +320,7 @@ class Flight:
         onboard.enter("delivering", f"at the edge of {place.label}")
         yield from self._descend(place.place_m)
         yield from steps.pause(onboard, SOON_S)
-        place = self._again(place)
+        self._see_once_more(place)
         yield from self._aim(place)
         place_deg, here_deg = self.place_deg(place.place_m), self.place_deg(self.here_m)
         wind = onboard.telemetry.wind
@@ -337,6 +341,14 @@ class Flight:
         self.delivered = True
         onboard.say(f"Parcel let go at the edge of {place.label}")
         yield from steps.pause(onboard, FALLEN_S)
+
+    def _see_once_more(self, place: Place) -> None:
+        """From low: whether the place is still one. It stays where it is: a house may stand beside it. Raises Aborted."""
+        assert self.regions is not None
+        self._again(place)
+        at = place._replace(edge_m=place.place_m)
+        if not any(self._is_of(at, region, places.DELIVERED_WITHIN_M) for region in self.regions.regions()):
+            raise Aborted(Reason.NO_PLACE, f"the edge of {place.label} lies elsewhere, seen from low")
 
     def _descend(self, to_m: Corner) -> Script:
         """Down to the release height over the ground, which the lidar finds. Raises Aborted for what stands there."""

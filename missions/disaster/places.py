@@ -6,6 +6,7 @@ ground that
 - was looked at in `LOOKS` frames or more, and shown outside every box so often that it is surely of no area
   (`SURELY`), water, debris or fire, with `KEEP_OFF_M` around it;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
+- has nothing within `BESIDE_M` that is mapped as standing (`relief.py`): a wall has no edges, and shade none;
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
@@ -32,6 +33,9 @@ KEEP_OFF_M, WITHIN_M = 2.0, 4.5
 (vehicles/README.md); the edge itself is known to a metre. Ours."""
 PLAIN_M = 2.0
 """Room for the vehicle beside what stands there, a tree or a wall, and for the parcel's tumbling; ours."""
+BESIDE_M = 5.0
+"""From the middle of the vehicle, which is 1 m wide, to a wall: two sigmas of a receiver's 1 m, and what the autopilot
+may be off its place while it stands; ours."""
 ROUGH = 0.06
 """Share of edges from which ground is not plain; ours."""
 LOOKS = 6
@@ -53,10 +57,12 @@ class Place(NamedTuple):
     area_m2: float
 
 
-def choose(regions: RegionMap, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
+def choose(
+    regions: RegionMap, region: Region, near_m: Corner, allowed: Cells | None = None, stands: Cells | None = None
+) -> Place | None:
     """The place for a region that is best from where the vehicle is; None where there is none (yet).
 
-    `allowed`: cells at which it may be.
+    `allowed`: cells at which it may be. `stands`: where something is mapped that stands.
     """
     off_region = _away_m(region.cells)
     ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
@@ -67,6 +73,8 @@ def choose(regions: RegionMap, region: Region, near_m: Corner, allowed: Cells | 
     areas = np.any(regions.odds > SURELY, axis=0)
     things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
     ring &= (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
+    if stands is not None:
+        ring &= _away_m(stands) >= BESIDE_M
     rows, columns = np.nonzero(ring)
     if not len(rows):
         return None

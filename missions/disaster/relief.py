@@ -25,7 +25,7 @@ from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.following import Following, next_altitude
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
+from sitl_emu.missions.disaster.regions import RESOLUTION_M, Cells, Grid
 
 EVERY_US = 1_000_000
 REACH_M = 4.0
@@ -47,6 +47,8 @@ class Relief:
         self._following = Following(clearance_m=clearance_m, sigmas=SIGMAS)
         self._placing = placing
         self._heights_m: Grid | float = 0.0
+        self.stands: Cells | None = None
+        """Cells that are mapped and no ground; None as long as nothing is."""
         self._due_us = 0
 
     def on_features(
@@ -59,7 +61,9 @@ class Relief:
         """Heights of the ground over home, of the map's cells, to place sightings by."""
         if self._placing and now_us >= self._due_us:
             self._due_us = now_us + EVERY_US
-            self._heights_m = spread(ground(self.survey.terrain.means_m()))
+            mapped = self.survey.terrain.means_m()
+            lowest = ground(mapped)
+            self._heights_m, self.stands = spread(lowest), np.isfinite(mapped) & np.isnan(lowest)
         return self._heights_m
 
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:

@@ -22,8 +22,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from sitl_emu.autopilot.uxrce_dds_client import cdr, dds_topics
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS
-from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS, Sample
 from sitl_emu.run import dds_types
 from sitl_emu.run.dds_socket import LARGEST_PACKET_BYTES, packet, samples
 

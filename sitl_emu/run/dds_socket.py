@@ -12,7 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
-from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import Sample
 from sitl_emu.run.trouble import Trouble
 
 HEADER = struct.Struct("<HH")

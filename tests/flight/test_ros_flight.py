@@ -10,8 +10,7 @@ import pytest
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS
-from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS, Sample
 
 from .pilot import Pilot
 

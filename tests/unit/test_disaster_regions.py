@@ -229,6 +229,11 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     over.rough[row, column] = 0.5
     other = places.choose(over, region, (5.0, 14.0))
     assert other is not None and math.dist(other.place_m, place.place_m) >= places.PLAIN_M
+    # a corner of a roof is mapped there
+    over.rough[row, column], stands = 0.0, np.zeros(over.shape, np.bool_)
+    stands[row, column] = True
+    other = places.choose(over, region, (5.0, 14.0), stands=stands)
+    assert other is not None and math.dist(other.place_m, place.place_m) >= places.BESIDE_M
 
 
 def test_no_place_lies_in_another_area_or_where_nobody_looked() -> None:

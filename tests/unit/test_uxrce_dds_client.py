@@ -20,8 +20,8 @@ from sitl_emu.autopilot.topics import (
     VehicleStatus,
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS
-from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import Sample, UxrceDdsClient
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Sample
+from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.run import dds_socket
 from sitl_emu.run.dds_socket import DdsSocket, packet, samples
 from sitl_emu.run.trouble import Trouble
