@@ -5,10 +5,11 @@
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more whether
-the place still is one, and stands where `release_point.py` says, by the wind that the autopilot estimates (WIND_COV; calm
-where it estimates none). It lets go when the parcel, let go now, would meet the ground within `AIMED_M` of the place; and tells where that should
-be. Then it climbs, goes back to where it left the line, and goes on.
+It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more
+whether the place still is one, and stands where `release_point.py` says, by the wind that the autopilot estimates
+(WIND_COV; calm where it estimates none). It lets go when the parcel, let go now, would meet the ground within
+`AIMED_M` of the place; and tells where that should be. Then it climbs, goes back to where it left the line, and goes
+on.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
 goes home. A region is tried `TRIES` times.
@@ -343,7 +344,7 @@ class Flight:
         yield from steps.pause(onboard, FALLEN_S)
 
     def _see_once_more(self, place: Place) -> None:
-        """From low: whether the place is still one. It stays where it is: a house may stand beside it. Raises Aborted."""
+        """From low: whether the place is still one. It stays put: a house may stand beside it. Raises Aborted."""
         assert self.regions is not None
         self._again(place)
         at = place._replace(edge_m=place.place_m)
