@@ -350,6 +350,8 @@ class Flight:
         at = place._replace(edge_m=place.place_m)
         if not any(self._is_of(at, region, places.DELIVERED_WITHIN_M) for region in self.regions.regions()):
             raise Aborted(Reason.NO_PLACE, f"the edge of {place.label} lies elsewhere, seen from low")
+        if not places.is_free(self.regions, place.place_m, self.ground.stands):
+            raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {place.label}")
 
     def _descend(self, to_m: Corner) -> Script:
         """Down to the release height over the ground, which the lidar finds. Raises Aborted for what stands there."""

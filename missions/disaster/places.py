@@ -70,11 +70,7 @@ def choose(
         ring &= allowed
     if not ring.any():
         return None
-    areas = np.any(regions.odds > SURELY, axis=0)
-    things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
-    ring &= (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
-    if stands is not None:
-        ring &= _away_m(stands) >= BESIDE_M
+    ring &= _free(regions, stands)
     rows, columns = np.nonzero(ring)
     if not len(rows):
         return None
@@ -86,6 +82,19 @@ def choose(
     place = float(north[best]), float(east[best])
     edge, steepness = _edge(regions, region, place)
     return Place(region.label, region.score, place, edge, steepness, region.area_m2)
+
+
+def is_free(regions: RegionMap, place_m: Corner, stands: Cells | None = None) -> bool:
+    """Whether a place is still plain ground of no area."""
+    cell = regions.cell(*place_m)
+    return cell is not None and bool(_free(regions, stands)[cell])
+
+
+def _free(regions: RegionMap, stands: Cells | None) -> Cells:
+    areas = np.any(regions.odds > SURELY, axis=0)
+    things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
+    free = (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
+    return free if stands is None else free & (_away_m(stands) >= BESIDE_M)
 
 
 def sigma_m(place: Place, height_m: float, ground_sigma_m: float, eph_m: float = 0.0) -> float:

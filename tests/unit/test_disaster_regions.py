@@ -234,6 +234,10 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     stands[row, column] = True
     other = places.choose(over, region, (5.0, 14.0), stands=stands)
     assert other is not None and math.dist(other.place_m, place.place_m) >= places.BESIDE_M
+    assert places.is_free(over, place.place_m) and not places.is_free(over, place.place_m, stands)
+    over.odds[0][row, column] = 1.0
+    assert not places.is_free(over, place.place_m), "it was seen to be water after all"
+    assert not places.is_free(over, (500.0, 0.0))
 
 
 def test_no_place_lies_in_another_area_or_where_nobody_looked() -> None:
