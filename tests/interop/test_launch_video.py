@@ -58,6 +58,14 @@ def watched() -> Iterator[Watched]:
     ear.close()
 
 
+@pytest.fixture(scope="module")
+def ground(watched: Watched) -> Iterator[Any]:
+    """The ground station's link; one for all tests, as the vehicle speaks to who spoke first."""
+    link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE).local}", source_system=254)
+    yield link
+    link.close()
+
+
 def drawn(pose: Posed, camera: Camera, look: tuple[float, float], zoom: float = 1.0) -> Image:
     """What is to be seen from where it stands."""
     pitch_deg, yaw_deg = look
@@ -96,7 +104,7 @@ def test_the_picture_is_that_of_the_world_and_follows_the_gimbal(watched: Watche
         assert np.std(there) > 5.0, "there is something to see"
 
 
-def test_the_picture_and_its_announced_field_of_view_follow_the_zoom(watched: Watched) -> None:
+def test_the_picture_and_its_announced_field_of_view_follow_the_zoom(watched: Watched, ground: Any) -> None:
     here, data = site.in_world(str(YARD), 1, print), vehicles.load("m600")
     simulator = here.simulator(data, 0, INSTANCE, data.model)
     for _ in range(250):
@@ -117,12 +125,8 @@ def test_the_picture_and_its_announced_field_of_view_follow_the_zoom(watched: Wa
         fits = {other: psnr_db(seen, picture) for other, picture in expected.items()}
         assert fits[zoom] > 27.0, f"{zoom}: {fits}"
         assert all(fits[other] < fits[zoom] - 6.0 for other in fits if other != zoom), f"{zoom}: {fits}"
-    link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE).local}", source_system=254)
-    try:
-        assert asked(link, INSTANCE + 1, 269, "VIDEO_STREAM_INFORMATION").hfov == 28
-    finally:
-        link.close()
-        plugin.zoom_range(one, 0.0)
+    assert asked(ground, INSTANCE + 1, 269, "VIDEO_STREAM_INFORMATION").hfov == 28
+    plugin.zoom_range(one, 0.0)
 
 
 def test_mavsdk_finds_the_stream_and_stops_and_starts_it(watched: Watched) -> None:
@@ -146,19 +150,15 @@ def test_mavsdk_finds_the_stream_and_stops_and_starts_it(watched: Watched) -> No
     told_as(VideoStreamInfo.VideoStreamStatus.IN_PROGRESS)
 
 
-def test_pymavlink_is_told_of_the_stream_and_of_none_where_there_is_none(watched: Watched) -> None:
-    link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE).local}", source_system=254)
-    try:
-        information = asked(link, INSTANCE + 1, 259, "CAMERA_INFORMATION")
-        assert information.flags & 256, "CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM"
-        stream = asked(link, INSTANCE + 1, 269, "VIDEO_STREAM_INFORMATION")
-        assert (stream.type, stream.uri, stream.encoding, stream.flags, stream.count) == (1, "5600", 1, 1, 1)
-        status = asked(link, INSTANCE + 1, 270, "VIDEO_STREAM_STATUS")
-        assert (status.stream_id, status.flags, status.framerate) == (1, 1, 15.0)
-    finally:
-        link.close()
+def test_pymavlink_is_told_of_the_stream_and_of_none_where_there_is_none(ground: Any) -> None:
+    information = asked(ground, INSTANCE + 1, 259, "CAMERA_INFORMATION")
+    assert information.flags & 256, "CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM"
+    stream = asked(ground, INSTANCE + 1, 269, "VIDEO_STREAM_INFORMATION")
+    assert (stream.type, stream.uri, stream.encoding, stream.flags, stream.count) == (1, "5600", 1, 1, 1)
+    status = asked(ground, INSTANCE + 1, 270, "VIDEO_STREAM_STATUS")
+    assert (status.stream_id, status.flags, status.framerate) == (1, 1, 15.0)
     with launched("iris", "--instance", str(INSTANCE + 1)):
-        link = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE + 1).local}", source_system=254)
+        link: Any = mavutil.mavlink_connection(f"udpout:127.0.0.1:{ports.gcs(INSTANCE + 1).local}", source_system=254)
         try:
             assert not asked(link, INSTANCE + 2, 259, "CAMERA_INFORMATION").flags & 256
         finally:
