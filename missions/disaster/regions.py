@@ -41,8 +41,7 @@ Projection = Callable[[CameraModel, CameraPose, Grid, Grid, Grid | float], tuple
 
 RESOLUTION_M = 1.0
 GAP_M = 3.0
-"""Of water and fire as of the detector's own regions (tools/detector/disaster.py), and of debris, whose slabs lie
-nearer."""
+"""As of the detector's own regions (tools/detector/disaster.py)."""
 LEAST_M2 = 4.0
 """What is smaller is no region; as there."""
 

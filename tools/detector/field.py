@@ -100,7 +100,7 @@ def _of_corn(job: Job, field: corn.CornField) -> Iterator[Frame]:
     model = CameraModel(
         lens.width, lens.height, lens.focal_px, lens.focal_px, (lens.width - 1) / 2, (lens.height - 1) / 2
     )
-    # What is small is what is missed: as often by area as by number.
+    # What is small is what is missed: the more often it is looked at.
     weights = np.array([1.0 / thing.radius_m**2 for thing in field.targets])
     small_first = weights / weights.sum()
     for k in range(job.plan.per_world):
