@@ -63,11 +63,17 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
 - **Times** are moved to the computer's clock, as by PX4's default UXRCE_DDS_SYNCT 1: what is published bears Unix time,
   and in what is taken 0 is now and nothing is later than now. At another `--speed` than 1 they follow the clock, too.
   In a `run` they bear the scenario's date, so that the same seed tells the same times.
+- **Service** `/fmu/vehicle_command` (`px4_msgs/srv/VehicleCommand`): the reply is the first answer to the command; as
+  in PX4 one request is waited for at a time, the newest, and one for another system is never answered. How replies
+  find who asked is each rmw's own: spoken is rmw_cyclonedds's way, so clients need
+  `RMW_IMPLEMENTATION=rmw_cyclonedds_cpp`. PX4's agent speaks rmw_fastrtps's; of such a client a line of the output says
+  that it is not understood. On either rmw `/fmu/in/vehicle_command` works, and `/fmu/out/vehicle_command_ack_v1` has
+  the answer.
 - **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
 
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` with a stand-in for
-rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to be had where this was made. Not there: the
-`vehicle_command` service, registered modes, the world's sensors as `sensor_msgs`.
+rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to be had where this was made; the service's layout
+is rmw_cyclonedds's by its source. Not there: registered modes, the world's sensors as `sensor_msgs`.
 """
 
 

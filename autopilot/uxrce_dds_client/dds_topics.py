@@ -26,7 +26,10 @@ class Message(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """A message of a topic, by its number in PUBLICATIONS or SUBSCRIPTIONS, without CDR's header."""
+    """A message of a topic, by its number in PUBLICATIONS or SUBSCRIPTIONS, without CDR's header.
+
+    REPLY and REQUEST are the numbers of the service; before its messages stands `Asked`.
+    """
 
     topic: int
     data: bytes
@@ -39,6 +42,15 @@ class Topic(NamedTuple):
     type: str
     interval_us: int = 0
     """It is published at most so often."""
+
+
+class Service(NamedTuple):
+    """A service that is offered: its name, its type, and the messages that pass (srv/TYPE.srv)."""
+
+    name: str
+    type: str
+    request: str
+    reply: str
 
 
 def _field(text: str) -> Field:
@@ -58,6 +70,9 @@ PUBLICATIONS: tuple[Topic, ...] = tuple(
     Topic(row["topic"], row["type"], row["interval_ms"] * 1000) for row in _TABLE["publications"]
 )
 SUBSCRIPTIONS: tuple[Topic, ...] = tuple(Topic(row["topic"], row["type"]) for row in _TABLE["subscriptions"])
+VEHICLE_COMMAND = Service("vehicle_command", "VehicleCommand", "VehicleCommand", "VehicleCommandAck")
+"""The service of PX4's client, its only one (vehicle_command_srv.cpp)."""
+REQUEST, REPLY = len(SUBSCRIPTIONS), len(PUBLICATIONS)
 
 
 def namespace(instance: int) -> str:
@@ -70,6 +85,12 @@ def dds_name(topic: Topic, folder: str, within: str = "") -> str:
     version = MESSAGES[topic.type].version
     prefix = f"rt/{within}/fmu" if within else "rt/fmu"
     return f"{prefix}/{folder}/{topic.name}" + (f"_v{version}" if version else "")
+
+
+def service_names(service: Service, within: str = "") -> tuple[str, str]:
+    """The DDS topics of a service's requests and replies, in a namespace (srv_base.cpp, generate_request_name)."""
+    path = f"{within}/fmu/{service.name}" if within else f"fmu/{service.name}"
+    return f"rq/{path}Request", f"rr/{path}Reply"
 
 
 def dds_type(message: str) -> str:

@@ -16,12 +16,13 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.logger.logged_topics import STATE_MS, LoggedTopic
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
-from sitl_emu.autopilot.topics import Topics, VehicleCommand
+from sitl_emu.autopilot.topics import CommandTold, Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, REPLY, REQUEST, SUBSCRIPTIONS, Sample
 from sitl_emu.autopilot.uxrce_dds_client.external_modes import Reply
 from sitl_emu.autopilot.uxrce_dds_client.publications import NUMBERS, Publication, from_row, publications
 from sitl_emu.autopilot.uxrce_dds_client.subscriptions import Subscriptions
+from sitl_emu.autopilot.uxrce_dds_client.vehicle_command_srv import ASKED_BYTES, VehicleCommandSrv
 
 JUMP_US = 100_000
 """By so much another time is a jump of the clock, and is taken as it is (Timesync.hpp, MAX_DEVIATION_SAMPLE)."""
@@ -33,6 +34,7 @@ SOURCE_PROTOCOL_DDS = 2
 """timesync_status.source_protocol."""
 WRAP = 1 << 64
 STAMP = struct.Struct("<Q")
+VEHICLE_COMMAND = next(number for number, topic in enumerate(SUBSCRIPTIONS) if topic.name == "vehicle_command")
 LOOK_US = 20_000
 """How often it looks whether a state has changed: commander and others write them so often."""
 
@@ -98,6 +100,8 @@ class UxrceDdsClient:
         self._records = attrgetter(*(each.source for each in chosen))
         self._entries = [_Entry(each, record) for each, record in zip(chosen, self._records(topics), strict=True)]
         self._subscriptions = Subscriptions(topics, system_id, handle_command, self._reply)
+        self._vehicle_command_srv = VehicleCommandSrv(topics)
+        self._read_command = cdr.Reader("VehicleCommand")
         self._pack_ack = from_row("vehicle_command_ack", commander_rows.vehicle_command_ack)
         self._pack_report = from_row("transponder_report", outside_rows.transponder_report)
         self._acks_seen = max((each.number for each in topics.commands_told), default=0)
@@ -123,8 +127,14 @@ class UxrceDdsClient:
             self._reply(now_us, Reply("timesync_status", fields))
 
     def on_sample(self, now_us: int, sample: Sample) -> None:
-        """A message came, of a topic by its place in SUBSCRIPTIONS."""
-        self._subscriptions.on_sample(now_us, sample.topic, sample.data, self.time_offset_us)
+        """A message came, of a topic by its place in SUBSCRIPTIONS, or a REQUEST."""
+        topic, data = sample
+        if topic == REQUEST:
+            topic, asked, data = VEHICLE_COMMAND, data[:ASKED_BYTES], data[ASKED_BYTES:]
+            if len(data) < self._read_command.size:
+                return
+            self._vehicle_command_srv.on_request(asked, self._read_command.read(data)["command"])
+        self._subscriptions.on_sample(now_us, topic, data, self.time_offset_us)
 
     def update(self, now_us: int) -> None:
         """One tick: what is new and due, as uORB's subscriptions with an interval give it out."""
@@ -144,8 +154,7 @@ class UxrceDdsClient:
         if told and told[-1].number != self._acks_seen:
             for each in told:
                 if each.number > self._acks_seen and each.result is not None:
-                    data = self._pack_ack((each.command, each.result))
-                    self._publish(NUMBERS["vehicle_command_ack"], STAMP, data, each.timestamp)
+                    self._publish_ack(each, self._pack_ack((each.command, each.result)))
             self._acks_seen = told[-1].number
         reports = self._topics.transponder_reports
         if reports and reports[-1].number != self._reports_seen:
@@ -154,13 +163,24 @@ class UxrceDdsClient:
                     self._publish(NUMBERS["transponder_report"], STAMP, self._pack_report(report), None)
             self._reports_seen = reports[-1].number
 
+    def _publish_ack(self, told: CommandTold, data: bytes) -> None:
+        """To all, and to who has asked for it by the service."""
+        stamped = self._stamped(STAMP, data, told.timestamp)
+        self.outbox.append(Sample(NUMBERS["vehicle_command_ack"], stamped))
+        asked = self._vehicle_command_srv.answered(told)
+        if asked is not None:
+            self.outbox.append(Sample(REPLY, asked + stamped))
+
     def _reply(self, now_us: int, reply: Reply) -> None:
         number = NUMBERS[reply.topic]
         data = cdr.Writer(PUBLICATIONS[number].type).write(**reply.fields)
         self._publish(number, STAMP, data, now_us)
 
     def _publish(self, number: int, times: struct.Struct, data: bytes, now_us: int | None) -> None:
-        """Send a message; `now_us`: its time, where its record tells none."""
+        self.outbox.append(Sample(number, self._stamped(times, data, now_us)))
+
+    def _stamped(self, times: struct.Struct, data: bytes, now_us: int | None) -> bytes:
+        """A message with times of the other side's clock; `now_us`: its time, where its record tells none."""
         told = times.unpack_from(data) if now_us is None else (now_us,) * (times.size // STAMP.size)
         moved = times.pack(*[(time_us + self.time_offset_us) % WRAP for time_us in told])
-        self.outbox.append(Sample(number, moved + data[times.size :]))
+        return moved + data[times.size :]

@@ -22,8 +22,17 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from sitl_emu.autopilot.uxrce_dds_client import cdr, dds_topics
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATIONS, SUBSCRIPTIONS, Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
+    MESSAGES,
+    PUBLICATIONS,
+    REPLY,
+    REQUEST,
+    SUBSCRIPTIONS,
+    VEHICLE_COMMAND,
+    Sample,
+)
 from sitl_emu.run import dds_types
+from sitl_emu.run.dds_service import OfferedService
 from sitl_emu.run.dds_socket import LARGEST_PACKET_BYTES, packet, samples
 
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
@@ -58,9 +67,11 @@ class Vehicle:
             )
             for topic in SUBSCRIPTIONS
         ]
+        self._service = OfferedService(participant, VEHICLE_COMMAND, within)
         self._wait = WaitSet(participant)
-        for reader in self._readers:
+        for reader in (*self._readers, self._service.requests):
             self._wait.attach(ReadCondition(reader, ANY))
+        self._wait.attach(self._service.requests)
         self._over = False
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
@@ -72,7 +83,10 @@ class Vehicle:
         except ConnectionError:
             return False
         for topic, message in samples(data):
-            self._writers[topic].write(dds_types.sample(self._kinds[topic], message))
+            if topic == REPLY:
+                self._service.reply(message)
+            else:
+                self._writers[topic].write(dds_types.sample(self._kinds[topic], message))
         return bool(data)
 
     def close(self) -> None:
@@ -86,6 +100,7 @@ class Vehicle:
             try:
                 self._wait.wait(duration(seconds=LOOK_S))
                 taken = [sample for number, reader in enumerate(self._readers) for sample in _take(number, reader)]
+                taken += [Sample(REQUEST, data) for data in self._service.take()]
                 if taken:
                     self._socket.send(packet(taken))
             except ConnectionError:

@@ -1,12 +1,13 @@
 """PX4's messages as Cyclone DDS knows types: described field by field, carried as the bytes that they are."""
 
 import functools
+from collections.abc import Mapping
 from typing import Any
 
 from cyclonedds.idl import IdlStruct, make_idl_struct, types
 
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, Service
 
 KINDS: dict[str, Any] = {
     **{f"int{bits}": getattr(types, f"int{bits}") for bits in (8, 16, 32, 64)},
@@ -42,9 +43,27 @@ class Carried:
 @functools.cache
 def carried(message: str) -> type[IdlStruct]:
     """The same type to DDS, whose samples are written by `sample` and come as Carried."""
-    kind: type[IdlStruct] = make_idl_struct(
-        message, f"px4_msgs.msg.dds_.{message}_", dict(described(message).__annotations__)
-    )
+    return _carried(message, f"px4_msgs.msg.dds_.{message}_", described(message).__annotations__)
+
+
+@functools.cache
+def carried_service(service: Service) -> tuple[type[IdlStruct], type[IdlStruct]]:
+    """The types of a service's requests and replies, likewise, as rmw_cyclonedds has them.
+
+    Before the message stand two words (serdata.hpp, cdds_request_header): who asks, and the request's number.
+    """
+
+    asked = {"guid": types.uint64, "seq": types.int64}
+
+    def part(suffix: str, field: str, message: str) -> type[IdlStruct]:
+        name = f"{service.type}_{suffix}_"
+        return _carried(name, f"px4_msgs.srv.dds_.{name}", {**asked, field: described(message)})
+
+    return part("Request", "request", service.request), part("Response", "reply", service.reply)
+
+
+def _carried(name: str, type_name: str, fields: Mapping[str, Any]) -> type[IdlStruct]:
+    kind: type[IdlStruct] = make_idl_struct(name, type_name, dict(fields))
 
     def serialize(sample: Any, **_options: object) -> bytes:
         return cdr.HEADER + bytes(sample.data)

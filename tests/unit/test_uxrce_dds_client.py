@@ -20,7 +20,7 @@ from sitl_emu.autopilot.topics import (
     VehicleStatus,
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, REPLY, REQUEST, Sample
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.run import dds_socket
 from sitl_emu.run.dds_socket import DdsSocket, packet, samples
@@ -50,6 +50,7 @@ class Heard:
                 each(self.now_us)
             self.client.update(self.now_us)
             for number, data in self.client.outbox:
+                assert number != REPLY
                 topic = PUBLICATIONS[number]
                 assert len(data) == cdr.size(topic.type)
                 heard.append((topic.name, cdr.Reader(topic.type).read(data)))
@@ -145,6 +146,55 @@ def test_every_answer_to_a_command_is_told() -> None:
     acks = [fields for name, fields in heard.update() if name == "vehicle_command_ack"]
     assert [(ack["command"], ack["result"]) for ack in acks] == [(22, 0), (400, 1)]
     assert {(ack["target_system"], ack["target_component"]) for ack in acks} == {(255, 190)}
+
+
+class Service:
+    """The vehicle_command service of a client; who asks is told from who else by 16 bytes."""
+
+    def __init__(self, heard: Heard) -> None:
+        self.heard = heard
+
+    def ask(self, asked: bytes, command: int, target_system: int = 3) -> None:
+        """A request."""
+        data = cdr.Writer("VehicleCommand").write(command=command, target_system=target_system)
+        self.heard.client.on_sample(self.heard.now_us, Sample(REQUEST, asked.ljust(16) + data))
+
+    def replies(self) -> list[tuple[bytes, int, int]]:
+        """Who was answered, which command, with which result."""
+        self.heard.client.update(self.heard.now_us)
+        told = [data for number, data in self.heard.client.outbox if number == REPLY]
+        self.heard.client.outbox.clear()
+        acks = [(data[:16].strip(), cdr.Reader("VehicleCommandAck").read(data[16:])) for data in told]
+        assert all(ack["timestamp"] == BOOT_UNIX_US + self.heard.now_us for _, ack in acks)
+        return [(asked, ack["command"], ack["result"]) for asked, ack in acks]
+
+
+def test_a_request_of_the_service_is_a_command_and_its_answer_the_reply() -> None:
+    heard = Heard()
+    service = Service(heard)
+    service.ask(b"one", 31000)
+    assert service.replies() == [(b"one", 31000, 3)]
+    assert service.replies() == []
+
+
+def test_the_newest_request_alone_is_answered_and_by_an_answer_of_its_own_time() -> None:
+    heard = Heard()
+    service = Service(heard)
+    tell(heard.topics, heard.now_us, VehicleCommand(31001), CommandResult(2))
+    service.ask(b"one", 31000)
+    service.ask(b"two", 31001)
+    assert service.replies() == [(b"two", 31001, 3)]
+    service.ask(b"three", 31001, target_system=9)
+    assert service.replies() == []
+    tell(heard.topics, heard.now_us, VehicleCommand(31001), CommandResult(4))  # of somebody else: PX4 can't tell either
+    assert service.replies() == [(b"three", 31001, 4)]
+
+
+def test_a_request_that_is_too_short_is_none() -> None:
+    heard = Heard()
+    heard.client.on_sample(heard.now_us, Sample(REQUEST, b"x" * (16 + cdr.size("VehicleCommand") - 1)))
+    heard.client.on_sample(heard.now_us, Sample(REQUEST, b""))
+    assert Service(heard).replies() == []
 
 
 def test_samples_pass_a_socket() -> None:
