@@ -73,7 +73,38 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
 
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` with a stand-in for
 rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to be had where this was made; the service's layout
-is rmw_cyclonedds's by its source. Not there: registered modes, the world's sensors as `sensor_msgs`.
+is rmw_cyclonedds's by its source. Not there: registered modes.
+"""
+
+SENSORS = """## The world's sensors, in a run
+
+`run … --dds` tells ROS 2 of its clock, its vehicles' sensors and where they are in ROS's own messages (types and hashes
+of ROS 2 Jazzy), from a process of its own that nobody waits for. Topics of sensors lie in the vehicle's namespace, as
+PX4's do; what nobody has subscribed to is not made. Names that are ours are marked; so are all frames' prefixes.
+
+| topic | message | Hz | frame |
+| --- | --- | --- | --- |
+| `/clock` | rosgraph_msgs/Clock | 50 | |
+| `/tf` | tf2_msgs/TFMessage | 50 | `map` → `NAME/base_link`; a gimbal's `NAME/camera_link` |
+| `/tf_static` | tf2_msgs/TFMessage | once | all other sensors, and optical frames |
+| `camera/image_raw` | sensor_msgs/Image, bgr8 | `rate_hz` | `NAME/camera_optical_frame` |
+| `camera/image_raw/compressed` | sensor_msgs/CompressedImage, JPEG 95 | `rate_hz` | the same |
+| `camera/camera_info` | sensor_msgs/CameraInfo, plumb_bob, follows zoom | `rate_hz` | the same |
+| `depth_camera/image_raw` | sensor_msgs/Image, 32FC1, m | `rate_hz` | `NAME/depth_camera_optical_frame` |
+| `depth_camera/points` | sensor_msgs/PointCloud2, as many as pixels | `rate_hz` | the same |
+| `depth_camera/camera_info` | sensor_msgs/CameraInfo | `rate_hz` | the same |
+| `lidar/points` (ours) | sensor_msgs/PointCloud2 | `rate_hz` | `NAME/lidar_link` |
+| `lidar/scan` (ours) | sensor_msgs/LaserScan, where the lidar has one row, level | `rate_hz` | the same |
+| `range` (ours) | sensor_msgs/Range, of the downward range finder | its own | `NAME/range_link`, x along the beam |
+
+- **Time**: `/clock` is the run's date plus simulated time, and so are all stamps, PX4's too. A node with `use_sim_time`
+  runs at the run's speed; the run does not wait for it, so one that must hear every frame wants `--speed 1`. A frame
+  comes when it reaches a companion (`latency_s`), and bears the time at which it was taken.
+- **Axes**: `map` is east, north, up from the world's origin, bodies are forward, left, up (REP 103, 105). `/tf` is the
+  simulator's truth, as Gazebo's poses are; what the vehicle knows of itself is `/fmu/out/vehicle_odometry`.
+- **QoS**: sensors reliable, volatile, last 5, so that best effort readers hear them as well as others (REP 2003);
+  `/clock`, `/tf` and `/tf_static` as rclcpp and tf2_ros have them.
+- `launch` has none of this: its time is the computer's, and its cameras draw pictures when they are asked for.
 """
 
 
@@ -161,6 +192,8 @@ def page(published: Mapping[str, set[str]]) -> str:
         "direct_actuator counts as no signal.",
         "",
         "What PX4 would fly with, and we do not take: an attitude without a direction, a thrust that is no number.",
+        "",
+        SENSORS.rstrip(),
     ]
     return "\n".join(lines) + "\n"
 

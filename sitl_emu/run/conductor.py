@@ -108,6 +108,20 @@ class Recorder(Protocol):
     def loose(self, now_us: int, poses: Iterable[LoosePose]) -> None: ...  # noqa: D102
 
 
+class Onlooker(Protocol):
+    """Who is told how the run goes, and takes no part in it."""
+
+    def sensed(self, sensed: Sequence[Sequence[SimulatorMessage]]) -> None:
+        """What each vehicle's sensors have said in a tick."""
+        ...
+
+    def barrier(
+        self, now_us: int, vehicles: "Sequence[VehicleInRun]", arrived: Sequence[tuple[FrameTaken, ...]]
+    ) -> None:
+        """A barrier, with the frames that have reached each vehicle's companion."""
+        ...
+
+
 @dataclass
 class VehicleInRun:
     """One vehicle and whom it talks to."""
@@ -157,8 +171,10 @@ class Conductor:
         seed: int,
         recorder: Recorder,
         sees: Sees | None = None,
+        onlooker: Onlooker | None = None,
     ) -> None:
         """`simulation` steps the simulators of `vehicles`, in their order; `sees`: as for `PeerRadio`."""
+        self._onlooker = onlooker
         self.vehicles = list(vehicles)
         self._simulation = simulation
         self.ticks = 0
@@ -202,6 +218,8 @@ class Conductor:
             if not vehicle.off:
                 told = [picture for feed in vehicle.feeds for picture in feed.pictures_told(self.now_us)]
                 vehicle.channel.send([*told, *messages])
+        if self._onlooker is not None:
+            self._onlooker.sensed(sensed)
         self.ticks = ticks = self.ticks + 1
         for impact in self._simulation.impacts():
             self._note(impact)
@@ -288,6 +306,8 @@ class Conductor:
         replies = [self._collect(vehicle) for vehicle in self.vehicles]
         self._end_the_doomed()
         arrived = [self._arrived(vehicle, now_us) for vehicle in self.vehicles]
+        if self._onlooker is not None:
+            self._onlooker.barrier(now_us, self.vehicles, arrived)
         for vehicle, (for_autopilot, _) in zip(self.vehicles, replies, strict=True):
             of_obstacles = 0
             if vehicle.obstacle_link is not None and not vehicle.off:

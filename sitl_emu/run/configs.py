@@ -237,11 +237,14 @@ class WorldConfig(ProcessConfig):
     commands: tuple[str, ...]
     """Vehicles whose companion is a command that the run waits for."""
     faults: tuple[FaultData, ...] = ()
+    ros_fd: int | None = None
+    """To who tells ROS 2 of clock, sensors and frames; None: nobody does."""
 
     @property
     def fds(self) -> list[int]:
         """See ProcessConfig."""
-        return [fd for vehicle in self.vehicles for fd in vehicle.fds]
+        fds = [fd for vehicle in self.vehicles for fd in vehicle.fds]
+        return fds if self.ros_fd is None else [*fds, self.ros_fd]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -321,6 +324,27 @@ class RangeConfig(ProcessConfig):
         """Whether the autopilot is told of obstacles."""
         described = self.depth or self.lidar
         return described is not None and described.tells_obstacles
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RosVehicleData:
+    """A vehicle as ROS 2 is told of it."""
+
+    name: str
+    instance: int
+    range_finder: bool
+    camera: CameraDescription | None = None
+    depth: DepthDescription | None = None
+    lidar: LidarDescription | None = None
+    rings: Mapping[str, Any]
+    """Names of its feeds' shared memory, by feed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RosConfig(ProcessConfig):
+    """For the process that tells ROS 2 of clock, sensors and frames."""
+
+    vehicles: tuple[RosVehicleData, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

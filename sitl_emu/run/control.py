@@ -43,6 +43,20 @@ class ControlChannel:
         except OSError as error:
             raise ProcessLostError(f"{self.other} has gone ({error.strerror or error})") from None
 
+    def offer(self, message: Message) -> bool:
+        """Send a message where there is room, on a socket that keeps packets apart; whether it was sent.
+
+        Raises ProcessLostError.
+        """
+        body = encoded(message)
+        try:
+            self._socket.send(LENGTH.pack(len(body)) + body, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return False
+        except OSError as error:
+            raise ProcessLostError(f"{self.other} has gone ({error.strerror or error})") from None
+        return True
+
     def receive(self) -> Message:
         """The next message; waits for it. Raises ProcessLostError."""
         while (message := self._parse()) is None:

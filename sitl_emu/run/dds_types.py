@@ -43,7 +43,7 @@ class Carried:
 @functools.cache
 def carried(message: str) -> type[IdlStruct]:
     """The same type to DDS, whose samples are written by `sample` and come as Carried."""
-    return _carried(message, f"px4_msgs.msg.dds_.{message}_", described(message).__annotations__)
+    return carrying(message, f"px4_msgs.msg.dds_.{message}_", described(message).__annotations__)
 
 
 @functools.cache
@@ -57,12 +57,13 @@ def carried_service(service: Service) -> tuple[type[IdlStruct], type[IdlStruct]]
 
     def part(suffix: str, field: str, message: str) -> type[IdlStruct]:
         name = f"{service.type}_{suffix}_"
-        return _carried(name, f"px4_msgs.srv.dds_.{name}", {**asked, field: described(message)})
+        return carrying(name, f"px4_msgs.srv.dds_.{name}", {**asked, field: described(message)})
 
     return part("Request", "request", service.request), part("Response", "reply", service.reply)
 
 
-def _carried(name: str, type_name: str, fields: Mapping[str, Any]) -> type[IdlStruct]:
+def carrying(name: str, type_name: str, fields: Mapping[str, Any]) -> type[IdlStruct]:
+    """A type whose samples are written by `sample` and come as Carried."""
     kind: type[IdlStruct] = make_idl_struct(name, type_name, dict(fields))
 
     def serialize(sample: Any, **_options: object) -> bytes:

@@ -10,6 +10,7 @@ autopilot → world     `Sent` after every fifth tick; answered by `Read`
 world → companion     `Step`; answered by `Stepped`
 world → a feed        `Render`; answered by `Rendered`. `Photograph`, to a camera; answered by `Photographed`
 world → camera        `SendVideo`
+world → ros           `Seen` at every barrier, where there is room; nobody waits for it
 world → any           `End`: the run is over
 world → launcher      `Listening`, `Progress`, `EventTold`, `Over`
 launcher → world      `Stop`, `CommandEnded`
@@ -187,6 +188,38 @@ class SendVideo(NamedTuple):
     running: bool
 
 
+class RangeSeen(NamedTuple):
+    """What a range finder has said."""
+
+    time_us: int
+    range_m: float
+    """inf: nothing is within its range."""
+    nearest_m: float
+    farthest_m: float
+    field_of_view_rad: float
+    variance_m2: float
+
+
+class VehicleSeen(NamedTuple):
+    """What ROS 2 is told of a vehicle at a barrier."""
+
+    pose: BodyPose
+    head: tuple[float, float, float, float] | None
+    """As of `Render`."""
+    zoom_percent: float
+    distance: RangeSeen | None
+    """What its range finder has said since the last barrier, if anything."""
+    frames: tuple[FrameTaken, ...]
+    """Those that arrived, as at its companion."""
+
+
+class Seen(NamedTuple):
+    """What ROS 2 is told at a barrier: the time, and of each vehicle, in their order."""
+
+    now_us: int
+    vehicles: tuple[VehicleSeen, ...]
+
+
 class Listening(NamedTuple):
     """The world stands, and waits for its autopilots."""
 
@@ -300,6 +333,7 @@ Message = (
     | Photograph
     | Photographed
     | SendVideo
+    | Seen
     | FromWorld
     | FromLauncher
 )

@@ -31,6 +31,8 @@ from sitl_emu.run.configs import (
     ProcessConfig,
     RangeConfig,
     RingData,
+    RosConfig,
+    RosVehicleData,
     StartPlace,
     VehicleData,
     VideoData,
@@ -57,7 +59,7 @@ class Wanted(NamedTuple):
     video: bool = False
     """Whether what cameras see is sent to the ground station."""
     dds: bool = False
-    """Whether our autopilots speak to ROS 2."""
+    """Whether our autopilots speak to ROS 2, which is told of clock, sensors and frames, too."""
     isolated: bool = False
     """Whether it keeps to itself: no ground station, none of PX4's ports, so that many runs go on side by side."""
 
@@ -100,6 +102,12 @@ class Sockets:
     def channel(self) -> tuple[socket.socket, socket.socket]:
         """A control channel: the world's end, and the other."""
         both = socket.socketpair()
+        self.opened.extend(both)
+        return both
+
+    def packets(self) -> tuple[socket.socket, socket.socket]:
+        """A control channel that keeps packets apart, so that what has no room can be left out."""
+        both = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.opened.extend(both)
         return both
 
@@ -149,11 +157,14 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
     with _sockets() as sockets, world_end:
         numbered = enumerate(wanted.scenario.vehicles, wanted.first_instance)
         members = [_member(wanted, instance, vehicle, sockets) for instance, vehicle in numbered]
-        config = _world(wanted, members)
+        ros = _ros(wanted, sockets) if wanted.dds else None
+        config = _world(wanted, members, ros[0] if ros is not None else None)
         children.append(start_process("world", "world_process", config, world_end, wanted.folder))
+        if ros is not None:
+            children.append(start_process(*ros[1], wanted.folder))
         for member in members:
-            for title, module, process_config, end in member.processes:
-                children.append(start_process(title, module, process_config, end, wanted.folder))
+            for process in member.processes:
+                children.append(start_process(*process, wanted.folder))
             if member.autopilot is not None:
                 children.append(start_command(*member.autopilot, wanted.folder, autopilot=True))
         for member in members:
@@ -162,7 +173,26 @@ def start(wanted: Wanted, children: list[Child]) -> ControlChannel:
     return control
 
 
-def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
+def _ros(wanted: Wanted, sockets: Sockets) -> tuple[int, Process]:
+    """The world's end of the channel to who tells ROS 2 of it, and that process."""
+    world_end, end = sockets.packets()
+    told = tuple(
+        RosVehicleData(
+            name=vehicle.name,
+            instance=instance,
+            range_finder=models.as_set(vehicle.model_data).sensors.lidar is not None,
+            camera=vehicle.camera_description,
+            depth=vehicle.depth_description,
+            lidar=vehicle.lidar_description,
+            rings=_rings(vehicle),
+        )
+        for instance, vehicle in enumerate(wanted.scenario.vehicles, wanted.first_instance)
+    )
+    config = RosConfig(folder=str(wanted.folder), start_us=wanted.scenario.start_us, seed=wanted.seed, vehicles=told)
+    return world_end.fileno(), Process("ros", "ros_process", config, end)
+
+
+def _world(wanted: Wanted, members: list[Member], ros_fd: int | None) -> WorldConfig:
     by_command = [each for each in wanted.scenario.vehicles if each.companion and each.companion.command]
     return WorldConfig(
         folder=str(wanted.folder),
@@ -175,6 +205,7 @@ def _world(wanted: Wanted, members: list[Member]) -> WorldConfig:
         time_limit_s=wanted.scenario.time_limit_s,
         faults=tuple(fault.data for fault in wanted.scenario.faults),
         commands=tuple(each.name for each in by_command if each.companion and not each.companion.background),
+        ros_fd=ros_fd,
     )
 
 

@@ -46,6 +46,7 @@ from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
 from sitl_emu.run.process import StartError, main, settle
 from sitl_emu.run.recorder import RunRecorder
+from sitl_emu.run.ros.seen import SeenByRos
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 from sitl_emu.world.world import World
@@ -120,8 +121,10 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
             _vehicle(vehicle, simulator, listener, Path(config.folder))
             for vehicle, simulator, listener in zip(config.vehicles, simulation.simulators, listeners, strict=True)
         ]
-        _wait_until_ready(members)
-        conductor = Conductor(members, simulation, config.radio, config.seed, recorder, world.sees)
+        ros = inherited(config.ros_fd, "the ROS 2 process") if config.ros_fd is not None else None
+        _wait_until_ready(members, ros)
+        onlooker = SeenByRos(ros) if ros is not None else None
+        conductor = Conductor(members, simulation, config.radio, config.seed, recorder, world.sees, onlooker)
         line = LauncherLine(launcher)
         by_name = {simulator.name: simulator for simulator in simulation.simulators}
         injector = Injector(timeline, conductor, by_name, recorder, line.kill)
@@ -210,11 +213,14 @@ def _carried(data: VehicleData, simulator: VehicleSimulator, folder: Path) -> Ca
         raise StartError(str(error)) from None
 
 
-def _wait_until_ready(members: list[VehicleInRun]) -> None:
-    """Feeds first, then the companions, which look for them."""
+def _wait_until_ready(members: list[VehicleInRun], ros: ControlChannel | None) -> None:
+    """Feeds first, then the companions and ROS 2's process, which look for them."""
     for member in members:
         for feed in member.feeds:
             feed.control.expect(Ready)
+    if ros is not None:
+        ros.send(Start())
+        ros.expect(Ready)
     for member in members:
         if member.companion is not None:
             member.companion.expect(Waiting)

@@ -1,0 +1,48 @@
+"""The process that tells ROS 2 of a run: its clock, its vehicles' sensors, and where all these are.
+
+It is told by the world process at every barrier (`ros/seen.py`), and takes frames from the feeds' shared memory; nobody
+waits for it. What nobody has subscribed to is not made into a message. Times are the run's date, as in PX4's messages.
+"""
+
+from cyclonedds.core import DDSException
+from cyclonedds.domain import DomainParticipant
+
+from sitl_emu.core.frame_ring import RingError
+from sitl_emu.run import dds_socket
+from sitl_emu.run.configs import RosConfig
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.messages import Ready, Seen, Start
+from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.ros import frames
+from sitl_emu.run.ros.publisher import CLOCK, TF, TF_STATIC, Publisher
+from sitl_emu.run.ros.vehicle import RosVehicle
+from sitl_emu.run.trouble import Trouble
+
+
+def run(config: RosConfig, control: ControlChannel) -> None:
+    """Publish what is told until the run ends."""
+    control.expect(Start)
+    try:
+        domain = dds_socket.domain()
+        participant = DomainParticipant(domain)
+        vehicles = [RosVehicle(participant, each, config.start_us) for each in config.vehicles]
+    except (DDSException, RingError, Trouble) as error:
+        raise StartError(f"ROS 2: {error}") from None
+    clock = Publisher(participant, "clock", "rosgraph_msgs/Clock", CLOCK)
+    tf = Publisher(participant, "tf", "tf2_msgs/TFMessage", TF)
+    tf_static = Publisher(participant, "tf_static", "tf2_msgs/TFMessage", TF_STATIC)
+    static = [transform for vehicle in vehicles for transform in vehicle.static_transforms()]
+    tf_static.publish(frames.tf_message(config.start_us, static))
+    settle()
+    control.send(Ready())
+    while isinstance(told := control.receive(), Seen):
+        time_us = config.start_us + told.now_us
+        clock.publish({"clock": frames.stamp(time_us)})
+        both = list(zip(vehicles, told.vehicles, strict=True))
+        tf.publish(frames.tf_message(time_us, [each for vehicle, seen in both for each in vehicle.transforms(seen)]))
+        for vehicle, seen in both:
+            vehicle.publish(told.now_us, seen)
+
+
+if __name__ == "__main__":
+    main(run, RosConfig)
