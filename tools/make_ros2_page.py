@@ -71,9 +71,9 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
   the answer.
 - **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
 
-What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` with a stand-in for
-rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to be had where this was made; the service's layout
-is rmw_cyclonedds's by its source. Not there: registered modes.
+What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` and
+`examples/ros2_detector.py` with a stand-in for rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to
+be had where this was made; the service's layout is rmw_cyclonedds's by its source. Not there: registered modes.
 """
 
 SENSORS = """## The world's sensors, in a run

@@ -20,7 +20,7 @@ URLS = {
     "pymavlink_mission": "udpout:127.0.0.1:18573",
 }
 """Each has a vehicle of its own."""
-FLOWN_ELSEWHERE = {"ros2_offboard": "test_ros.py"}
+FLOWN_ELSEWHERE = {"ros2_offboard": "test_ros.py", "ros2_detector": "test_ros_detector.py"}
 
 
 def test_every_example_is_run_here() -> None:

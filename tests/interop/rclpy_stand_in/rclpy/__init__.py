@@ -1,5 +1,6 @@
 """What of rclpy the example uses."""
 
+import math
 import time
 from typing import Any
 
@@ -20,9 +21,15 @@ def shutdown() -> None:
 
 
 def spin_once(node: Any, timeout_sec: float = 0.0) -> None:
-    """Wait for the next timer, hear what has come, and let the timer's function do its work."""
-    due_s = min((timer.due_s for timer in node.timers), default=time.monotonic() + timeout_sec)
-    time.sleep(max(0.0, min(timeout_sec, due_s - time.monotonic())))
+    """Wait for the next timer or message, hear what has come, and let the timer's function do its work."""
+    due_s = min((timer.due_s for timer in node.timers), default=math.inf)
+    node.wait(max(0.0, min(timeout_sec, due_s - time.monotonic())))
     node.hear()
     for timer in node.timers:
         timer.run(time.monotonic())
+
+
+def spin(node: Any) -> None:
+    """Until Ctrl-C."""
+    while ok():
+        spin_once(node, 1.0)

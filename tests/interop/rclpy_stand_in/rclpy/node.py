@@ -6,12 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
+from cyclonedds.internal import InvalidSample
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
+from cyclonedds.util import duration
 
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, profile
+
+ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 
 
 @dataclass
@@ -51,17 +56,24 @@ class Node:
 
     def __init__(self, name: str) -> None:
         self._participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
+        self._waiting = WaitSet(self._participant)
         self._heard: list[tuple[DataReader[Any], Callable[[Any], None]]] = []
         self.timers: list[Timer] = []
 
-    def create_publisher(self, message: type, topic: str, qos: QoSProfile) -> Publisher:
+    def create_publisher(self, message: type, topic: str, qos: QoSProfile | int) -> Publisher:
         """As in rclpy."""
-        return Publisher(DataWriter(self._participant, Topic(self._participant, f"rt{topic}", message), qos=qos.dds()))
+        quality = profile(qos).dds()
+        return Publisher(DataWriter(self._participant, Topic(self._participant, f"rt{topic}", message), qos=quality))
 
     def create_subscription(self, message: type, topic: str, function: Callable[[Any], None], qos: QoSProfile) -> None:
         """As in rclpy."""
         reader = DataReader(self._participant, Topic(self._participant, f"rt{topic}", message), qos=qos.dds())
         self._heard.append((reader, function))
+        self._waiting.attach(ReadCondition(reader, ANY))
+
+    def wait(self, timeout_s: float) -> None:
+        """Until a message has come, at most so long."""
+        self._waiting.wait(duration(seconds=timeout_s))
 
     def create_timer(self, period_s: float, function: Callable[[], None]) -> None:
         """As in rclpy."""
@@ -75,7 +87,8 @@ class Node:
         """Call who subscribed to what has come."""
         for reader, function in self._heard:
             for sample in reader.take(100):
-                function(sample)
+                if not isinstance(sample, InvalidSample):
+                    function(sample)
 
     def destroy_node(self) -> None:
         """As in rclpy."""

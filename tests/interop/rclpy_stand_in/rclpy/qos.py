@@ -5,12 +5,14 @@ from enum import Enum
 
 from cyclonedds.core import Qos
 from cyclonedds.qos import Policy
+from cyclonedds.util import duration
 
 
 class ReliabilityPolicy(Enum):
     """As ROS names them."""
 
     BEST_EFFORT = Policy.Reliability.BestEffort
+    RELIABLE = Policy.Reliability.Reliable(duration(infinite=True))
 
 
 class DurabilityPolicy(Enum):
@@ -39,3 +41,15 @@ class QoSProfile:
         """As rmw asks DDS for it."""
         plain_cdr = Policy.DataRepresentation(use_cdrv0_representation=True)
         return Qos(self.reliability.value, self.durability.value, Policy.History.KeepLast(self.depth), plain_cdr)
+
+
+qos_profile_sensor_data = QoSProfile(
+    ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE, HistoryPolicy.KEEP_LAST, depth=5
+)
+
+
+def profile(told: QoSProfile | int) -> QoSProfile:
+    """A number is a depth: reliable, volatile."""
+    if isinstance(told, QoSProfile):
+        return told
+    return QoSProfile(ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE, HistoryPolicy.KEEP_LAST, told)
