@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from tests.launched import launched
+from tests.unit.test_dds_service import Client
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
@@ -95,3 +96,19 @@ def test_a_node_that_dies_ends_offboard() -> None:
         until(lambda: status() is not None and status().nav_state == OFFBOARD)
         node.kill()
         until(lambda: bool(status().failsafe) and status().nav_state != OFFBOARD)
+
+
+@pytest.mark.timeout(300)
+def test_the_service_answers_by_what_the_vehicle_says() -> None:
+    with launched("iris", "--dds", "--instance", str(INSTANCE)):
+        client = Client(DomainParticipant(DOMAIN), 1, within=f"px4_{INSTANCE}")
+        until(lambda: bool(client.writer.get_matched_subscriptions() and client.reader.get_matched_publications()))
+        replies = list[Any]()
+        for sequence, target in ((1, 1), (2, INSTANCE + 1)):  # the first is for another system
+            client.ask(sequence, command=31000, target_system=target)
+        while not replies:
+            replies += client.replies()
+            time.sleep(0.01)
+    (reply,) = replies
+    assert (reply.seq, reply.reply.command, reply.reply.result) == (2, 31000, 3)
+    assert abs(time.time() - reply.reply.timestamp * 1e-6) < 60.0

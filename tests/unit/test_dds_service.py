@@ -58,9 +58,9 @@ def qos(told: str) -> Qos:
 class Client:
     """A node's client, as rmw_cyclonedds makes it; several may share a process."""
 
-    def __init__(self, participant: DomainParticipant, number: int, mark: str = MARK) -> None:
+    def __init__(self, participant: DomainParticipant, number: int, mark: str = MARK, within: str = "px4_3") -> None:
         self.guid, quality = 1000 + number, qos(mark.format(number))
-        request, reply = service_names(VEHICLE_COMMAND, "px4_3")
+        request, reply = service_names(VEHICLE_COMMAND, within)
         self.writer = DataWriter(participant, Topic(participant, request, REQUEST_TYPE), qos=quality)
         self.reader = DataReader(participant, Topic(participant, reply, REPLY_TYPE), qos=quality)
 

@@ -1,6 +1,7 @@
 """What goes to ROS 2: what is new, no oftener than PX4's list says, with times of the other side's clock."""
 
 import importlib.util
+import math
 import socket
 from collections import Counter
 from typing import Any
@@ -11,6 +12,7 @@ from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
+    EstimatorStates,
     PositionSetpoint,
     PositionSetpointTriplet,
     SensorCombined,
@@ -22,6 +24,7 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, REPLY, REQUEST, Sample
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
+from sitl_emu.core import attitude
 from sitl_emu.run import dds_socket
 from sitl_emu.run.dds_socket import DdsSocket, packet, samples
 from sitl_emu.run.trouble import Trouble
@@ -146,6 +149,19 @@ def test_every_answer_to_a_command_is_told() -> None:
     acks = [fields for name, fields in heard.update() if name == "vehicle_command_ack"]
     assert [(ack["command"], ack["result"]) for ack in acks] == [(22, 0), (400, 1)]
     assert {(ack["target_system"], ack["target_component"]) for ack in acks} == {(255, 190)}
+
+
+def test_an_attitude_s_variances_are_told_about_the_body_s_axes() -> None:
+    """Turned to the right, forward is east; on its right side, what is down is to its right."""
+    heard = Heard()
+    variances = (1e-4, 2e-4, 4e-4)
+    heard.topics.estimator_states = EstimatorStates(covariances=(*variances, *(0.0,) * 21))
+    told = []
+    for angles in ((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2), (math.pi / 2, 0.0, 0.0)):
+        heard.topics.vehicle_attitude = VehicleAttitude(heard.now_us, attitude.quaternion(*angles))
+        heard.topics.vehicle_local_position = VehicleLocalPosition(heard.now_us)
+        told += [fields["orientation_variance"] for name, fields in heard.update(3) if name == "vehicle_odometry"]
+    assert told == [pytest.approx(each) for each in (variances, (2e-4, 1e-4, 4e-4), (1e-4, 4e-4, 2e-4))]
 
 
 class Service:
