@@ -44,6 +44,8 @@ class Setting(NamedTuple):
     """Where files for the run may be written; their names should begin with the vehicle's."""
     seed: int = 1
     """The run's."""
+    systems: Sequence[int] = ()
+    """MAVLink systems of the vehicles that run this program with the same options, this one among them."""
 
 
 def as_given(options: dict[str, Any], _setting: Setting) -> dict[str, Any]:

@@ -106,6 +106,13 @@ def run(
         str | None,
         typer.Option(metavar="WORLD", help="Another world: a kind, with the scenario's options for it, or a file."),
     ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="Another value at a dotted key of the scenario, such as vehicles.uas.count=2. As often as wanted.",
+        ),
+    ] = None,
     isolated: Annotated[
         bool,
         typer.Option(
@@ -142,6 +149,7 @@ def run(
             page=page,
             video=video,
             world=world,
+            vary=vary or (),
             dds=dds,
             isolated=isolated,
         )

@@ -116,7 +116,7 @@ def lawnmower(
 
 def unseen(area: Polygon, lines: Sequence[Line], seen: Footprint) -> list[Polygon]:
     """The parts of an area that no line sees."""
-    left = area.difference(shapely.union_all([_swept(line, seen) for line in lines]))
+    left = area.difference(shapely.union_all([swept(line, seen) for line in lines]))
     return [part for part in shapely.get_parts(left) if part.area > SLIVER_M2]
 
 
@@ -233,13 +233,13 @@ def _gleaned(part: Polygon, allowed: shapely.Geometry, seen: Footprint) -> list[
         tries += [_chords(allowed, v, low_u, high_u) for v in steps]
 
     def sees(lines: list[Line]) -> float:
-        return float(part.intersection(shapely.union_all([_swept(line, seen) for line in lines])).area)
+        return float(part.intersection(shapely.union_all([swept(line, seen) for line in lines])).area)
 
     best = max(tries, key=sees)
     return best if sees(best) > SLIVER_M2 / 2.0 else []
 
 
-def _swept(line: Line, seen: Footprint) -> Polygon:
+def swept(line: Line, seen: Footprint) -> Polygon:
     """What a camera sees from a line: half a footprint to its sides, and beyond its ends."""
     (n0, e0), (n1, e1) = line
     length = line.length_m or 1.0

@@ -33,11 +33,13 @@ class Reason(StrEnum):
     GPS = "GPS degraded"
     OBSTACLE = "obstacle"
     NO_PLACE = "no safe place"
+    PEER = "peer's claim"
+    ALONE = "out of touch"
 
     @property
     def of_the_place(self) -> bool:
         """Whether it concerns one place alone, and the scan goes on."""
-        return self not in (Reason.LOW_BATTERY, Reason.GPS)
+        return self not in (Reason.LOW_BATTERY, Reason.GPS, Reason.ALONE)
 
 
 class Aborted(Exception):

@@ -17,6 +17,12 @@ def rows(summaries: Sequence[Figures]) -> list[Row]:
     errors = [each["error_m"] for one in summaries for each in one["diverted"] if not each["false"]]
     rmse_m = math.sqrt(sum(error * error for error in errors) / len(errors)) if errors else math.inf
     unsafe = sum(not each["safe"] for one in summaries for each in one["deliveries"])
+    apart_m = min((one["separation_m"] for one in summaries if one["separation_m"] is not None), default=None)
+    twice = sum(one["served_twice"] for one in summaries)
+    together = [] if apart_m is None else [
+        Row("parcels for a target that had one", f"{twice}", "0", twice == 0),
+        Row("least distance between two vehicles", f"{apart_m:.1f} m", "≥ 5 m", apart_m >= 5.0),
+    ]  # fmt: skip
     return [
         Row("parcel within 5 m of a target, safely", f"{delivered} of {len(with_targets)}", "≥ 95 %",
             delivered >= 0.95 * len(with_targets)),
@@ -26,4 +32,5 @@ def rows(summaries: Sequence[Figures]) -> list[Row]:
         Row("false diversions", f"{false} of {diversions} in {missions} missions", "≤ 1 in 10",
             false <= max(1, missions // 10)),
         Row("location RMSE of the edge", f"{rmse_m:.2f} m", "≤ 1.0 m", rmse_m <= 1.0),
+        *together,
     ]  # fmt: skip

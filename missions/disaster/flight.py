@@ -11,6 +11,9 @@ whether the place still is one, and stands where `release_point.py` says, by the
 `AIMED_M` of the place; and tells where that should be. Then it climbs, goes back to where it left the line, and goes
 on.
 
+**Together** with others (`together.py`) its lines are part of a common area, a region is served by one of all, and it
+flies at its own height; the air that others need is kept clear of.
+
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
 goes home. A region is tried `TRIES` times.
 """
@@ -42,6 +45,7 @@ from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
+from sitl_emu.missions.disaster.together import Together
 
 FRAME_GLOBAL, FENCE_POLYGON_INCLUSION = 0, 5001
 ON_LINE_M, STANDING_M, HEIGHT_M = 2.0, 1.0, 0.7
@@ -74,6 +78,8 @@ class Flight:
         self.onboard, self.settings = onboard, settings
         self.regions: RegionMap | None = None
         """There from arming on, when home is known: the origin of all metres here."""
+        self.together: Together | None = None
+        """The others; None alone, and before home is known."""
         self.home = (0.0, 0.0, 0.0)
         self.lines: list[Line] = []
         self.looking = self.delivered = False
@@ -105,6 +111,8 @@ class Flight:
         for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
             yield from onboard.do(AUTOPILOT_LINK, ParameterSet(system, name, self.settings.scan_altitude_m))
         onboard.enter("taking off", f"to {self.settings.scan_altitude_m:g} m")
+        if self.together is not None:
+            yield from self.together.column()
         yield from steps.command(onboard, set_mode(system, "takeoff"), "take-off mode")
         yield from steps.arm(onboard)
         onboard.yielding.expect({"takeoff", "hold"})
@@ -114,10 +122,14 @@ class Flight:
             yield from self._scan()
         except Aborted as why:
             self._abort(why)
+            if self.together is not None:
+                self.together.leave()
         self.looking = False
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
         self._tell_regions()
         self._write_terrain()
+        if self.together is not None:
+            yield from self.together.over_home()
         yield from steps.return_home(onboard)
         onboard.yielding.expect(())
         onboard.enter("landed", self.outcome)
@@ -125,12 +137,13 @@ class Flight:
     @property
     def whole(self) -> bool:
         """Whether all lines were flown."""
-        return self.scanned == len(self.lines)
+        return self.scanned == len(self.lines) if self.together is None else self.together.whole
 
     @property
     def outcome(self) -> str:
         """In the end: "success", or why not."""
-        if self.settings.parcel is not None and not self.delivered and self.aborted is not None:
+        theirs = self.together is not None and self.aborted is not None and self.aborted.reason == Reason.PEER
+        if self.settings.parcel is not None and not self.delivered and self.aborted is not None and not theirs:
             return f"aborted: {self.aborted}"
         return "success" if self.whole else f"scan ended early: {self.aborted}"
 
@@ -148,7 +161,12 @@ class Flight:
         area = self.settings.area_m(home[0], home[1])
         seen = footprint(self.settings.camera, self.settings.scan_altitude_m)
         settings = self.settings
-        self.lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=(0.0, 0.0))
+        if settings.team is None:
+            self.lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=(0.0, 0.0))
+        else:
+            self.together = Together(self, settings, settings.team)
+            self.lines = self.together.lines
+            self.settings = settings = settings._replace(scan_altitude_m=self.together.altitude_m)
         self._within = area.union(shapely.Point(0.0, 0.0)).convex_hull.buffer(max(settings.fence_margin_m, 0.1))
         south, west, north, east = area.buffer(max(seen) / 2.0).bounds
         labels, confirming = settings.perception.detector.labels, settings.perception.confirming
@@ -170,28 +188,40 @@ class Flight:
     # In the air
 
     def _scan(self) -> Script:
+        if self.together is not None:
+            yield from self.together.scan()
+            return
         for number, line in enumerate(self.lines, 1):
-            self.onboard.enter("scanning", f"line {number} of {len(self.lines)}")
-            yield from self._travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
-            yield from self._travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
-            self.scanned = number
-            self.onboard.note("line_scanned", f"line {number} of {len(self.lines)}", line=number)
+            yield from self.fly_line(number, line)
 
-    def _travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
+    def fly_line(self, number: int, line: Line) -> Script:
+        """From its start to its end, by way of what is found; lines count from 1."""
+        self.onboard.enter("scanning", f"line {number} of {len(self.lines)}")
+        yield from self.travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+        yield from self.travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+        self.scanned += 1
+        self.onboard.note("line_scanned", f"line {number} of {len(self.lines)}", line=number)
+
+    def travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
         """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
         sent_m = math.nan
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
         while math.isnan(sent_m) or not self._there(to_m, sent_m, within_m):
-            self._check()
-            place = self._due() if aside else None
+            self.check()
+            place = self.due() if aside else None
             if place is not None:
                 left_m, left_us = self.here_m, self.onboard.now_us
-                yield from self._go_aside(place, left_m)
+                yield from self.go_aside(place, left_m)
                 began_us += self.onboard.now_us - left_us
                 sent_m = math.nan
+            if self.together is not None:
+                left_us = self.onboard.now_us
+                if (yield from self.together.until_clear(to_m)):
+                    began_us += self.onboard.now_us - left_us
+                    sent_m = math.nan
             wanted_m = self._altitude_to(to_m, altitude_m) if aside else altitude_m
             if not abs(wanted_m - sent_m) <= HEIGHT_M:
-                yield from self._send(to_m, wanted_m)
+                yield from self.send(to_m, wanted_m)
                 sent_m = wanted_m
             if self.onboard.now_us - began_us > limit_s * 1e6:
                 raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
@@ -208,7 +238,8 @@ class Flight:
             self._followed_m = altitude_m if math.isnan(wanted_m) else wanted_m
         return self._followed_m
 
-    def _send(self, to_m: Corner, altitude_m: float) -> Script:
+    def send(self, to_m: Corner, altitude_m: float) -> Script:
+        """Sends the vehicle on, in Hold."""
         onboard, home = self.onboard, self.home
         onboard.yielding.expect(())
         asked = reposition(onboard.system_id, *self.place_deg(to_m), home[2] + altitude_m)
@@ -232,18 +263,24 @@ class Flight:
     def _there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
         return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
 
-    def _check(self) -> None:
+    def check(self) -> None:
         """Raises Aborted for what ends it all, and StepFailed where the motors are off."""
         telemetry = self.onboard.telemetry
         if not telemetry.armed:
             raise steps.StepFailed("disarmed in the air")
+        if self.together is not None:
+            if self.together.homeward:
+                return
+            self.together.check()
         aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix)
 
     # Aside
 
-    def _due(self) -> Place | None:
+    def due(self) -> Place | None:
         """The place that is to be served now."""
         onboard = self.onboard
+        if self.together is not None:
+            return self.together.due()
         if self.settings.parcel is None or self.delivered or onboard.now_us < self._choose_us:
             return None
         assert self.regions is not None
@@ -251,15 +288,22 @@ class Flight:
         found = [
             place
             for region in self.regions.regions()
-            if self._may_try(region) and (place := self._choose(region, self.here_m)) is not None
+            if self.may_try(region) and (place := self.choose(region, self.here_m)) is not None
         ]
         return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
 
-    def _choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
+    def choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
+        """The place for a region; None where there is none (yet)."""
         assert self.regions is not None
         return places.choose(self.regions, region, near_m, allowed, self.ground.stands)
 
-    def _may_try(self, region: Region) -> bool:
+    def may_try_at(self, place: Place) -> bool:
+        """Whether a place that another has told was not tried too often."""
+        tried = [one for one in self._tried if one.label == place.label]
+        return sum(math.dist(one.edge_m, place.edge_m) <= SAME_EDGE_M for one in tried) < TRIES
+
+    def may_try(self, region: Region) -> bool:
+        """Whether a region was not tried too often."""
         assert self.regions is not None
         tried = [one for one in self._tried if one.label == region.label and self._is_of(one, region, SAME_EDGE_M)]
         return len(tried) < TRIES
@@ -271,7 +315,7 @@ class Flight:
         near = (north - place.edge_m[0]) ** 2 + (east - place.edge_m[1]) ** 2
         return region.label == place.label and bool(near.min() <= within_m**2)
 
-    def _go_aside(self, place: Place, left_m: Corner) -> Script:
+    def go_aside(self, place: Place, left_m: Corner) -> Script:
         """To a place, with the parcel, and back to where it left its line."""
         onboard = self.onboard
         self._tried.append(place)
@@ -279,20 +323,24 @@ class Flight:
         onboard.enter("engaging", f"{place.label}, {math.dist(left_m, place.place_m):.0f} m away")
         try:
             place = yield from self._over(place)
+            if self.together is not None:
+                yield from self.together.column(place.place_m)
             yield from self._deliver(place)
         except Aborted as why:
+            if self.together is not None:
+                self.together.give_up()
             if not why.reason.of_the_place:
                 raise
             self._abort(why)
         onboard.enter("scanning", "back to where the line was left")
         if self.altitude_m < self.settings.scan_altitude_m - LOWEST_CLIMB_M:
-            yield from self._travel(self.here_m, self.settings.scan_altitude_m, ON_LINE_M)
-        yield from self._travel(left_m, self.settings.scan_altitude_m, ON_LINE_M)
+            yield from self.travel(self.here_m, self.settings.scan_altitude_m, ON_LINE_M)
+        yield from self.travel(left_m, self.settings.scan_altitude_m, ON_LINE_M)
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Stands over a place and looks; the place as it is then."""
         for _ in range(TRIES + 1):
-            yield from self._travel(place.place_m, self.settings.scan_altitude_m, STANDING_M)
+            yield from self.travel(place.place_m, self.settings.scan_altitude_m, STANDING_M)
             yield from steps.pause(self.onboard, LOOKED_S)
             again = self._again(place)
             if math.dist(again.place_m, place.place_m) <= STANDING_M:
@@ -306,8 +354,8 @@ class Flight:
         of = [region for region in self.regions.regions() if self._is_of(place, region, 2.0 * GAP_M)]
         if not of:
             raise Aborted(Reason.NOT_PERSISTING, f"{place.label} is not there from above")
-        free = self._choose(of[0], place.place_m)
-        again = self._choose(of[0], place.place_m, self._allowed)
+        free = self.choose(of[0], place.place_m)
+        again = self.choose(of[0], place.place_m, self._allowed)
         if again is None:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
@@ -340,6 +388,8 @@ class Flight:
         )
         yield from steps.command(onboard, gripper(onboard.system_id, open_it=True), "gripper")
         self.delivered = True
+        if self.together is not None:
+            self.together.served()
         onboard.say(f"Parcel let go at the edge of {place.label}")
         yield from steps.pause(onboard, FALLEN_S)
 
@@ -374,9 +424,9 @@ class Flight:
                     raise Aborted(Reason.NO_PLACE, f"no ground {self.settings.release_height_m:g} m under the vehicle")
                 self.below_m -= HEIGHT_M
             if abs(height_m - sent_m) > HEIGHT_M / 2.0:
-                yield from self._send(to_m, height_m)
+                yield from self.send(to_m, height_m)
                 sent_m = height_m
-            self._check()
+            self.check()
             yield
 
     def _lidar_m(self) -> float | None:
@@ -395,15 +445,16 @@ class Flight:
             aborts.check_wind(math.hypot(*onboard.telemetry.wind) if onboard.telemetry.wind else None)
             north_m, east_m = self._impact_m()
             miss = place.place_m[0] - north_m, place.place_m[1] - east_m
-            if math.hypot(*miss) <= AIMED_M and onboard.telemetry.speed_m_s <= STEADY_M_S:
+            sure = self.together is None or self.together.settled
+            if sure and math.hypot(*miss) <= AIMED_M and onboard.telemetry.speed_m_s <= STEADY_M_S:
                 return
             if onboard.now_us - since_us > DRIFT_S * 1e6:
                 raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
             aim_m = self.here_m[0] + miss[0], self.here_m[1] + miss[1]
             if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
-                yield from self._send(aim_m, self.below_m + self.settings.release_height_m)
+                yield from self.send(aim_m, self.below_m + self.settings.release_height_m)
                 sent_m = aim_m
-            self._check()
+            self.check()
             yield from steps.pause(onboard, 0.25)
 
     def _impact_m(self) -> Corner:

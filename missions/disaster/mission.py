@@ -22,11 +22,17 @@ def _prepare(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
 
     if setting.calibration is None:
         raise ValueError("it looks at camera frames; give its vehicle a `camera`")
-    kept = {
+    kept: dict[str, Any] = {
         "calibration": str(setting.calibration),
         "terrain_map": str(setting.folder / f"{setting.vehicle}-terrain.tif"),
     }
-    return kept | in_degrees(briefed(options, setting), setting)
+    options = in_degrees(briefed(options, setting), setting)
+    if len(setting.systems) > 1:
+        from sitl_emu.missions.companion.swarm.key import for_a_run
+
+        kept |= {"members": " ".join(map(str, setting.systems)), "datum_amsl_m": setting.home[2]}
+        options = for_a_run(options, setting.seed)
+    return kept | options
 
 
 def _score(record: RunRecord) -> MissionScore:

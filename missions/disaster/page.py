@@ -75,7 +75,13 @@ def _delivery(figures: Figures) -> Table:
         ("of these false", figures["diversions_false"]),
         ("location RMSE, m", figures["geolocation_rmse_m"]),
         ("located within two sigmas", figures["geolocation_within_2_sigma"]),
+        ("lines flown after, s", figures["coverage_s"]),
     ]
+    if figures["separation_m"] is not None:
+        rows += [
+            ("parcels for a target that had one", figures["served_twice"]),
+            ("least distance between two vehicles, m", figures["separation_m"]),
+        ]
     return Table(("", ""), rows)
 
 

@@ -13,7 +13,9 @@ Options: `area` (needed; a polygon in degrees with holes, in a simulated run als
 `fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude` (`fixed`,
 `terrain`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`,
 `parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of
-`companion/perception.py` detector, selection, look_rate_hz.
+`companion/perception.py` detector, selection, look_rate_hz. For several aircraft (`together.py`), which have all other
+options alike: `members` (their MAVLink systems), `datum_amsl_m`, `never_twice`, `swarm_key`; a simulated run adds the
+first two and a key of its seed, where several vehicles have this mission with the same options.
 """
 
 from collections.abc import Sequence
@@ -23,7 +25,7 @@ from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
 from sitl_emu.gcs.telemetry import LOOKS_DOWN
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.camera import Image
-from sitl_emu.missions.companion.companion import Event, Outgoing, Status
+from sitl_emu.missions.companion.companion import PEER_LINK, Event, Outgoing, Status
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
@@ -67,6 +69,8 @@ class Responder:
         flight = self.flight
         progress = 1.0 if self._done else 0.9 * flight.scanned / max(len(flight.lines), 1)
         counts = {"frames looked at": self._frames, "lines scanned": flight.scanned}
+        if flight.together is not None:
+            counts |= flight.together.swarm.counts
         return Status(self._onboard.shown_phase, progress, self._done, self._outcome, self._onboard.text, counts)
 
     def events(self) -> list[Event]:
@@ -75,6 +79,8 @@ class Responder:
 
     def on_message(self, now_us: int, link: str, msg: mavlink.MAVLink_message) -> Outgoing:
         """A message came in."""
+        if link == PEER_LINK and self.flight.together is not None:
+            self.flight.together.on_message(now_us, msg)
         return self._onboard.on_message(now_us, link, msg)[1]
 
     def wants_frame(self, frame_time_us: int) -> float | None:
@@ -124,7 +130,8 @@ class Responder:
                 self._end(self._failure or self.flight.outcome)
         elif onboard.phase not in BEFORE_FLIGHT and not onboard.telemetry.armed and not self._done:
             self._end(self._failure or onboard.taken_by)
-        return onboard.on_time(now_us)
+        out = onboard.on_time(now_us)
+        return out if self.flight.together is None else out + self.flight.together.on_time(now_us)
 
     def _measure(self) -> None:
         """Puts the lidar's new ranges into the terrain map."""

@@ -16,7 +16,10 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   label within 5 m.
 - `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
   the share within two of the sigmas that were stated.
-- `scan_share`: of the lines, those flown to their end.
+- `scan_share`: of the lines, those flown to their end, by whomever; `coverage_s`: from the first arming to the last
+  line's end.
+- `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
+  came to one another (`company.py`).
 - `terrain`: the map of the first vehicle that wrote one (`terrain.py`): `rms_m`, `bias_m`, `worst_m` against the true
   ground, where nothing stands, `known_share` of the area's cells, and the heights and errors for the report.
 
@@ -31,10 +34,11 @@ from typing import Any, NamedTuple
 import shapely
 from shapely import Geometry, Point, Polygon
 
+from sitl_emu.missions.disaster import company
 from sitl_emu.missions.disaster.outlines import rings_of
 from sitl_emu.missions.disaster.regions import LEAST_M2
 from sitl_emu.missions.disaster.terrain import mapped_terrain
-from sitl_emu.missions.disaster.truth import TrueTarget, solids, targets
+from sitl_emu.missions.disaster.truth import TrueTarget, joined, solids, targets
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord
 
 DELIVERED_WITHIN_M = 5.0
@@ -45,6 +49,8 @@ SLACK_M = 2.0
 """A mapped region may lie so far beside what it is of: two cells."""
 ON_SOMEBODY_M = 1.0
 """From a person's or a vehicle's outline; ours."""
+APART_M = 5.0
+"""As near as two vehicles may not come (issue 12)."""
 LIVING_OR_DRIVING = ("person", "car", "truck", "fire engine", "van", "bus")
 PLACES = 3
 
@@ -92,9 +98,12 @@ def score(record: RunRecord) -> MissionScore:
         "geolocation_rmse_m": _rounded(_rms(errors)),
         "geolocation_within_2_sigma": _within_2_sigma(diversions),
         "scan_share": _scan_share(record),
+        "coverage_s": _rounded(company.coverage_s(record.events)),
+        "served_twice": company.served_twice([_served(record, one) for one in parcels]),
+        "separation_m": _rounded(company.separation_m(record.tracks)),
         "terrain": mapped_terrain(record),
         "area_m": _corners(scanned),
-        "lines_m": [line for event in _plans(record) for line in _rings(record, event["lines"])],
+        "lines_m": _plan_lines(record),
     }
     return MissionScore(figures, _lines(figures), shortfalls(figures))
 
@@ -109,6 +118,10 @@ def shortfalls(figures: dict[str, Any]) -> list[str]:
         told.append(f"{figures['diversions_false']} false diversions")
     if figures["scan_share"] is not None and figures["scan_share"] < 1.0:
         told.append(f"{figures['scan_share']:.0%} of the lines were flown")
+    if figures["served_twice"]:
+        told.append(f"{figures['served_twice']} parcels for a target that had one")
+    if figures["separation_m"] is not None and figures["separation_m"] < APART_M:
+        told.append(f"two vehicles were {figures['separation_m']:.1f} m apart")
     return told
 
 
@@ -125,6 +138,14 @@ def _ending(record: RunRecord, parcels: Sequence[Parcel], aborted: Sequence[str]
 
 def _is_delivered(one: Parcel) -> bool:
     return one.safe and one.to_target_m is not None and one.to_target_m <= DELIVERED_WITHIN_M
+
+
+def _served(record: RunRecord, one: Parcel) -> int | None:
+    """Which target, of those at the end, a parcel was for; None where it lies at none."""
+    away = [(each.shape.distance(Point(one.north_m, one.east_m)), number)
+            for number, each in enumerate(targets(record.areas, _end_s(record)))]  # fmt: skip
+    near_m, number = min(away, default=(math.inf, None))
+    return number if near_m <= DELIVERED_WITHIN_M else None
 
 
 def _parcel(record: RunRecord, event: EventLine) -> Parcel:
@@ -197,12 +218,16 @@ def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], scanned: Ge
 
 
 def _mapped(record: RunRecord) -> list[tuple[str, Geometry]]:
-    """The regions that were told at the end, as areas."""
-    return [
+    """The regions that were told at the end, as areas; of several vehicles those that are one as one."""
+    told = [
         (event["label"], _area([ring for ring in _rings(record, event["outlines"]) if len(ring) >= 3]))
         for event in record.events
         if event["event"] == "region"
     ]
+    if len({event["vehicle"] for event in record.events if event["event"] == "region"}) < 2:
+        return told
+    labels = sorted({label for label, _ in told})
+    return [(label, shape) for label in labels for shape in joined([one for each, one in told if each == label])]
 
 
 def _is_false(mapped: tuple[str, Geometry], true: Sequence[TrueTarget]) -> bool:
@@ -221,6 +246,15 @@ def _scanned(record: RunRecord) -> Geometry:
 
 def _plans(record: RunRecord) -> list[EventLine]:
     return [event for event in record.events if event["event"] == "plan"]
+
+
+def _plan_lines(record: RunRecord) -> list[list[tuple[float, float]]]:
+    """The lines of all plans; vehicles that share an area have the same, to the centimetre."""
+    lines = dict[str, list[tuple[float, float]]]()
+    for event in _plans(record):
+        for line in _rings(record, event["lines"]):
+            lines.setdefault(" ".join(f"{n:.1f} {e:.1f}" for n, e in line), line)
+    return list(lines.values())
 
 
 def _scan_share(record: RunRecord) -> float | None:

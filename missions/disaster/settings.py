@@ -15,9 +15,26 @@ from sitl_emu.missions.companion.coverage import CoverageError, polygon
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.perception import Perception, looking_of
 from sitl_emu.missions.companion.release_point import Parcel
+from sitl_emu.missions.companion.swarm.key import SwarmKey, key_of
 from sitl_emu.missions.disaster.detectors import FROM_THE_AIR
 
 LOCATIONS, ALTITUDES = ("rays", "equations"), ("fixed", "terrain")
+
+
+MOST_MEMBERS = 16
+"""As many bits has `records.State`."""
+
+
+class Team(NamedTuple):
+    """Who flies together, and what they agree on."""
+
+    key: SwarmKey
+    members: tuple[int, ...]
+    """MAVLink systems of all."""
+    datum_amsl_m: float
+    """From which the scan altitude counts, the same for all."""
+    never_twice: bool = False
+    """Of aircraft that no longer hear each other those with the lowest system go on alone (`swarm/sharing.py`)."""
 
 
 class Settings(NamedTuple):
@@ -46,6 +63,8 @@ class Settings(NamedTuple):
     terrain_map: Path | None = None
     """A GeoTIFF to write when the scan has ended."""
     ready_timeout_s: float = 120.0
+    team: Team | None = None
+    """None: alone."""
 
     def area_m(self, lat_deg: float, lon_deg: float) -> Polygon:
         """The area in metres north and east of a place. Raises CoverageError."""
@@ -69,6 +88,9 @@ def settings_of(given: Options) -> Settings:
         confirmations=given.whole("confirmations", perception.confirming.confirmations, 1, 100),
         confirm_score=given.number("confirm_score", perception.confirming.confirm_score, 0.0, 1.0),
     )
+    altitude, team = _word(given, "altitude", ALTITUDES), _team(given)
+    if team is not None and altitude != ALTITUDES[0]:
+        raise ValueError(f"option altitude: {altitude!r}: several aircraft keep apart by height; allowed: fixed")
     return Settings(
         corners,
         holes,
@@ -83,10 +105,27 @@ def settings_of(given: Options) -> Settings:
         margin_m=given.number("margin_m", 0.0, 0.0, 100.0),
         fence_margin_m=given.number("fence_margin_m", 30.0, 0.0, 1000.0),
         location=_word(given, "location", LOCATIONS),
-        altitude=_word(given, "altitude", ALTITUDES),
+        altitude=altitude,
         terrain_map=given.file("terrain_map"),
         ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
+        team=team,
     )
+
+
+def _team(given: Options) -> Team | None:
+    """Who flies together; None where it is one alone. Raises ValueError."""
+    text = given.text("members", "alone")
+    if text == "alone":
+        return None
+    allowed = f"the MAVLink systems of all, 2 to {MOST_MEMBERS}, such as '1 2 3'"
+    try:
+        members = tuple(sorted({int(word) for word in text.split()}))
+    except ValueError:
+        members = ()
+    if not 2 <= len(members) <= MOST_MEMBERS or not all(0 < one < 251 for one in members):
+        raise ValueError(f"option members: {text!r}; allowed: {allowed}")
+    datum_amsl_m = given.number("datum_amsl_m", math.nan, -500.0, 9000.0)
+    return Team(key_of(given), members, datum_amsl_m, _word(given, "never_twice", ("no", "yes")) == "yes")
 
 
 def _word(given: Options, name: str, allowed: tuple[str, ...]) -> str:

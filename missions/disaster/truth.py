@@ -35,7 +35,7 @@ def targets(areas: Sequence[TrueArea], time_s: float) -> list[TrueTarget]:
     found = []
     for label in (WATER, DEBRIS, FIRE):
         shapes = [shape for area in areas if (shape := _shape(area, label, time_s)) is not None]
-        found += [TrueTarget(label, one) for one in sorted(_joined(shapes), key=lambda one: one.bounds)]
+        found += [TrueTarget(label, one) for one in sorted(joined(shapes), key=lambda one: one.bounds)]
     return found
 
 
@@ -44,7 +44,8 @@ def solids(areas: Sequence[TrueArea]) -> Geometry:
     return shapely.union_all([Polygon(area.outline_m) for area in areas if area.kind == "solid" and _is_area(area)])
 
 
-def _joined(shapes: Sequence[Geometry]) -> list[Geometry]:
+def joined(shapes: Sequence[Geometry]) -> list[Geometry]:
+    """Shapes nearer to each other than GAP_M as one; what is too small is left out."""
     whole = shapely.union_all(list(shapes))
     grown = shapely.get_parts(whole.buffer(GAP_M / 2.0))
     return [part for one in grown if (part := whole.intersection(one)).area >= LEAST_M2]

@@ -35,7 +35,7 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
             try:
                 with tempfile.TemporaryDirectory() as folder:
                     write_calibrations([vehicle], Path(folder))
-                    options = prepared(vehicle, vehicle.companion.mission, world, Path(folder), seed)
+                    options = prepared(vehicle, world, Path(folder), seed, together(scenario)[vehicle.name])
                     registry.make_companion(vehicle.companion.mission, options)
             except registry.MissionError as error:
                 raise ScenarioError(f"{where}.companion: {error}") from None
@@ -126,10 +126,24 @@ def write_calibrations(parts: Sequence[VehiclePart], folder: Path) -> None:
             cameras.write_calibration(path, depth.camera)
 
 
-def prepared(vehicle: VehiclePart, mission: str, world: World, folder: Path, seed: int) -> dict[str, Any]:
+def together(scenario: Scenario, first_instance: int = 0) -> dict[str, list[int]]:
+    """By vehicle: the MAVLink systems of all that fly its companion's mission with the same options."""
+    flown = [(one.name, one.companion) for one in scenario.vehicles]
+    return {
+        name: [
+            system
+            for system, (_, other) in enumerate(flown, first_instance + 1)
+            if companion is not None and other is not None and companion.mission is not None
+            and (other.mission, other.options) == (companion.mission, companion.options)
+        ]
+        for name, companion in flown
+    }  # fmt: skip
+
+
+def prepared(vehicle: VehiclePart, world: World, folder: Path, seed: int, systems: Sequence[int]) -> dict[str, Any]:
     """The options of a vehicle's companion as its mission has prepared them. Raises MissionError."""
-    assert vehicle.companion is not None
+    assert vehicle.companion is not None and vehicle.companion.mission is not None
     outline_m = list(world.description.area_m)
     home = (world.home.lat_deg, world.home.lon_deg, world.home.alt_amsl_m)
-    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder, seed)
-    return registry.prepare(mission, vehicle.companion.options, setting)
+    setting = Setting(vehicle.name, vehicle.calibration(folder), world.kind, home, outline_m, folder, seed, systems)
+    return registry.prepare(vehicle.companion.mission, vehicle.companion.options, setting)

@@ -4,7 +4,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,9 @@ from rich.console import Console
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Mission
 from sitl_emu.run import checks, dds_socket, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
+from sitl_emu.run.campaign import arms
 from sitl_emu.run.live_view import open_view
-from sitl_emu.run.scenario import Scenario, find, load
+from sitl_emu.run.scenario import Scenario, find, load, read
 from sitl_emu.run.scenario_parts.world import WorldPart
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.run.view import opening
@@ -33,6 +34,7 @@ def run_scenario(
     page: bool = False,
     video: bool = False,
     world: str | None = None,
+    vary: Sequence[str] = (),
     dds: bool = False,
     isolated: bool = False,
 ) -> int:
@@ -40,11 +42,12 @@ def run_scenario(
 
     `page`: with a page for the browser, which goes on after the run until Ctrl-C. `video`: what its cameras see is sent
     to the ground station. `dds`: our autopilots speak to ROS 2. `world`: a kind or file that takes the place of the
-    scenario's. `isolated`: without a ground station, on none of PX4's ports. Raises Trouble for what the user can
-    put right.
+    scenario's. `vary`: KEY=VALUE, other fields of it. `isolated`: without a ground station, on none of PX4's ports.
+    Raises Trouble for what the user can put right.
     """
     path = find(name_or_file)
-    scenario = load(path) if world is None else in_world(load(path), world)
+    scenario = arms.changed(read(path), [arms.single(each) for each in vary], path) if vary else load(path)
+    scenario = scenario if world is None else in_world(scenario, world)
     seed = scenario.seed if seed is None else seed
     built = checks.check(scenario, seed, path)
     preflight.check(scenario, first_instance, isolated=isolated)
@@ -72,7 +75,7 @@ def write_inputs(wanted: wiring.Wanted, world: World) -> None:
         (folder / "scenario.yaml").write_text(yaml.safe_dump(as_run, sort_keys=False))
         worlds.keep(world, folder)
         checks.write_calibrations(scenario.vehicles, folder)
-        _prepare_missions(scenario, world, folder, seed)
+        _prepare_missions(scenario, world, folder, seed, wanted.first_instance)
     except OSError as error:
         text = f"can't write {error.filename}: {error.strerror}" if error.strerror else str(error)
         raise Trouble(f"{text}; name another place with --out") from None
@@ -112,11 +115,12 @@ def scenario_lines() -> list[str]:
     return [f"{name:<{width}}  {load(brought[name]).description}" for name in sorted(brought)] + registry.broken()
 
 
-def _prepare_missions(scenario: Scenario, world: World, folder: Path, seed: int) -> None:
+def _prepare_missions(scenario: Scenario, world: World, folder: Path, seed: int, first_instance: int) -> None:
     """Let the missions put what they need into the run's folder, and their options follow."""
+    systems = checks.together(scenario, first_instance)
     for vehicle in scenario.vehicles:
         if vehicle.companion is not None and vehicle.companion.mission is not None:
-            options = checks.prepared(vehicle, vehicle.companion.mission, world, folder, seed)
+            options = checks.prepared(vehicle, world, folder, seed, systems[vehicle.name])
             vehicle.companion.options.update(options)
 
 

@@ -16,7 +16,7 @@ from sitl_emu.run import worlds
 from sitl_emu.run.scenario_parts.faults import EventPart, FaultKind, FaultPart
 from sitl_emu.run.scenario_parts.feeds import CameraPart, DepthPart, DistortionPart, LidarPart, MountPart
 from sitl_emu.run.scenario_parts.part import LONGEST_RUN_S, NAME, NUMBERS, Part, Place
-from sitl_emu.run.scenario_parts.vehicle import AutopilotPart, CompanionPart, VehiclePart
+from sitl_emu.run.scenario_parts.vehicle import MOST, AutopilotPart, CompanionPart, VehiclePart, counted
 from sitl_emu.run.scenario_parts.world import LightPart, PeerRadio, WindPart, WorldPart
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.conditions import Changes
@@ -40,7 +40,7 @@ class Scenario(Part):
     world: WorldPart
     wind: WindPart | None = None
     light: LightPart | None = None
-    vehicles: Annotated[list[VehiclePart], Field(min_length=1, max_length=40)]
+    vehicles: Annotated[list[VehiclePart], Field(min_length=1, max_length=MOST)]
     peer_radio: PeerRadio = PeerRadio()
     faults: list[FaultPart] = Field(default_factory=list)
 
@@ -51,6 +51,12 @@ class Scenario(Part):
         if len(set(names)) != len(names):
             raise ValueError(f"vehicle names must differ, these do not: {', '.join(names)}")
         return self
+
+    @field_validator("vehicles", mode="before")
+    @classmethod
+    def as_many_as_counted(cls, vehicles: Any) -> Any:
+        """Each vehicle with a `count` stands for so many."""
+        return counted(vehicles)
 
     @field_validator("start_date")
     @classmethod

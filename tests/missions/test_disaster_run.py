@@ -42,21 +42,30 @@ UAS = {
 OPTIONS = {"area": "world", "detector": "tests.missions.blue_slabs:Blue", "scan_altitude_m": 15}
 
 
-def run(folder: Path, status: int, options: Mapping[str, object] | None = None, **changes: object) -> dict[str, Any]:
+def run(
+    folder: Path,
+    status: int,
+    options: Mapping[str, object] | None = None,
+    world: Mapping[str, object] = WORLD,
+    vehicle: Mapping[str, object] = UAS,
+    limit_s: float = LIMIT_S,
+    where: tuple[str, ...] = ("--instance", str(FIRST_INSTANCE)),
+    **changes: object,
+) -> dict[str, Any]:
     """Runs the mission; its summary, with the events under "events"."""
-    (folder / "plain.yaml").write_text(yaml.safe_dump(WORLD))
+    (folder / "plain.yaml").write_text(yaml.safe_dump(dict(world), sort_keys=False))
     companion = {"mission": "disaster", "options": {**OPTIONS, **(options or {})}}
     scenario = {"name": "slab", "world": "plain.yaml", "time_limit_s": 150}
     (folder / "slab.yaml").write_text(
-        yaml.safe_dump(scenario | {"vehicles": [UAS | {"companion": companion}]} | changes)
+        yaml.safe_dump(scenario | {"vehicles": [{**vehicle, "companion": companion}]} | changes)
     )
     command = [sys.executable, "-P", "-m", "sitl_emu", "run", str(folder / "slab.yaml"), "--speed", "max"]
     done = subprocess.run(
-        [*command, "--out", str(folder / "run"), "--instance", str(FIRST_INSTANCE)],
+        [*command, "--out", str(folder / "run"), *where],
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
         capture_output=True,
         text=True,
-        timeout=LIMIT_S,
+        timeout=limit_s,
         check=False,
     )
     assert done.returncode == status, done.stdout + done.stderr

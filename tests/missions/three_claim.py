@@ -36,7 +36,7 @@ class Claimant(Scripted):
         if self._swarm is not None and place is not None:
             own = State(Doing.WAITING, place.lat_deg, place.lon_deg, place.alt_amsl_m, 0.0, 0.0, 0.0)
             unix_us = self.onboard.telemetry.unix_us(now_us)
-            out += [(PEER_LINK, msg) for msg in self._swarm.on_time(now_us, unix_us, own)]
+            out += [(PEER_LINK, msg) for msg in self._swarm.on_time(now_us, unix_us, own, parked=True)]
         return out
 
     def _claim(self, onboard: Onboard) -> Script:

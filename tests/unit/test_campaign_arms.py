@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl_emu.missions import registry
 from sitl_emu.run import scenario as scenarios
-from sitl_emu.run.campaign.arms import arms_of, changed, short_names, variation
+from sitl_emu.run.campaign.arms import arms_of, changed, short_names, single, variation
 from sitl_emu.run.scenario import Scenario, ScenarioError, load
 
 TWO = {
@@ -124,6 +124,12 @@ def test_an_arm_as_data_is_the_same_scenario_again(name: str) -> None:
     (arm,) = arms_of(path, [])
     again = yaml.safe_load(yaml.safe_dump(arm.data))
     assert scenarios.checked(again, Path("/elsewhere/arm.yaml")) == arm.scenario
+
+
+def test_one_run_takes_one_value_of_a_key(two: Path) -> None:
+    assert single("vehicles.uas.camera.rate_hz=5") == ("vehicles.uas.camera.rate_hz", 5)
+    with pytest.raises(ScenarioError, match=r"--vary wind.north_m_s=1,2: one value, for one run"):
+        single("wind.north_m_s=1,2")
 
 
 def test_the_scenario_of_the_file_stays_as_it_is(two: Path) -> None:

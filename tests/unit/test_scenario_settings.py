@@ -116,6 +116,38 @@ def test_a_wrong_vehicle_is_told(tmp_path: Path, wrong: dict[str, object], said:
         scenario(tmp_path, wrong)
 
 
+def test_a_count_is_so_many_vehicles_at_following_places_and_one_swarm(tmp_path: Path) -> None:
+    three = {"count": 3, "model": "responder", "parcel": {}, "camera": {}, "companion": {"mission": "disaster"}}
+    world = {"kind": "urban_flood", "options": {"size_m": 100}}
+    asked = scenario(tmp_path, three, {"world": world})
+    assert [(one.name, one.start) for one in asked.vehicles] == [
+        ("uas", "home"), ("uas2", "home2"), ("uas3", "home3")
+    ]  # fmt: skip
+    assert checks.together(asked, 4) == {name: [5, 6, 7] for name in ("uas", "uas2", "uas3")}
+    assert "count" not in asked.model_dump()["vehicles"][0] and asked.vehicles[1].parcel == {}
+    (tmp_path / "again.yaml").write_text(yaml.safe_dump(asked.model_dump(mode="json")))
+    assert load(tmp_path / "again.yaml") == asked
+    asked.vehicles[2].companion.options["margin_m"] = 3  # type: ignore[union-attr]
+    assert checks.together(asked) == {"uas": [1, 2], "uas2": [1, 2], "uas3": [3]}, "with options alike"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"count": 0}, r"vehicles.0.count: 0: Input should be greater than or equal to 1"),
+        ({"count": 41}, r"vehicles.0.count: 41: Input should be less than or equal to 40"),
+        (
+            {"count": 2, "start": {"north_m": 1, "east_m": 2}},
+            "a `count` above 1 needs a place of the world by its name",
+        ),
+        ({"count": 2}, r"vehicles.1.start: 'home2': no place of this world; known: home, ugv"),
+    ],
+)
+def test_a_wrong_count_is_told(tmp_path: Path, wrong: dict[str, object], said: str) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        scenario(tmp_path, wrong)
+
+
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [

@@ -39,7 +39,7 @@ class Sky:
         for receiver, _, _, msg in self._air.due(self.now_us):
             self.swarms[receiver].on_message(self.now_us, UNIX_US + self.now_us, msg)
         for system, swarm in self.swarms.items():
-            for msg in swarm.on_time(self.now_us, UNIX_US + self.now_us, state_of(system)):
+            for msg in swarm.on_time(self.now_us, UNIX_US + self.now_us, state_of(system), parked=True):
                 sent = on_the_wire(msg, system, 191)
                 self._stolen.append(sent)
                 self._air.send(self.now_us, system, [other for other in MEMBERS if other != system], sent)
@@ -115,8 +115,8 @@ def test_the_same_seeds_say_the_same_bytes() -> None:
 
 def test_nothing_is_said_before_the_time_is_known() -> None:
     swarm = Swarm(0, KEY, 1, MEMBERS, HOME)
-    assert swarm.on_time(1_000_000, 0, state_of(1)) == []
-    assert len(swarm.on_time(1_100_000, UNIX_US, state_of(1))) == 1
+    assert swarm.on_time(1_000_000, 0, state_of(1), parked=True) == []
+    assert len(swarm.on_time(1_100_000, UNIX_US, state_of(1), parked=True)) == 1
 
 
 def test_what_a_member_seals_without_sense_is_counted() -> None:

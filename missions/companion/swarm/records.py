@@ -6,6 +6,7 @@
 | 2 | `Sighting` | a target that one aircraft has located, with confidence and covariance | 25 |
 | 3 | `Claim` | who is to serve it | 10 |
 | 4 | `Covered` | which lines of the area have been scanned | 11 |
+| 5 | `Tile` | how far a target reaches that is an area (`extents.py`) | 15 |
 
 All but `State` may be passed on by who has heard them. Who packs loses what the wire does not carry (a centimetre, a
 tenth of a second): `as_sent` gives what all others will have, so that all reckon with the same figures. The format is
@@ -106,10 +107,20 @@ class Covered(NamedTuple):
     lines: int
 
 
-Record = State | Sighting | Claim | Covered
+class Tile(NamedTuple):
+    """Of 8 by 8 cells of the ground those in which a sighting's area has something, the lowest bit the southwestern."""
+
+    key: Key
+    row: int
+    column: int
+    """Northwards and eastwards from the swarm's origin, in tiles."""
+    cells: int
+
+
+Record = State | Sighting | Claim | Covered | Tile
 One = TypeVar("One", bound=Record)
-_STATE, _SIGHTING, _CLAIM, _COVERED = (
-    struct.Struct(f"<B{form}") for form in ("BiiihhhBHH", "BHHBBiiieeb", "BHHBBH", "HQ")
+_STATE, _SIGHTING, _CLAIM, _COVERED, _TILE = (
+    struct.Struct(f"<B{form}") for form in ("BiiihhhBHH", "BHHBBiiieeb", "BHHBBH", "HQ", "BHbbQ")
 )
 _STEPS = 127
 
@@ -129,7 +140,9 @@ def packed(record: Record) -> bytes:
     if isinstance(record, Claim):
         cost = round(min(max(record.cost_s, 0.0), LARGEST_COST_S) * 10.0)
         return _CLAIM.pack(3, *record.key, record.round, record.stage, record.owner, cost)
-    return _COVERED.pack(4, *record)
+    if isinstance(record, Covered):
+        return _COVERED.pack(4, *record)
+    return _TILE.pack(5, *record.key, record.row, record.column, record.cells)
 
 
 def as_sent(record: One) -> One:
@@ -164,7 +177,7 @@ def filled(records: Iterable[Record], most_bytes: int = CONTENT_BYTES) -> tuple[
 
 def _unpacked(content: bytes, at: int) -> tuple[Record, int]:
     """The record that begins at a byte, and where it ends. Raises ValueError, KeyError and struct.error."""
-    form = {1: _STATE, 2: _SIGHTING, 3: _CLAIM, 4: _COVERED}[content[at]]
+    form = {1: _STATE, 2: _SIGHTING, 3: _CLAIM, 4: _COVERED, 5: _TILE}[content[at]]
     _, *fields = form.unpack_from(content, at)
     record: Record
     if form is _STATE:
@@ -181,8 +194,11 @@ def _unpacked(content: bytes, at: int) -> tuple[Record, int]:
     elif form is _CLAIM:
         system, number, turn, stage, owner, cost = fields
         record = Claim((system, number), turn, Stage(stage), owner, cost / 10.0)
-    else:
+    elif form is _COVERED:
         record = Covered(*fields)
+    else:
+        system, number, row, column, cells = fields
+        record = Tile((system, number), row, column, cells)
     return record, at + form.size
 
 

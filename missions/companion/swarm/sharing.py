@@ -11,6 +11,10 @@ no more of it (`alone`), and should go home. Of a pair, or of two halves, neithe
 see may be served twice, so look whether somebody was there before. With `never_twice` the half with the lowest system
 goes on alone, and where that one was lost, nobody does. A lost member that comes back takes part again.
 
+**Areas**: where `swaths` say which cells of the ground each line sees, all that is sighted is an area, told by its
+extent. While it may yet turn out to be one with another that somebody has claimed (`extents.py`), nobody begins to
+serve it, and of two who have begun the lower claim gives way.
+
 Where something is in between, two may hear each other through a third alone. Their claims then stand for `RELAYED_US`
 before they count, and two may own a target until the third has told them; longer ways round are not looked for.
 
@@ -22,6 +26,7 @@ believed to have delivered, and the target is served again.
 from collections.abc import Collection, Mapping, Sequence
 
 from sitl_emu.missions.companion.coverage import Line
+from sitl_emu.missions.companion.swarm import extents
 from sitl_emu.missions.companion.swarm.claims import Claims
 from sitl_emu.missions.companion.swarm.division import shares
 from sitl_emu.missions.companion.swarm.records import (
@@ -34,6 +39,7 @@ from sitl_emu.missions.companion.swarm.records import (
     Sighting,
     Stage,
     State,
+    Tile,
     as_sent,
     filled,
 )
@@ -67,18 +73,25 @@ class Sharing:
         lines: Sequence[Line] = (),
         *,
         never_twice: bool = False,
+        swaths: Sequence[Collection[extents.Cell]] = (),
     ) -> None:
-        """`members`: the systems of all, ours among them; each counts as there until it has been silent for long."""
+        """`members`: the systems of all, ours among them; each counts as there until it has been silent for long.
+
+        `swaths`: of each line the cells that are seen from it, where targets are areas.
+        """
         self.system, self.members = system, frozenset(members)
         self.states = dict[int, State]()
         """What each other has said of itself last."""
         self.alone = False
         self.lines = lines
-        self._never_twice = never_twice
+        self._never_twice, self._swaths = never_twice, swaths
         self._scanned = 0
         self._sightings = dict[Key, Sighting]()
         self._claims = Claims(system)
+        self._tiles = dict[tuple[Key, int, int], int]()
         self._targets: list[Target] | None = []
+        self._perhaps: dict[Key, set[Key]] | None = {}
+        """Of each target those that may turn out to be one with it; None: to be worked out anew."""
         self._group = set(self.members)
         self._heard_us = dict.fromkeys(self.members - {system}, now_us)
         self._stamps_us = dict[int, int]()
@@ -101,11 +114,15 @@ class Sharing:
                 self._see(record)
             elif isinstance(record, Claim):
                 self._claims.hear(now_us, sender, record)
+            elif isinstance(record, Tile):
+                self._reach(record)
             else:
-                self._scanned |= record.lines << record.first
+                self._cover(record.lines << record.first)
 
-    def see(self, number: int, sighting: Sighting) -> None:
-        """We have located a target: our `number`th, or that one better than before."""
+    def see(self, number: int, sighting: Sighting, cells: Collection[extents.Cell] = ()) -> None:
+        """We have located a target: our `number`th, or that one better than before. `cells`: how far it reaches."""
+        for tile in extents.tiles_of((self.system, number), cells):
+            self._reach(tile)
         before = self._sightings.get((self.system, number))
         revision = 0 if before is None else before.revision + 1
         self._see(as_sent(sighting._replace(key=(self.system, number), revision=revision)))
@@ -131,6 +148,10 @@ class Sharing:
         out = {other for other, state in self.states.items() if state.doing == Doing.OUT}
         return self._reached(now_us, LOST_AFTER_US) - out | {self.system}
 
+    def audible(self, now_us: int) -> set[int]:
+        """Those that we hear ourselves, also those who take no more part, and ourselves."""
+        return self._heard(now_us, LOST_AFTER_US)
+
     def heard(self, now_us: int) -> set[int]:
         """Those of them that we hear ourselves, and ourselves."""
         return self._heard(now_us, LOST_AFTER_US) & self.there(now_us)
@@ -149,7 +170,7 @@ class Sharing:
 
     def scanned(self, number: int) -> None:
         """We have scanned a line."""
-        self._scanned |= 1 << number
+        self._cover(1 << number)
 
     def is_scanned(self, number: int) -> bool:
         """Whether anybody has, as far as we know."""
@@ -158,8 +179,16 @@ class Sharing:
     def targets(self) -> list[Target]:
         """All that were sighted by anybody."""
         if self._targets is None:
-            self._targets = merged(self._sightings.values())
+            reach = dict[Key, list[extents.Cell]]()
+            for (key, row, column), cells in self._tiles.items():
+                reach.setdefault(key, []).extend(extents.cells_of(Tile(key, row, column, cells)))
+            told = [one for key, one in self._sightings.items() if key in reach or not self._swaths]
+            self._targets = merged(told, {one.key: reach[one.key] for one in told if one.key in reach})
         return self._targets
+
+    def sighting(self, key: Key) -> Sighting:
+        """One of a target's. Raises KeyError."""
+        return self._sightings[key]
 
     def claim(self, now_us: int, target: Target) -> Claim:
         """What is claimed of a target; `Stage.FREE` by nobody where nothing is."""
@@ -177,6 +206,9 @@ class Sharing:
         mine = targets.get(self._mine) if self._mine is not None else None
         if mine is not None:
             claim = self._claims.join(now_us, mine.keys)
+            if self._gives_way(now_us, mine):
+                self.give_up(now_us)
+                return None
             if claim.owner == self.system and claim.stage in UNSETTLED:
                 heard = self.heard(now_us)
                 if heard != self.there(now_us) and self._claims.stands_us(now_us, mine.key) < RELAYED_US:
@@ -184,10 +216,20 @@ class Sharing:
                 return mine if self._claims.engage(now_us, mine.keys, heard - {self.system}) else None
         self._mine = None
         for key, cost_s in sorted(costs_s.items(), key=lambda one: (one[1], one[0])):
-            if key in targets and self._claims.may_bid(self.claim(now_us, targets[key]), cost_s):
+            if key not in targets or self._gives_way(now_us, targets[key]):
+                continue
+            if self._claims.may_bid(self.claim(now_us, targets[key]), cost_s):
                 self._claims.bid(now_us, targets[key].keys, cost_s)
                 self._mine = key
                 break
+        return None
+
+    def serving(self, now_us: int) -> Target | None:
+        """The target that is ours to serve; None also once it is another's."""
+        for target in self.targets() if self._mine is not None and not self.alone else ():
+            if self._mine in target.keys and not self._gives_way(now_us, target):
+                claim = self._claims.join(now_us, target.keys)
+                return target if claim.owner == self.system and claim.stage == Stage.ENGAGED else None
         return None
 
     def serve(self, now_us: int) -> None:
@@ -244,6 +286,8 @@ class Sharing:
                 known["lines", first] = Covered(first, bits)
         for key, sighting in self._sightings.items():
             known["sighting", key] = sighting
+        for (key, row, column), cells in self._tiles.items():
+            known["tile", key, row, column] = Tile(key, row, column, cells)
         for target in self.targets():
             claim = self._claims.join(now_us, target.keys)
             if claim.round or claim.stage != Stage.FREE:
@@ -255,4 +299,45 @@ class Sharing:
         known = self._sightings.get(sighting.key)
         if known is None or sighting.revision > known.revision:
             self._sightings[sighting.key] = sighting
-            self._targets = None
+            self._targets = self._perhaps = None
+
+    def _reach(self, tile: Tile) -> None:
+        name = tile.key, tile.row, tile.column
+        known = self._tiles.get(name, 0)
+        if tile.cells & ~known:
+            self._tiles[name] = known | tile.cells
+            self._targets = self._perhaps = None
+
+    def _cover(self, lines: int) -> None:
+        if lines & ~self._scanned:
+            self._scanned |= lines
+            self._perhaps = None
+
+    def _gives_way(self, now_us: int, target: Target) -> bool:
+        """Whether a target may turn out to be one with another, whose claim counts for more."""
+        perhaps = self._may_be_one().get(target.key, ())
+        claim = self._claims.join(now_us, target.keys)
+        others = (self._claims.join(now_us, one.keys) for one in self.targets() if one.key in perhaps)
+        return any(other.stage != Stage.FREE and _counts(other) > _counts(claim) for other in others)
+
+    def _may_be_one(self) -> dict[Key, set[Key]]:
+        if self._perhaps is None:
+            self._perhaps = {}
+            scanned = [number for number in range(len(self._swaths)) if self.is_scanned(number)]
+            unknown = extents.unknown(self._swaths, scanned)
+            cells = {target.key: self._cells(target) for target in self.targets()}
+            for target in self.targets() if unknown else ():
+                others = [one for one in self.targets() if one.label == target.label and one.key != target.key]
+                through = unknown.union(*(cells[one.key] for one in others))
+                within = extents.reached(cells[target.key], through)
+                self._perhaps[target.key] = {one.key for one in others if not within.isdisjoint(cells[one.key])}
+        return self._perhaps
+
+    def _cells(self, target: Target) -> set[extents.Cell]:
+        tiles = [Tile(*name, cells) for name, cells in self._tiles.items() if name[0] in target.keys]
+        return {cell for tile in tiles for cell in extents.cells_of(tile)}
+
+
+def _counts(claim: Claim) -> tuple[bool, Stage, float, int]:
+    """Of claims on two targets the greater counts; their rounds say nothing of each other."""
+    return claim.stage == Stage.SERVED, claim.stage, -claim.cost_s, -claim.owner

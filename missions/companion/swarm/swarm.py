@@ -5,7 +5,7 @@ sends what `on_time` returns:
 
     swarm = Swarm(now_us, key_of(options), onboard.system_id, members, home, lawnmower(area, seen, overlap))
     swarm.on_message(now_us, telemetry.unix_us(now_us), msg)
-    out = [(PEER_LINK, msg) for msg in swarm.on_time(now_us, telemetry.unix_us(now_us), state)]
+    out = [(PEER_LINK, msg) for msg in swarm.on_time(now_us, telemetry.unix_us(now_us), state, parked=True)]
 """
 
 import math
@@ -16,8 +16,9 @@ from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.coverage import Line
 from sitl_emu.missions.companion.swarm.airspace import Airspace
+from sitl_emu.missions.companion.swarm.extents import Cell
 from sitl_emu.missions.companion.swarm.key import SwarmKey
-from sitl_emu.missions.companion.swarm.records import Doing, State, parsed
+from sitl_emu.missions.companion.swarm.records import State, parsed
 from sitl_emu.missions.companion.swarm.seal import Refusal, Seal, is_sealed
 from sitl_emu.missions.companion.swarm.sharing import Sharing
 
@@ -35,11 +36,15 @@ class Swarm:
         lines: Sequence[Line] = (),
         *,
         never_twice: bool = False,
+        swaths: Sequence[Collection[Cell]] = (),
     ) -> None:
-        """`members`: the systems of all, ours among them. `origin`: latitude and longitude near by, in degrees."""
+        """`members`: the systems of all, ours among them. `origin`: latitude and longitude near by, in degrees.
+
+        `lines`, `never_twice`, `swaths`: see `Sharing`.
+        """
         self.system = system
         self.seal = Seal(key, frozenset(members))
-        self.sharing = Sharing(now_us, system, members, lines, never_twice=never_twice)
+        self.sharing = Sharing(now_us, system, members, lines, never_twice=never_twice, swaths=swaths)
         self.airspace = Airspace(system, members)
         self._origin = origin
 
@@ -64,15 +69,16 @@ class Swarm:
         if state is not None and state is not before:
             self.airspace.hear(now_us, opened.sender, self.place(state), state.column, state.clear_of)
 
-    def on_time(self, now_us: int, unix_us: int, own: State) -> list[mavlink.MAVLink_message]:
+    def on_time(self, now_us: int, unix_us: int, own: State, *, parked: bool) -> list[mavlink.MAVLink_message]:
         """Goes on, and returns what is to be broadcast. `own`: of ourselves, but for the columns of air.
+
+        `parked`: we stand on the ground with motors off.
 
         Nothing is said before the time is known: nobody could tell it from what was said on another day.
         """
         self.sharing.step(now_us)
-        parked = own.doing in (Doing.WAITING, Doing.OUT)
         speed_m_s = math.hypot(own.v_north, own.v_east)
-        self.airspace.step(now_us, self.place(own), speed_m_s, self.sharing.heard(now_us), parked=parked)
+        self.airspace.step(now_us, self.place(own), speed_m_s, self.sharing.audible(now_us), parked=parked)
         state = own._replace(column=self.airspace.column, clear_of=self.airspace.clear_of)
         content = self.sharing.say(now_us, state) if unix_us else None
         return [self.seal.seal(unix_us, self.system, content)] if content is not None else []

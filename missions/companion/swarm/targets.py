@@ -6,14 +6,19 @@ others know well. Two of the same aircraft are never one target: its own confirm
 that both share. A target's place is the mean weighed by the inverse covariances, those taken as independent: each
 aircraft has a receiver and a camera of its own. Each sighting votes for its label with its confidence.
 
+An area that reaches farther than a place can't be told so: sightings that come with an extent are one target where
+their extents meet (`extents.py`), of whichever aircraft. Such a target has no mean place; its place is that of the
+sighting which knows it best.
+
 A function of the sightings alone, so that all who have heard the same see the same targets, whatever came first.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
+from sitl_emu.missions.companion.swarm.extents import Cell, joined
 from sitl_emu.missions.companion.swarm.records import Key, Sighting
 
 LIKELY = 18.42
@@ -50,10 +55,14 @@ class Target(NamedTuple):
         return math.sqrt(self.nn + self.ee)
 
 
-def merged(sightings: Iterable[Sighting]) -> list[Target]:
-    """The targets of all sightings, by name."""
-    targets = list[_Merging]()
-    for one in sorted(sightings):
+def merged(sightings: Iterable[Sighting], extents: Mapping[Key, Collection[Cell]] | None = None) -> list[Target]:
+    """The targets of all sightings, places before areas, each by name. `extents`: of those that are areas."""
+    extents, targets = extents or {}, list[_Merging]()
+    by_key = {one.key: one for one in sorted(sightings)}
+    areas = [one for one in by_key.values() if one.key in extents]
+    for one in by_key.values():
+        if one.key in extents:
+            continue
         near = [
             (distance, number)
             for number, target in enumerate(targets)
@@ -63,7 +72,12 @@ def merged(sightings: Iterable[Sighting]) -> list[Target]:
             targets[min(near)[1]].add(one)
         else:
             targets.append(_Merging(one))
-    return [target.target for target in targets]
+    groups = [
+        [by_key[key] for key in keys]
+        for label in sorted({one.label for one in areas})
+        for keys in joined({one.key: extents[one.key] for one in areas if one.label == label})
+    ]
+    return [target.target for target in targets] + [_area(group) for group in groups]
 
 
 class _Merging:
@@ -88,6 +102,14 @@ class _Merging:
         squared = (ee * north * north - 2.0 * ne * north * east + nn * east * east) / (nn * ee - ne * ne)
         away_m = math.hypot(north, east)
         return squared if away_m <= SAME_M or (squared <= LIKELY and away_m <= FARTHEST_M) else None
+
+
+def _area(sightings: list[Sighting]) -> Target:
+    """An area, placed by the sighting that is believed in and known best."""
+    best = min(sightings, key=lambda one: (one.confidence <= 0.0, one.sigma_north_m * one.sigma_east_m, one.key))
+    covariance = _covariance(best)
+    place = best.lat_deg, best.lon_deg, best.alt_amsl_m
+    return Target(tuple(one.key for one in sightings), best.label, best.confidence, *place, *covariance)
 
 
 def _target(sightings: list[Sighting]) -> Target:

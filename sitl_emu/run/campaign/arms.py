@@ -72,6 +72,14 @@ def variation(text: str) -> Variation:
     return Variation(key, tuple(read))
 
 
+def single(text: str) -> tuple[str, Any]:
+    """The key and the one value of `--vary TEXT` for one run. Raises ScenarioError."""
+    read = variation(text)
+    if len(read.values) > 1:
+        raise ScenarioError(f"--vary {text}: one value, for one run; `sitl-emu campaign` flies several")
+    return read.key, read.values[0]
+
+
 def arms_of(path: Path, variations: Sequence[Variation]) -> list[Arm]:
     """Every combination of the variations' values, in their order. Raises ScenarioError."""
     twice = [one.key for place, one in enumerate(variations) if one.key in [other.key for other in variations[:place]]]

@@ -1,5 +1,6 @@
 """A vehicle of a scenario: its model, autopilot and companion."""
 
+import copy
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,6 +11,9 @@ from sitl_emu import vehicles
 from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescription, ModelData
 from sitl_emu.run.scenario_parts.feeds import CameraPart, DepthPart, LidarPart
 from sitl_emu.run.scenario_parts.part import NAME, NAME_OR_NUMBERS, NUMBERS, Part, Place
+
+MOST = 40
+"""Vehicles of a scenario."""
 
 
 class CompanionPart(Part):
@@ -61,6 +65,8 @@ class VehiclePart(Part):
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,15}$")]
     model: str
     """One of ours, or a folder of one's own beside the scenario file."""
+    count: Annotated[int, Field(ge=1, le=MOST, exclude=True)] = 1
+    """So many of them (`counted`)."""
     start: Annotated[Annotated[str, Tag(NAME)] | Annotated[Place, Tag(NUMBERS)], NAME_OR_NUMBERS] = "home"
     sensors: dict[str, Any] = Field(default_factory=dict)
     """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
@@ -130,6 +136,31 @@ class VehiclePart(Part):
     def calibration(self, folder: Path) -> Path | None:
         """The calibration file of the camera in a run's folder; None where there is no camera."""
         return folder / f"{self.name}-camera.yaml" if self.camera is not None else None
+
+
+def counted(given: Any) -> Any:
+    """The vehicles of a scenario as its file has them, with as many of each as its `count` says.
+
+    After the first, `uas` at `home`, comes `uas2` at `home2`, and so on. Raises ValueError.
+    """
+    if not isinstance(given, list):
+        return given
+    vehicles = list[Any]()
+    for one in given:
+        count = one.get("count", 1) if isinstance(one, dict) else 1
+        if not isinstance(count, int) or not 1 < count <= MOST:
+            vehicles.append(one)
+            continue
+        start = one.get("start", "home")
+        if not isinstance(start, str):
+            raise ValueError("a `count` above 1 needs a place of the world by its name as `start`, such as home")
+        alike = {name: value for name, value in one.items() if name != "count"}
+        vehicles.append(alike)
+        vehicles += [
+            copy.deepcopy(alike) | {"name": f"{one.get('name')}{number}", "start": f"{start}{number}"}
+            for number in range(2, count + 1)
+        ]
+    return vehicles
 
 
 def _found(model: str, info: ValidationInfo) -> str:

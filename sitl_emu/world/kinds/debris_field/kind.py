@@ -28,6 +28,13 @@ APART_M, TRIES = 19.0, 50
 """Between the middles of two ruins: the diagonal of a floor and a path. Where tries end, they lie as they fall."""
 SMALLEST_M, LARGEST_M, EXPONENT = 0.18, 1.6, 1.5
 """Radii of rubble, and the exponent of how many are larger than one."""
+PADS = {
+    "home": d.Place(6.0, 6.0, 45.0),
+    "home2": d.Place(-7.5, 6.0, 45.0),
+    "home3": d.Place(6.0, -7.5, 45.0),
+    "home4": d.Place(-7.5, -7.5, 45.0),
+}
+"""Where vehicles start: farther apart than the columns of air that they rise in (missions/companion/swarm)."""
 GREYS = ((0.62, 0.60, 0.57), (0.55, 0.53, 0.50), (0.68, 0.65, 0.60), (0.50, 0.46, 0.42), (0.60, 0.42, 0.34))
 GREEN = (0.24, 0.33, 0.15)
 THICKETS = 9
@@ -53,7 +60,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
         d.WorldDescription(
             name="debris_field",
             seed=seed,
-            places={"home": d.Place(6.0, 6.0, 45.0), "road": d.Place(4.0, road, 0.0)},
+            places={**PADS, "road": d.Place(4.0, road, 0.0)},
             area_m=((0.0, 0.0), (size, 0.0), (size, size), (0.0, size)),
             terrain=d.Terrain(
                 file="terrain.npy", north0_m=terrain.north0_m, east0_m=terrain.east0_m, spacing_m=terrain.spacing_m

@@ -5,7 +5,7 @@ persons wait on roofs, wade and float. Sizes and shares are ours.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import cv2
@@ -40,6 +40,8 @@ BELT_M = (16.0, 34.0)
 LAMPS_M = 27.0
 """From street lamp to street lamp."""
 BLOCK_M, STREET_M, PAVEMENT_M = 46.0, 8.0, 2.2
+PADS, PADS_APART_M, PAD_M = 4, 13.5, 2.0
+"""Start places; farther apart than the columns of air that vehicles rise in; what is free about each."""
 FALL_M = 2.2
 """How much lower the south-east corner lies than the north-west."""
 SUNK_M = 1.5
@@ -80,7 +82,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
             name="urban_flood",
             seed=seed,
             origin=d.Origin(),
-            places={"home": d.Place(size - 12.0, STREET_M / 2, 135.0), "street": d.Place(crossing, 0.3 * size, 90.0)},
+            places={**_pads(size, things), "street": d.Place(crossing, 0.3 * size, 90.0)},
             area_m=((0.0, 0.0), (size, 0.0), (size, size), (0.0, size)),
             terrain=d.Terrain(
                 file="terrain.npy", north0_m=-SURROUNDINGS_M, east0_m=-SURROUNDINGS_M, spacing_m=SPACING_M
@@ -99,6 +101,18 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
         ),
         terrain,
     )  # fmt: skip
+
+
+def _pads(size: float, things: Sequence[d.Thing]) -> dict[str, d.Place]:
+    """Where vehicles start, along the westernmost street: home, out of town, and southwards where no car is near."""
+    east, norths = STREET_M / 2, [size - 12.0, size + 2.0]
+    while len(norths) < PADS:
+        north = min(norths) - PADS_APART_M
+        while any(math.dist((north, east), (one.north_m, one.east_m)) < one.radius_m + PAD_M for one in things):
+            north -= 0.5
+        norths.append(north)
+    names = ["home", *(f"home{number}" for number in range(2, PADS + 1))]
+    return {name: d.Place(north, east, 135.0) for name, north in zip(names, norths, strict=True)}
 
 
 def _terrain(rng: Rng, size: float, bank_m: float) -> HeightMap:

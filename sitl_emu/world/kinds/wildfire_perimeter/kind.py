@@ -27,6 +27,7 @@ OPTIONS = {
 SURROUNDINGS_M = 40.0
 BURNS_S = 45.0
 SMOKE_M = 45.0
+APART_M = 13.5
 YELLOW = (0.92, 0.74, 0.10)
 """What fire crews wear."""
 
@@ -61,7 +62,7 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
         d.WorldDescription(
             name="wildfire_perimeter",
             seed=seed,
-            places={"home": d.Place(track, 0.12 * size, 90.0), "crew": d.Place(track, 0.5 * size, 180.0)},
+            places={**_pads(track, size), "crew": d.Place(track, 0.5 * size, 180.0)},
             area_m=((0.0, 0.0), (size, 0.0), (size, size), (0.0, size)),
             terrain=d.Terrain(
                 file="terrain.npy", north0_m=terrain.north0_m, east0_m=terrain.east0_m, spacing_m=terrain.spacing_m
@@ -94,6 +95,13 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
         ),
         terrain,
     )  # fmt: skip
+
+
+def _pads(track: float, size: float) -> dict[str, d.Place]:
+    """Where vehicles start, on the track: farther apart than the columns of air that they rise in."""
+    easts = {"home": 0.12 * size, "home2": 0.12 * size + APART_M}
+    easts |= {f"home{number}": 0.12 * size - (number - 2) * APART_M for number in (3, 4)}
+    return {name: d.Place(track, east, 90.0) for name, east in easts.items()}
 
 
 def _convex(points: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

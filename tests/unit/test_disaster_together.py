@@ -1,0 +1,76 @@
+"""Several aircraft share a disaster, on rails and over a bad radio: all is scanned, each pond served once, no two meet.
+
+What each does alone, `tests/missions/test_disaster_run.py` shows; two fly in a whole run in `test_disaster_together.py`
+there.
+"""
+
+import pytest
+from shapely import Point, box
+
+from sitl_emu.missions.companion.swarm.airspace import KEEP_M
+from sitl_emu.missions.disaster.settings import Settings
+from tests.unit.disaster_sky import Flown, Sky
+
+AREA = [(0.0, 0.0), (70.0, 0.0), (70.0, 90.0), (0.0, 90.0)]
+BENT, APART = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75)
+"""A pond that lies on the lines of all, so that nobody sees it whole, and one of its own."""
+LIMIT_S = 500.0
+
+
+def served(flown: Flown, *ponds: object) -> list[int]:
+    """How many parcels lie at each pond."""
+    near = [[pond.distance(Point(north, east)) <= 5.0 for pond in ponds] for _, north, east in flown.parcels]  # type: ignore[attr-defined]
+    assert all(sum(one) == 1 for one in near), flown.parcels
+    return [sum(column) for column in zip(*near, strict=True)] if near else [0] * len(ponds)
+
+
+def all_lines(flown: Flown) -> bool:
+    return {line for lines in flown.lines.values() for line in lines} == set(range(1, flown.lines_in_all + 1))
+
+
+@pytest.mark.parametrize(("count", "loss"), [(2, 0.0), (2, 0.3), (3, 0.1)])
+def test_they_scan_all_and_serve_each_pond_once(count: int, loss: float) -> None:
+    sky = Sky(count, AREA, [BENT, APART], loss, seed=count)
+    assert sky.fly(LIMIT_S)
+    flown = sky.flown()
+    assert all_lines(flown) and all(flown.lines.values()), flown.lines
+    assert served(flown, BENT, APART) == [1, 1] and set(flown.outcomes.values()) == {"success"}
+    assert flown.nearest_m >= KEEP_M
+
+
+def test_the_lines_of_who_dies_are_flown_by_the_other() -> None:
+    sky = Sky(2, AREA, [APART], 0.1, seed=5)
+    assert sky.fly(60.0, then=lambda it: it.tells(2, "line_scanned"))
+    sky.dead.add(2)
+    assert sky.fly(LIMIT_S)
+    flown = sky.flown()
+    assert all_lines(flown) and len(flown.lines[2]) == 1
+    assert served(flown, APART) == [1] and flown.nearest_m >= KEEP_M
+
+
+def test_what_a_dead_one_was_to_serve_is_served_by_the_other() -> None:
+    sky = Sky(2, AREA, [APART], 0.0, seed=6)
+    assert sky.fly(LIMIT_S, then=lambda it: it.tells(0, "phase", phase="engaging"))
+    engaged = next(by for _, by, event in sky.events if event.data.get("phase") == "engaging")
+    sky.dead.add(engaged)
+    assert sky.fly(LIMIT_S)
+    flown = sky.flown()
+    assert [by for by, *_ in flown.parcels] == [3 - engaged] and served(flown, APART) == [1]
+    assert flown.nearest_m >= KEEP_M
+
+
+def test_of_two_whose_radio_dies_the_second_goes_home_where_nothing_may_be_served_twice() -> None:
+    sky = Sky(2, AREA, [BENT], 0.0, seed=7, never_twice=True)
+    sky.fly(20.0)
+    sky.mute |= {1, 2}
+    assert sky.fly(LIMIT_S)
+    flown = sky.flown()
+    assert all_lines(flown) and served(flown, BENT) == [1]
+    assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("aborted: out of touch")
+
+
+def test_alone_nothing_is_said_to_peers() -> None:
+    sky = Sky(1, AREA, [APART], 0.0, seed=8)
+    settings: Settings = sky.companions[1].settings
+    assert sky.fly(LIMIT_S) and settings.team is None and sky.companions[1].flight.together is None
+    assert served(sky.flown(), APART) == [1]
