@@ -65,9 +65,9 @@ class VehiclePart(Part):
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,15}$")]
     model: str
     """One of ours, or a folder of one's own beside the scenario file."""
+    start: Annotated[Annotated[str, Tag(NAME)] | Annotated[Place, Tag(NUMBERS)], NAME_OR_NUMBERS] = "home"
     count: Annotated[int, Field(ge=1, le=MOST, exclude=True)] = 1
     """So many of them (`counted`)."""
-    start: Annotated[Annotated[str, Tag(NAME)] | Annotated[Place, Tag(NUMBERS)], NAME_OR_NUMBERS] = "home"
     sensors: dict[str, Any] = Field(default_factory=dict)
     """Figures of its model's sensors that are other here, named and nested as in `vehicle.toml`."""
     parcel: dict[str, Any] | None = None
