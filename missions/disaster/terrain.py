@@ -1,8 +1,8 @@
 """The terrain map of a run against the true ground, as figures of its score, and as it is drawn in the report.
 
-A map made from above is of what is seen: roofs where houses stand. It is held against the ground where nothing stands,
-nor within `BESIDE_M` of what does. Cells in which water stands count with the others: corners are found at its bottom,
-its waves, or not at all.
+The map is of the ground, as far as it is told from what stands on it (`relief.py`). It is held against the ground where
+nothing stands, nor within `BESIDE_M` of what does. Cells in which water stands count with the others: corners are found
+at its bottom, its waves, or not at all.
 """
 
 import math

@@ -6,9 +6,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
+from sitl_emu.missions.companion.geolocation import Intersection, Ray
+from sitl_emu.missions.companion.terrain.crossings import none_yet
 from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
@@ -88,3 +92,28 @@ def test_corners_are_followed_by_their_number() -> None:
         assert after[number].x == pytest.approx(before[number].x, abs=1.0)
         assert after[number].y == pytest.approx(before[number].y + 12.0, abs=1.0)
     assert tracker.follow(np.zeros((240, 320), np.uint8)) == [], "nothing is there to follow"
+
+
+@given(st.integers(0, 10_000))
+def test_crossings_of_many_corners_are_those_of_each(seed: int) -> None:
+    """As geolocation.Intersection has them, with corners that come and go."""
+    rng = np.random.default_rng(seed)
+    open_, single = none_yet(), dict[int, Intersection]()
+    for _ in range(4):
+        numbers = np.sort(rng.choice(6, size=rng.integers(1, 5), replace=False)).astype(np.int64)
+        single = {number: single.get(number, Intersection(0.0)) for number in numbers.tolist()}
+        origin = np.array((*rng.uniform(-5.0, 5.0, 2), rng.uniform(-30.0, -10.0)))
+        rays = rng.normal(size=(len(numbers), 3)) + np.array((0.0, 0.0, 3.0))
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        open_ = open_.with_rays(numbers, origin, rays)
+        for number, ray in zip(numbers.tolist(), rays, strict=True):
+            single[number].add(Ray(origin, ray), 0.0)
+    for row, number in enumerate(open_.numbers.tolist()):
+        one = single[number]
+        assert open_.points()[row] == pytest.approx(np.array(one.point()), abs=1e-6)
+        assert open_.residuals_m()[row] == pytest.approx(one.residual_m(), abs=1e-4)
+        assert open_.counts[row] == one.count
+        assert math.acos(open_.cosines[row]) == pytest.approx(one.spread_rad, abs=1e-6)
+        assert open_.covariances()[row].diagonal().tolist() == pytest.approx(
+            [one.covariance().nn, one.covariance().ee, one.covariance().dd]
+        )

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from sitl_emu.gcs.geodesy import from_metres
@@ -18,11 +19,14 @@ UNKNOWN_COLOUR = "#cfcfcf"
 """A grey that no scale of colours below holds."""
 
 
-def write_geotiff(path: Path, terrain: TerrainMap, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
+def write_geotiff(
+    path: Path, terrain: TerrainMap, lat_deg: float, lon_deg: float, alt_amsl_m: float,
+    where: npt.NDArray[np.bool_] | None = None,
+) -> None:  # fmt: skip
     """Heights above mean sea level, and on a second page one sigma of each, as 32-bit floats; NaN where not known.
 
-    (`lat_deg`, `lon_deg`, `alt_amsl_m`): the map's origin. The map's plane is that of `gcs.geodesy`, in which degrees
-    are evenly spaced, so nothing is resampled.
+    `where`: cells (rows, columns) that are written; else all. (`lat_deg`, `lon_deg`, `alt_amsl_m`): the map's origin.
+    The map's plane is that of `gcs.geodesy`, in which degrees are evenly spaced, so nothing is resampled.
     """
     import tifffile  # takes a tenth of a second, which nobody waits for who writes no map
 
@@ -44,7 +48,8 @@ def write_geotiff(path: Path, terrain: TerrainMap, lat_deg: float, lon_deg: floa
             (terrain.means_m() + alt_amsl_m, "height above mean sea level, m"),
             (terrain.sigmas_m(), "one sigma, m"),
         ):
-            file.write(grid[::-1].astype(np.float32), extratags=tags, description=what, metadata=None)
+            shown = grid if where is None else np.where(where, grid, np.nan)
+            file.write(shown[::-1].astype(np.float32), extratags=tags, description=what, metadata=None)
 
 
 def draw_heights(axes: Any, terrain: TerrainMap) -> None:

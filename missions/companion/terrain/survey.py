@@ -1,7 +1,7 @@
 """A terrain map in the making: a lidar's ranges where the vehicle is low, rays of followed corners where it is high.
 
 A TF-Luna sees 8 m: it tells of take-off, landing and what is flown below that. From a scan's height the camera tells:
-each corner that is followed is seen from places metres apart, and its rays cross at it (`geolocation.Intersection`).
+each corner that is followed is seen from places metres apart, and its rays cross at it (`crossings.py`).
 A corner's height is taken once, when its rays have crossed at `CROSSED_DEG`, or at `LEAST_DEG` when it is lost; not
 where the rays pass by each other wider than their noise says, as those of what moves do.
 """
@@ -9,8 +9,11 @@ where the rays pass by each other wider than their noise says, as those of what 
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point, Quaternion
-from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Intersection, pixel_ray
+from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
+from sitl_emu.missions.companion.terrain.crossings import Crossings, none_yet
 from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.soundings import TF_LUNA, Beam, Sounding, believed, of_feature, of_range
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds, TerrainMap
@@ -29,7 +32,7 @@ class Survey:
     def __init__(self, bounds: Bounds, camera: CameraModel, resolution_m: float = 1.0, beam: Beam = TF_LUNA) -> None:
         self.terrain = TerrainMap(bounds, resolution_m)
         self._camera, self._beam = camera, beam
-        self._open: dict[int, Intersection] = {}
+        self._open = none_yet()
         self._done: set[int] = set()
         self._ranges: list[Sounding] = []
         self.features = self.ranges = 0
@@ -39,22 +42,19 @@ class Survey:
         self, time_us: int, pose: CameraPose, features: Sequence[Feature], eph_m: float, epv_m: float
     ) -> None:
         """A frame's corners, at the camera's pose, with what the receiver states of that."""
-        numbers = {one.number for one in features}
-        made = [self._sounding(number, time_us, LEAST_DEG, pose, eph_m, epv_m) for number in set(self._open) - numbers]
-        for number in set(self._open) - numbers:
-            del self._open[number]
-        self._done &= numbers
-        for one in features:
-            if one.number in self._done:
-                continue
-            place = self._open.setdefault(one.number, Intersection(0.0))
-            place.add(pixel_ray(self._camera, pose, one.x, one.y), 0.0)
-            sounding = self._sounding(one.number, time_us, CROSSED_DEG, pose, eph_m, epv_m)
-            if sounding is not None:
-                made.append(sounding)
-                self._done.add(one.number)
-                del self._open[one.number]
-        believed_now = [one for one in made if one is not None]
+        open_ = [one for one in features if one.number not in self._done]
+        numbers = np.array([one.number for one in open_], np.int64)
+        lost = self._open.part(~np.isin(self._open.numbers, numbers))
+        self._done &= {one.number for one in features}
+        made = self._soundings(lost, time_us, LEAST_DEG, pose, eph_m, epv_m)
+        pixels = [self._camera.ray(one.x, one.y) for one in open_]
+        rays = np.array(pixels).reshape(-1, 3) @ pose.to_ned.T
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        self._open = self._open.with_rays(numbers, pose.position_m, rays)
+        crossed = self._soundings(self._open, time_us, CROSSED_DEG, pose, eph_m, epv_m)
+        self._done |= crossed.keys()
+        self._open = self._open.part(~np.isin(self._open.numbers, list(crossed)))
+        believed_now = [*made.values(), *crossed.values()]
         self.features += len(believed_now)
         self.terrain.add(sorted(believed_now))
 
@@ -76,15 +76,20 @@ class Survey:
         self.terrain.add(good)
         self._ranges = []
 
-    def _sounding(
-        self, number: int, time_us: int, least_deg: float, pose: CameraPose, eph_m: float, epv_m: float
-    ) -> Sounding | None:
-        """The height of a corner whose rays have crossed; None where they have not, or pass by each other."""
-        place = self._open[number]
-        if place.count < LEAST_RAYS or place.spread_rad < math.radians(least_deg):
-            return None
-        point = place.point()
-        range_m = math.dist(point, pose.position_m.tolist())
-        if place.residual_m() > PASSES_SIGMAS * RAY_SIGMA_RAD * range_m or point[2] < float(pose.position_m[2]):
-            return None
-        return of_feature(time_us, point, place.covariance(), eph_m, epv_m)
+    def _soundings(
+        self, of: Crossings, time_us: int, least_deg: float, pose: CameraPose, eph_m: float, epv_m: float
+    ) -> dict[int, Sounding]:
+        """The heights of corners whose rays have crossed, by their numbers; of none whose rays pass by each other."""
+        of = of.part((of.counts >= LEAST_RAYS) & (of.cosines <= math.cos(math.radians(least_deg))))
+        points = of.points()
+        range_m = np.linalg.norm(points - pose.position_m, axis=1)
+        good = (of.residuals_m() <= PASSES_SIGMAS * RAY_SIGMA_RAD * range_m) & (points[:, 2] >= pose.position_m[2])
+        made = {}
+        for number, (north, east, down), c in zip(
+            of.numbers[good].tolist(), points[good].tolist(), of.covariances()[good].tolist(), strict=True
+        ):
+            rays = Covariance(c[0][0], c[0][1], c[0][2], c[1][1], c[1][2], c[2][2])
+            sounding = of_feature(time_us, (north, east, down), rays, eph_m, epv_m)
+            if sounding is not None:
+                made[number] = sounding
+        return made
