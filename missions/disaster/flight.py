@@ -513,8 +513,9 @@ class Flight:
             self.onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
             return
         counts = {"features": survey.features, "ranges": survey.ranges}
+        home = dict(zip(("home_lat_deg", "home_lon_deg", "home_amsl_m"), self.home, strict=True))
         self.onboard.note("terrain_map", f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
-                          file=path.name, **counts)  # fmt: skip
+                          file=path.name, **counts, **home)  # fmt: skip
 
     def _tell_regions(self) -> None:
         """All that was found, with outlines, for the score and the map."""

@@ -1,8 +1,9 @@
 """The terrain map of a run against the true ground, as figures of its score, and as it is drawn in the report.
 
 The map is of the ground, as far as it is told from what stands on it (`relief.py`). It is held against the ground where
-nothing stands, nor within `BESIDE_M` of what does. Cells in which water stands count with the others: corners are found
-at its bottom, its waves, or not at all.
+nothing stands, nor within `BESIDE_M` of what does, as heights over home: that is what is flown by, and a receiver knows
+home's own height above the sea to a metre, which moves the whole map (`home_off_m`). Cells in which water stands count
+with the others: corners are found at its bottom, its waves, or not at all.
 """
 
 import math
@@ -30,7 +31,10 @@ def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
     path = record.folder / told["file"]
     if not path.is_file():
         return None
-    heights_m, north_m, east_m = _read(path, record)
+    amsl_m, north_m, east_m = _read(path, record)
+    home_m = record.ground_m(*record.to_metres(told["home_lat_deg"], told["home_lon_deg"]))
+    home_off_m = told["home_amsl_m"] - record.origin_amsl_m - home_m
+    heights_m = amsl_m - record.origin_amsl_m - home_off_m
     known = np.isfinite(heights_m)
     standing = solids(record.areas).buffer(BESIDE_M)
     shapely.prepare(standing)
@@ -46,6 +50,7 @@ def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
         "rms_m": _rounded(math.sqrt(float(np.mean(errors**2)))) if len(errors) else None,
         "bias_m": _rounded(float(np.mean(errors))) if len(errors) else None,
         "worst_m": _rounded(float(np.max(np.abs(errors)))) if len(errors) else None,
+        "home_off_m": _rounded(home_off_m),
         "known_share": _rounded(float(known.mean())),
         "extent_m": [_rounded(float(edge)) for edge in (east_m.min(), east_m.max(), north_m.min(), north_m.max())],
         "heights_m": _listed(heights_m[::thin, ::thin]),
@@ -54,7 +59,7 @@ def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
 
 
 def _read(path: Path, record: RunRecord) -> tuple[Grid, Grid, Grid]:
-    """Heights above the world's origin, and north and east of each cell; row 0 is the southernmost."""
+    """Heights above mean sea level, and north and east of each cell; row 0 is the southernmost."""
     import tifffile  # as in companion/terrain/files.py
 
     with tifffile.TiffFile(path) as file:
@@ -68,7 +73,7 @@ def _read(path: Path, record: RunRecord) -> tuple[Grid, Grid, Grid]:
     row, column = np.mgrid[0:rows, 0:columns]
     north_of = south_m + (row + 0.5) * (north_m - south_m) / rows
     east_of = west_m + (column + 0.5) * (east_m - west_m) / columns
-    return heights_m - record.origin_amsl_m, north_of, east_of
+    return heights_m, north_of, east_of
 
 
 def _listed(grid: Grid) -> list[list[float | None]]:
