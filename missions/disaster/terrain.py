@@ -20,7 +20,7 @@ from sitl_emu.missions.scoring import RunRecord
 Grid = npt.NDArray[np.float64]
 BESIDE_M = 1.5
 SHOWN_CELLS = 60
-"""To either side, of the map in the report; a larger one is thinned."""
+"""To either side, of the map in the report; of a larger one the means of blocks are shown."""
 
 
 def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
@@ -53,8 +53,8 @@ def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
         "home_off_m": _rounded(home_off_m),
         "known_share": _rounded(float(known.mean())),
         "extent_m": [_rounded(float(edge)) for edge in (east_m.min(), east_m.max(), north_m.min(), north_m.max())],
-        "heights_m": _listed(heights_m[::thin, ::thin]),
-        "errors_m": _listed(off[::thin, ::thin]),
+        "heights_m": _listed(_thinned(heights_m, thin)),
+        "errors_m": _listed(_thinned(off, thin)),
     }
 
 
@@ -74,6 +74,16 @@ def _read(path: Path, record: RunRecord) -> tuple[Grid, Grid, Grid]:
     north_of = south_m + (row + 0.5) * (north_m - south_m) / rows
     east_of = west_m + (column + 0.5) * (east_m - west_m) / columns
     return heights_m, north_of, east_of
+
+
+def _thinned(grid: Grid, by: int) -> Grid:
+    """The means of what is known in blocks of so many cells to either side; NaN where nothing is."""
+    rows, columns = (-(-size // by) for size in grid.shape)
+    padded = np.full((rows * by, columns * by), np.nan)
+    padded[: grid.shape[0], : grid.shape[1]] = grid
+    blocks = padded.reshape(rows, by, columns, by)
+    known = np.isfinite(blocks).sum(axis=(1, 3))
+    return np.where(known > 0, np.nansum(blocks, axis=(1, 3)) / np.maximum(known, 1), np.nan)
 
 
 def _listed(grid: Grid) -> list[list[float | None]]:
