@@ -42,9 +42,6 @@ Projection = Callable[[CameraModel, CameraPose, Grid, Grid, Grid | float], tuple
 RESOLUTION_M = 1.0
 GAP_M = 3.0
 """As of the detector's own regions (tools/detector/disaster.py)."""
-WHOLE_FROM_M = 16.0
-"""Over the ground: from lower, boxes tell nothing of what lies scattered, as a picture shows parts of it, and the
-network finds 0.61 of the ruins' boxes in place of 0.79 (`tools.detector dataset --images 448 --seed 7`, 56 and 160)."""
 LEAST_M2 = 4.0
 """What is smaller is no region; as there."""
 
@@ -106,16 +103,19 @@ class RegionMap:
         wanted: Confirming,
         location: str = "rays",
         scattered: Sequence[str] = (),
+        whole_from_m: float = 0.0,
     ) -> None:
         """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`.
 
-        `scattered`: labels of which boxes tell, where areas are known, too.
+        `scattered`: labels of which boxes tell, where areas are known, too; from lower over the ground than
+        `whole_from_m` they tell nothing.
         """
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
         rows, columns = math.ceil((north - south) / RESOLUTION_M), math.ceil((east - west) / RESOLUTION_M)
         self.shape = rows, columns
         self.labels, self._camera, self.wanted = tuple(labels), camera, wanted
+        self._whole_from_m = whole_from_m
         self._project, self._scattered = PROJECTIONS[location], frozenset(scattered)
         row, column = np.mgrid[0:rows, 0:columns]
         self.north_m: Grid = south + (row + 0.5) * RESOLUTION_M
@@ -159,7 +159,7 @@ class RegionMap:
             ]
             self.rough[rows, columns] += (part - self.rough[rows, columns]) / looks
         areas = detections.areas if isinstance(detections, Detections) else None
-        high = float(np.median(-float(pose.position_m[2]) - ground)) >= WHOLE_FROM_M
+        high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
         for layer, label in enumerate(self.labels):
             if areas is not None and label not in self._scattered:
                 self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep))

@@ -144,7 +144,7 @@ def test_one_place_shows_where_an_area_lies_that_the_detector_knows(yaw_deg: flo
     assert region.label == "water_body" and region.score > 0.9
     assert region.cells[inner].all() and not region.cells[~outer].any()
     scattered = RegionMap(
-        Bounds(-20, -20, 50, 50), LABELS, CAMERA, Confirming(3, confirm_score=0.3), "rays", LABELS[:1]
+        Bounds(-20, -20, 50, 50), LABELS, CAMERA, Confirming(3, confirm_score=0.3), "rays", LABELS[:1], 15.0
     )
     for _ in range(3):
         scattered.update(pose, 0.0, areas_of(pose, POND))
