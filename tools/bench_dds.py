@@ -4,8 +4,8 @@
 
 An iris stands armed in OFFBOARD, in real time, in this process; so does the node, a participant of its own. Each
 setpoint (vehicle_attitude_setpoint) asks for another thrust than the one before. `taken` ends when the autopilot has
-read it, `motors` when the first tick is over whose motors follow it: at most 4 ms later, and two of them in the mean.
-ROS_DOMAIN_ID chooses the domain.
+read it, `motors` when the first tick is over whose motors follow it; an attitude setpoint passes position control,
+which does not run in every tick. ROS_DOMAIN_ID chooses the domain.
 """
 
 import math

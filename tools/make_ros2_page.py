@@ -70,6 +70,8 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
   that it is not understood. On either rmw `/fmu/in/vehicle_command` works, and `/fmu/out/vehicle_command_ack_v1` has
   the answer.
 - **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
+- **Latency**: from a node's `write` a setpoint takes 3 ms to the autopilot and 9 to the motors (medians; nine of ten
+  within 9 to 13, and 14 to 21), on two cores with a load of 7 (`tools/bench_dds.py 100`, three times).
 
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` and
 `examples/ros2_detector.py` with a stand-in for rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to
@@ -104,6 +106,8 @@ PX4's do; what nobody has subscribed to is not made. Names that are ours are mar
   simulator's truth, as Gazebo's poses are; what the vehicle knows of itself is `/fmu/out/vehicle_odometry`.
 - **QoS**: sensors reliable, volatile, last 5, so that best effort readers hear them as well as others (REP 2003);
   `/clock`, `/tf` and `/tf_static` as rclcpp and tf2_ros have them.
+- The process takes 4 % of a core and 72 MB while nobody listens, 7 % where all is heard of an iris with a camera
+  (640 × 480, 5 Hz, raw and compressed), a depth camera and a lidar; every frame and every time came, at a load of 8.
 - `launch` has none of this: its time is the computer's, and its cameras draw pictures when they are asked for.
 """
 

@@ -37,9 +37,12 @@ def run(config: RosConfig, control: ControlChannel) -> None:
     control.send(Ready())
     while isinstance(told := control.receive(), Seen):
         time_us = config.start_us + told.now_us
-        clock.publish({"clock": frames.stamp(time_us)})
+        if clock.is_heard:
+            clock.publish({"clock": frames.stamp(time_us)})
         both = list(zip(vehicles, told.vehicles, strict=True))
-        tf.publish(frames.tf_message(time_us, [each for vehicle, seen in both for each in vehicle.transforms(seen)]))
+        if tf.is_heard:
+            moving = [each for vehicle, seen in both for each in vehicle.transforms(seen)]
+            tf.publish(frames.tf_message(time_us, moving))
         for vehicle, seen in both:
             vehicle.publish(told.now_us, seen)
 

@@ -58,7 +58,8 @@ class Camera:
         """A frame; `time_us`: when it was taken, since 1970."""
         percent = next((each.percent for each in reversed(self._zooms) if each.time_us <= sample.time_us), 0.0)
         seen = cameras.intrinsics(self._camera).zoomed(cameras.zoom(self._camera, percent))
-        self._info.publish(sensors.camera_info(time_us, self._frame, seen))
+        if self._info.is_heard:
+            self._info.publish(sensors.camera_info(time_us, self._frame, seen))
         if self._raw.is_heard:
             self._raw.publish(sensors.image(time_us, self._frame, sample.data, "bgr8"))
         if self._compressed.is_heard:
@@ -76,7 +77,8 @@ class DepthCamera:
 
     def publish(self, time_us: int, sample: Sample) -> None:
         """A frame."""
-        self._info.publish(sensors.camera_info(time_us, self._frame, self._seen))
+        if self._info.is_heard:
+            self._info.publish(sensors.camera_info(time_us, self._frame, self._seen))
         if self._raw.is_heard:
             self._raw.publish(sensors.image(time_us, self._frame, sample.data, "32FC1"))
         if self._points.is_heard:
@@ -146,7 +148,7 @@ class RosVehicle:
         """What is told of it at a barrier."""
         if self._camera is not None:
             self._camera.zoomed(now_us, seen.zoom_percent)
-        if seen.distance is not None and self._range is not None:
+        if seen.distance is not None and self._range is not None and self._range.is_heard:
             time_us = self._start_us + seen.distance.time_us
             self._range.publish(sensors.range_(time_us, frames.name(self._data.name, "range_link"), seen.distance))
         for frame in seen.frames:
