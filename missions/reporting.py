@@ -59,3 +59,5 @@ class Page(NamedTuple):
     colours: Mapping[str, str] = {}
     """Of the kinds of things that stand in the world, on the map; a kind without one is grey."""
     lines: Sequence[Line] = ()
+    seeks_things: bool = True
+    """Whether things are what it looks for: then the map tells targets from distractors."""

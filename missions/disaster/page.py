@@ -31,7 +31,7 @@ def page(figures: Figures) -> Page:
     sections.append(Section("Targets", [_targets(figures["targets"]), _diversions(figures["diverted"])]))
     if figures["terrain"] is not None:
         sections.append(Section("Terrain map", [_terrain(figures["terrain"]), *_grids(figures["terrain"])]))
-    return Page(sections, marks, THINGS, lines)
+    return Page(sections, marks, THINGS, lines, seeks_things=False)
 
 
 def _terrain(terrain: Mapping[str, Any]) -> Table:

@@ -98,17 +98,19 @@ def draw_map(
     drawn = set[str]()
     _draw_areas(axes, truth.get("areas", []))
     _draw_loose(axes, truth.get("loose", []), ways or {})
+    sought = any(page.seeks_things for page in pages) or not pages
     for thing in truth.get("objects", []):
-        kind = thing["kind"]
+        kind, is_target = thing["kind"], thing["target"] and sought
         colour = next((page.colours[kind] for page in pages if kind in page.colours), OTHER_COLOUR)
-        edge = "black" if thing["target"] else "none"
-        label = f"{'target' if thing['target'] else 'distractor'}: {kind}" if kind not in drawn else None
+        edge = "black" if is_target else "none"
+        name = f"{'target' if is_target else 'distractor'}: {kind}" if sought else kind.replace("_", " ")
+        label = name if kind not in drawn else None
         drawn.add(kind)
         axes.scatter(
             thing["east_m"],
             thing["north_m"],
-            s=110 if thing["target"] else 40,
-            marker="o" if thing["target"] else "s",
+            s=110 if is_target else 40,
+            marker="o" if is_target else "s",
             color=colour,
             edgecolors=edge,
             label=label,
@@ -208,7 +210,7 @@ def _rows(table: Table) -> str:
 
 def _plot(plot: Plot) -> str:
     """A mission's plot."""
-    figure = Figure(figsize=(9, plot.height_in), layout="constrained")
+    figure = Figure(figsize=(9, plot.height_in), layout="compressed")  # as maps keep their aspect
     plot.draw(figure.add_subplot())
     return _image(figure)
 
