@@ -145,8 +145,8 @@ class Flight:
     @property
     def outcome(self) -> str:
         """In the end: "success", or why not."""
-        theirs = self.together is not None and self.aborted is not None and self.aborted.reason == Reason.PEER
-        if self.settings.parcel is not None and not self.delivered and self.aborted is not None and not theirs:
+        nothing_left = self.together is not None and self.together.nothing_left
+        if self.settings.parcel is not None and not self.delivered and self.aborted is not None and not nothing_left:
             return f"aborted: {self.aborted}"
         return "success" if self.whole else f"scan ended early: {self.aborted}"
 

@@ -195,6 +195,13 @@ class Together:
         return all(self.swarm.sharing.is_scanned(number) for number in range(len(self.lines)))
 
     @property
+    def nothing_left(self) -> bool:
+        """Whether all lines are flown, somebody has delivered, and nothing is known that we could serve as well."""
+        now_us, sharing = self._onboard.now_us, self.swarm.sharing
+        served = any(sharing.claim(now_us, target).stage == Stage.SERVED for target in sharing.targets())
+        return self.whole and served and not self._costs
+
+    @property
     def _waits(self) -> bool:
         """Whether there may still be something to do: lines of others, or targets that are not settled."""
         if not self.whole:

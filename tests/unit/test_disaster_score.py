@@ -85,6 +85,23 @@ def test_a_parcel_too_far_off_in_the_water_or_on_somebody_is_not(where: tuple[fl
     assert got["shortfalls"] == ["parcel not delivered (misdelivered)"]
 
 
+def test_a_second_parcel_for_one_target_is_one_too_many() -> None:
+    first, second = released((7.0, 15.0)), {**released((15.0, 23.0)), "vehicle": "uas2"}
+    got = scored(confirmed(), first, rests(7.5, 15.0), second, {**rests(15.0, 23.0), "vehicle": "uas2"}, MAPPED)
+    assert (got["delivered"], got["served_twice"], got["separation_m"]) == (2, 1, None)
+    assert got["shortfalls"] == ["1 parcels for a target that had one"]
+
+
+def test_what_two_have_mapped_of_one_area_is_one_region() -> None:
+    parts = (
+        region((10.5, 10.5), (10.5, 15.5), (19.5, 15.5), (19.5, 10.5)),
+        region((10.5, 14.5), (10.5, 19.5), (19.5, 19.5), (19.5, 14.5)),
+    )
+    got = scored(parts[0], {**parts[1], "vehicle": "uas2"})
+    assert (got["regions_total"], got["regions_false"], got["targets_found"]) == (1, 0, 1)
+    assert got["targets"][0]["iou"] == pytest.approx(1.0, abs=0.02)
+
+
 def test_an_abort_is_told_with_its_reason() -> None:
     stays = {"event": "delivery_aborted", "time_s": 25.0, "vehicle": "uas", "reason": "drift"}
     got = scored(confirmed(), stays, MAPPED)
