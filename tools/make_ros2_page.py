@@ -37,6 +37,7 @@ NUMBERS = {topic.name: number for number, topic in enumerate(SUBSCRIPTIONS)}
 BECOMES = {
     "offboard_control_mode": "what OFFBOARD controls, and that somebody does: trajectory, attitude, rates",
     "trajectory_setpoint": "OFFBOARD's setpoint, multicopters and rovers",
+    "goto_setpoint": "OFFBOARD's setpoint, multicopters: a place, to which a smoothed trajectory leads",
     "vehicle_attitude_setpoint": "OFFBOARD's setpoint, multicopters",
     "vehicle_rates_setpoint": "OFFBOARD's setpoint, multicopters",
     "vehicle_command": "a command as over MAVLink; the answer is `/fmu/out/vehicle_command_ack_v1`",

@@ -1,10 +1,12 @@
 """OFFBOARD with position, velocity or acceleration: the setpoint of the link goes to the position controller as it is.
 
 As in PX4 v1.18, where MAVLink writes trajectory_setpoint itself and mc_pos_control derives the wish to take off from a
-setpoint above the vehicle. Attitude and rate setpoints don't pass here: the controllers take them from the topic.
+setpoint above the vehicle. A goto_setpoint becomes one by `goto_control.py`. Attitude and rate setpoints don't pass
+here: the controllers take them from the topic.
 """
 
 from sitl_emu.autopilot.modes.flight_task import Setpoint
+from sitl_emu.autopilot.modes.goto_control import GotoControl
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
 
@@ -15,20 +17,27 @@ class Offboard:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
         self._parameters = parameters
+        self._goto = GotoControl(parameters)
         self.refresh()
 
     def refresh(self) -> None:
         """Copy the parameters."""
         self._speed_up = self._parameters["MPC_Z_VEL_MAX_UP"]
         self._speed_down = self._parameters["MPC_Z_VEL_MAX_DN"]
+        self._goto.refresh()
 
     def activate(self, last: TrajectorySetpoint) -> None:
-        """Nothing to begin: the other side makes the trajectory."""
+        """The other side makes the trajectory; to a place it begins anew."""
+        self._goto.stop()
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """The last setpoint received."""
         topics = self._topics
-        setpoint = topics.offboard_setpoint.trajectory
+        setpoint, goto = topics.offboard_setpoint.trajectory, topics.offboard_setpoint.goto
+        if goto is not None:
+            setpoint = self._goto.update(now_us, dt_s, goto, topics.vehicle_local_position)
+        else:
+            self._goto.stop()
         if setpoint is None:
             return TrajectorySetpoint(now_us), VehicleConstraints(self._speed_up, self._speed_down, False)
         rises = (

@@ -138,6 +138,18 @@ class HoverThrustEstimate(NamedTuple):
     accel_noise_var: float = NAN
 
 
+class GotoSetpoint(NamedTuple):
+    """A place to go to by a smoothed trajectory. NaN: no heading of its own, the vehicle's own limits."""
+
+    timestamp: int
+    position: Vector3
+    """NED, m."""
+    heading: float = NAN
+    max_horizontal_speed: float = NAN
+    max_vertical_speed: float = NAN
+    max_heading_rate: float = NAN
+
+
 class OffboardSetpoint(NamedTuple):
     """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET, or ROS 2's: offboard_control_mode and its setpoint in one.
 
@@ -148,6 +160,8 @@ class OffboardSetpoint(NamedTuple):
     trajectory: TrajectorySetpoint | None = None
     attitude: VehicleAttitudeSetpoint | None = None
     rates: VehicleRatesSetpoint | None = None
+    goto: GotoSetpoint | None = None
+    """Where ROS 2 gives a place instead of a trajectory; `trajectory` then has that place."""
 
 
 class ActuatorTest(NamedTuple):

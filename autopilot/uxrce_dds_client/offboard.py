@@ -16,6 +16,7 @@ from typing import Any
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
+    GotoSetpoint,
     OffboardSetpoint,
     Topics,
     TrajectorySetpoint,
@@ -24,6 +25,7 @@ from sitl_emu.autopilot.topics import (
     VehicleRatesSetpoint,
 )
 
+LIMITS = ("max_horizontal_speed", "max_vertical_speed", "max_heading_rate")
 TRAJECTORY = ("position", "velocity", "acceleration")
 Fields = Mapping[str, Any]
 
@@ -38,6 +40,7 @@ class Offboard:
         self._trajectory = TrajectorySetpoint()
         self._attitude: VehicleAttitudeSetpoint | None = None
         self._rates: VehicleRatesSetpoint | None = None
+        self._goto: GotoSetpoint | None = None
 
     def offboard_control_mode(self, now_us: int, fields: Fields) -> None:
         """What is controlled from now on."""
@@ -45,13 +48,31 @@ class Offboard:
         self._write()
 
     def trajectory_setpoint(self, now_us: int, fields: Fields) -> None:
-        """NED; NaN in every axis that is free."""
+        """NED; NaN in every axis that is free. It counts more than a goto_setpoint."""
+        self._goto = None
         self._trajectory = TrajectorySetpoint(
             fields["timestamp"],
             _finite(fields["position"]),
             _finite(fields["velocity"]),
             _finite(fields["acceleration"]),
             *_finite((fields["yaw"], fields["yawspeed"], 0.0))[:2],
+        )
+        self._write()
+
+    def goto_setpoint(self, now_us: int, fields: Fields) -> None:
+        """A place; one that is none changes nothing."""
+        if not math.isfinite(sum(fields["position"])):
+            return
+
+        def told(flag: str, name: str) -> float:
+            value: float = fields[name]
+            return value if fields[flag] and math.isfinite(value) else math.nan
+
+        self._goto = GotoSetpoint(
+            fields["timestamp"],
+            fields["position"],
+            told("flag_control_heading", "heading"),
+            *(told(f"flag_set_{name}", name) for name in LIMITS),
         )
         self._write()
 
@@ -84,7 +105,9 @@ class Offboard:
             return
         time_us: int = mode["timestamp"]
         if any(mode[name] for name in TRAJECTORY):
-            setpoint = OffboardSetpoint(time_us, self._current_trajectory(), None, None)
+            goto = self._current_goto()
+            trajectory = TrajectorySetpoint(goto.timestamp, goto.position) if goto else self._current_trajectory()
+            setpoint = OffboardSetpoint(time_us, trajectory, None, None, goto)
         elif mode["attitude"]:
             setpoint = OffboardSetpoint(time_us if self._attitude else 0, None, self._attitude, None)
         elif mode["body_rate"]:
@@ -94,10 +117,15 @@ class Offboard:
         self._topics.offboard_setpoint = setpoint
 
     def _current_trajectory(self) -> TrajectorySetpoint:
+        return TrajectorySetpoint() if self._is_of_before(self._trajectory.timestamp) else self._trajectory
+
+    def _current_goto(self) -> GotoSetpoint | None:
+        return None if self._goto is None or self._is_of_before(self._goto.timestamp) else self._goto
+
+    def _is_of_before(self, time_us: int) -> bool:
+        """Of before OFFBOARD was entered."""
         status = self._topics.vehicle_status
-        if status.nav_state is NavState.OFFBOARD and self._trajectory.timestamp < status.nav_state_timestamp:
-            return TrajectorySetpoint()
-        return self._trajectory
+        return status.nav_state is NavState.OFFBOARD and time_us < status.nav_state_timestamp
 
 
 def _finite(values: tuple[float, ...]) -> Vector3:

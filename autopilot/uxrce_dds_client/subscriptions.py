@@ -59,6 +59,7 @@ class Subscriptions:
         self.handlers: dict[str, Callable[[int, Fields], None]] = {
             "offboard_control_mode": offboard.offboard_control_mode,
             "trajectory_setpoint": offboard.trajectory_setpoint,
+            "goto_setpoint": offboard.goto_setpoint,
             "vehicle_attitude_setpoint": offboard.vehicle_attitude_setpoint,
             "vehicle_rates_setpoint": offboard.vehicle_rates_setpoint,
             "vehicle_command": self._vehicle_command,

@@ -102,6 +102,63 @@ def test_a_square_is_flown_from_ros_alone() -> None:
     assert odometry["position"][2] == pytest.approx(-5.0, abs=0.5)
 
 
+def test_it_goes_to_a_place_no_faster_than_asked() -> None:
+    """By goto_setpoint, as PX4's ROS 2 library has it: up at 1 m/s, 10 m north at 2 m/s, turned east meanwhile.
+
+    Not at take-off: the trajectory's height does not wait for a vehicle that stands yet, in PX4 neither.
+    """
+    pilot = Pilot("iris")
+    node, place = Node(pilot), [0.0, 0.0, -5.0]
+
+    def beat() -> None:
+        node.send("offboard_control_mode", position=True)
+        limits = {"max_horizontal_speed": 2.0, "max_vertical_speed": 1.0, "max_heading_rate": 0.3}
+        flags = {f"flag_set_{name}": True for name in limits}
+        heading = {"flag_control_heading": True, "heading": math.pi / 2}
+        node.send("goto_setpoint", position=tuple(place), **limits, **flags, **heading)
+
+    pilot.until_armable()
+    pilot.every(10.0, beat)
+    pilot.run(1.0)
+    node.command(SET_MODE, *OFFBOARD_MODE)
+    node.command(ARM, 1.0)
+    pilot.until(lambda: -pilot.truth.down_m > 4.8, 30.0)
+    pilot.run(3.0)
+    local = []
+    pilot.every(50.0, lambda: local.append(pilot.topics.vehicle_local_position))
+    place[:] = 10.0, 0.0, -9.0
+    pilot.until(lambda: math.dist((10.0, -9.0), (pilot.truth.north_m, pilot.truth.down_m)) < 0.4, 30.0)
+    assert 0.9 < -min(here.vz for here in local) < 1.4
+    assert 1.8 < max(math.hypot(here.vx, here.vy) for here in local) < 2.3
+    assert pilot.topics.vehicle_local_position.heading == pytest.approx(math.pi / 2, abs=0.1)
+
+
+def test_a_place_that_is_asked_for_no_more_is_kept_and_a_trajectory_counts_more() -> None:
+    pilot = Pilot("iris")
+    node, place, on = Node(pilot), [3.0, 0.0, -5.0], [True]
+
+    def beat() -> None:
+        node.send("offboard_control_mode", position=True)
+        if on[0]:
+            north, east, down = place
+            node.send("goto_setpoint", position=(north, east, down))
+
+    pilot.until_armable()
+    pilot.every(10.0, beat)
+    pilot.run(1.0)
+    node.command(SET_MODE, *OFFBOARD_MODE)
+    node.command(ARM, 1.0)
+    pilot.until(lambda: -pilot.truth.down_m > 4.8 and pilot.topics.vehicle_local_position.x > 2.7, 30.0)
+    on[0] = False
+    place[0] = 30.0
+    pilot.run(3.0)
+    assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+    assert pilot.topics.vehicle_local_position.x == pytest.approx(3.0, abs=0.4)
+    node.send("goto_setpoint", position=(math.nan, 0.0, -5.0))
+    node.hold((0.0, 0.0, -5.0))
+    pilot.until(lambda: pilot.topics.vehicle_local_position.x < 0.5, 20.0)
+
+
 def test_without_setpoints_it_falls_back() -> None:
     """COM_OF_LOSS_T, then COM_OBL_RC_ACT: the same as over MAVLink."""
     pilot = Pilot("iris", COM_OBL_RC_ACT=4)
