@@ -38,6 +38,9 @@ BECOMES = {
     "offboard_control_mode": "what OFFBOARD controls, and that somebody does: trajectory, attitude, rates",
     "trajectory_setpoint": "OFFBOARD's setpoint, multicopters and rovers",
     "goto_setpoint": "OFFBOARD's setpoint, multicopters: a place, to which a smoothed trajectory leads",
+    "rover_attitude_setpoint": "a rover's heading, where OFFBOARD controls attitude",
+    "rover_rate_setpoint": "a rover's yaw rate, where OFFBOARD controls rates",
+    "rover_throttle_setpoint": "a rover's throttle, where OFFBOARD controls attitude or rates",
     "vehicle_attitude_setpoint": "OFFBOARD's setpoint, multicopters",
     "vehicle_rates_setpoint": "OFFBOARD's setpoint, multicopters",
     "vehicle_command": "a command as over MAVLink; the answer is `/fmu/out/vehicle_command_ack_v1`",
@@ -195,6 +198,10 @@ def page(published: Mapping[str, set[str]]) -> str:
         "",
         f"Taken without effect: {names(unheard)}. `offboard_control_mode` that asks for thrust_and_torque or "
         "direct_actuator counts as no signal.",
+        "",
+        "`rover_position_setpoint` and `rover_speed_setpoint` a real PX4 writes over itself in OFFBOARD, by "
+        "trajectory_setpoint (AckermannOffboardMode.cpp). A mode of one's own (`register_ext_component_request`) is "
+        "answered as PX4 answers where no slot is free: no success, ids of -1.",
         "",
         "What PX4 would fly with, and we do not take: an attitude without a direction, a thrust that is no number.",
         "",

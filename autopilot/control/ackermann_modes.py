@@ -16,6 +16,7 @@ from sitl_emu.autopilot.control.rover_parameters import EPSILON, RoverParameters
 from sitl_emu.autopilot.topics import (
     PositionControllerStatus,
     PositionSetpoint,
+    RoverSetpoint,
     Topics,
     TrajectorySetpoint,
 )
@@ -84,15 +85,22 @@ def acceptance_radius_m(angle_rad: float, parameters: RoverParameters) -> float:
 
 
 class OffboardMode:
-    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode."""
+    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode.
+
+    Asked for attitude or rates the mode writes nothing (AckermannOffboardMode.cpp): ROS 2 then writes what the
+    controllers that run take, each message once.
+    """
 
     def __init__(self, topics: Topics) -> None:
         self._topics = topics
         self._trajectory = STANDSTILL
+        self._taken = RoverSetpoint()
 
     def generate(self, setpoints: Setpoints) -> None:
         """From the last setpoint to `setpoints.target`, or speed and yaw."""
         offboard = self._topics.offboard_setpoint
+        if offboard.rover is not None:
+            self._take(offboard.rover, setpoints)
         if offboard.trajectory is None:
             return
         if offboard.timestamp >= self._topics.vehicle_status.nav_state_timestamp:
@@ -103,6 +111,13 @@ class OffboardMode:
             return
         vn, ve, _ = self._trajectory.velocity
         setpoints.speed, setpoints.yaw = math.hypot(vn, ve), math.atan2(ve, vn)
+
+    def _take(self, told: RoverSetpoint, setpoints: Setpoints) -> None:
+        since_us = self._topics.vehicle_status.nav_state_timestamp
+        for name, new, taken in zip(told._fields, told, self._taken, strict=True):
+            if new != taken and new[0] >= since_us:
+                setattr(setpoints, name, new[1])
+        self._taken = told
 
 
 class Course(NamedTuple):

@@ -150,6 +150,17 @@ class GotoSetpoint(NamedTuple):
     max_heading_rate: float = NAN
 
 
+class RoverSetpoint(NamedTuple):
+    """What ROS 2 tells a rover's controllers: when it did so last (0: never), and the value; NaN moves nothing."""
+
+    yaw: tuple[int, float] = (0, NAN)
+    """rad, from north."""
+    yaw_rate: tuple[int, float] = (0, NAN)
+    """rad/s."""
+    throttle: tuple[int, float] = (0, NAN)
+    """-1 to 1."""
+
+
 class OffboardSetpoint(NamedTuple):
     """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET, or ROS 2's: offboard_control_mode and its setpoint in one.
 
@@ -162,6 +173,8 @@ class OffboardSetpoint(NamedTuple):
     rates: VehicleRatesSetpoint | None = None
     goto: GotoSetpoint | None = None
     """Where ROS 2 gives a place instead of a trajectory; `trajectory` then has that place."""
+    rover: RoverSetpoint | None = None
+    """Where ROS 2 speaks to a rover's controllers; `attitude` or `rates` then says which of them run."""
 
 
 class ActuatorTest(NamedTuple):

@@ -18,12 +18,14 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
     GotoSetpoint,
     OffboardSetpoint,
+    RoverSetpoint,
     Topics,
     TrajectorySetpoint,
     Vector3,
     VehicleAttitudeSetpoint,
     VehicleRatesSetpoint,
 )
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 LIMITS = ("max_horizontal_speed", "max_vertical_speed", "max_heading_rate")
 TRAJECTORY = ("position", "velocity", "acceleration")
@@ -41,6 +43,7 @@ class Offboard:
         self._attitude: VehicleAttitudeSetpoint | None = None
         self._rates: VehicleRatesSetpoint | None = None
         self._goto: GotoSetpoint | None = None
+        self._rover = RoverSetpoint()
 
     def offboard_control_mode(self, now_us: int, fields: Fields) -> None:
         """What is controlled from now on."""
@@ -76,6 +79,23 @@ class Offboard:
         )
         self._write()
 
+    def rover_attitude_setpoint(self, now_us: int, fields: Fields) -> None:
+        """Where a rover is to head."""
+        self._rover = self._rover._replace(yaw=(fields["timestamp"], _number(fields["yaw_setpoint"])))
+        self._write()
+
+    def rover_rate_setpoint(self, now_us: int, fields: Fields) -> None:
+        """How fast a rover is to turn."""
+        self._rover = self._rover._replace(yaw_rate=(fields["timestamp"], _number(fields["yaw_rate_setpoint"])))
+        self._write()
+
+    def rover_throttle_setpoint(self, now_us: int, fields: Fields) -> None:
+        """How hard a rover is to push, -1 to 1."""
+        throttle = _number(fields["throttle_body_x"])
+        clamped = math.nan if math.isnan(throttle) else max(-1.0, min(1.0, throttle))
+        self._rover = self._rover._replace(throttle=(fields["timestamp"], clamped))
+        self._write()
+
     def vehicle_attitude_setpoint(self, now_us: int, fields: Fields) -> None:
         """Body to NED, with thrust along the body's axes."""
         length, thrust = math.hypot(*fields["q_d"]), fields["thrust_body"]
@@ -108,6 +128,8 @@ class Offboard:
             goto = self._current_goto()
             trajectory = TrajectorySetpoint(goto.timestamp, goto.position) if goto else self._current_trajectory()
             setpoint = OffboardSetpoint(time_us, trajectory, None, None, goto)
+        elif self._topics.vehicle_status.vehicle_kind is VehicleKind.ROVER_ACKERMANN:
+            setpoint = self._rover_setpoint(time_us)
         elif mode["attitude"]:
             setpoint = OffboardSetpoint(time_us if self._attitude else 0, None, self._attitude, None)
         elif mode["body_rate"]:
@@ -115,6 +137,13 @@ class Offboard:
         else:
             setpoint = OffboardSetpoint()
         self._topics.offboard_setpoint = setpoint
+
+    def _rover_setpoint(self, time_us: int) -> OffboardSetpoint:
+        if self._mode["attitude"]:
+            return OffboardSetpoint(time_us, None, VehicleAttitudeSetpoint(), None, rover=self._rover)
+        if self._mode["body_rate"]:
+            return OffboardSetpoint(time_us, None, None, VehicleRatesSetpoint(), rover=self._rover)
+        return OffboardSetpoint()
 
     def _current_trajectory(self) -> TrajectorySetpoint:
         return TrajectorySetpoint() if self._is_of_before(self._trajectory.timestamp) else self._trajectory
@@ -126,6 +155,11 @@ class Offboard:
         """Of before OFFBOARD was entered."""
         status = self._topics.vehicle_status
         return status.nav_state is NavState.OFFBOARD and time_us < status.nav_state_timestamp
+
+
+def _number(value: float) -> float:
+    """NaN for what is none."""
+    return value if math.isfinite(value) else math.nan
 
 
 def _finite(values: tuple[float, ...]) -> Vector3:

@@ -159,6 +159,44 @@ def test_a_place_that_is_asked_for_no_more_is_kept_and_a_trajectory_counts_more(
     pilot.until(lambda: pilot.topics.vehicle_local_position.x < 0.5, 20.0)
 
 
+def test_a_rover_is_driven_by_throttle_and_heading_and_by_throttle_and_rate() -> None:
+    """As PX4's own rover: OFFBOARD's attitude and rates take rover_*_setpoint straight from ROS 2."""
+    pilot = Pilot("rover")
+    node, rates, throttle = Node(pilot), [False], [0.0]
+
+    def beat() -> None:
+        node.send("offboard_control_mode", attitude=not rates[0], body_rate=rates[0])
+        node.send("rover_throttle_setpoint", throttle_body_x=throttle[0])
+        if rates[0]:
+            node.send("rover_rate_setpoint", yaw_rate_setpoint=0.2)
+        else:
+            node.send("rover_attitude_setpoint", yaw_setpoint=math.pi / 2)
+
+    def local() -> Any:
+        return pilot.topics.vehicle_local_position
+
+    pilot.until_armable()
+    pilot.every(10.0, beat)
+    pilot.run(1.0)
+    node.command(SET_MODE, *OFFBOARD_MODE)
+    node.command(ARM, 1.0)
+    pilot.run(1.0)
+    assert node.acks()[-2:] == [(SET_MODE, 0), (ARM, 0)]
+    assert math.hypot(local().vx, local().vy) < 0.1
+    throttle[0] = 0.3
+    pilot.until(lambda: abs(local().heading - math.pi / 2) < 0.1 and local().vy > 0.5, 30.0)
+    rates[0] = True
+    pilot.run(3.0)
+    assert pilot.topics.vehicle_angular_velocity.xyz[2] == pytest.approx(0.2, abs=0.06)
+    node.send("rover_throttle_setpoint", throttle_body_x=math.nan)
+    node.send("rover_rate_setpoint", yaw_rate_setpoint=math.inf)
+    told = pilot.topics.offboard_setpoint.rover
+    assert told is not None and math.isnan(told.throttle[1]) and math.isnan(told.yaw_rate[1])
+    throttle[0] = 0.0
+    pilot.until(lambda: math.hypot(local().vx, local().vy) < 0.1, 20.0)
+    assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
+
+
 def test_without_setpoints_it_falls_back() -> None:
     """COM_OF_LOSS_T, then COM_OBL_RC_ACT: the same as over MAVLink."""
     pilot = Pilot("iris", COM_OBL_RC_ACT=4)
