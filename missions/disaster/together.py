@@ -9,9 +9,9 @@ keep clear of; who meets one on its way stops before it. Who is away from its la
 brings it down, says that it has it.
 
 **Targets** are regions: each tells its own, with how far they reach and where it would serve them at their edge, and
-bids for the nearest of them that is nobody's yet; once it has no line left, also for what others see. Whose a region is
-serves it; it breaks off with `Reason.PEER` when the region turns out to be another's, and lets go only while it hears
-most of the others.
+bids for the nearest of them that is nobody's yet; once it has no line left, also for what only those see who are lost
+or have delivered. Whose a region is serves it; it breaks off with `Reason.PEER` when the region turns out to be
+another's, and lets go only while it hears most of the others.
 
 What is one region is told by cells of 4 m, so two regions less than 8 m apart may be served as one. A place at the edge
 of another's region is looked at from above before anything is done there, as any place.
@@ -29,7 +29,6 @@ from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.swarm.airspace import SLOWING_M_S2, Ruling, layer_m, stopping_m
 from sitl_emu.missions.companion.swarm.extents import CELL_M, Cell, cell_of, cells_in
 from sitl_emu.missions.companion.swarm.records import Column, Doing, Key, Sighting, Stage, State
-from sitl_emu.missions.companion.swarm.sharing import UNSETTLED
 from sitl_emu.missions.companion.swarm.swarm import Swarm
 from sitl_emu.missions.companion.swarm.targets import Target
 from sitl_emu.missions.disaster import places
@@ -207,7 +206,9 @@ class Together:
         if not self.whole:
             return True
         now_us, sharing = self._onboard.now_us, self.swarm.sharing
-        unsettled = any(sharing.claim(now_us, target).stage in UNSETTLED for target in sharing.targets())
+        stages = [(target, sharing.claim(now_us, target).stage) for target in sharing.targets()]
+        theirs = (stage == Stage.FREE and self._can_serve(target) for target, stage in stages)
+        unsettled = any(stage in (Stage.BID, Stage.ENGAGED) for _, stage in stages) or any(theirs)
         return self._carries and (unsettled or bool(self._costs))
 
     # Others' air
@@ -219,6 +220,8 @@ class Together:
             stands = stand_m is None or math.dist(flight.here_m, stand_m) <= STANDING_M
             if stands and airspace.column == Column.TAKEN:
                 return
+            if stand_m is not None:
+                flight.check()
             if stand_m is not None and (not stands or self._rule((0.0, 0.0)).aside is not None):
                 airspace.free()
                 yield from self.until_clear(stand_m)
@@ -336,15 +339,25 @@ class Together:
         return math.dist(self._flight.here_m, place.place_m) / CRUISE_M_S
 
     def _of_others(self, target: Target) -> list[Place]:
-        """Places that others have told of a target, if we have not tried them too often."""
-        told = [self.swarm.sharing.sighting(key) for key in target.keys if key[0] != self.swarm.system]
-        found = []
-        for one in told:
+        """Places that others have told of a target, none of whom can serve it, if we have not tried them too often."""
+        found = list[Place]()
+        for one in self._told(target) if not self._can_serve(target) else ():
             edge_m = to_metres(one.lat_deg, one.lon_deg, *self._flight.home[:2])
             place = Place(self._labels[one.label], one.confidence, edge_m, edge_m, 0.0, 0.0)
-            if one.confidence > 0.0 and self._flight.may_try_at(place):
+            if self._flight.may_try_at(place):
                 found.append(place)
         return found
+
+    def _told(self, target: Target) -> list[Sighting]:
+        """Sightings of a target with a place at which somebody would serve it."""
+        return [one for one in map(self.swarm.sharing.sighting, target.keys) if one.confidence > 0.0]
+
+    def _can_serve(self, target: Target) -> bool:
+        """Whether somebody has sighted it who is there and has a parcel."""
+        now_us, sharing = self._onboard.now_us, self.swarm.sharing
+        claims = [sharing.claim(now_us, each) for each in sharing.targets()]
+        able = sharing.there(now_us) - {claim.owner for claim in claims if claim.stage == Stage.SERVED}
+        return any(one.key[0] in able for one in self._told(target))
 
     def _tell(self, region: Region, place: Place | None) -> Key:
         """Tells of a region, where there is something new; the key of our sighting of it."""
