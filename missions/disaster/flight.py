@@ -179,7 +179,8 @@ class Flight:
             bounds, labels, settings.camera, confirming, settings.location, SCATTERED, whole_from_m
         )
         placing = settings.altitude == "terrain" or settings.location == "rays"
-        self.ground = Relief(bounds, settings.camera, settings.scan_altitude_m, placing=placing)
+        heights_m = settings.scan_altitude_m, settings.release_height_m
+        self.ground = Relief(bounds, settings.camera, *heights_m, placing=placing)
         self._allowed = shapely.contains_xy(self._within, self.regions.north_m, self.regions.east_m)
 
     def _fence(self) -> list[MissionItem]:

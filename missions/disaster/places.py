@@ -6,7 +6,8 @@ ground that
 - was looked at in `LOOKS` frames or more, and shown outside every box so often that it is surely of no area
   (`SURELY`), water, debris or fire, with `KEEP_OFF_M` around it;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
-- has nothing within `BESIDE_M` that is mapped as standing (`relief.py`): a wall has no edges, and shade none;
+- has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and
+  nothing within `BESIDE_M` that reaches up to where the vehicle lets go;
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
@@ -32,7 +33,7 @@ KEEP_OFF_M, WITHIN_M = 2.0, 4.5
 """From the area's edge. A parcel from 10 m comes to rest within 1.4 m of its place, nine times of ten
 (vehicles/README.md); the edge itself is known to a metre. Ours."""
 PLAIN_M = 2.0
-"""Room for the vehicle beside what stands there, a tree or a wall, and for the parcel's tumbling; ours."""
+"""Room for the parcel's tumbling; ours."""
 BESIDE_M = 5.0
 """From the middle of the vehicle, which is 1 m wide, to a wall: two sigmas of a receiver's 1 m, and what the autopilot
 may be off its place while it stands; ours."""
@@ -43,6 +44,14 @@ SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
 WANDER = 0.1
 """What a metre of way costs, in metres off the middle of the ring; ours."""
+
+
+class Standing(NamedTuple):
+    """Cells where something is mapped that stands."""
+
+    any: Cells
+    tall: Cells
+    """So high that the vehicle is beside it when it lets go."""
 
 
 class Place(NamedTuple):
@@ -58,11 +67,15 @@ class Place(NamedTuple):
 
 
 def choose(
-    regions: RegionMap, region: Region, near_m: Corner, allowed: Cells | None = None, stands: Cells | None = None
+    regions: RegionMap,
+    region: Region,
+    near_m: Corner,
+    allowed: Cells | None = None,
+    stands: Standing | None = None,
 ) -> Place | None:
     """The place for a region that is best from where the vehicle is; None where there is none (yet).
 
-    `allowed`: cells at which it may be. `stands`: where something is mapped that stands.
+    `allowed`: cells at which it may be. `stands`: None where nothing is mapped.
     """
     off_region = _away_m(region.cells)
     ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
@@ -84,17 +97,19 @@ def choose(
     return Place(region.label, region.score, place, edge, steepness, region.area_m2)
 
 
-def is_free(regions: RegionMap, place_m: Corner, stands: Cells | None = None) -> bool:
+def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None) -> bool:
     """Whether a place is still plain ground of no area."""
     cell = regions.cell(*place_m)
     return cell is not None and bool(_free(regions, stands)[cell])
 
 
-def _free(regions: RegionMap, stands: Cells | None) -> Cells:
+def _free(regions: RegionMap, stands: Standing | None) -> Cells:
     areas = np.any(regions.odds > SURELY, axis=0)
     things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
     free = (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
-    return free if stands is None else free & (_away_m(stands) >= BESIDE_M)
+    if stands is not None:
+        free &= (_away_m(stands.any) >= PLAIN_M) & (_away_m(stands.tall) >= BESIDE_M)
+    return free
 
 
 def sigma_m(place: Place, height_m: float, ground_sigma_m: float, eph_m: float = 0.0) -> float:

@@ -25,7 +25,8 @@ from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.following import Following, next_altitude
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.regions import RESOLUTION_M, Cells, Grid
+from sitl_emu.missions.disaster.places import Standing
+from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
 
 EVERY_US = 1_000_000
 REACH_M = 4.0
@@ -35,6 +36,8 @@ ABOUT_M, SLOPE, STEP_M = 12, 0.3, 0.6
 are off: of mapped ground 0.17 m in the median (urban_flood, from 24 m)."""
 STANDS_M = 1.0
 """What is mapped so high over the ground stands: a wall, a car, a tree; ours."""
+UNDER_M = 2.0
+"""What reaches no higher than so much under the vehicle, it may be over; ours: the heights of both are off."""
 LEAST_WEIGHT = 1e-3
 SIGMAS = 1.0
 """Added to a mapped height that is flown over; ours: the clearance is 20 m."""
@@ -43,14 +46,19 @@ SIGMAS = 1.0
 class Relief:
     """The map, as the flight reads it."""
 
-    def __init__(self, bounds: Bounds, camera: CameraModel, clearance_m: float, *, placing: bool) -> None:
-        """`clearance_m`: to fly above what is mapped. `placing`: whether sightings are placed by the map."""
+    def __init__(
+        self, bounds: Bounds, camera: CameraModel, clearance_m: float, release_height_m: float, *, placing: bool
+    ) -> None:
+        """`clearance_m`: to fly above what is mapped; parcels are let go from `release_height_m` over the ground.
+
+        `placing`: whether sightings are placed by the map.
+        """
         self.survey = Survey(bounds, camera, RESOLUTION_M)
         self._following = Following(clearance_m=clearance_m, sigmas=SIGMAS)
-        self._placing = placing
+        self._placing, self._tall_m = placing, release_height_m - UNDER_M
         self._heights_m: Grid | float = 0.0
-        self.stands: Cells | None = None
-        """Cells that are mapped higher than the ground about; None as long as nothing is."""
+        self.stands: Standing | None = None
+        """None as long as nothing is mapped."""
         self._due_us = 0
 
     def on_features(
@@ -66,7 +74,8 @@ class Relief:
             mapped = self.survey.terrain.means_m()
             lowest = ground(mapped)
             self._heights_m = spread(lowest)
-            self.stands = mapped - self._heights_m > STANDS_M
+            rises_m = mapped - self._heights_m
+            self.stands = Standing(rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M))
         return self._heights_m
 
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places, relief
+from sitl_emu.missions.disaster.places import Standing
 from sitl_emu.missions.disaster.regions import RegionMap
 
 CAMERA = CameraModel()
@@ -236,12 +237,13 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     over.rough[row, column] = 0.5
     other = places.choose(over, region, (5.0, 14.0))
     assert other is not None and math.dist(other.place_m, place.place_m) >= places.PLAIN_M
-    # a corner of a roof is mapped there
-    over.rough[row, column], stands = 0.0, np.zeros(over.shape, np.bool_)
-    stands[row, column] = True
-    other = places.choose(over, region, (5.0, 14.0), stands=stands)
-    assert other is not None and math.dist(other.place_m, place.place_m) >= places.BESIDE_M
-    assert places.is_free(over, place.place_m) and not places.is_free(over, place.place_m, stands)
+    # a car's roof is mapped there, or that of a house
+    over.rough[row, column], there, nowhere = 0.0, np.zeros(over.shape, np.bool_), np.zeros(over.shape, np.bool_)
+    there[row, column] = True
+    for stands, away_m in ((Standing(there, nowhere), places.PLAIN_M), (Standing(there, there), places.BESIDE_M)):
+        other = places.choose(over, region, (5.0, 14.0), stands=stands)
+        assert other is not None and away_m <= math.dist(other.place_m, place.place_m) < away_m + 2.0
+        assert places.is_free(over, place.place_m) and not places.is_free(over, place.place_m, stands)
     over.odds[0][row, column] = 1.0
     assert not places.is_free(over, place.place_m), "it was seen to be water after all"
     assert not places.is_free(over, (500.0, 0.0))
