@@ -39,6 +39,9 @@ BESIDE_M = 5.0
 may be off its place while it stands; ours."""
 ROUGH = 0.06
 """Share of edges from which ground is not plain; ours."""
+HELD = 0.75
+"""Of that room, as seen from low: what is measured wobbles, and a fire's front moves on; ours. 1.5 m are left, enough
+for a parcel's tumbling."""
 LOOKS = 6
 SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
@@ -98,17 +101,17 @@ def choose(
 
 
 def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None) -> bool:
-    """Whether a place is still plain ground of no area."""
+    """Whether a place still is plain ground of no area, with `HELD` of the room that one is chosen with."""
     cell = regions.cell(*place_m)
-    return cell is not None and bool(_free(regions, stands)[cell])
+    return cell is not None and bool(_free(regions, stands, HELD)[cell])
 
 
-def _free(regions: RegionMap, stands: Standing | None) -> Cells:
+def _free(regions: RegionMap, stands: Standing | None, room: float = 1.0) -> Cells:
     areas = np.any(regions.odds > SURELY, axis=0)
-    things = np.asarray((regions.rough > ROUGH) | (regions.looks == 0))
-    free = (_away_m(np.asarray(areas)) >= KEEP_OFF_M) & (_away_m(things) >= PLAIN_M)
+    things = np.asarray((regions.rough > ROUGH / room) | (regions.looks == 0))
+    free = (_away_m(np.asarray(areas)) >= room * KEEP_OFF_M) & (_away_m(things) >= room * PLAIN_M)
     if stands is not None:
-        free &= (_away_m(stands.any) >= PLAIN_M) & (_away_m(stands.tall) >= BESIDE_M)
+        free &= (_away_m(stands.any) >= room * PLAIN_M) & (_away_m(stands.tall) >= room * BESIDE_M)
     return free
 
 
