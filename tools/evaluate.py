@@ -150,4 +150,7 @@ def special(folder: Path, scenario: str, seed: int) -> list[Row]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit("stopped; what was flown is in runs/")
