@@ -17,7 +17,7 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
 - `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
   the share within two of the sigmas that were stated.
 - `scan_share`: of the lines, those flown to their end, by whomever; `coverage_s`: from the first arming to the last
-  line's end.
+  line's end, where all were flown.
 - `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
   came to one another (`company.py`).
 - `terrain`: the map of the first vehicle that wrote one (`terrain.py`): `rms_m`, `bias_m`, `worst_m` against the true
@@ -98,7 +98,7 @@ def score(record: RunRecord) -> MissionScore:
         "geolocation_rmse_m": _rounded(_rms(errors)),
         "geolocation_within_2_sigma": _within_2_sigma(diversions),
         "scan_share": _scan_share(record),
-        "coverage_s": _rounded(company.coverage_s(record.events)),
+        "coverage_s": _rounded(company.coverage_s(record.events)) if _scan_share(record) == 1.0 else None,
         "served_twice": company.served_twice([_served(record, one) for one in parcels]),
         "separation_m": _rounded(company.separation_m(record.tracks)),
         "terrain": mapped_terrain(record),
