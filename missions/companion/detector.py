@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from sitl_emu.missions.companion.camera import Image
 
@@ -43,7 +42,19 @@ class Areas(NamedTuple):
             return np.zeros(np.shape(x), np.float32)
         share = self.shares[self.labels.index(label)]
         row, column = (y - self.top_px) / self.part_px - 0.5, (x - self.left_px) / self.part_px - 0.5
-        return np.asarray(ndimage.map_coordinates(share, (row, column), order=1, mode="nearest"), np.float32)
+        low_row, low_column = np.floor(row).astype(np.intp), np.floor(column).astype(np.intp)
+        down, right = (row - low_row).astype(np.float32), (column - low_column).astype(np.float32)
+        found = np.zeros(np.shape(x), np.float32)
+        for i, j, weight in (
+            (0, 0, (1 - down) * (1 - right)),
+            (0, 1, (1 - down) * right),
+            (1, 0, down * (1 - right)),
+            (1, 1, down * right),
+        ):
+            rows = np.clip(low_row + i, 0, share.shape[0] - 1)
+            columns = np.clip(low_column + j, 0, share.shape[1] - 1)
+            found += weight * share[rows, columns]
+        return found
 
 
 class Detections(list[Detection]):

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from scipy import ndimage
 
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose
@@ -98,12 +97,16 @@ class Relief:
 
 def ground(means_m: Grid) -> Grid:
     """Heights of the cells that are ground; NaN where none is known, or something stands."""
-    known = np.where(np.isfinite(means_m), means_m, np.inf)
     reach = round(ABOUT_M / RESOLUTION_M)
-    row, column = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-    away_m = RESOLUTION_M * np.hypot(row, column)
-    rise_m = STEP_M + SLOPE * away_m
-    highest = ndimage.grey_erosion(known, footprint=away_m <= ABOUT_M, structure=-rise_m, mode="constant", cval=np.inf)
+    known = np.where(np.isfinite(means_m), means_m, np.inf)
+    around = np.pad(known, reach, constant_values=np.inf)
+    highest = np.full(known.shape, np.inf)
+    for row in range(-reach, reach + 1):
+        for column in range(-reach, reach + 1):
+            away_m = RESOLUTION_M * math.hypot(row, column)
+            if away_m <= ABOUT_M:
+                there = around[reach + row :, reach + column :][: known.shape[0], : known.shape[1]]
+                np.minimum(highest, there + STEP_M + SLOPE * away_m, out=highest)
     return np.where(known <= highest, means_m, np.nan)
 
 
