@@ -153,4 +153,4 @@ if __name__ == "__main__":
     try:
         sys.exit(main())
     except KeyboardInterrupt:
-        sys.exit("stopped; what was flown is in runs/")
+        sys.exit("stopped; what was flown is kept")

@@ -25,6 +25,8 @@ RAY_SIGMA_RAD = math.radians(1.0)
 """Attitude error, time match and a box's wobble together."""
 HOME_HEIGHT_SIGMA_M = 2.0
 """How far the ground under a target may be from home's height: a field's relief."""
+LEAST_DROP, LEAST_RANGE_M = 0.1, 0.5
+"""Of a ray's unit vector downwards, and of its range, as a guess for its weight: none weighs without bounds; ours."""
 
 
 class Ray(NamedTuple):
@@ -90,8 +92,8 @@ class Intersection:
 
     def add(self, ray: Ray, ground_down_m: float) -> None:
         """Takes in one more ray; `ground_down_m` is a guess for its range."""
-        along = max(float(ray.direction[2]), 0.1)
-        range_m = max((ground_down_m - float(ray.origin_m[2])) / along, 0.5)
+        along = max(float(ray.direction[2]), LEAST_DROP)
+        range_m = max((ground_down_m - float(ray.origin_m[2])) / along, LEAST_RANGE_M)
         weight = 1.0 / (range_m * RAY_SIGMA_RAD) ** 2
         across = weight * (np.eye(3) - np.outer(ray.direction, ray.direction))
         self._a += across

@@ -31,8 +31,8 @@ EVERY_US = 1_000_000
 REACH_M = 4.0
 """How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
 ABOUT_M, SLOPE, STEP_M = 12, 0.3, 0.6
-"""How far the lowest may be: no house of ours is wider than twice that; how steep ground is; ours; and what its heights
-are off: of mapped ground 0.17 m in the median (urban_flood, from 24 m)."""
+"""How far the lowest may be: no house of ours is wider than twice that; how steep ground is, and what its heights
+are off, at most; ours."""
 STANDS_M = 1.0
 """What is mapped so high over the ground stands: a wall, a car, a tree; ours."""
 UNDER_M = 2.0

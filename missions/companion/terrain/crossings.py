@@ -7,12 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.missions.companion.camera_model import FloatArray
-from sitl_emu.missions.companion.geolocation import HOME_HEIGHT_SIGMA_M, RAY_SIGMA_RAD
+from sitl_emu.missions.companion.geolocation import HOME_HEIGHT_SIGMA_M, LEAST_DROP, LEAST_RANGE_M, RAY_SIGMA_RAD
 
 Numbers = npt.NDArray[np.int64]
 PRIOR_WEIGHT = 1.0 / HOME_HEIGHT_SIGMA_M**2
-LEAST_RANGE_M, LEAST_DROP = 0.5, 0.1
-"""As of Intersection.add."""
 
 
 class Crossings(NamedTuple):
@@ -24,8 +22,11 @@ class Crossings(NamedTuple):
     pulled: FloatArray
     """(n, 3): their right side, of home's height as the prior, which is 0."""
     squares: FloatArray
+    """(n,): of the rays' origins, weighed: what is left of it at the point is how far they pass by."""
     weights: FloatArray
+    """(n,), 1/m²: of all rays together."""
     counts: Numbers
+    """(n,): how many rays."""
     firsts: FloatArray
     """(n, 3): each corner's first ray."""
     cosines: FloatArray
