@@ -4,6 +4,7 @@ The other side is `rclpy_stand_in`, or a participant of Cyclone DDS's: its code 
 """
 
 import contextlib
+import functools
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from tests import dds
 from tests.launched import launched
 from tests.unit.test_dds_service import Client
 
@@ -31,18 +33,15 @@ ROOT = Path(__file__).parents[2]
 STAND_IN = Path(__file__).parent / "rclpy_stand_in"
 INSTANCE = 70
 DOMAIN = 20 + os.getpid() % 80
-LOOPBACK = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
-)
 LIMIT_S = 240.0
+until = functools.partial(dds.until, limit_s=LIMIT_S)
 OFFBOARD = 14
 NEWEST = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 
 
 @pytest.fixture(autouse=True)
 def loopback(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
 
 
@@ -57,14 +56,6 @@ def hearing(topic: str, message: str) -> Callable[[], Any]:
         return newest[-1]
 
     return hear
-
-
-def until(true: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
-    """Wait until something is so."""
-    end = time.monotonic() + limit_s
-    while not true():
-        assert time.monotonic() < end, "it has not come about"
-        time.sleep(0.05)
 
 
 @contextlib.contextmanager

@@ -1,6 +1,7 @@
 """The example's node sees a field's patches in pictures that come over DDS, and says so to ROS 2."""
 
 import contextlib
+import functools
 import math
 import os
 import subprocess
@@ -19,6 +20,7 @@ from sitl_emu.world import camera
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.lens import Intrinsics
+from tests import dds
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
@@ -33,11 +35,8 @@ from sitl_emu.run.ros.publisher import Publisher, described
 ROOT = Path(__file__).parents[2]
 STAND_IN = Path(__file__).parent / "rclpy_stand_in"
 DOMAIN = 20 + os.getpid() % 80
-LOOPBACK = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
-)
 LIMIT_S = 60.0
+until = functools.partial(dds.until, limit_s=LIMIT_S)
 HEIGHT_M = 15.0
 NAMESPACE = "px4_3"
 FRAME = "uas/camera_optical_frame"
@@ -46,7 +45,7 @@ TAKEN_US = 1_700_000_000_100_000
 
 @pytest.fixture(autouse=True)
 def loopback(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
 
 
@@ -60,13 +59,6 @@ def example() -> Iterator[subprocess.Popen[str]]:
             yield process
         finally:
             process.kill()
-
-
-def until(true: Any) -> None:
-    end = time.monotonic() + LIMIT_S
-    while not true():
-        assert time.monotonic() < end, "it has not come about"
-        time.sleep(0.01)
 
 
 def above(field: CornField, north_m: float, east_m: float) -> tuple[Any, camera.Pose]:

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from tests import dds
+
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
 import itertools
@@ -25,10 +27,6 @@ from sitl_emu.run.ros.publisher import TF_STATIC, described
 YARD = Path(__file__).parents[2] / "examples" / "own_world" / "yard.yaml"
 INSTANCE = 71
 DOMAIN = 20 + os.getpid() % 80
-LOOPBACK = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
-)
 START_S = 1_750_000_000
 SCENARIO = f"""
 name: seen_by_ros
@@ -64,7 +62,7 @@ class Heard:
 
 @pytest.mark.timeout(300)
 def test_a_run_is_heard_in_ros_s_own_messages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
     (tmp_path / "scenario.yaml").write_text(SCENARIO)
     participant = DomainParticipant(DOMAIN)

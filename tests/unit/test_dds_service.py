@@ -3,9 +3,9 @@
 Client and service are two participants on a domain that nobody outside this machine hears of.
 """
 
+import functools
 import os
 import threading
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, VEHICLE_COMMAND, service_names
+from tests import dds
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
@@ -29,11 +30,8 @@ from sitl_emu.run import dds_types
 from sitl_emu.run.dds_service import OfferedService
 
 DOMAIN = 120 + os.getpid() % 80
-LOOPBACK = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
-)
 LIMIT_S = 10.0
+until = functools.partial(dds.until, limit_s=LIMIT_S)
 MARK = "clientid=1.2.{};typehash=RIHS01_00;"
 """Of a client, in the user data of its writer and of its reader."""
 ASKED = {"guid": types.uint64, "seq": types.int64}
@@ -85,13 +83,6 @@ def command(**fields: Any) -> Any:
 FIELDS = [(kind, name) for kind, _, name in MESSAGES["VehicleCommand"].fields if name != "from_external"]
 
 
-def until(true: Any) -> None:
-    end = time.monotonic() + LIMIT_S
-    while not true():
-        assert time.monotonic() < end, "it has not come about"
-        time.sleep(0.002)
-
-
 def taken(service: OfferedService) -> bytes:
     """The next request."""
     found = list[bytes]()
@@ -106,7 +97,7 @@ def taken(service: OfferedService) -> bytes:
 
 @pytest.fixture
 def participants(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[DomainParticipant, DomainParticipant]]:
-    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     yield DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
 
 

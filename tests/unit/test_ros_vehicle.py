@@ -1,7 +1,7 @@
 """A vehicle's sensors over DDS: another participant, with the QoS of a node, hears what lies in the feeds' memory."""
 
+import functools
 import os
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -15,6 +15,7 @@ from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescr
 from sitl_emu.run.feed_in_run import FeedInRun
 from sitl_emu.run.messages import BodyPose, FrameTaken, Message, RangeSeen, Seen, VehicleSeen, decoded, encoded
 from sitl_emu.run.ros.seen import SeenByRos, range_seen
+from tests import dds
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
@@ -28,11 +29,8 @@ from sitl_emu.run.ros.publisher import TF_STATIC, Publisher, described
 from sitl_emu.run.ros.vehicle import RosVehicle
 
 DOMAIN = 120 + os.getpid() % 80
-LOOPBACK = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
-)
 LIMIT_S = 10.0
+until = functools.partial(dds.until, limit_s=LIMIT_S)
 START_US = 1_700_000_000_000_000
 SENSOR_DATA = Qos(
     Policy.Reliability.BestEffort,
@@ -66,13 +64,6 @@ LIDAR = LidarDescription(
     tells_obstacles=False,
 )
 LEVEL = (1.0, 0.0, 0.0, 0.0)
-
-
-def until(true: Callable[[], Any]) -> None:
-    end = time.monotonic() + LIMIT_S
-    while not true():
-        assert time.monotonic() < end, "it has not come about"
-        time.sleep(0.002)
 
 
 class Node:
@@ -115,7 +106,7 @@ def rings() -> Iterator[dict[str, RingWriter]]:
 
 @pytest.fixture
 def vehicle(rings: dict[str, RingWriter], monkeypatch: pytest.MonkeyPatch) -> RosVehicle:
-    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     depth = DepthDescription(camera=CAMERA, reach_m=10.0, noise_m=0.0, tells_obstacles=False)
     names = {feed: ring.name for feed, ring in rings.items()}
     data = RosVehicleData(
