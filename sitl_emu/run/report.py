@@ -130,7 +130,7 @@ def draw_map(
     axes.set_aspect("equal")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, frameon=False)
+    figure.legend(loc="outside right center", fontsize=9, frameon=False)  # beside the map, however wide that is
     return figure
 
 

@@ -223,9 +223,8 @@ def test_missions_and_the_map_know_what_covers_the_ground(tmp_path: Path) -> Non
     write_run(tmp_path, [])
     areas = score.record_of(tmp_path, Ending("success", None, truth, HOME)).areas
     assert [area.name for area in areas] == ["pond", "other", "a"] and tuple(areas[2].front_m_s) == (0.5, 0.0)
-    (axes,) = report.draw_map(truth, {}, [], None).axes
-    legend = axes.get_legend()
-    assert legend is not None and [text.get_text() for text in legend.get_texts()][:3] == ["pond", "fire", "barrel"]
+    (legend,) = report.draw_map(truth, {}, [], None).legends
+    assert [text.get_text() for text in legend.get_texts()][:3] == ["pond", "fire", "barrel"]
 
 
 # Outcome, exit status, counts and table are told of the same run, whatever happened in it
