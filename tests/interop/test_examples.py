@@ -43,7 +43,8 @@ def test_every_example_flies_and_lands(tmp_path: Path) -> None:
                 run.wait()
     for name, status in ended.items():
         said = (tmp_path / name).read_text()
-        assert (status, said.splitlines()[-1]) == (0, "landed"), f"{name}:\n{said[-2000:]}"
+        # MAVSDK's own threads may still log, on the same stream, while the process ends.
+        assert (status, said.splitlines().count("landed")) == (0, 1), f"{name}:\n{said[-2000:]}"
 
 
 @pytest.mark.parametrize("name", sorted((*URLS, *FLOWN_ELSEWHERE)))
