@@ -480,7 +480,8 @@ class Flight:
         settings = self.settings
         lines = [[self.place_deg(end) for end in line] for line in self.lines]
         area = as_text([settings.corners_deg, *settings.holes_deg])
-        self.onboard.note("plan", f"{len(lines)} lines", area=area, lines=as_text(lines))
+        altitude_m = settings.scan_altitude_m
+        self.onboard.note("plan", f"{len(lines)} lines", area=area, lines=as_text(lines), scan_altitude_m=altitude_m)
 
     def _abort(self, why: Aborted) -> None:
         """Says why the parcel stays on board."""

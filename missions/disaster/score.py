@@ -20,6 +20,7 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   line's end, where all were flown.
 - `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
   came to one another (`company.py`).
+- `scan_height`: how high over the true ground the first vehicle scanned (`heights.py`).
 - `terrain`: the map of the first vehicle that wrote one (`terrain.py`): `rms_m`, `bias_m`, `worst_m` against the true
   ground, where nothing stands, `known_share` of the area's cells, and the heights and errors for the report.
 
@@ -35,6 +36,7 @@ import shapely
 from shapely import Geometry, Point, Polygon
 
 from sitl_emu.missions.disaster import company
+from sitl_emu.missions.disaster.heights import scan_height
 from sitl_emu.missions.disaster.outlines import rings_of
 from sitl_emu.missions.disaster.regions import LEAST_M2
 from sitl_emu.missions.disaster.terrain import mapped_terrain
@@ -101,6 +103,7 @@ def score(record: RunRecord) -> MissionScore:
         "coverage_s": _rounded(company.coverage_s(record.events)) if _scan_share(record) == 1.0 else None,
         "served_twice": company.served_twice([_served(record, one) for one in parcels]),
         "separation_m": _rounded(company.separation_m(record.tracks)),
+        "scan_height": scan_height(record),
         "terrain": mapped_terrain(record),
         "area_m": _corners(scanned),
         "lines_m": _plan_lines(record),

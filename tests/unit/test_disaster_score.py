@@ -7,11 +7,12 @@ import pytest
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.missions.disaster.evaluation import rows
+from sitl_emu.missions.disaster.heights import scan_height
 from sitl_emu.missions.disaster.outlines import as_text, rings_of
 from sitl_emu.missions.disaster.page import page
 from sitl_emu.missions.disaster.score import score
 from sitl_emu.missions.disaster.truth import targets
-from sitl_emu.missions.scoring import RunRecord, TrueArea, TrueObject
+from sitl_emu.missions.scoring import RunRecord, Track, TrueArea, TrueObject
 
 HOME = (47.0, 8.0)
 POND = TrueArea("water", "pond", "water", ((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0)))
@@ -138,3 +139,26 @@ def test_outlines_come_back_from_their_text() -> None:
     rings = [[(47.1234567, 8.0), (47.2, -8.1), (-1.0, 0.5)], [(0.0, 0.0)]]
     assert rings_of(as_text(rings)) == rings and rings_of("") == []
     assert math.isclose(rings_of(as_text([[(1e-7, 2e-7)]]))[0][0][0], 1e-7)
+
+
+def test_the_height_over_ground_is_that_of_lines_alone() -> None:
+    """Ground that rises from 0 to 4 m; a path that takes off, flies a line at 20 m over home, and comes down."""
+    times = [float(t) for t in range(41)]
+    up = [2.0 * t for t in range(10)] + [20.0] * 21 + [2.0 * (10 - t) for t in range(10)]
+    track = Track(times, list(times), [0.0] * 41, up)
+    phases = [("taking off", 0.0), ("scanning", 10.0), ("returning", 31.0)]
+    events = [plan() | {"scan_altitude_m": 20.0}]
+    events += [{"event": "phase", "vehicle": "uas", "phase": name, "time_s": at} for name, at in phases]
+
+    def ground_m(north_m: float, _east_m: float) -> float:
+        return 0.1 * north_m
+
+    record = RunRecord(events, [], {"uas": track}, lambda *_: (0.0, 0.0), ground_m=ground_m)
+    off = [0.1 * t for t in range(10, 31)]
+    wanted = math.sqrt(sum(one * one for one in off) / len(off))
+    got = scan_height(record)
+    assert got == {"wanted_m": 20.0, "mean_m": pytest.approx(18.0), "rms_m": pytest.approx(wanted, abs=1e-3)}
+
+
+def test_a_height_over_no_ground_is_not_known() -> None:
+    assert scan_height(RunRecord([plan()], [], {}, lambda *_: (0.0, 0.0))) is None

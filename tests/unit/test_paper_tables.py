@@ -1,0 +1,73 @@
+"""The disaster-response paper's tables: what is flown for them, and how what came of it is told."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitl_emu.run.campaign.arms import arms_of, variation
+from sitl_emu.run.scenario import find
+from tools.disaster.paper_tables import FAULTS, ROWS, TABLES, faults_of, is_safe, summaries_in, table_of
+
+
+def summary(**other: Any) -> dict[str, Any]:
+    """Of a mission that delivered, 1.5 m off."""
+    return {
+        "ending": "delivered",
+        "abort_reason": None,
+        "delivered": 1,
+        "targets_found": 2,
+        "targets_total": 3,
+        "diversions": 1,
+        "diversions_false": 0,
+        "diverted": [{"error_m": 1.5, "false": False}],
+        "terrain": {"rms_m": 0.5},
+        "scan_height": {"rms_m": 2.0},
+        "coverage_s": 100.0,
+        "served_twice": 0,
+        "separation_m": None,
+        **other,
+    }
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_every_condition_is_a_scenario_that_can_be_flown(name: str) -> None:
+    table = TABLES[name]
+    for scenario in table.scenarios:
+        arms = arms_of(find(scenario), [variation(text) for text in table.vary])
+        assert len({arm.name for arm in arms}) == len(arms)
+    assert all(set(figures) <= set(ROWS) for figures in table.paper.values())
+
+
+def test_an_arm_is_a_column_and_the_paper_stands_beside_it() -> None:
+    lost = summary(ending="aborted", abort_reason="drift", delivered=0, terrain=None, coverage_s=None, diverted=[])
+    lines = table_of(TABLES["5"], {"altitude=fixed": [summary(), lost], "altitude=terrain": [summary()]}).splitlines()
+    rows = {cells[0]: cells[1:] for line in lines[2:] for cells in [[cell.strip() for cell in line.split("|")[1:-1]]]}
+    assert rows["parcel within 5 m"] == ["1 of 2", "1 of 1", "14 of 20", "18 of 20"]
+    assert rows["targets found"] == ["4 of 6", "2 of 3", "80 %", "90 %"]
+    assert rows["location RMSE"] == ["1.50 m", "1.50 m", "3.8 m", "2.3 m"]
+    assert rows["terrain RMS error"] == ["0.50 m", "0.50 m", "", "< 0.8 m"]
+    assert rows["all lines flown after, mean"][:2] == ["100 s (1 of 2)", "100 s (1 of 1)"]
+    assert "two vehicles apart, at least" not in rows
+
+
+def test_a_fault_may_end_a_delivery_for_its_own_reasons_alone() -> None:
+    battery = FAULTS[0]
+    assert is_safe(summary(), battery)
+    assert is_safe(summary(ending="aborted", abort_reason="low battery"), battery)
+    assert not is_safe(summary(ending="aborted", abort_reason="drift"), battery)
+    assert not is_safe(summary(ending="misdelivered"), battery)
+    assert not is_safe(summary(ending="unfinished"), battery)
+    told = faults_of({fault.what: [summary(), summary(ending="unfinished")] for fault in FAULTS})
+    assert told.count("1 of 2") == len(FAULTS)
+
+
+def test_results_are_those_of_the_campaigns_own_arms(tmp_path: Path) -> None:
+    (tmp_path / "campaign.json").write_text(json.dumps({"arms": {"b": {}, "a": {}}}))
+    for arm, seed, what in (("a", 1, summary()), ("a", 2, None), ("gone", 1, summary())):
+        path = tmp_path / "results" / arm / f"seed-{seed}.json"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps({"arm": arm, "seed": seed, "summary": what}))
+    assert {name: len(those) for name, those in summaries_in(tmp_path).items()} == {"b": 0, "a": 1}
+    assert list(summaries_in(tmp_path)) == ["b", "a"]

@@ -1,0 +1,257 @@
+"""The tables of the disaster-response paper (Sirsavkar et al., 2026) that a mission can be measured by, beside ours.
+
+    python tools/disaster/paper_tables.py [--runs N] [--only TABLE…] [--workers N] [--out DIR]
+
+Each table is a campaign or more (`sitl-emu campaign`) in a folder of its own below DIR: the same command goes on where
+it ended, and more --runs add to it. What is there is printed when all are flown, and kept as DIR/tables.md.
+"""
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from sitl_emu.run.campaign import campaign as campaigns
+from sitl_emu.run.campaign.campaign import Wanted
+from sitl_emu.run.trouble import Trouble
+
+Summary = Mapping[str, Any]
+Summaries = Sequence[Summary]
+OPTIONS = "vehicles.uas.companion.options"
+RUNS = 20
+"""Of each condition, as in the paper."""
+
+
+class Fault(NamedTuple):
+    """One thing that goes wrong in a delivery attempt, and how a safe flight may end then."""
+
+    what: str
+    faults: Sequence[Mapping[str, Any]]
+    reasons: Sequence[str]
+    """`aborts.Reason` of a safe abort; delivering all the same is right, too, where it is safe and in its place."""
+
+
+def _at(event: str, after_s: float, **fault: Any) -> dict[str, Any]:
+    """A fault of the UAS, so long after its first event."""
+    return {"vehicle": "uas", "when": {"event": event, "after_s": after_s}, "fault": fault}
+
+
+FAULTS = (
+    Fault("battery at 20 % on the way to a place", [_at("target_confirmed", 2.0, battery_charge=0.2)], ["low battery"]),
+    Fault("battery at 20 % on a line", [_at("armed", 40.0, battery_charge=0.2)], ["low battery"]),
+    Fault("GPS off on a line", [_at("armed", 40.0, sensor="gps")], ["GPS degraded"]),
+    Fault("GPS off on the way to a place", [_at("target_confirmed", 2.0, sensor="gps")], ["GPS degraded"]),
+    Fault("three satellites", [_at("target_confirmed", 2.0, gps_satellites=3)], ["GPS degraded"]),
+    Fault("GPS off for 4 s", [{**_at("target_confirmed", 4.0, sensor="gps"), "for_s": 4.0}], ["GPS degraded"]),
+    Fault(
+        "GPS 30 m wrong",
+        [_at("target_confirmed", 2.0, gps_offset_m=[30.0, 0.0, 0.0])],
+        ["GPS degraded", "drift", "detection did not persist", "no safe place", "geofence"],
+    ),
+    Fault("lidar off", [_at("target_confirmed", 2.0, sensor="lidar")], ["no safe place", "obstacle", "drift"]),
+    Fault("barometer off", [_at("target_confirmed", 2.0, sensor="baro")], ["no safe place", "obstacle", "drift"]),
+    Fault("magnetometer off", [_at("target_confirmed", 2.0, sensor="mag")], ["drift"]),
+)
+"""What the paper names as causes, and what a scenario's timeline has besides. A quadrotor that loses a motor falls."""
+
+
+class Table(NamedTuple):
+    """A table of the paper."""
+
+    title: str
+    scenarios: Sequence[str]
+    vary: Sequence[str]
+    paper: Mapping[str, Mapping[str, str]]
+    """By the title of a column, its figures by row (`ROWS`)."""
+    share: int = 1
+    """Of the runs that are asked for a condition has one in so many."""
+
+
+DELIVERED, FOUND, RMSE, FALSE = "parcel within 5 m", "targets found", "location RMSE", "false diversions"
+ABORTED, TERRAIN, HEIGHT = "safely aborted", "terrain RMS error", "height over ground, RMS off"
+TABLES = {
+    "5": Table(
+        "Table 5: fixed altitude and terrain-aware, relief of 6 m",
+        ["disaster-debris"],
+        ["world.options.relief_m=6", f"{OPTIONS}.altitude=fixed,terrain", f"{OPTIONS}.location=equations,rays"],
+        {
+            "paper, fixed": {DELIVERED: "14 of 20", RMSE: "3.8 m", FOUND: "80 %", FALSE: "2"},
+            "paper, terrain": {DELIVERED: "18 of 20", RMSE: "2.3 m", FOUND: "90 %", FALSE: "2", TERRAIN: "< 0.8 m",
+                               HEIGHT: "< 0.8 m"},
+        },
+    ),
+    "confirmation": Table(
+        "Table 5, last row: with and without confirmation",
+        ["disaster-debris"],
+        [f"{OPTIONS}.confirmations=1,3"],
+        {"paper, without": {FALSE: "9"}, "paper, with": {FALSE: "2"}},
+    ),
+    "receiver": Table(
+        "The paper's receiver, an M8N (2.5 m CEP)",
+        ["disaster-debris"],
+        ["vehicles.uas.sensors.gps=m8n", f"{OPTIONS}.location=equations,rays"],
+        {"paper": {RMSE: "2.3 m", DELIVERED: "18 of 20"}},
+    ),
+    "4": Table(
+        "Table 4: three kinds of disaster, as they come",
+        ["disaster", "disaster-debris", "disaster-wildfire"],
+        [],
+        {"paper, 30 flights": {DELIVERED: "24 of 30", ABORTED: "6", FOUND: "90 %", RMSE: "2.3 m", TERRAIN: "< 0.8 m"}},
+    ),
+    "wind": Table("Wind", ["disaster-debris"], ["wind.north_m_s=0,4,8,12"], {"paper, 2 to 5 m/s": {}}),
+    "faults": Table(
+        "Delivery attempts with faults", ["disaster-debris"],
+        [f"faults={','.join(json.dumps(list(one.faults)) for one in FAULTS)}"],
+        {"paper": {DELIVERED: "24 of 30", ABORTED: "6"}}, share=len(FAULTS),
+    ),
+    "together": Table(
+        "One, two and four UAVs", ["disaster-together"],
+        ["vehicles.uas.count=1,2,4", "peer_radio.loss=0,0.1,0.3"], {}, share=4,
+    ),
+}  # fmt: skip
+
+
+def _share(count: int, of: int) -> str:
+    return f"{count} of {of}" if of else "–"
+
+
+def _delivered(those: Summaries) -> str:
+    sought = [one for one in those if one["targets_total"]]
+    return _share(sum(one["delivered"] > 0 for one in sought), len(sought))
+
+
+def _aborted(those: Summaries) -> str:
+    return str(sum(one["ending"] == "aborted" for one in those))
+
+
+def _found(those: Summaries) -> str:
+    return _share(sum(one["targets_found"] for one in those), sum(one["targets_total"] for one in those))
+
+
+def _false(those: Summaries) -> str:
+    return f"{sum(one['diversions_false'] for one in those)} of {sum(one['diversions'] for one in those)}"
+
+
+def _rms(values: Sequence[float]) -> str:
+    return f"{math.sqrt(math.fsum(value * value for value in values) / len(values)):.2f} m" if values else "–"
+
+
+def _located(those: Summaries) -> str:
+    return _rms([each["error_m"] for one in those for each in one["diverted"] if not each["false"]])
+
+
+def _part(name: str) -> Callable[[Summaries], str]:
+    def of(those: Summaries) -> str:
+        there = [one[name]["rms_m"] for one in those if one.get(name)]
+        return _rms([value for value in there if value is not None])
+
+    return of
+
+
+ROWS: Mapping[str, Callable[[Summaries], str]] = {
+    DELIVERED: _delivered,
+    ABORTED: _aborted,
+    FOUND: _found,
+    RMSE: _located,
+    FALSE: _false,
+    TERRAIN: _part("terrain"),
+    HEIGHT: _part("scan_height"),
+    "all lines flown after, mean": lambda those: _mean([one["coverage_s"] for one in those]),
+    "parcels for a target that had one": lambda those: str(sum(one["served_twice"] for one in those)),
+    "two vehicles apart, at least": lambda those: _least([one["separation_m"] for one in those]),
+}
+
+
+def _mean(values: Sequence[float | None]) -> str:
+    there = [value for value in values if value is not None]
+    return f"{math.fsum(there) / len(there):.0f} s ({len(there)} of {len(values)})" if there else "–"
+
+
+def _least(values: Sequence[float | None]) -> str:
+    there = [value for value in values if value is not None]
+    return f"{min(there):.1f} m" if there else "–"
+
+
+def table_of(table: Table, arms: Mapping[str, Summaries]) -> str:
+    """As Markdown: a column for each arm, and then the paper's; rows that say nothing are left out."""
+    lines = [f"### {table.title}", ""]
+    columns = [*(f"{name} ({len(those)})" for name, those in arms.items()), *table.paper]
+    lines += [f"| | {' | '.join(columns)} |", f"| --- |{' --- |' * len(columns)}"]
+    for what, say in ROWS.items():
+        cells = [say(those) for those in arms.values()] + [paper.get(what, "") for paper in table.paper.values()]
+        if any(cell not in ("–", "") for cell in cells):
+            lines.append(f"| {what} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def faults_of(arms: Mapping[str, Summaries]) -> str:
+    """What came of each fault: Markdown, with how many ended as they should."""
+    lines = ["| fault | how it ended | as it should |", "| --- | --- | --- |"]
+    for (_, those), fault in zip(arms.items(), FAULTS, strict=True):
+        ends = [ended(one) for one in those]
+        good = sum(is_safe(one, fault) for one in those)
+        lines.append(f"| {fault.what} | {'; '.join(ends)} | {_share(good, len(those))} |")
+    return "\n".join(lines) + "\n"
+
+
+def ended(one: Summary) -> str:
+    """How a mission ended, in words."""
+    return f"{one['ending']}: {one['abort_reason']}" if one["abort_reason"] else str(one["ending"])
+
+
+def is_safe(one: Summary, fault: Fault) -> bool:
+    """Whether a mission delivered safely, or kept its parcel for a reason that the fault gives."""
+    if one["ending"] == "delivered":
+        return True
+    return one["ending"] == "aborted" and one["abort_reason"] in fault.reasons
+
+
+def summaries_in(folder: Path) -> dict[str, list[Summary]]:
+    """Of all runs that are there, by the arms' names, in the campaign's order."""
+    arms: dict[str, list[Summary]] = {name: [] for name in json.loads((folder / "campaign.json").read_text())["arms"]}
+    for path in sorted((folder / "results").glob("*/seed-*.json")):
+        result = json.loads(path.read_text())
+        if result["arm"] in arms and result["summary"] is not None:
+            arms[result["arm"]].append(result["summary"])
+    return arms
+
+
+def main() -> int:
+    """Fly what is missing, print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=RUNS, help=f"of each condition (default {RUNS}, as in the paper)")
+    parser.add_argument("--only", nargs="+", choices=TABLES, default=list(TABLES), metavar="TABLE",
+                        help=f"of {', '.join(TABLES)}; default: all")  # fmt: skip
+    parser.add_argument("--workers", type=int, default=None, help="runs at a time; default: one for two cores")
+    parser.add_argument("--out", type=Path, default=Path("runs") / "paper-tables")
+    given = parser.parse_args()
+    console, made, status = Console(), list[str](), 0
+    for name in given.only:
+        table, arms = TABLES[name], dict[str, list[Summary]]()
+        runs = math.ceil(given.runs / table.share)
+        for scenario in table.scenarios:
+            folder = given.out / name / scenario
+            wanted = Wanted(scenario, runs, table.vary, workers=given.workers, out=folder, keep="failed")
+            try:
+                status |= campaigns.campaign(wanted, console)
+            except Trouble as error:
+                sys.exit(f"paper_tables: {error}")
+            arms |= summaries_in(folder)
+        made.append(table_of(table, arms))
+        if name == "faults":
+            made.append(faults_of(arms))
+    text = "\n".join(made)
+    (given.out / "tables.md").write_text(text)
+    print(f"\n{text}\n{given.out / 'tables.md'}")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
