@@ -283,11 +283,14 @@ def launch(
     place = _home(home) if home is not None else None
     station = _gcs(gcs)
 
-    from sitl_emu import vehicles
-    from sitl_emu.run import launch as launching
-    from sitl_emu.run.state import default_folder
-    from sitl_emu.run.trouble import Trouble
-    from sitl_emu.world.home import Home
+    from sitl_emu.run import memory
+
+    with memory.all_stays():
+        from sitl_emu import vehicles
+        from sitl_emu.run import launch as launching
+        from sitl_emu.run.state import default_folder
+        from sitl_emu.run.trouble import Trouble
+        from sitl_emu.world.home import Home
 
     numbered = [launching.Wanted(model, instance + place) for place, model in enumerate(wanted)]
     try:

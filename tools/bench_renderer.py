@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run import worlds
-from sitl_emu.run.process import settle
+from sitl_emu.run.memory import settle
 from sitl_emu.world.world import World
 
 KINDS = ("urban_flood", "debris_field", "wildfire_perimeter")

@@ -19,8 +19,9 @@ from sitl_emu.run.configs import ROOTFS, AutopilotConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.dds_socket import Agent
 from sitl_emu.run.link_sockets import Poll, PortInUseError, PrivateSocket
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import Read, Ready, Sent, Start, Waiting
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 
 
 def run(config: AutopilotConfig, control: ControlChannel) -> None:

@@ -19,8 +19,9 @@ from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWrit
 from sitl_emu.run import cameras, kept_frames, worlds
 from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo, VehicleAt
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
 from sitl_emu.world.camera import STILL, Camera, Image, OtherVehicle, Pose, ShowsVehicles
 from sitl_emu.world.description import WorldError

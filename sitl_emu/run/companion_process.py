@@ -26,8 +26,9 @@ from sitl_emu.missions.registry import MissionError, make_companion
 from sitl_emu.run.configs import CompanionConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.link_sockets import PrivateSocket
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import FrameTaken, Ready, Start, Step, Stepped, Waiting
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 
 CAMERA = "camera"
 """The feed that carries images."""

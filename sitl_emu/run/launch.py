@@ -16,10 +16,8 @@ from types import FrameType
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sitl_emu import vehicles
-from sitl_emu.autopilot.uxrce_dds_client import dds_topics
 from sitl_emu.core import ports
-from sitl_emu.run import dds_socket, models, site, state
-from sitl_emu.run.process import settle
+from sitl_emu.run import memory, models, state
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.home import Home
 
@@ -27,7 +25,8 @@ if TYPE_CHECKING:
     from sitl_emu.run.launched import Crew
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
-"""Else NumPy's linear algebra takes a buffer for each core, which matrices as small as a filter's never use."""
+"""Else NumPy's linear algebra takes a buffer for each core, which matrices as small as a filter's never use, and its
+threads spin. NumPy reads it when it is imported: hence no module that this one imports at its top may import it."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 """PX4's default home, near Zürich (SIH_LOC_LAT0, SIH_LOC_LON0, SIH_LOC_H0)."""
 
@@ -73,13 +72,14 @@ def launch(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     Raises VehicleError and Trouble before anything is started.
     """
     os.environ.setdefault(*ONE_THREAD)
-    crews = _crews(wanted, options, say)
+    with memory.all_stays():
+        crews = _crews(wanted, options, say)
 
     def welcome() -> None:
         say(port_table(wanted))
         say(f"parameters, missions and logs are kept in {options.state}")
         if options.dds:
-            say(f"ROS 2: domain {dds_socket.domain()}, {', '.join(_ros_topics(each.instance) for each in wanted)}")
+            say(_ros_line(wanted))
         if options.video:
             host = options.gcs[0] if options.gcs is not None else "this machine"
             sent = [vehicle.instance for vehicle in wanted if models.load(vehicle.model).camera is not None]
@@ -103,9 +103,12 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     if options.parcels:
         _check_parcels(wanted, options)
     if options.dds:
+        from sitl_emu.run import dds_socket
+
         dds_socket.check()
     if options.tlog is not None:
         state.make(options.tlog)
+    from sitl_emu.run import site
     from sitl_emu.run.launched import Crew, Launched
 
     here = site.plain(options.home)
@@ -169,11 +172,15 @@ def _preload(models: set[str]) -> None:
 
     for model in models:
         launched.preload(model)
-    settle()
+    memory.settle()
 
 
-def _ros_topics(instance: int) -> str:
-    return "/" + "/".join(filter(None, (dds_topics.namespace(instance), "fmu")))
+def _ros_line(wanted: Sequence[Wanted]) -> str:
+    from sitl_emu.autopilot.uxrce_dds_client import dds_topics
+    from sitl_emu.run import dds_socket
+
+    topics = ["/" + "/".join(filter(None, (dds_topics.namespace(each.instance), "fmu"))) for each in wanted]
+    return f"ROS 2: domain {dds_socket.domain()}, {', '.join(topics)}"
 
 
 def port_table(wanted: Sequence[Wanted]) -> str:

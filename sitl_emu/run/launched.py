@@ -18,8 +18,8 @@ from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.dds_socket import Agent, DdsSocket
 from sitl_emu.run.fleet import Fleet, Member
 from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.run.memory import trim_heap
 from sitl_emu.run.pacing import Pacer
-from sitl_emu.run.process import trim_heap
 from sitl_emu.run.site import Site
 from sitl_emu.vehicles import Vehicle, with_parcel
 from sitl_emu.world.simulation import Simulation

@@ -9,10 +9,12 @@ import errno
 import select
 import socket
 from collections.abc import Mapping, Sequence
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
 from sitl_emu.core.ports import LinkPorts
-from sitl_emu.run.configs import LinkEnd
+
+if TYPE_CHECKING:  # a `launch` has no configs, and is up 20 ms sooner without them
+    from sitl_emu.run.configs import LinkEnd
 
 RECEIVE_BUFFER_BYTES = 4 << 20
 LARGEST_DATAGRAM_BYTES = 8000
@@ -38,7 +40,7 @@ class PrivateSocket(NamedTuple):
     other_port: int
 
     @classmethod
-    def inherited(cls, end: LinkEnd) -> "PrivateSocket":
+    def inherited(cls, end: "LinkEnd") -> "PrivateSocket":
         """What this process was started with."""
         return cls(socket.socket(fileno=end.fd), end.other_port)
 

@@ -1,8 +1,6 @@
 """What the processes of a run have in common at their start and end."""
 
-import ctypes
 import errno
-import gc
 import signal
 import sys
 from collections.abc import Callable
@@ -44,21 +42,3 @@ def main(
         print(f"can't write {error.filename or 'the logs'}: {error.strerror}", file=sys.stderr, flush=True)
         sys.exit(EXIT_EXPLAINED)
     sys.exit(0)
-
-
-def settle() -> None:
-    """Before the first tick: what is there stays, and the garbage collector need not look at it again."""
-    gc.collect()
-    gc.freeze()
-    trim_heap()
-
-
-def trim_heap() -> None:
-    """Give the system back what imports have left free (glibc's malloc_trim; no effect with another C library).
-
-    Where bytecode can't be kept (a read-only install, PYTHONDONTWRITEBYTECODE), compiling the MAVLink dialect at each
-    start leaves 55 MiB.
-    """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)

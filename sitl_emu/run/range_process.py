@@ -10,8 +10,9 @@ from sitl_emu.run import cameras, worlds
 from sitl_emu.run.configs import DepthDescription, LidarDescription, RangeConfig
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.kept_frames import KeptFrames, depth_file, points_file
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import ObstaclesSeen, Ready, Render, Rendered
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import Mount
 from sitl_emu.world.ranging import DepthCamera, Noise, Rays, Scan, ScanningLidar

@@ -11,8 +11,9 @@ from sitl_emu.core.frame_ring import RingError
 from sitl_emu.run import dds_socket
 from sitl_emu.run.configs import RosConfig
 from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import Ready, Seen, Start
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 from sitl_emu.run.ros import frames
 from sitl_emu.run.ros.publisher import CLOCK, TF, TF_STATIC, Publisher
 from sitl_emu.run.ros.vehicle import RosVehicle

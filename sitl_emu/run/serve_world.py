@@ -26,9 +26,9 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.core.tcp_channel import SimulatorListener
 from sitl_emu.run import site
+from sitl_emu.run.memory import settle
 from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
-from sitl_emu.run.process import settle
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.contacts import told
 from sitl_emu.world.simulation import Simulation

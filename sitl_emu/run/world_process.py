@@ -23,6 +23,7 @@ from sitl_emu.run.control import BARRIER_LIMIT_S, ControlChannel, ProcessLostErr
 from sitl_emu.run.faults import Injector, Timeline, said
 from sitl_emu.run.feed_in_run import FeedInRun
 from sitl_emu.run.link_sockets import PortInUseError, PrivateSocket
+from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import (
     CommandEnded,
     End,
@@ -44,7 +45,7 @@ from sitl_emu.run.messages import (
 from sitl_emu.run.obstacle_socket import ObstacleSocket
 from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
-from sitl_emu.run.process import StartError, main, settle
+from sitl_emu.run.process import StartError, main
 from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.run.ros.seen import SeenByRos
 from sitl_emu.world.simulation import Simulation
