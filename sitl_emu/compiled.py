@@ -7,11 +7,13 @@ Constants of these modules are `Final`: any other name of a module is looked up 
 SITL_EMU_PURE=1 in the environment: plain Python.
 """
 
-import hashlib
+import contextlib
+import functools
 import importlib.util
+import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.abc import MetaPathFinder
 from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
 from pathlib import Path
@@ -82,6 +84,10 @@ HOT: dict[str, tuple[str, ...]] = {
 FOLDER = Path(sys.prefix) / "lib" / "sitl_emu_compiled"
 LIST = "modules.txt"
 """In a folder of compiled modules: their names, one a line."""
+LIBRARY = f"{PACKAGE}__mypyc"
+"""mypyc puts all modules into this one; theirs only hand them out."""
+ASKED_FOR = (LIBRARY, *(f"{PACKAGE}.{room}." for room in HOT))
+"""How names begin that may be those of compiled modules: for others nothing is looked up."""
 
 
 def sources(rooms: dict[str, Path]) -> dict[str, Path]:
@@ -96,35 +102,45 @@ def sources(rooms: dict[str, Path]) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
-def folder(files: dict[str, Path]) -> Path:
+def folder(files: Mapping[str, Path | str]) -> Path:
     """Where the compiled forms of these sources belong, for this Python. Raises OSError."""
-    digest = hashlib.blake2b(sys.implementation.cache_tag.encode(), digest_size=12)
-    for name, path in files.items():
+    from hashlib import blake2b  # 3 ms that `sitl-emu --help` does without
+
+    digest = blake2b(sys.implementation.cache_tag.encode(), digest_size=12)
+    for name, path in sorted(files.items()):
         digest.update(name.encode())
-        digest.update(path.read_bytes())
+        with io.open_code(str(path)) as source:
+            digest.update(source.read())
     return FOLDER / digest.hexdigest()
 
 
 class Finder(MetaPathFinder):
-    """Finds the modules of a folder of compiled ones."""
-
-    def __init__(self, place: Path) -> None:
-        self._place = place
-        self._names = frozenset((place / LIST).read_text().split())
+    """Finds compiled modules. Whether there are some of just these sources it looks when it is first asked for one."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """As importlib asks."""
-        if fullname not in self._names:
+        if not fullname.startswith(ASKED_FOR) or fullname not in self.files:
             return None
-        file = self._place.joinpath(*fullname.split(".")).with_suffix(EXTENSION_SUFFIXES[0])
-        return importlib.util.spec_from_file_location(fullname, file)
+        return importlib.util.spec_from_file_location(fullname, self.files[fullname])
+
+    @functools.cached_property
+    def files(self) -> dict[str, str]:
+        """The library of each compiled module; empty where none were made of these sources."""
+        here = str(Path(__file__).parent)
+        for place in FOLDER.iterdir():
+            with contextlib.suppress(OSError):  # one of its sources is no longer there
+                stems = {name: name.replace(".", "/") for name in (place / LIST).read_text().split()}
+                inside = {name: stem.removeprefix(PACKAGE) for name, stem in stems.items() if "/" in stem}
+                if folder({name: f"{here}{stem}.py" for name, stem in inside.items()}) == place:
+                    return {name: f"{place}/{stem}{EXTENSION_SUFFIXES[0]}" for name, stem in stems.items()}
+        return {}
 
 
 def in_use() -> bool:
     """Whether this process runs compiled modules."""
-    return any(isinstance(finder, Finder) for finder in sys.meta_path)
+    return any(isinstance(finder, Finder) and finder.files for finder in sys.meta_path)
 
 
 def leave() -> None:
@@ -135,16 +151,5 @@ def leave() -> None:
 
 def install() -> None:
     """Have the compiled modules found from now on, where there are some of just these sources."""
-    if os.environ.get("SITL_EMU_PURE") or not FOLDER.is_dir():
-        return
-    specs = {room: importlib.util.find_spec(f"{PACKAGE}.{room}") for room in HOT}
-    rooms = {
-        room: Path(spec.submodule_search_locations[0])
-        for room, spec in specs.items()
-        if spec is not None and spec.submodule_search_locations
-    }
-    try:
-        place = folder(sources(rooms))
-        sys.meta_path.insert(0, Finder(place))
-    except (OSError, KeyError):  # none were made of these sources, or some of them are missing
-        return
+    if not os.environ.get("SITL_EMU_PURE") and FOLDER.is_dir():
+        sys.meta_path.insert(0, Finder())

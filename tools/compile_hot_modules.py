@@ -21,8 +21,6 @@ from typing import Any
 from sitl_emu import compiled
 
 ROOT = Path(__file__).resolve().parents[1]
-LIBRARY = "sitl_emu"
-"""mypyc puts all modules into one library, LIBRARY + `__mypyc`, and a file for each that hands it out."""
 OPTIMISATION = "1"
 """Ours: a short set-up counts for more than what -O2 may add."""
 LENIENT = ["--disable-error-code=has-type"]
@@ -54,7 +52,7 @@ def translate(files: list[str], folder: Path) -> list[Any]:
                 debug_level="0",
                 multi_file=True,
                 target_dir=str(folder),
-                group_name=LIBRARY,
+                group_name=compiled.PACKAGE,
             )
     except SystemExit:
         print(told.getvalue(), file=sys.stderr)

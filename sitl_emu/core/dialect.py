@@ -357,6257 +357,2044 @@ class Enum(Dict[int, EnumEntry]):
     def __init__(self) -> None:
         self.bitmask = False
 
-enums: Dict[str, Enum] = {}
 
 # MAV_CMD
-enums["MAV_CMD"] = Enum()
-enums["MAV_CMD"].bitmask = False
 MAV_CMD_NAV_WAYPOINT = 16
-enums["MAV_CMD"][16] = EnumEntry("MAV_CMD_NAV_WAYPOINT", """Navigate to waypoint. This is intended for use in missions (for guided commands outside of missions use MAV_CMD_DO_REPOSITION).""")
-enums["MAV_CMD"][16].has_location = True
-enums["MAV_CMD"][16].param[1] = """Hold time. (ignored by fixed wing, time to stay at waypoint for rotary wing)"""
-enums["MAV_CMD"][16].label[1] = """Hold"""
-enums["MAV_CMD"][16].param[2] = """Acceptance radius (if the sphere with this radius is hit, the waypoint counts as reached)"""
-enums["MAV_CMD"][16].label[2] = """Accept Radius"""
-enums["MAV_CMD"][16].param[3] = """0 to pass through the WP, if > 0 radius to pass by WP. Positive value for clockwise orbit, negative value for counter-clockwise orbit. Allows trajectory control."""
-enums["MAV_CMD"][16].label[3] = """Pass Radius"""
-enums["MAV_CMD"][16].param[4] = """Desired yaw angle at waypoint (rotary wing). NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][16].label[4] = """Yaw"""
-enums["MAV_CMD"][16].param[5] = """Latitude"""
-enums["MAV_CMD"][16].label[5] = """Latitude"""
-enums["MAV_CMD"][16].param[6] = """Longitude"""
-enums["MAV_CMD"][16].label[6] = """Longitude"""
-enums["MAV_CMD"][16].param[7] = """Altitude"""
-enums["MAV_CMD"][16].label[7] = """Altitude"""
 MAV_CMD_NAV_LOITER_UNLIM = 17
-enums["MAV_CMD"][17] = EnumEntry("MAV_CMD_NAV_LOITER_UNLIM", """Loiter around this waypoint an unlimited amount of time""")
-enums["MAV_CMD"][17].has_location = True
-enums["MAV_CMD"][17].param[1] = """Empty"""
-enums["MAV_CMD"][17].param[2] = """Empty"""
-enums["MAV_CMD"][17].param[3] = """Loiter radius around waypoint for forward-only moving vehicles (not multicopters). If positive loiter clockwise, else counter-clockwise"""
-enums["MAV_CMD"][17].label[3] = """Radius"""
-enums["MAV_CMD"][17].param[4] = """Desired yaw angle. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][17].label[4] = """Yaw"""
-enums["MAV_CMD"][17].param[5] = """Latitude"""
-enums["MAV_CMD"][17].label[5] = """Latitude"""
-enums["MAV_CMD"][17].param[6] = """Longitude"""
-enums["MAV_CMD"][17].label[6] = """Longitude"""
-enums["MAV_CMD"][17].param[7] = """Altitude"""
-enums["MAV_CMD"][17].label[7] = """Altitude"""
 MAV_CMD_NAV_LOITER_TURNS = 18
-enums["MAV_CMD"][18] = EnumEntry("MAV_CMD_NAV_LOITER_TURNS", """Loiter around this waypoint for X turns""")
-enums["MAV_CMD"][18].has_location = True
-enums["MAV_CMD"][18].param[1] = """Number of turns."""
-enums["MAV_CMD"][18].label[1] = """Turns"""
-enums["MAV_CMD"][18].param[2] = """Empty"""
-enums["MAV_CMD"][18].param[3] = """Radius around waypoint. If positive loiter clockwise, else counter-clockwise"""
-enums["MAV_CMD"][18].label[3] = """Radius"""
-enums["MAV_CMD"][18].param[4] = """Forward moving aircraft this sets exit xtrack location: 0 for center of loiter wp, 1 for exit location. Else, this is desired yaw angle. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][18].param[5] = """Latitude"""
-enums["MAV_CMD"][18].label[5] = """Latitude"""
-enums["MAV_CMD"][18].param[6] = """Longitude"""
-enums["MAV_CMD"][18].label[6] = """Longitude"""
-enums["MAV_CMD"][18].param[7] = """Altitude"""
-enums["MAV_CMD"][18].label[7] = """Altitude"""
 MAV_CMD_NAV_LOITER_TIME = 19
-enums["MAV_CMD"][19] = EnumEntry("MAV_CMD_NAV_LOITER_TIME", """Loiter around this waypoint for X seconds""")
-enums["MAV_CMD"][19].has_location = True
-enums["MAV_CMD"][19].param[1] = """Loiter time."""
-enums["MAV_CMD"][19].label[1] = """Time"""
-enums["MAV_CMD"][19].param[2] = """Empty"""
-enums["MAV_CMD"][19].param[3] = """Radius around waypoint. If positive loiter clockwise, else counter-clockwise."""
-enums["MAV_CMD"][19].label[3] = """Radius"""
-enums["MAV_CMD"][19].param[4] = """Forward moving aircraft this sets exit xtrack location: 0 for center of loiter wp, 1 for exit location. Else, this is desired yaw angle.  NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][19].param[5] = """Latitude"""
-enums["MAV_CMD"][19].label[5] = """Latitude"""
-enums["MAV_CMD"][19].param[6] = """Longitude"""
-enums["MAV_CMD"][19].label[6] = """Longitude"""
-enums["MAV_CMD"][19].param[7] = """Altitude"""
-enums["MAV_CMD"][19].label[7] = """Altitude"""
 MAV_CMD_NAV_RETURN_TO_LAUNCH = 20
-enums["MAV_CMD"][20] = EnumEntry("MAV_CMD_NAV_RETURN_TO_LAUNCH", """Return to launch location""")
-enums["MAV_CMD"][20].param[1] = """Empty"""
-enums["MAV_CMD"][20].param[2] = """Empty"""
-enums["MAV_CMD"][20].param[3] = """Empty"""
-enums["MAV_CMD"][20].param[4] = """Empty"""
-enums["MAV_CMD"][20].param[5] = """Empty"""
-enums["MAV_CMD"][20].param[6] = """Empty"""
-enums["MAV_CMD"][20].param[7] = """Empty"""
 MAV_CMD_NAV_LAND = 21
-enums["MAV_CMD"][21] = EnumEntry("MAV_CMD_NAV_LAND", """Land at location.""")
-enums["MAV_CMD"][21].has_location = True
-enums["MAV_CMD"][21].param[1] = """Minimum target altitude if landing is aborted (0 = undefined/use system default)."""
-enums["MAV_CMD"][21].label[1] = """Abort Alt"""
-enums["MAV_CMD"][21].param[2] = """Precision land mode."""
-enums["MAV_CMD"][21].label[2] = """Land Mode"""
-enums["MAV_CMD"][21].param[3] = """Empty."""
-enums["MAV_CMD"][21].param[4] = """Desired yaw angle. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][21].label[4] = """Yaw Angle"""
-enums["MAV_CMD"][21].param[5] = """Latitude."""
-enums["MAV_CMD"][21].label[5] = """Latitude"""
-enums["MAV_CMD"][21].param[6] = """Longitude."""
-enums["MAV_CMD"][21].label[6] = """Longitude"""
-enums["MAV_CMD"][21].param[7] = """Landing altitude (ground level in current frame)."""
-enums["MAV_CMD"][21].label[7] = """Altitude"""
 MAV_CMD_NAV_TAKEOFF = 22
-enums["MAV_CMD"][22] = EnumEntry("MAV_CMD_NAV_TAKEOFF", """Takeoff from ground / hand. Vehicles that support multiple takeoff modes (e.g. VTOL quadplane) should take off using the currently configured mode.""")
-enums["MAV_CMD"][22].has_location = True
-enums["MAV_CMD"][22].param[1] = """Minimum pitch (if airspeed sensor present), desired pitch without sensor"""
-enums["MAV_CMD"][22].label[1] = """Pitch"""
-enums["MAV_CMD"][22].param[2] = """Empty"""
-enums["MAV_CMD"][22].param[3] = """Bitmask of options flags."""
-enums["MAV_CMD"][22].label[3] = """Flags"""
-enums["MAV_CMD"][22].param[4] = """Yaw angle (if magnetometer present), ignored without magnetometer. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][22].label[4] = """Yaw"""
-enums["MAV_CMD"][22].param[5] = """Latitude"""
-enums["MAV_CMD"][22].label[5] = """Latitude"""
-enums["MAV_CMD"][22].param[6] = """Longitude"""
-enums["MAV_CMD"][22].label[6] = """Longitude"""
-enums["MAV_CMD"][22].param[7] = """Altitude"""
-enums["MAV_CMD"][22].label[7] = """Altitude"""
 MAV_CMD_NAV_LAND_LOCAL = 23
-enums["MAV_CMD"][23] = EnumEntry("MAV_CMD_NAV_LAND_LOCAL", """Land at local position (local frame only)""")
-enums["MAV_CMD"][23].has_location = True
-enums["MAV_CMD"][23].param[1] = """Landing target number (if available)"""
-enums["MAV_CMD"][23].label[1] = """Target"""
-enums["MAV_CMD"][23].param[2] = """Maximum accepted offset from desired landing position - computed magnitude from spherical coordinates: d = sqrt(x^2 + y^2 + z^2), which gives the maximum accepted distance between the desired landing position and the position where the vehicle is about to land"""
-enums["MAV_CMD"][23].label[2] = """Offset"""
-enums["MAV_CMD"][23].param[3] = """Landing descend rate"""
-enums["MAV_CMD"][23].label[3] = """Descend Rate"""
-enums["MAV_CMD"][23].param[4] = """Desired yaw angle"""
-enums["MAV_CMD"][23].label[4] = """Yaw"""
-enums["MAV_CMD"][23].param[5] = """Y-axis position"""
-enums["MAV_CMD"][23].label[5] = """Y Position"""
-enums["MAV_CMD"][23].param[6] = """X-axis position"""
-enums["MAV_CMD"][23].label[6] = """X Position"""
-enums["MAV_CMD"][23].param[7] = """Z-axis / ground level position"""
-enums["MAV_CMD"][23].label[7] = """Z Position"""
 MAV_CMD_NAV_TAKEOFF_LOCAL = 24
-enums["MAV_CMD"][24] = EnumEntry("MAV_CMD_NAV_TAKEOFF_LOCAL", """Takeoff from local position (local frame only)""")
-enums["MAV_CMD"][24].has_location = True
-enums["MAV_CMD"][24].param[1] = """Minimum pitch (if airspeed sensor present), desired pitch without sensor"""
-enums["MAV_CMD"][24].label[1] = """Pitch"""
-enums["MAV_CMD"][24].param[2] = """Empty"""
-enums["MAV_CMD"][24].param[3] = """Takeoff ascend rate"""
-enums["MAV_CMD"][24].label[3] = """Ascend Rate"""
-enums["MAV_CMD"][24].param[4] = """Yaw angle (if magnetometer or another yaw estimation source present), ignored without one of these"""
-enums["MAV_CMD"][24].label[4] = """Yaw"""
-enums["MAV_CMD"][24].param[5] = """Y-axis position"""
-enums["MAV_CMD"][24].label[5] = """Y Position"""
-enums["MAV_CMD"][24].param[6] = """X-axis position"""
-enums["MAV_CMD"][24].label[6] = """X Position"""
-enums["MAV_CMD"][24].param[7] = """Z-axis position"""
-enums["MAV_CMD"][24].label[7] = """Z Position"""
 MAV_CMD_NAV_FOLLOW = 25
-enums["MAV_CMD"][25] = EnumEntry("MAV_CMD_NAV_FOLLOW", """Vehicle following, i.e. this waypoint represents the position of a moving vehicle""")
-enums["MAV_CMD"][25].has_location = True
-enums["MAV_CMD"][25].param[1] = """Following logic to use (e.g. loitering or sinusoidal following) - depends on specific autopilot implementation"""
-enums["MAV_CMD"][25].label[1] = """Following"""
-enums["MAV_CMD"][25].param[2] = """Ground speed of vehicle to be followed"""
-enums["MAV_CMD"][25].label[2] = """Ground Speed"""
-enums["MAV_CMD"][25].param[3] = """Radius around waypoint. If positive loiter clockwise, else counter-clockwise"""
-enums["MAV_CMD"][25].label[3] = """Radius"""
-enums["MAV_CMD"][25].param[4] = """Desired yaw angle."""
-enums["MAV_CMD"][25].label[4] = """Yaw"""
-enums["MAV_CMD"][25].param[5] = """Latitude"""
-enums["MAV_CMD"][25].label[5] = """Latitude"""
-enums["MAV_CMD"][25].param[6] = """Longitude"""
-enums["MAV_CMD"][25].label[6] = """Longitude"""
-enums["MAV_CMD"][25].param[7] = """Altitude"""
-enums["MAV_CMD"][25].label[7] = """Altitude"""
 MAV_CMD_NAV_CONTINUE_AND_CHANGE_ALT = 30
-enums["MAV_CMD"][30] = EnumEntry("MAV_CMD_NAV_CONTINUE_AND_CHANGE_ALT", """Continue on the current course and climb/descend to specified altitude.  When the altitude is reached continue to the next command (i.e., don't proceed to the next command until the desired altitude is reached.""")
-enums["MAV_CMD"][30].param[1] = """Climb or Descend (0 = Neutral, command completes when within 5m of this command's altitude, 1 = Climbing, command completes when at or above this command's altitude, 2 = Descending, command completes when at or below this command's altitude."""
-enums["MAV_CMD"][30].label[1] = """Action"""
-enums["MAV_CMD"][30].param[2] = """Empty"""
-enums["MAV_CMD"][30].param[3] = """Empty"""
-enums["MAV_CMD"][30].param[4] = """Empty"""
-enums["MAV_CMD"][30].param[5] = """Empty"""
-enums["MAV_CMD"][30].param[6] = """Empty"""
-enums["MAV_CMD"][30].param[7] = """Desired altitude"""
-enums["MAV_CMD"][30].label[7] = """Altitude"""
 MAV_CMD_NAV_LOITER_TO_ALT = 31
-enums["MAV_CMD"][31] = EnumEntry("MAV_CMD_NAV_LOITER_TO_ALT", """Begin loiter at the specified Latitude and Longitude.  If Lat=Lon=0, then loiter at the current position.  Don't consider the navigation command complete (don't leave loiter) until the altitude has been reached. Additionally, if the Heading Required parameter is non-zero the aircraft will not leave the loiter until heading toward the next waypoint.""")
-enums["MAV_CMD"][31].has_location = True
-enums["MAV_CMD"][31].param[1] = """Leave loiter circle only when track heading towards the next waypoint (MAV_BOOL_FALSE: Leave when altitude reached). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][31].label[1] = """Heading Required"""
-enums["MAV_CMD"][31].param[2] = """Loiter radius around waypoint for forward-only moving vehicles (not multicopters). If positive loiter clockwise, negative counter-clockwise, 0 means no change to standard loiter."""
-enums["MAV_CMD"][31].label[2] = """Radius"""
-enums["MAV_CMD"][31].param[3] = """Empty"""
-enums["MAV_CMD"][31].param[4] = """Forward moving aircraft this sets exit xtrack location: 0 for center of loiter wp, 1 for exit location"""
-enums["MAV_CMD"][31].label[4] = """Xtrack Location"""
-enums["MAV_CMD"][31].param[5] = """Latitude"""
-enums["MAV_CMD"][31].label[5] = """Latitude"""
-enums["MAV_CMD"][31].param[6] = """Longitude"""
-enums["MAV_CMD"][31].label[6] = """Longitude"""
-enums["MAV_CMD"][31].param[7] = """Altitude"""
-enums["MAV_CMD"][31].label[7] = """Altitude"""
 MAV_CMD_DO_FOLLOW = 32
-enums["MAV_CMD"][32] = EnumEntry("MAV_CMD_DO_FOLLOW", """Begin following a target""")
-enums["MAV_CMD"][32].param[1] = """System ID (of the FOLLOW_TARGET beacon). Send 0 to disable follow-me and return to the default position hold mode."""
-enums["MAV_CMD"][32].label[1] = """System ID"""
-enums["MAV_CMD"][32].param[2] = """Reserved"""
-enums["MAV_CMD"][32].param[3] = """Reserved"""
-enums["MAV_CMD"][32].param[4] = """Altitude mode: 0: Keep current altitude, 1: keep altitude difference to target, 2: go to a fixed altitude above home."""
-enums["MAV_CMD"][32].label[4] = """Altitude Mode"""
-enums["MAV_CMD"][32].param[5] = """Altitude above home. (used if mode=2)"""
-enums["MAV_CMD"][32].label[5] = """Altitude"""
-enums["MAV_CMD"][32].param[6] = """Reserved"""
-enums["MAV_CMD"][32].param[7] = """Time to land in which the MAV should go to the default position hold mode after a message RX timeout."""
-enums["MAV_CMD"][32].label[7] = """Time to Land"""
 MAV_CMD_DO_FOLLOW_REPOSITION = 33
-enums["MAV_CMD"][33] = EnumEntry("MAV_CMD_DO_FOLLOW_REPOSITION", """Reposition the MAV after a follow target command has been sent""")
-enums["MAV_CMD"][33].param[1] = """Camera q1 (where 0 is on the ray from the camera to the tracking device)"""
-enums["MAV_CMD"][33].label[1] = """Camera Q1"""
-enums["MAV_CMD"][33].param[2] = """Camera q2"""
-enums["MAV_CMD"][33].label[2] = """Camera Q2"""
-enums["MAV_CMD"][33].param[3] = """Camera q3"""
-enums["MAV_CMD"][33].label[3] = """Camera Q3"""
-enums["MAV_CMD"][33].param[4] = """Camera q4"""
-enums["MAV_CMD"][33].label[4] = """Camera Q4"""
-enums["MAV_CMD"][33].param[5] = """altitude offset from target"""
-enums["MAV_CMD"][33].label[5] = """Altitude Offset"""
-enums["MAV_CMD"][33].param[6] = """X offset from target"""
-enums["MAV_CMD"][33].label[6] = """X Offset"""
-enums["MAV_CMD"][33].param[7] = """Y offset from target"""
-enums["MAV_CMD"][33].label[7] = """Y Offset"""
 MAV_CMD_DO_ORBIT = 34
-enums["MAV_CMD"][34] = EnumEntry("MAV_CMD_DO_ORBIT", """Start orbiting on the circumference of a circle defined by the parameters. Setting values to NaN/INT32_MAX (as appropriate) results in using defaults.""")
-enums["MAV_CMD"][34].has_location = True
-enums["MAV_CMD"][34].param[1] = """Radius of the circle. Positive: orbit clockwise. Negative: orbit counter-clockwise. NaN: Use vehicle default radius, or current radius if already orbiting."""
-enums["MAV_CMD"][34].label[1] = """Radius"""
-enums["MAV_CMD"][34].param[2] = """Tangential Velocity. NaN: Use vehicle default velocity, or current velocity if already orbiting."""
-enums["MAV_CMD"][34].label[2] = """Velocity"""
-enums["MAV_CMD"][34].param[3] = """Yaw behavior of the vehicle."""
-enums["MAV_CMD"][34].label[3] = """Yaw Behavior"""
-enums["MAV_CMD"][34].param[4] = """Orbit around the centre point for this many radians (i.e. for a three-quarter orbit set 270*Pi/180). 0: Orbit forever. NaN: Use vehicle default, or current value if already orbiting."""
-enums["MAV_CMD"][34].label[4] = """Orbits"""
-enums["MAV_CMD"][34].param[5] = """Center point latitude (if no MAV_FRAME specified) / X coordinate according to MAV_FRAME. INT32_MAX (or NaN if sent in COMMAND_LONG): Use current vehicle position, or current center if already orbiting."""
-enums["MAV_CMD"][34].label[5] = """Latitude/X"""
-enums["MAV_CMD"][34].param[6] = """Center point longitude (if no MAV_FRAME specified) / Y coordinate according to MAV_FRAME. INT32_MAX (or NaN if sent in COMMAND_LONG): Use current vehicle position, or current center if already orbiting."""
-enums["MAV_CMD"][34].label[6] = """Longitude/Y"""
-enums["MAV_CMD"][34].param[7] = """Center point altitude (MSL) (if no MAV_FRAME specified) / Z coordinate according to MAV_FRAME. NaN: Use current vehicle altitude."""
-enums["MAV_CMD"][34].label[7] = """Altitude/Z"""
 MAV_CMD_DO_FIGURE_EIGHT = 35
-enums["MAV_CMD"][35] = EnumEntry(
-    "MAV_CMD_DO_FIGURE_EIGHT",
-    """Fly a figure eight path as defined by the parameters.
-          Set parameters to NaN/INT32_MAX (as appropriate) to use system-default values.
-          The command is intended for fixed wing vehicles (and VTOL hybrids flying in fixed-wing mode), allowing POI tracking for gimbals that don't support infinite rotation.
-          This command only defines the flight path. Speed should be set independently (use e.g. MAV_CMD_DO_CHANGE_SPEED).
-          Yaw and other degrees of freedom are not specified, and will be flight-stack specific (on vehicles where they can be controlled independent of the heading).
-        """,
-)
-enums["MAV_CMD"][35].has_location = True
-enums["MAV_CMD"][35].param[
-    1
-] = """Major axis radius of the figure eight. Positive: orbit the north circle clockwise. Negative: orbit the north circle counter-clockwise.
-        NaN: The radius will be set to 2.5 times the minor radius and direction is clockwise.
-        Must be greater or equal to two times the minor radius for feasible values."""
-enums["MAV_CMD"][35].label[1] = """Major Radius"""
-enums["MAV_CMD"][35].param[
-    2
-] = """Minor axis radius of the figure eight. Defines the radius of the two circles that make up the figure. Negative value has no effect.
-        NaN: The radius will be set to the default loiter radius."""
-enums["MAV_CMD"][35].label[2] = """Minor Radius"""
-enums["MAV_CMD"][35].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][35].param[4] = """Orientation of the figure eight major axis with respect to true north (range: [-pi,pi]). NaN: use default orientation aligned to true north."""
-enums["MAV_CMD"][35].label[4] = """Orientation"""
-enums["MAV_CMD"][35].param[
-    5
-] = """Center point latitude/X coordinate according to MAV_FRAME. If no MAV_FRAME specified, MAV_FRAME_GLOBAL is assumed.
-        INT32_MAX or NaN: Use current vehicle position, or current center if already loitering."""
-enums["MAV_CMD"][35].label[5] = """Latitude/X"""
-enums["MAV_CMD"][35].param[
-    6
-] = """Center point longitude/Y coordinate according to MAV_FRAME. If no MAV_FRAME specified, MAV_FRAME_GLOBAL is assumed.
-        INT32_MAX or NaN: Use current vehicle position, or current center if already loitering."""
-enums["MAV_CMD"][35].label[6] = """Longitude/Y"""
-enums["MAV_CMD"][35].param[
-    7
-] = """Center point altitude MSL/Z coordinate according to MAV_FRAME. If no MAV_FRAME specified, MAV_FRAME_GLOBAL is assumed.
-        INT32_MAX or NaN: Use current vehicle altitude."""
-enums["MAV_CMD"][35].label[7] = """Altitude/Z"""
 MAV_CMD_NAV_ARC_WAYPOINT = 36
-enums["MAV_CMD"][36] = EnumEntry(
-    "MAV_CMD_NAV_ARC_WAYPOINT",
-    """Circular arc path waypoint.
-          This defines the end/exit point and angle (param1) of an arc path from the previous waypoint. A position is required before this command to define the start of the arc (e.g. current position, a MAV_CMD_NAV_WAYPOINT, or a MAV_CMD_NAV_ARC_WAYPOINT).
-          The resulting path is a circular arc in the NE frame, with the difference in height being defined by the difference in waypoint altitudes.
-        """,
-)
-enums["MAV_CMD"][36].has_location = True
-enums["MAV_CMD"][36].param[1] = """The angle in degrees from the starting position to the exit position of the arc in the NE frame. Positive values are CW arcs and negative values are CCW arcs."""
-enums["MAV_CMD"][36].label[1] = """Arc Angle"""
-enums["MAV_CMD"][36].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][36].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][36].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][36].param[5] = """Latitude"""
-enums["MAV_CMD"][36].label[5] = """Latitude"""
-enums["MAV_CMD"][36].param[6] = """Longitude"""
-enums["MAV_CMD"][36].label[6] = """Longitude"""
-enums["MAV_CMD"][36].param[7] = """Altitude"""
-enums["MAV_CMD"][36].label[7] = """Altitude"""
 MAV_CMD_NAV_ROI = 80
-enums["MAV_CMD"][80] = EnumEntry("MAV_CMD_NAV_ROI", """Sets the region of interest (ROI) for a sensor set or the vehicle itself. This can then be used by the vehicle's control system to control the vehicle attitude and the attitude of various sensors such as cameras.""")
-enums["MAV_CMD"][80].has_location = True
-enums["MAV_CMD"][80].param[1] = """Region of interest mode."""
-enums["MAV_CMD"][80].label[1] = """ROI Mode"""
-enums["MAV_CMD"][80].param[2] = """Waypoint index/ target ID. (see MAV_ROI enum)"""
-enums["MAV_CMD"][80].label[2] = """WP Index"""
-enums["MAV_CMD"][80].param[3] = """ROI index (allows a vehicle to manage multiple ROI's)"""
-enums["MAV_CMD"][80].label[3] = """ROI Index"""
-enums["MAV_CMD"][80].param[4] = """Empty"""
-enums["MAV_CMD"][80].param[5] = """x the location of the fixed ROI (see MAV_FRAME)"""
-enums["MAV_CMD"][80].label[5] = """X"""
-enums["MAV_CMD"][80].param[6] = """y"""
-enums["MAV_CMD"][80].label[6] = """Y"""
-enums["MAV_CMD"][80].param[7] = """z"""
-enums["MAV_CMD"][80].label[7] = """Z"""
 MAV_CMD_NAV_PATHPLANNING = 81
-enums["MAV_CMD"][81] = EnumEntry("MAV_CMD_NAV_PATHPLANNING", """Control autonomous path planning on the MAV.""")
-enums["MAV_CMD"][81].has_location = True
-enums["MAV_CMD"][81].param[1] = """0: Disable local obstacle avoidance / local path planning (without resetting map), 1: Enable local path planning, 2: Enable and reset local path planning"""
-enums["MAV_CMD"][81].label[1] = """Local Ctrl"""
-enums["MAV_CMD"][81].param[2] = """0: Disable full path planning (without resetting map), 1: Enable, 2: Enable and reset map/occupancy grid, 3: Enable and reset planned route, but not occupancy grid"""
-enums["MAV_CMD"][81].label[2] = """Global Ctrl"""
-enums["MAV_CMD"][81].param[3] = """Empty"""
-enums["MAV_CMD"][81].param[4] = """Yaw angle at goal"""
-enums["MAV_CMD"][81].label[4] = """Yaw"""
-enums["MAV_CMD"][81].param[5] = """Latitude/X of goal"""
-enums["MAV_CMD"][81].label[5] = """Latitude/X"""
-enums["MAV_CMD"][81].param[6] = """Longitude/Y of goal"""
-enums["MAV_CMD"][81].label[6] = """Longitude/Y"""
-enums["MAV_CMD"][81].param[7] = """Altitude/Z of goal"""
-enums["MAV_CMD"][81].label[7] = """Altitude/Z"""
 MAV_CMD_NAV_SPLINE_WAYPOINT = 82
-enums["MAV_CMD"][82] = EnumEntry("MAV_CMD_NAV_SPLINE_WAYPOINT", """Navigate to waypoint using a spline path.""")
-enums["MAV_CMD"][82].has_location = True
-enums["MAV_CMD"][82].param[1] = """Hold time. (ignored by fixed wing, time to stay at waypoint for rotary wing)"""
-enums["MAV_CMD"][82].label[1] = """Hold"""
-enums["MAV_CMD"][82].param[2] = """Empty"""
-enums["MAV_CMD"][82].param[3] = """Empty"""
-enums["MAV_CMD"][82].param[4] = """Empty"""
-enums["MAV_CMD"][82].param[5] = """Latitude/X of goal"""
-enums["MAV_CMD"][82].label[5] = """Latitude/X"""
-enums["MAV_CMD"][82].param[6] = """Longitude/Y of goal"""
-enums["MAV_CMD"][82].label[6] = """Longitude/Y"""
-enums["MAV_CMD"][82].param[7] = """Altitude/Z of goal"""
-enums["MAV_CMD"][82].label[7] = """Altitude/Z"""
 MAV_CMD_NAV_VTOL_TAKEOFF = 84
-enums["MAV_CMD"][84] = EnumEntry("MAV_CMD_NAV_VTOL_TAKEOFF", """Takeoff from ground using VTOL mode, and transition to forward flight with specified heading. The command should be ignored by vehicles that dont support both VTOL and fixed-wing flight (multicopters, boats,etc.).""")
-enums["MAV_CMD"][84].has_location = True
-enums["MAV_CMD"][84].param[1] = """Empty"""
-enums["MAV_CMD"][84].param[2] = """Front transition heading."""
-enums["MAV_CMD"][84].label[2] = """Transition Heading"""
-enums["MAV_CMD"][84].param[3] = """Empty"""
-enums["MAV_CMD"][84].param[4] = """Yaw angle. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][84].label[4] = """Yaw Angle"""
-enums["MAV_CMD"][84].param[5] = """Latitude"""
-enums["MAV_CMD"][84].label[5] = """Latitude"""
-enums["MAV_CMD"][84].param[6] = """Longitude"""
-enums["MAV_CMD"][84].label[6] = """Longitude"""
-enums["MAV_CMD"][84].param[7] = """Altitude"""
-enums["MAV_CMD"][84].label[7] = """Altitude"""
 MAV_CMD_NAV_VTOL_LAND = 85
-enums["MAV_CMD"][85] = EnumEntry("MAV_CMD_NAV_VTOL_LAND", """Land using VTOL mode""")
-enums["MAV_CMD"][85].has_location = True
-enums["MAV_CMD"][85].param[1] = """Landing behaviour."""
-enums["MAV_CMD"][85].label[1] = """Land Options"""
-enums["MAV_CMD"][85].param[2] = """Empty"""
-enums["MAV_CMD"][85].param[3] = """Approach altitude (with the same reference as the Altitude field). NaN if unspecified."""
-enums["MAV_CMD"][85].label[3] = """Approach Altitude"""
-enums["MAV_CMD"][85].param[4] = """Yaw angle. NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.)."""
-enums["MAV_CMD"][85].label[4] = """Yaw"""
-enums["MAV_CMD"][85].param[5] = """Latitude"""
-enums["MAV_CMD"][85].label[5] = """Latitude"""
-enums["MAV_CMD"][85].param[6] = """Longitude"""
-enums["MAV_CMD"][85].label[6] = """Longitude"""
-enums["MAV_CMD"][85].param[7] = """Altitude (ground level)"""
-enums["MAV_CMD"][85].label[7] = """Ground Altitude"""
 MAV_CMD_NAV_GUIDED_ENABLE = 92
-enums["MAV_CMD"][92] = EnumEntry("MAV_CMD_NAV_GUIDED_ENABLE", """Hand control over to an external controller""")
-enums["MAV_CMD"][92].param[1] = """Guided mode on (MAV_BOOL_FALSE: Off). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][92].label[1] = """Enable"""
-enums["MAV_CMD"][92].param[2] = """Empty"""
-enums["MAV_CMD"][92].param[3] = """Empty"""
-enums["MAV_CMD"][92].param[4] = """Empty"""
-enums["MAV_CMD"][92].param[5] = """Empty"""
-enums["MAV_CMD"][92].param[6] = """Empty"""
-enums["MAV_CMD"][92].param[7] = """Empty"""
 MAV_CMD_NAV_DELAY = 93
-enums["MAV_CMD"][93] = EnumEntry("MAV_CMD_NAV_DELAY", """Delay the next navigation command a number of seconds or until a specified time""")
-enums["MAV_CMD"][93].param[1] = """Delay (-1 to enable time-of-day fields)"""
-enums["MAV_CMD"][93].label[1] = """Delay"""
-enums["MAV_CMD"][93].param[2] = """hour (24h format, UTC, -1 to ignore)"""
-enums["MAV_CMD"][93].label[2] = """Hour"""
-enums["MAV_CMD"][93].param[3] = """minute (24h format, UTC, -1 to ignore)"""
-enums["MAV_CMD"][93].label[3] = """Minute"""
-enums["MAV_CMD"][93].param[4] = """second (24h format, UTC, -1 to ignore)"""
-enums["MAV_CMD"][93].label[4] = """Second"""
-enums["MAV_CMD"][93].param[5] = """Empty"""
-enums["MAV_CMD"][93].param[6] = """Empty"""
-enums["MAV_CMD"][93].param[7] = """Empty"""
 MAV_CMD_NAV_PAYLOAD_PLACE = 94
-enums["MAV_CMD"][94] = EnumEntry("MAV_CMD_NAV_PAYLOAD_PLACE", """Descend and place payload. Vehicle moves to specified location, descends until it detects a hanging payload has reached the ground, and then releases the payload. If ground is not detected before the reaching the maximum descent value (param1), the command will complete without releasing the payload.""")
-enums["MAV_CMD"][94].has_location = True
-enums["MAV_CMD"][94].param[1] = """Maximum distance to descend."""
-enums["MAV_CMD"][94].label[1] = """Max Descent"""
-enums["MAV_CMD"][94].param[2] = """Empty"""
-enums["MAV_CMD"][94].param[3] = """Empty"""
-enums["MAV_CMD"][94].param[4] = """Empty"""
-enums["MAV_CMD"][94].param[5] = """Latitude"""
-enums["MAV_CMD"][94].label[5] = """Latitude"""
-enums["MAV_CMD"][94].param[6] = """Longitude"""
-enums["MAV_CMD"][94].label[6] = """Longitude"""
-enums["MAV_CMD"][94].param[7] = """Altitude"""
-enums["MAV_CMD"][94].label[7] = """Altitude"""
 MAV_CMD_NAV_LAST = 95
-enums["MAV_CMD"][95] = EnumEntry("MAV_CMD_NAV_LAST", """NOP - This command is only used to mark the upper limit of the NAV/ACTION commands in the enumeration""")
-enums["MAV_CMD"][95].param[1] = """Empty"""
-enums["MAV_CMD"][95].param[2] = """Empty"""
-enums["MAV_CMD"][95].param[3] = """Empty"""
-enums["MAV_CMD"][95].param[4] = """Empty"""
-enums["MAV_CMD"][95].param[5] = """Empty"""
-enums["MAV_CMD"][95].param[6] = """Empty"""
-enums["MAV_CMD"][95].param[7] = """Empty"""
 MAV_CMD_CONDITION_DELAY = 112
-enums["MAV_CMD"][112] = EnumEntry("MAV_CMD_CONDITION_DELAY", """Delay mission state machine.""")
-enums["MAV_CMD"][112].param[1] = """Delay"""
-enums["MAV_CMD"][112].label[1] = """Delay"""
-enums["MAV_CMD"][112].param[2] = """Empty"""
-enums["MAV_CMD"][112].param[3] = """Empty"""
-enums["MAV_CMD"][112].param[4] = """Empty"""
-enums["MAV_CMD"][112].param[5] = """Empty"""
-enums["MAV_CMD"][112].param[6] = """Empty"""
-enums["MAV_CMD"][112].param[7] = """Empty"""
 MAV_CMD_CONDITION_CHANGE_ALT = 113
-enums["MAV_CMD"][113] = EnumEntry("MAV_CMD_CONDITION_CHANGE_ALT", """Ascend/descend to target altitude at specified rate. Delay mission state machine until desired altitude reached.""")
-enums["MAV_CMD"][113].param[1] = """Descent / Ascend rate."""
-enums["MAV_CMD"][113].label[1] = """Rate"""
-enums["MAV_CMD"][113].param[2] = """Empty"""
-enums["MAV_CMD"][113].param[3] = """Empty"""
-enums["MAV_CMD"][113].param[4] = """Empty"""
-enums["MAV_CMD"][113].param[5] = """Empty"""
-enums["MAV_CMD"][113].param[6] = """Empty"""
-enums["MAV_CMD"][113].param[7] = """Target Altitude"""
-enums["MAV_CMD"][113].label[7] = """Altitude"""
 MAV_CMD_CONDITION_DISTANCE = 114
-enums["MAV_CMD"][114] = EnumEntry("MAV_CMD_CONDITION_DISTANCE", """Delay mission state machine until within desired distance of next NAV point.""")
-enums["MAV_CMD"][114].param[1] = """Distance."""
-enums["MAV_CMD"][114].label[1] = """Distance"""
-enums["MAV_CMD"][114].param[2] = """Empty"""
-enums["MAV_CMD"][114].param[3] = """Empty"""
-enums["MAV_CMD"][114].param[4] = """Empty"""
-enums["MAV_CMD"][114].param[5] = """Empty"""
-enums["MAV_CMD"][114].param[6] = """Empty"""
-enums["MAV_CMD"][114].param[7] = """Empty"""
 MAV_CMD_CONDITION_YAW = 115
-enums["MAV_CMD"][115] = EnumEntry("MAV_CMD_CONDITION_YAW", """Reach a certain target angle.""")
-enums["MAV_CMD"][115].param[1] = """target angle [0-360]. Absolute angles: 0 is north. Relative angle: 0 is initial yaw. Direction set by param3."""
-enums["MAV_CMD"][115].label[1] = """Angle"""
-enums["MAV_CMD"][115].param[2] = """angular speed"""
-enums["MAV_CMD"][115].label[2] = """Angular Speed"""
-enums["MAV_CMD"][115].param[3] = """direction: -1: counter clockwise, 0: shortest direction, 1: clockwise"""
-enums["MAV_CMD"][115].label[3] = """Direction"""
-enums["MAV_CMD"][115].param[4] = """Relative offset (MAV_BOOL_FALSE: absolute angle). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][115].label[4] = """Relative"""
-enums["MAV_CMD"][115].param[5] = """Empty"""
-enums["MAV_CMD"][115].param[6] = """Empty"""
-enums["MAV_CMD"][115].param[7] = """Empty"""
 MAV_CMD_CONDITION_LAST = 159
-enums["MAV_CMD"][159] = EnumEntry("MAV_CMD_CONDITION_LAST", """NOP - This command is only used to mark the upper limit of the CONDITION commands in the enumeration""")
-enums["MAV_CMD"][159].param[1] = """Empty"""
-enums["MAV_CMD"][159].param[2] = """Empty"""
-enums["MAV_CMD"][159].param[3] = """Empty"""
-enums["MAV_CMD"][159].param[4] = """Empty"""
-enums["MAV_CMD"][159].param[5] = """Empty"""
-enums["MAV_CMD"][159].param[6] = """Empty"""
-enums["MAV_CMD"][159].param[7] = """Empty"""
 MAV_CMD_DO_SET_MODE = 176
-enums["MAV_CMD"][176] = EnumEntry("MAV_CMD_DO_SET_MODE", """Set system mode.""")
-enums["MAV_CMD"][176].param[1] = """Mode flags. MAV_MODE values can be used to set some mode flag combinations."""
-enums["MAV_CMD"][176].label[1] = """Mode"""
-enums["MAV_CMD"][176].param[2] = """Custom system-specific mode (see target autopilot specifications for mode information). If MAV_MODE_FLAG_CUSTOM_MODE_ENABLED is set in param1 (mode) this mode is used: otherwise the field is ignored."""
-enums["MAV_CMD"][176].label[2] = """Custom Mode"""
-enums["MAV_CMD"][176].param[3] = """Custom sub mode - this is system specific, please refer to the individual autopilot specifications for details."""
-enums["MAV_CMD"][176].label[3] = """Custom Submode"""
-enums["MAV_CMD"][176].param[4] = """Empty"""
-enums["MAV_CMD"][176].param[5] = """Empty"""
-enums["MAV_CMD"][176].param[6] = """Empty"""
-enums["MAV_CMD"][176].param[7] = """Empty"""
 MAV_CMD_DO_JUMP = 177
-enums["MAV_CMD"][177] = EnumEntry("MAV_CMD_DO_JUMP", """Jump to the desired command in the mission list.  Repeat this action only the specified number of times""")
-enums["MAV_CMD"][177].param[1] = """Sequence number"""
-enums["MAV_CMD"][177].label[1] = """Number"""
-enums["MAV_CMD"][177].param[2] = """Repeat count"""
-enums["MAV_CMD"][177].label[2] = """Repeat"""
-enums["MAV_CMD"][177].param[3] = """Empty"""
-enums["MAV_CMD"][177].param[4] = """Empty"""
-enums["MAV_CMD"][177].param[5] = """Empty"""
-enums["MAV_CMD"][177].param[6] = """Empty"""
-enums["MAV_CMD"][177].param[7] = """Empty"""
 MAV_CMD_DO_CHANGE_SPEED = 178
-enums["MAV_CMD"][178] = EnumEntry("MAV_CMD_DO_CHANGE_SPEED", """Change speed and/or throttle set points. The value persists until it is overridden or there is a mode change""")
-enums["MAV_CMD"][178].param[1] = """Speed type of value set in param2 (such as airspeed, ground speed, and so on)"""
-enums["MAV_CMD"][178].label[1] = """Speed Type"""
-enums["MAV_CMD"][178].param[2] = """Speed (-1 indicates no change, -2 indicates return to default vehicle speed)"""
-enums["MAV_CMD"][178].label[2] = """Speed"""
-enums["MAV_CMD"][178].param[3] = """Throttle (-1 indicates no change, -2 indicates return to default vehicle throttle value)"""
-enums["MAV_CMD"][178].label[3] = """Throttle"""
-enums["MAV_CMD"][178].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][178].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][178].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][178].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_SET_HOME = 179
-enums["MAV_CMD"][179] = EnumEntry(
-    "MAV_CMD_DO_SET_HOME",
-    """
-          Sets the home position to either to the current position or a specified position.
-          The home position is the default position that the system will return to and land on.
-          The position is set automatically by the system during the takeoff (and may also be set using this command).
-          Note: the current home position may be emitted in a HOME_POSITION message on request (using MAV_CMD_REQUEST_MESSAGE with param1=242).
-        """,
-)
-enums["MAV_CMD"][179].has_location = True
-enums["MAV_CMD"][179].param[1] = """Use current location (MAV_BOOL_FALSE: use specified location). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][179].label[1] = """Use Current"""
-enums["MAV_CMD"][179].param[2] = """Empty"""
-enums["MAV_CMD"][179].param[3] = """Empty"""
-enums["MAV_CMD"][179].param[4] = """Empty"""
-enums["MAV_CMD"][179].param[5] = """Latitude"""
-enums["MAV_CMD"][179].label[5] = """Latitude"""
-enums["MAV_CMD"][179].param[6] = """Longitude"""
-enums["MAV_CMD"][179].label[6] = """Longitude"""
-enums["MAV_CMD"][179].param[7] = """Altitude"""
-enums["MAV_CMD"][179].label[7] = """Altitude"""
 MAV_CMD_DO_SET_PARAMETER = 180
-enums["MAV_CMD"][180] = EnumEntry("MAV_CMD_DO_SET_PARAMETER", """Set a system parameter.  Caution!  Use of this command requires knowledge of the numeric enumeration value of the parameter.""")
-enums["MAV_CMD"][180].param[1] = """Parameter number"""
-enums["MAV_CMD"][180].label[1] = """Number"""
-enums["MAV_CMD"][180].param[2] = """Parameter value"""
-enums["MAV_CMD"][180].label[2] = """Value"""
-enums["MAV_CMD"][180].param[3] = """Empty"""
-enums["MAV_CMD"][180].param[4] = """Empty"""
-enums["MAV_CMD"][180].param[5] = """Empty"""
-enums["MAV_CMD"][180].param[6] = """Empty"""
-enums["MAV_CMD"][180].param[7] = """Empty"""
 MAV_CMD_DO_SET_RELAY = 181
-enums["MAV_CMD"][181] = EnumEntry("MAV_CMD_DO_SET_RELAY", """Set a relay to a condition. The current value may optionally be reported using RELAY_STATUS.""")
-enums["MAV_CMD"][181].param[1] = """Relay instance number."""
-enums["MAV_CMD"][181].label[1] = """Instance"""
-enums["MAV_CMD"][181].param[2] = """Setting. (1=on, 0=off, others possible depending on system hardware)"""
-enums["MAV_CMD"][181].label[2] = """Setting"""
-enums["MAV_CMD"][181].param[3] = """Empty"""
-enums["MAV_CMD"][181].param[4] = """Empty"""
-enums["MAV_CMD"][181].param[5] = """Empty"""
-enums["MAV_CMD"][181].param[6] = """Empty"""
-enums["MAV_CMD"][181].param[7] = """Empty"""
 MAV_CMD_DO_REPEAT_RELAY = 182
-enums["MAV_CMD"][182] = EnumEntry("MAV_CMD_DO_REPEAT_RELAY", """Cycle a relay on and off for a desired number of cycles with a desired period.""")
-enums["MAV_CMD"][182].param[1] = """Relay instance number."""
-enums["MAV_CMD"][182].label[1] = """Instance"""
-enums["MAV_CMD"][182].param[2] = """Cycle count."""
-enums["MAV_CMD"][182].label[2] = """Count"""
-enums["MAV_CMD"][182].param[3] = """Cycle time."""
-enums["MAV_CMD"][182].label[3] = """Time"""
-enums["MAV_CMD"][182].param[4] = """Empty"""
-enums["MAV_CMD"][182].param[5] = """Empty"""
-enums["MAV_CMD"][182].param[6] = """Empty"""
-enums["MAV_CMD"][182].param[7] = """Empty"""
 MAV_CMD_DO_SET_SERVO = 183
-enums["MAV_CMD"][183] = EnumEntry("MAV_CMD_DO_SET_SERVO", """Set a servo to a desired PWM value.""")
-enums["MAV_CMD"][183].param[1] = """Servo instance number."""
-enums["MAV_CMD"][183].label[1] = """Instance"""
-enums["MAV_CMD"][183].param[2] = """Pulse Width Modulation."""
-enums["MAV_CMD"][183].label[2] = """PWM"""
-enums["MAV_CMD"][183].param[3] = """Empty"""
-enums["MAV_CMD"][183].param[4] = """Empty"""
-enums["MAV_CMD"][183].param[5] = """Empty"""
-enums["MAV_CMD"][183].param[6] = """Empty"""
-enums["MAV_CMD"][183].param[7] = """Empty"""
 MAV_CMD_DO_REPEAT_SERVO = 184
-enums["MAV_CMD"][184] = EnumEntry("MAV_CMD_DO_REPEAT_SERVO", """Cycle a between its nominal setting and a desired PWM for a desired number of cycles with a desired period.""")
-enums["MAV_CMD"][184].param[1] = """Servo instance number."""
-enums["MAV_CMD"][184].label[1] = """Instance"""
-enums["MAV_CMD"][184].param[2] = """Pulse Width Modulation."""
-enums["MAV_CMD"][184].label[2] = """PWM"""
-enums["MAV_CMD"][184].param[3] = """Cycle count."""
-enums["MAV_CMD"][184].label[3] = """Count"""
-enums["MAV_CMD"][184].param[4] = """Cycle time."""
-enums["MAV_CMD"][184].label[4] = """Time"""
-enums["MAV_CMD"][184].param[5] = """Empty"""
-enums["MAV_CMD"][184].param[6] = """Empty"""
-enums["MAV_CMD"][184].param[7] = """Empty"""
 MAV_CMD_DO_FLIGHTTERMINATION = 185
-enums["MAV_CMD"][185] = EnumEntry("MAV_CMD_DO_FLIGHTTERMINATION", """Terminate flight immediately""")
-enums["MAV_CMD"][185].param[1] = """Flight termination activated if > 0.5"""
-enums["MAV_CMD"][185].label[1] = """Terminate"""
-enums["MAV_CMD"][185].param[2] = """Empty"""
-enums["MAV_CMD"][185].param[3] = """Empty"""
-enums["MAV_CMD"][185].param[4] = """Empty"""
-enums["MAV_CMD"][185].param[5] = """Empty"""
-enums["MAV_CMD"][185].param[6] = """Empty"""
-enums["MAV_CMD"][185].param[7] = """Empty"""
 MAV_CMD_DO_CHANGE_ALTITUDE = 186
-enums["MAV_CMD"][186] = EnumEntry("MAV_CMD_DO_CHANGE_ALTITUDE", """Change altitude set point.""")
-enums["MAV_CMD"][186].param[1] = """Altitude."""
-enums["MAV_CMD"][186].label[1] = """Altitude"""
-enums["MAV_CMD"][186].param[2] = """Frame of new altitude."""
-enums["MAV_CMD"][186].label[2] = """Frame"""
-enums["MAV_CMD"][186].param[3] = """Empty"""
-enums["MAV_CMD"][186].param[4] = """Empty"""
-enums["MAV_CMD"][186].param[5] = """Empty"""
-enums["MAV_CMD"][186].param[6] = """Empty"""
-enums["MAV_CMD"][186].param[7] = """Empty"""
 MAV_CMD_DO_SET_ACTUATOR = 187
-enums["MAV_CMD"][187] = EnumEntry("MAV_CMD_DO_SET_ACTUATOR", """Sets actuators (e.g. servos) to a desired value. The actuator numbers are mapped to specific outputs (e.g. on any MAIN or AUX PWM or UAVCAN) using a flight-stack specific mechanism (i.e. a parameter).""")
-enums["MAV_CMD"][187].param[1] = """Actuator 1 value, scaled from [-1 to 1]. NaN to ignore."""
-enums["MAV_CMD"][187].label[1] = """Actuator 1"""
-enums["MAV_CMD"][187].param[2] = """Actuator 2 value, scaled from [-1 to 1]. NaN to ignore."""
-enums["MAV_CMD"][187].label[2] = """Actuator 2"""
-enums["MAV_CMD"][187].param[3] = """Actuator 3 value, scaled from [-1 to 1]. NaN to ignore."""
-enums["MAV_CMD"][187].label[3] = """Actuator 3"""
-enums["MAV_CMD"][187].param[4] = """Actuator 4 value, scaled from [-1 to 1]. NaN to ignore."""
-enums["MAV_CMD"][187].label[4] = """Actuator 4"""
-enums["MAV_CMD"][187].param[
-    5
-] = """Actuator 5 value.
-          If sent in COMMAND_LONG: value is scaled from [-1 to 1]. NaN to ignore.
-          If sent in COMMAND_INT or MISSION_ITEM_INT: value is scaled by 1e7. INT32_MAX to ignore."""
-enums["MAV_CMD"][187].label[5] = """Actuator 5"""
-enums["MAV_CMD"][187].param[
-    6
-] = """Actuator 6 value.
-          If sent in COMMAND_LONG: value is scaled from [-1 to 1]. NaN to ignore.
-          If sent in COMMAND_INT or MISSION_ITEM_INT: value is scaled by 1e7. INT32_MAX to ignore."""
-enums["MAV_CMD"][187].label[6] = """Actuator 6"""
-enums["MAV_CMD"][187].param[7] = """Index of actuator set (i.e if set to 1, Actuator 1 becomes Actuator 7)"""
-enums["MAV_CMD"][187].label[7] = """Index"""
 MAV_CMD_DO_RETURN_PATH_START = 188
-enums["MAV_CMD"][188] = EnumEntry(
-    "MAV_CMD_DO_RETURN_PATH_START",
-    """Mission item to specify the start of a failsafe/landing return-path segment (the end of the segment is the next MAV_CMD_DO_LAND_START item).
-          A vehicle that is using missions for landing (e.g. in a return mode) will join the mission on the closest path of the return-path segment (instead of MAV_CMD_DO_LAND_START or the nearest waypoint).
-          The main use case is to minimize the failsafe flight path in corridor missions, where the inbound/outbound paths are constrained (by geofences) to the same particular path.
-          The MAV_CMD_NAV_RETURN_PATH_START would be placed at the start of the return path.
-          If a failsafe occurs on the outbound path the vehicle will move to the nearest point on the return path (which is parallel for this kind of mission), effectively turning round and following the shortest path to landing.
-          If a failsafe occurs on the inbound path the vehicle is already on the return segment and will continue to landing.
-          The Latitude/Longitude/Altitude are optional, and may be set to 0 if not needed.
-          If specified, the item defines the waypoint at which the return segment starts.
-          If sent using as a command, the vehicle will perform a mission landing (using the land segment if defined) or reject the command if mission landings are not supported, or no mission landing is defined. When used as a command any position information in the command is ignored.
-        """,
-)
-enums["MAV_CMD"][188].has_location = True
-enums["MAV_CMD"][188].param[1] = """Empty"""
-enums["MAV_CMD"][188].param[2] = """Empty"""
-enums["MAV_CMD"][188].param[3] = """Empty"""
-enums["MAV_CMD"][188].param[4] = """Empty"""
-enums["MAV_CMD"][188].param[5] = """Latitudee. 0: not used."""
-enums["MAV_CMD"][188].label[5] = """Latitude"""
-enums["MAV_CMD"][188].param[6] = """Longitudee. 0: not used."""
-enums["MAV_CMD"][188].label[6] = """Longitude"""
-enums["MAV_CMD"][188].param[7] = """Altitudee. 0: not used."""
-enums["MAV_CMD"][188].label[7] = """Altitude"""
 MAV_CMD_DO_LAND_START = 189
-enums["MAV_CMD"][189] = EnumEntry(
-    "MAV_CMD_DO_LAND_START",
-    """Mission item to mark the start of a mission landing pattern, or a command to land with a mission landing pattern.
-
-        When used in a mission, this is a marker for the start of a sequence of mission items that represent a landing pattern.
-        It should be followed by a navigation item that defines the first waypoint of the landing sequence.
-        The start marker positional params are used only for selecting what landing pattern to use if several are defined in the mission (the selected pattern will be the one with the marker position that is closest to the vehicle when a landing is commanded).
-        If the marker item position has zero-values for latitude, longitude, and altitude, then landing pattern selection is instead based on the position of the first waypoint in the landing sequence.
-
-          When sent as a command it triggers a landing using a mission landing pattern.
-          The location parameters are not used in this case, and should be set to 0.
-    """,
-)
-enums["MAV_CMD"][189].has_location = True
-enums["MAV_CMD"][189].param[1] = """Empty"""
-enums["MAV_CMD"][189].param[2] = """Empty"""
-enums["MAV_CMD"][189].param[3] = """Empty"""
-enums["MAV_CMD"][189].param[4] = """Empty"""
-enums["MAV_CMD"][189].param[5] = """Latitude for landing sequence selection, or 0 (see description). Ignored in commands (set 0)."""
-enums["MAV_CMD"][189].label[5] = """Latitude"""
-enums["MAV_CMD"][189].param[6] = """Longitude for landing sequence selection, or 0 (see description). Ignored in commands (set 0)."""
-enums["MAV_CMD"][189].label[6] = """Longitude"""
-enums["MAV_CMD"][189].param[7] = """Altitude for landing sequence selection, or 0 (see description). Ignored in commands (set 0)."""
-enums["MAV_CMD"][189].label[7] = """Altitude"""
 MAV_CMD_DO_RALLY_LAND = 190
-enums["MAV_CMD"][190] = EnumEntry("MAV_CMD_DO_RALLY_LAND", """Mission command to perform a landing from a rally point.""")
-enums["MAV_CMD"][190].param[1] = """Break altitude"""
-enums["MAV_CMD"][190].label[1] = """Altitude"""
-enums["MAV_CMD"][190].param[2] = """Landing speed"""
-enums["MAV_CMD"][190].label[2] = """Speed"""
-enums["MAV_CMD"][190].param[3] = """Empty"""
-enums["MAV_CMD"][190].param[4] = """Empty"""
-enums["MAV_CMD"][190].param[5] = """Empty"""
-enums["MAV_CMD"][190].param[6] = """Empty"""
-enums["MAV_CMD"][190].param[7] = """Empty"""
 MAV_CMD_DO_GO_AROUND = 191
-enums["MAV_CMD"][191] = EnumEntry("MAV_CMD_DO_GO_AROUND", """Mission command to safely abort an autonomous landing.""")
-enums["MAV_CMD"][191].param[1] = """Altitude"""
-enums["MAV_CMD"][191].label[1] = """Altitude"""
-enums["MAV_CMD"][191].param[2] = """Empty"""
-enums["MAV_CMD"][191].param[3] = """Empty"""
-enums["MAV_CMD"][191].param[4] = """Empty"""
-enums["MAV_CMD"][191].param[5] = """Empty"""
-enums["MAV_CMD"][191].param[6] = """Empty"""
-enums["MAV_CMD"][191].param[7] = """Empty"""
 MAV_CMD_DO_REPOSITION = 192
-enums["MAV_CMD"][192] = EnumEntry("MAV_CMD_DO_REPOSITION", """Reposition the vehicle to a specific WGS84 global position. This command is intended for guided commands (for missions use MAV_CMD_NAV_WAYPOINT instead).""")
-enums["MAV_CMD"][192].has_location = True
-enums["MAV_CMD"][192].param[1] = """Ground speed, less than 0 (-1) for default"""
-enums["MAV_CMD"][192].label[1] = """Speed"""
-enums["MAV_CMD"][192].param[2] = """Bitmask of option flags."""
-enums["MAV_CMD"][192].label[2] = """Bitmask"""
-enums["MAV_CMD"][192].param[3] = """Loiter radius for planes. Positive values only, direction is controlled by Yaw value. A value of zero or NaN is ignored. """
-enums["MAV_CMD"][192].label[3] = """Radius"""
-enums["MAV_CMD"][192].param[4] = """Yaw heading (heading reference defined in Bitmask field). NaN to use the current system yaw heading mode (e.g. yaw towards next waypoint, yaw to home, etc.). For planes indicates loiter direction (0: clockwise, 1: counter clockwise)"""
-enums["MAV_CMD"][192].label[4] = """Yaw"""
-enums["MAV_CMD"][192].param[5] = """Latitude"""
-enums["MAV_CMD"][192].label[5] = """Latitude"""
-enums["MAV_CMD"][192].param[6] = """Longitude"""
-enums["MAV_CMD"][192].label[6] = """Longitude"""
-enums["MAV_CMD"][192].param[7] = """Altitude"""
-enums["MAV_CMD"][192].label[7] = """Altitude"""
 MAV_CMD_DO_PAUSE_CONTINUE = 193
-enums["MAV_CMD"][193] = EnumEntry("MAV_CMD_DO_PAUSE_CONTINUE", """If in a GPS controlled position mode, hold the current position or continue.""")
-enums["MAV_CMD"][193].param[1] = """Continue mission (MAV_BOOL_TRUE), Pause current mission or reposition command, hold current position (MAV_BOOL_FALSE). Values not equal to 0 or 1 are invalid. A VTOL capable vehicle should enter hover mode (multicopter and VTOL planes). A plane should loiter with the default loiter radius."""
-enums["MAV_CMD"][193].label[1] = """Continue"""
-enums["MAV_CMD"][193].param[2] = """Reserved"""
-enums["MAV_CMD"][193].param[3] = """Reserved"""
-enums["MAV_CMD"][193].param[4] = """Reserved"""
-enums["MAV_CMD"][193].param[5] = """Reserved"""
-enums["MAV_CMD"][193].param[6] = """Reserved"""
-enums["MAV_CMD"][193].param[7] = """Reserved"""
 MAV_CMD_DO_SET_REVERSE = 194
-enums["MAV_CMD"][194] = EnumEntry("MAV_CMD_DO_SET_REVERSE", """Set moving direction to forward or reverse.""")
-enums["MAV_CMD"][194].param[1] = """Reverse direction (MAV_BOOL_FALSE: Forward direction). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][194].label[1] = """Reverse"""
-enums["MAV_CMD"][194].param[2] = """Empty"""
-enums["MAV_CMD"][194].param[3] = """Empty"""
-enums["MAV_CMD"][194].param[4] = """Empty"""
-enums["MAV_CMD"][194].param[5] = """Empty"""
-enums["MAV_CMD"][194].param[6] = """Empty"""
-enums["MAV_CMD"][194].param[7] = """Empty"""
 MAV_CMD_DO_SET_ROI_LOCATION = 195
-enums["MAV_CMD"][195] = EnumEntry("MAV_CMD_DO_SET_ROI_LOCATION", """Sets the region of interest (ROI) to a location. This can then be used by the vehicle's control system to control the vehicle attitude and the attitude of various sensors such as cameras.""")
-enums["MAV_CMD"][195].has_location = True
-enums["MAV_CMD"][195].param[1] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][195].label[1] = """Gimbal device ID"""
-enums["MAV_CMD"][195].param[2] = """Empty"""
-enums["MAV_CMD"][195].param[3] = """Empty"""
-enums["MAV_CMD"][195].param[4] = """Empty"""
-enums["MAV_CMD"][195].param[5] = """Latitude of ROI location"""
-enums["MAV_CMD"][195].label[5] = """Latitude"""
-enums["MAV_CMD"][195].param[6] = """Longitude of ROI location"""
-enums["MAV_CMD"][195].label[6] = """Longitude"""
-enums["MAV_CMD"][195].param[7] = """Altitude of ROI location"""
-enums["MAV_CMD"][195].label[7] = """Altitude"""
 MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET = 196
-enums["MAV_CMD"][196] = EnumEntry("MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET", """Sets the region of interest (ROI) to be toward next waypoint, with optional pitch/roll/yaw offset. This can then be used by the vehicle's control system to control the vehicle attitude and the attitude of various sensors such as cameras.""")
-enums["MAV_CMD"][196].param[1] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][196].label[1] = """Gimbal device ID"""
-enums["MAV_CMD"][196].param[2] = """Empty"""
-enums["MAV_CMD"][196].param[3] = """Empty"""
-enums["MAV_CMD"][196].param[4] = """Empty"""
-enums["MAV_CMD"][196].param[5] = """Pitch offset from next waypoint, positive pitching up"""
-enums["MAV_CMD"][196].label[5] = """Pitch Offset"""
-enums["MAV_CMD"][196].param[6] = """Roll offset from next waypoint, positive rolling to the right"""
-enums["MAV_CMD"][196].label[6] = """Roll Offset"""
-enums["MAV_CMD"][196].param[7] = """Yaw offset from next waypoint, positive yawing to the right"""
-enums["MAV_CMD"][196].label[7] = """Yaw Offset"""
 MAV_CMD_DO_SET_ROI_NONE = 197
-enums["MAV_CMD"][197] = EnumEntry("MAV_CMD_DO_SET_ROI_NONE", """Cancels any previous ROI command returning the vehicle/sensors to default flight characteristics. This can then be used by the vehicle's control system to control the vehicle attitude and the attitude of various sensors such as cameras.""")
-enums["MAV_CMD"][197].param[1] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][197].label[1] = """Gimbal device ID"""
-enums["MAV_CMD"][197].param[2] = """Empty"""
-enums["MAV_CMD"][197].param[3] = """Empty"""
-enums["MAV_CMD"][197].param[4] = """Empty"""
-enums["MAV_CMD"][197].param[5] = """Empty"""
-enums["MAV_CMD"][197].param[6] = """Empty"""
-enums["MAV_CMD"][197].param[7] = """Empty"""
 MAV_CMD_DO_SET_ROI_SYSID = 198
-enums["MAV_CMD"][198] = EnumEntry("MAV_CMD_DO_SET_ROI_SYSID", """Mount tracks system with specified system ID. Determination of target vehicle position may be done with GLOBAL_POSITION_INT or any other means.""")
-enums["MAV_CMD"][198].param[1] = """System ID"""
-enums["MAV_CMD"][198].label[1] = """System ID"""
-enums["MAV_CMD"][198].param[2] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][198].label[2] = """Gimbal device ID"""
-enums["MAV_CMD"][198].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][198].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][198].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][198].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][198].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_CONTROL_VIDEO = 200
-enums["MAV_CMD"][200] = EnumEntry("MAV_CMD_DO_CONTROL_VIDEO", """Control onboard camera system.""")
-enums["MAV_CMD"][200].param[1] = """Camera ID (-1 for all)"""
-enums["MAV_CMD"][200].label[1] = """ID"""
-enums["MAV_CMD"][200].param[2] = """Transmission: 0: disabled, 1: enabled compressed, 2: enabled raw"""
-enums["MAV_CMD"][200].label[2] = """Transmission"""
-enums["MAV_CMD"][200].param[3] = """Transmission mode: 0: video stream, >0: single images every n seconds"""
-enums["MAV_CMD"][200].label[3] = """Interval"""
-enums["MAV_CMD"][200].param[4] = """Recording: 0: disabled, 1: enabled compressed, 2: enabled raw"""
-enums["MAV_CMD"][200].label[4] = """Recording"""
-enums["MAV_CMD"][200].param[5] = """Empty"""
-enums["MAV_CMD"][200].param[6] = """Empty"""
-enums["MAV_CMD"][200].param[7] = """Empty"""
 MAV_CMD_DO_SET_ROI = 201
-enums["MAV_CMD"][201] = EnumEntry("MAV_CMD_DO_SET_ROI", """Sets the region of interest (ROI) for a sensor set or the vehicle itself. This can then be used by the vehicle's control system to control the vehicle attitude and the attitude of various sensors such as cameras.""")
-enums["MAV_CMD"][201].has_location = True
-enums["MAV_CMD"][201].param[1] = """Region of interest mode."""
-enums["MAV_CMD"][201].label[1] = """ROI Mode"""
-enums["MAV_CMD"][201].param[2] = """Waypoint index/ target ID (depends on param 1)."""
-enums["MAV_CMD"][201].label[2] = """WP Index"""
-enums["MAV_CMD"][201].param[3] = """Region of interest index. (allows a vehicle to manage multiple ROI's)"""
-enums["MAV_CMD"][201].label[3] = """ROI Index"""
-enums["MAV_CMD"][201].param[4] = """Empty"""
-enums["MAV_CMD"][201].param[5] = """x the location of the fixed ROI (see MAV_FRAME)"""
-enums["MAV_CMD"][201].param[6] = """y"""
-enums["MAV_CMD"][201].param[7] = """z"""
 MAV_CMD_DO_DIGICAM_CONFIGURE = 202
-enums["MAV_CMD"][202] = EnumEntry("MAV_CMD_DO_DIGICAM_CONFIGURE", """Configure digital camera. This is a fallback message for systems that have not yet implemented PARAM_EXT_XXX messages and camera definition files (see https://mavlink.io/en/services/camera_def.html ).""")
-enums["MAV_CMD"][202].param[1] = """Modes: P, TV, AV, M, Etc."""
-enums["MAV_CMD"][202].label[1] = """Mode"""
-enums["MAV_CMD"][202].param[2] = """Shutter speed: Divisor number for one second."""
-enums["MAV_CMD"][202].label[2] = """Shutter Speed"""
-enums["MAV_CMD"][202].param[3] = """Aperture: F stop number."""
-enums["MAV_CMD"][202].label[3] = """Aperture"""
-enums["MAV_CMD"][202].param[4] = """ISO number e.g. 80, 100, 200, Etc."""
-enums["MAV_CMD"][202].label[4] = """ISO"""
-enums["MAV_CMD"][202].param[5] = """Exposure type enumerator."""
-enums["MAV_CMD"][202].label[5] = """Exposure"""
-enums["MAV_CMD"][202].param[6] = """Command Identity."""
-enums["MAV_CMD"][202].label[6] = """Command Identity"""
-enums["MAV_CMD"][202].param[7] = """Main engine cut-off time before camera trigger. (0 means no cut-off)"""
-enums["MAV_CMD"][202].label[7] = """Engine Cut-off"""
 MAV_CMD_DO_DIGICAM_CONTROL = 203
-enums["MAV_CMD"][203] = EnumEntry("MAV_CMD_DO_DIGICAM_CONTROL", """Control digital camera. This is a fallback message for systems that have not yet implemented PARAM_EXT_XXX messages and camera definition files (see https://mavlink.io/en/services/camera_def.html ).""")
-enums["MAV_CMD"][203].param[1] = """Session control e.g. show/hide lens"""
-enums["MAV_CMD"][203].label[1] = """Session Control"""
-enums["MAV_CMD"][203].param[2] = """Zoom's absolute position"""
-enums["MAV_CMD"][203].label[2] = """Zoom Absolute"""
-enums["MAV_CMD"][203].param[3] = """Zooming step value to offset zoom from the current position"""
-enums["MAV_CMD"][203].label[3] = """Zoom Relative"""
-enums["MAV_CMD"][203].param[4] = """Focus Locking, Unlocking or Re-locking"""
-enums["MAV_CMD"][203].label[4] = """Focus"""
-enums["MAV_CMD"][203].param[5] = """Shooting Command"""
-enums["MAV_CMD"][203].label[5] = """Shoot Command"""
-enums["MAV_CMD"][203].param[6] = """Command Identity"""
-enums["MAV_CMD"][203].label[6] = """Command Identity"""
-enums["MAV_CMD"][203].param[7] = """Test shot identifier. If set to 1, image will only be captured, but not counted towards internal frame count."""
-enums["MAV_CMD"][203].label[7] = """Shot ID"""
 MAV_CMD_DO_MOUNT_CONFIGURE = 204
-enums["MAV_CMD"][204] = EnumEntry("MAV_CMD_DO_MOUNT_CONFIGURE", """Mission command to configure a camera or antenna mount""")
-enums["MAV_CMD"][204].param[1] = """Mount operation mode"""
-enums["MAV_CMD"][204].label[1] = """Mode"""
-enums["MAV_CMD"][204].param[2] = """Stabilize roll (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][204].label[2] = """Stabilize Roll"""
-enums["MAV_CMD"][204].param[3] = """Stabilize pitch (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][204].label[3] = """Stabilize Pitch"""
-enums["MAV_CMD"][204].param[4] = """Stabilize yaw (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][204].label[4] = """Stabilize Yaw"""
-enums["MAV_CMD"][204].param[5] = """Empty"""
-enums["MAV_CMD"][204].param[6] = """Empty"""
-enums["MAV_CMD"][204].param[7] = """Empty"""
 MAV_CMD_DO_MOUNT_CONTROL = 205
-enums["MAV_CMD"][205] = EnumEntry("MAV_CMD_DO_MOUNT_CONTROL", """Mission command to control a camera or antenna mount""")
-enums["MAV_CMD"][205].param[1] = """pitch (WIP: DEPRECATED: or lat in degrees) depending on mount mode."""
-enums["MAV_CMD"][205].param[2] = """roll (WIP: DEPRECATED: or lon in degrees) depending on mount mode."""
-enums["MAV_CMD"][205].param[3] = """yaw (WIP: DEPRECATED: or alt in meters) depending on mount mode."""
-enums["MAV_CMD"][205].param[4] = """WIP: alt in meters depending on mount mode."""
-enums["MAV_CMD"][205].param[5] = """WIP: latitude in degrees * 1E7, set if appropriate mount mode."""
-enums["MAV_CMD"][205].param[6] = """WIP: longitude in degrees * 1E7, set if appropriate mount mode."""
-enums["MAV_CMD"][205].param[7] = """Mount mode."""
-enums["MAV_CMD"][205].label[7] = """Mode"""
 MAV_CMD_DO_SET_CAM_TRIGG_DIST = 206
-enums["MAV_CMD"][206] = EnumEntry("MAV_CMD_DO_SET_CAM_TRIGG_DIST", """Mission command to set camera trigger distance for this flight. The camera is triggered each time this distance is exceeded. This command can also be used to set the shutter integration time for the camera.""")
-enums["MAV_CMD"][206].param[1] = """Camera trigger distance. 0 to stop triggering."""
-enums["MAV_CMD"][206].label[1] = """Distance"""
-enums["MAV_CMD"][206].param[2] = """Camera shutter integration time. -1 or 0 to ignore"""
-enums["MAV_CMD"][206].label[2] = """Shutter"""
-enums["MAV_CMD"][206].param[3] = """Trigger camera once, immediately (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][206].label[3] = """Trigger"""
-enums["MAV_CMD"][206].param[4] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][206].label[4] = """Target Camera ID"""
-enums["MAV_CMD"][206].param[5] = """Empty"""
-enums["MAV_CMD"][206].param[6] = """Empty"""
-enums["MAV_CMD"][206].param[7] = """Empty"""
 MAV_CMD_DO_FENCE_ENABLE = 207
-enums["MAV_CMD"][207] = EnumEntry(
-    "MAV_CMD_DO_FENCE_ENABLE",
-    """
-          Enable the geofence.
-          This can be used in a mission or via the command protocol.
-          The persistence/lifetime of the setting is undefined.
-          Depending on flight stack implementation it may persist until superseded, or it may revert to a system default at the end of a mission.
-          Flight stacks typically reset the setting to system defaults on reboot.
-    """,
-)
-enums["MAV_CMD"][207].param[1] = """enable? (0=disable, 1=enable, 2=disable_floor_only)"""
-enums["MAV_CMD"][207].label[1] = """Enable"""
-enums["MAV_CMD"][207].param[2] = """Fence types to enable or disable as a bitmask. 0: all fences should be enabled or disabled (parameter is ignored, for compatibility reasons).Parameter is ignored if param1=2"""
-enums["MAV_CMD"][207].label[2] = """Types"""
-enums["MAV_CMD"][207].param[3] = """Empty"""
-enums["MAV_CMD"][207].param[4] = """Empty"""
-enums["MAV_CMD"][207].param[5] = """Empty"""
-enums["MAV_CMD"][207].param[6] = """Empty"""
-enums["MAV_CMD"][207].param[7] = """Empty"""
 MAV_CMD_DO_PARACHUTE = 208
-enums["MAV_CMD"][208] = EnumEntry("MAV_CMD_DO_PARACHUTE", """Mission item/command to release a parachute or enable/disable auto release.""")
-enums["MAV_CMD"][208].param[1] = """Action"""
-enums["MAV_CMD"][208].label[1] = """Action"""
-enums["MAV_CMD"][208].param[2] = """Empty"""
-enums["MAV_CMD"][208].param[3] = """Empty"""
-enums["MAV_CMD"][208].param[4] = """Empty"""
-enums["MAV_CMD"][208].param[5] = """Empty"""
-enums["MAV_CMD"][208].param[6] = """Empty"""
-enums["MAV_CMD"][208].param[7] = """Empty"""
 MAV_CMD_DO_MOTOR_TEST = 209
-enums["MAV_CMD"][209] = EnumEntry("MAV_CMD_DO_MOTOR_TEST", """Command to perform motor test.""")
-enums["MAV_CMD"][209].param[1] = """Motor instance number (from 1 to max number of motors on the vehicle)."""
-enums["MAV_CMD"][209].label[1] = """Instance"""
-enums["MAV_CMD"][209].param[2] = """Throttle type (whether the Throttle Value in param3 is a percentage, PWM value, etc.)"""
-enums["MAV_CMD"][209].label[2] = """Throttle Type"""
-enums["MAV_CMD"][209].param[3] = """Throttle value."""
-enums["MAV_CMD"][209].label[3] = """Throttle"""
-enums["MAV_CMD"][209].param[4] = """Timeout between tests that are run in sequence."""
-enums["MAV_CMD"][209].label[4] = """Timeout"""
-enums["MAV_CMD"][209].param[5] = """Motor count. Number of motors to test in sequence: 0/1=one motor, 2= two motors, etc. The Timeout (param4) is used between tests."""
-enums["MAV_CMD"][209].label[5] = """Motor Count"""
-enums["MAV_CMD"][209].param[6] = """Motor test order."""
-enums["MAV_CMD"][209].label[6] = """Test Order"""
-enums["MAV_CMD"][209].param[7] = """Empty"""
 MAV_CMD_DO_INVERTED_FLIGHT = 210
-enums["MAV_CMD"][210] = EnumEntry("MAV_CMD_DO_INVERTED_FLIGHT", """Change to/from inverted flight.""")
-enums["MAV_CMD"][210].param[1] = """Inverted flight (MAV_BOOL_False: normal flight). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][210].label[1] = """Inverted"""
-enums["MAV_CMD"][210].param[2] = """Empty"""
-enums["MAV_CMD"][210].param[3] = """Empty"""
-enums["MAV_CMD"][210].param[4] = """Empty"""
-enums["MAV_CMD"][210].param[5] = """Empty"""
-enums["MAV_CMD"][210].param[6] = """Empty"""
-enums["MAV_CMD"][210].param[7] = """Empty"""
 MAV_CMD_DO_GRIPPER = 211
-enums["MAV_CMD"][211] = EnumEntry("MAV_CMD_DO_GRIPPER", """Mission command to operate a gripper.""")
-enums["MAV_CMD"][211].param[1] = """Gripper ID. 1-6 for an autopilot connected gripper. In missions this may be set to 1-6 for an autopilot gripper, or the gripper component id for a MAVLink gripper. 0 targets all grippers."""
-enums["MAV_CMD"][211].label[1] = """Gripper ID"""
-enums["MAV_CMD"][211].param[2] = """Gripper action to perform."""
-enums["MAV_CMD"][211].label[2] = """Action"""
-enums["MAV_CMD"][211].param[3] = """Empty"""
-enums["MAV_CMD"][211].param[4] = """Empty"""
-enums["MAV_CMD"][211].param[5] = """Empty"""
-enums["MAV_CMD"][211].param[6] = """Empty"""
-enums["MAV_CMD"][211].param[7] = """Empty"""
 MAV_CMD_DO_AUTOTUNE_ENABLE = 212
-enums["MAV_CMD"][212] = EnumEntry("MAV_CMD_DO_AUTOTUNE_ENABLE", """Enable/disable autotune.""")
-enums["MAV_CMD"][212].param[1] = """Enable autotune (MAV_BOOL_FALSE: disable autotune). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][212].label[1] = """Enable"""
-enums["MAV_CMD"][212].param[2] = """Specify axes for which autotuning is enabled/disabled. 0 indicates the field is unused (for compatibility reasons). If 0 the autopilot will follow its default behaviour, which is usually to tune all axes."""
-enums["MAV_CMD"][212].label[2] = """Axis"""
-enums["MAV_CMD"][212].param[3] = """Empty."""
-enums["MAV_CMD"][212].param[4] = """Empty."""
-enums["MAV_CMD"][212].param[5] = """Empty."""
-enums["MAV_CMD"][212].param[6] = """Empty."""
-enums["MAV_CMD"][212].param[7] = """Empty."""
 MAV_CMD_NAV_SET_YAW_SPEED = 213
-enums["MAV_CMD"][213] = EnumEntry("MAV_CMD_NAV_SET_YAW_SPEED", """Sets a desired vehicle turn angle and speed change.""")
-enums["MAV_CMD"][213].param[1] = """Yaw angle to adjust steering by."""
-enums["MAV_CMD"][213].label[1] = """Yaw"""
-enums["MAV_CMD"][213].param[2] = """Speed."""
-enums["MAV_CMD"][213].label[2] = """Speed"""
-enums["MAV_CMD"][213].param[3] = """Relative final angle (MAV_BOOL_FALSE: Absolute angle). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][213].label[3] = """Angle"""
-enums["MAV_CMD"][213].param[4] = """Empty"""
-enums["MAV_CMD"][213].param[5] = """Empty"""
-enums["MAV_CMD"][213].param[6] = """Empty"""
-enums["MAV_CMD"][213].param[7] = """Empty"""
 MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL = 214
-enums["MAV_CMD"][214] = EnumEntry("MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL", """Mission command to set camera trigger interval for this flight. If triggering is enabled, the camera is triggered each time this interval expires. This command can also be used to set the shutter integration time for the camera.""")
-enums["MAV_CMD"][214].param[1] = """Camera trigger cycle time. -1 or 0 to ignore."""
-enums["MAV_CMD"][214].label[1] = """Trigger Cycle"""
-enums["MAV_CMD"][214].param[2] = """Camera shutter integration time. Should be less than trigger cycle time. -1 or 0 to ignore."""
-enums["MAV_CMD"][214].label[2] = """Shutter Integration"""
-enums["MAV_CMD"][214].param[3] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][214].label[3] = """Target Camera ID"""
-enums["MAV_CMD"][214].param[4] = """Empty"""
-enums["MAV_CMD"][214].param[5] = """Empty"""
-enums["MAV_CMD"][214].param[6] = """Empty"""
-enums["MAV_CMD"][214].param[7] = """Empty"""
 MAV_CMD_DO_MOUNT_CONTROL_QUAT = 220
-enums["MAV_CMD"][220] = EnumEntry("MAV_CMD_DO_MOUNT_CONTROL_QUAT", """Mission command to control a camera or antenna mount, using a quaternion as reference.""")
-enums["MAV_CMD"][220].param[1] = """quaternion param q1, w (1 in null-rotation)"""
-enums["MAV_CMD"][220].label[1] = """Q1"""
-enums["MAV_CMD"][220].param[2] = """quaternion param q2, x (0 in null-rotation)"""
-enums["MAV_CMD"][220].label[2] = """Q2"""
-enums["MAV_CMD"][220].param[3] = """quaternion param q3, y (0 in null-rotation)"""
-enums["MAV_CMD"][220].label[3] = """Q3"""
-enums["MAV_CMD"][220].param[4] = """quaternion param q4, z (0 in null-rotation)"""
-enums["MAV_CMD"][220].label[4] = """Q4"""
-enums["MAV_CMD"][220].param[5] = """Empty"""
-enums["MAV_CMD"][220].param[6] = """Empty"""
-enums["MAV_CMD"][220].param[7] = """Empty"""
 MAV_CMD_DO_GUIDED_MASTER = 221
-enums["MAV_CMD"][221] = EnumEntry("MAV_CMD_DO_GUIDED_MASTER", """set id of master controller""")
-enums["MAV_CMD"][221].param[1] = """System ID"""
-enums["MAV_CMD"][221].label[1] = """System ID"""
-enums["MAV_CMD"][221].param[2] = """Component ID"""
-enums["MAV_CMD"][221].label[2] = """Component ID"""
-enums["MAV_CMD"][221].param[3] = """Empty"""
-enums["MAV_CMD"][221].param[4] = """Empty"""
-enums["MAV_CMD"][221].param[5] = """Empty"""
-enums["MAV_CMD"][221].param[6] = """Empty"""
-enums["MAV_CMD"][221].param[7] = """Empty"""
 MAV_CMD_DO_GUIDED_LIMITS = 222
-enums["MAV_CMD"][222] = EnumEntry("MAV_CMD_DO_GUIDED_LIMITS", """Set limits for external control""")
-enums["MAV_CMD"][222].param[1] = """Timeout - maximum time that external controller will be allowed to control vehicle. 0 means no timeout."""
-enums["MAV_CMD"][222].label[1] = """Timeout"""
-enums["MAV_CMD"][222].param[2] = """Altitude (MSL) min - if vehicle moves below this alt, the command will be aborted and the mission will continue. 0 means no lower altitude limit."""
-enums["MAV_CMD"][222].label[2] = """Min Altitude"""
-enums["MAV_CMD"][222].param[3] = """Altitude (MSL) max - if vehicle moves above this alt, the command will be aborted and the mission will continue. 0 means no upper altitude limit."""
-enums["MAV_CMD"][222].label[3] = """Max Altitude"""
-enums["MAV_CMD"][222].param[4] = """Horizontal move limit - if vehicle moves more than this distance from its location at the moment the command was executed, the command will be aborted and the mission will continue. 0 means no horizontal move limit."""
-enums["MAV_CMD"][222].label[4] = """Horiz. Move Limit"""
-enums["MAV_CMD"][222].param[5] = """Empty"""
-enums["MAV_CMD"][222].param[6] = """Empty"""
-enums["MAV_CMD"][222].param[7] = """Empty"""
 MAV_CMD_DO_ENGINE_CONTROL = 223
-enums["MAV_CMD"][223] = EnumEntry("MAV_CMD_DO_ENGINE_CONTROL", """Control vehicle engine. This is interpreted by the vehicles engine controller to change the target engine state. It is intended for vehicles with internal combustion engines""")
-enums["MAV_CMD"][223].param[1] = """Start engine (MAV_BOOL_False: Stop engine). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][223].label[1] = """Start Engine"""
-enums["MAV_CMD"][223].param[2] = """Cold start engine (MAV_BOOL_FALSE: Warm start). Values not equal to 0 or 1 are invalid. Controls use of choke where applicable"""
-enums["MAV_CMD"][223].label[2] = """Cold Start"""
-enums["MAV_CMD"][223].param[3] = """Height delay. This is for commanding engine start only after the vehicle has gained the specified height. Used in VTOL vehicles during takeoff to start engine after the aircraft is off the ground. Zero for no delay."""
-enums["MAV_CMD"][223].label[3] = """Height Delay"""
-enums["MAV_CMD"][223].param[4] = """A bitmask of options for engine control"""
-enums["MAV_CMD"][223].label[4] = """Options"""
-enums["MAV_CMD"][223].param[5] = """Empty"""
-enums["MAV_CMD"][223].param[6] = """Empty"""
-enums["MAV_CMD"][223].param[7] = """Empty"""
 MAV_CMD_DO_SET_MISSION_CURRENT = 224
-enums["MAV_CMD"][224] = EnumEntry(
-    "MAV_CMD_DO_SET_MISSION_CURRENT",
-    """
-          Set the mission item with sequence number seq as the current item and emit MISSION_CURRENT (whether or not the mission number changed).
-          If a mission is currently being executed, the system will continue to this new mission item on the shortest path, skipping any intermediate mission items.
-      Note that mission jump repeat counters are not reset unless param2 is set (see MAV_CMD_DO_JUMP param2).
-
-          This command may trigger a mission state-machine change on some systems: for example from MISSION_STATE_NOT_STARTED or MISSION_STATE_PAUSED to MISSION_STATE_ACTIVE.
-          If the system is in mission mode, on those systems this command might therefore start, restart or resume the mission.
-          If the system is not in mission mode this command must not trigger a switch to mission mode.
-
-          The mission may be "reset" using param2.
-          Resetting sets jump counters to initial values (to reset counters without changing the current mission item set the param1 to `-1`).
-          Resetting also explicitly changes a mission state of MISSION_STATE_COMPLETE to MISSION_STATE_PAUSED or MISSION_STATE_ACTIVE, potentially allowing it to resume when it is (next) in a mission mode.
-
-      The command will ACK with MAV_RESULT_FAILED if the sequence number is out of range (including if there is no mission item).
-        """,
-)
-enums["MAV_CMD"][224].param[1] = """Mission sequence value to set. -1 for the current mission item (use to reset mission without changing current mission item)."""
-enums["MAV_CMD"][224].label[1] = """Number"""
-enums["MAV_CMD"][224].param[2] = """Reset mission (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid. Resets jump counters to initial values and changes mission state "completed" to be "active" or "paused"."""
-enums["MAV_CMD"][224].label[2] = """Reset Mission"""
-enums["MAV_CMD"][224].param[3] = """Empty"""
-enums["MAV_CMD"][224].param[4] = """Empty"""
-enums["MAV_CMD"][224].param[5] = """Empty"""
-enums["MAV_CMD"][224].param[6] = """Empty"""
-enums["MAV_CMD"][224].param[7] = """Empty"""
 MAV_CMD_DO_LAST = 240
-enums["MAV_CMD"][240] = EnumEntry("MAV_CMD_DO_LAST", """NOP - This command is only used to mark the upper limit of the DO commands in the enumeration""")
-enums["MAV_CMD"][240].param[1] = """Empty"""
-enums["MAV_CMD"][240].param[2] = """Empty"""
-enums["MAV_CMD"][240].param[3] = """Empty"""
-enums["MAV_CMD"][240].param[4] = """Empty"""
-enums["MAV_CMD"][240].param[5] = """Empty"""
-enums["MAV_CMD"][240].param[6] = """Empty"""
-enums["MAV_CMD"][240].param[7] = """Empty"""
 MAV_CMD_PREFLIGHT_CALIBRATION = 241
-enums["MAV_CMD"][241] = EnumEntry("MAV_CMD_PREFLIGHT_CALIBRATION", """Trigger calibration. This command will be only accepted if in pre-flight mode. Except for Temperature Calibration, only one sensor should be set in a single message and all others should be zero.""")
-enums["MAV_CMD"][241].param[1] = """1: gyro calibration, 3: gyro temperature calibration"""
-enums["MAV_CMD"][241].label[1] = """Gyro Temperature"""
-enums["MAV_CMD"][241].param[2] = """Magnetometer calibration action."""
-enums["MAV_CMD"][241].label[2] = """Magnetometer"""
-enums["MAV_CMD"][241].param[3] = """Ground pressure calibration. Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][241].label[3] = """Ground Pressure"""
-enums["MAV_CMD"][241].param[4] = """1: radio RC calibration, 2: RC trim calibration"""
-enums["MAV_CMD"][241].label[4] = """Remote Control"""
-enums["MAV_CMD"][241].param[5] = """Accelerometer calibration action."""
-enums["MAV_CMD"][241].label[5] = """Accelerometer"""
-enums["MAV_CMD"][241].param[6] = """1: APM: compass/motor interference calibration (PX4: airspeed calibration, deprecated), 2: airspeed calibration"""
-enums["MAV_CMD"][241].label[6] = """Compmot or Airspeed"""
-enums["MAV_CMD"][241].param[7] = """1: ESC calibration, 3: barometer temperature calibration"""
-enums["MAV_CMD"][241].label[7] = """ESC or Baro"""
 MAV_CMD_PREFLIGHT_SET_SENSOR_OFFSETS = 242
-enums["MAV_CMD"][242] = EnumEntry("MAV_CMD_PREFLIGHT_SET_SENSOR_OFFSETS", """Set sensor offsets. This command will be only accepted if in pre-flight mode.""")
-enums["MAV_CMD"][242].param[1] = """Sensor to adjust the offsets for: 0: gyros, 1: accelerometer, 2: magnetometer, 3: barometer, 4: optical flow, 5: second magnetometer, 6: third magnetometer"""
-enums["MAV_CMD"][242].label[1] = """Sensor Type"""
-enums["MAV_CMD"][242].param[2] = """X axis offset (or generic dimension 1), in the sensor's raw units"""
-enums["MAV_CMD"][242].label[2] = """X Offset"""
-enums["MAV_CMD"][242].param[3] = """Y axis offset (or generic dimension 2), in the sensor's raw units"""
-enums["MAV_CMD"][242].label[3] = """Y Offset"""
-enums["MAV_CMD"][242].param[4] = """Z axis offset (or generic dimension 3), in the sensor's raw units"""
-enums["MAV_CMD"][242].label[4] = """Z Offset"""
-enums["MAV_CMD"][242].param[5] = """Generic dimension 4, in the sensor's raw units"""
-enums["MAV_CMD"][242].label[5] = """4th Dimension"""
-enums["MAV_CMD"][242].param[6] = """Generic dimension 5, in the sensor's raw units"""
-enums["MAV_CMD"][242].label[6] = """5th Dimension"""
-enums["MAV_CMD"][242].param[7] = """Generic dimension 6, in the sensor's raw units"""
-enums["MAV_CMD"][242].label[7] = """6th Dimension"""
 MAV_CMD_PREFLIGHT_UAVCAN = 243
-enums["MAV_CMD"][243] = EnumEntry("MAV_CMD_PREFLIGHT_UAVCAN", """Trigger UAVCAN configuration (actuator ID assignment and direction mapping). Note that this maps to the legacy UAVCAN v0 function UAVCAN_ENUMERATE, which is intended to be executed just once during initial vehicle configuration (it is not a normal pre-flight command and has been poorly named).""")
-enums["MAV_CMD"][243].param[1] = """1: Trigger actuator ID assignment and direction mapping. 0: Cancel command."""
-enums["MAV_CMD"][243].label[1] = """Actuator ID"""
-enums["MAV_CMD"][243].param[2] = """Reserved"""
-enums["MAV_CMD"][243].param[3] = """Reserved"""
-enums["MAV_CMD"][243].param[4] = """Reserved"""
-enums["MAV_CMD"][243].param[5] = """Reserved"""
-enums["MAV_CMD"][243].param[6] = """Reserved"""
-enums["MAV_CMD"][243].param[7] = """Reserved"""
 MAV_CMD_PREFLIGHT_STORAGE = 245
-enums["MAV_CMD"][245] = EnumEntry("MAV_CMD_PREFLIGHT_STORAGE", """Request storage of different parameter values and logs. This command will be only accepted if in pre-flight mode.""")
-enums["MAV_CMD"][245].param[1] = """Action to perform on the persistent parameter storage"""
-enums["MAV_CMD"][245].label[1] = """Parameter Storage"""
-enums["MAV_CMD"][245].param[2] = """Action to perform on the persistent mission storage"""
-enums["MAV_CMD"][245].label[2] = """Mission Storage"""
-enums["MAV_CMD"][245].param[3] = """Onboard logging: 0: Ignore, 1: Start default rate logging, -1: Stop logging, > 1: logging rate (e.g. set to 1000 for 1000 Hz logging)"""
-enums["MAV_CMD"][245].label[3] = """Logging Rate"""
-enums["MAV_CMD"][245].param[4] = """Reserved"""
-enums["MAV_CMD"][245].param[5] = """Empty"""
-enums["MAV_CMD"][245].param[6] = """Empty"""
-enums["MAV_CMD"][245].param[7] = """Empty"""
 MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN = 246
-enums["MAV_CMD"][246] = EnumEntry("MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN", """Request the reboot or shutdown of system components.""")
-enums["MAV_CMD"][246].param[1] = """Action to take for autopilot."""
-enums["MAV_CMD"][246].label[1] = """Autopilot"""
-enums["MAV_CMD"][246].param[2] = """Action to take for onboard computer."""
-enums["MAV_CMD"][246].label[2] = """Companion"""
-enums["MAV_CMD"][246].param[3] = """Action to take for component specified in param4."""
-enums["MAV_CMD"][246].label[3] = """Component Action"""
-enums["MAV_CMD"][246].param[4] = """MAVLink Component ID targeted in param3 (0 for all components)."""
-enums["MAV_CMD"][246].label[4] = """Component ID"""
-enums["MAV_CMD"][246].param[5] = """Reserved (set to 0)"""
-enums["MAV_CMD"][246].param[6] = """Conditions under which reboot/shutdown is allowed."""
-enums["MAV_CMD"][246].label[6] = """Conditions"""
-enums["MAV_CMD"][246].param[7] = """WIP: ID (e.g. camera ID -1 for all IDs)"""
 MAV_CMD_DO_UPGRADE = 247
-enums["MAV_CMD"][247] = EnumEntry("MAV_CMD_DO_UPGRADE", """Do upgrade.""")
-enums["MAV_CMD"][247].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][247].param[7] = """Reserved (default:0)"""
 MAV_CMD_OVERRIDE_GOTO = 252
-enums["MAV_CMD"][252] = EnumEntry("MAV_CMD_OVERRIDE_GOTO", """Override current mission with command to pause mission, pause mission and move to position, continue/resume mission. When param 1 indicates that the mission is paused (MAV_GOTO_DO_HOLD), param 2 defines whether it holds in place or moves to another position.""")
-enums["MAV_CMD"][252].has_location = True
-enums["MAV_CMD"][252].param[1] = """MAV_GOTO_DO_HOLD: pause mission and either hold or move to specified position (depending on param2), MAV_GOTO_DO_CONTINUE: resume mission."""
-enums["MAV_CMD"][252].label[1] = """Continue"""
-enums["MAV_CMD"][252].param[2] = """MAV_GOTO_HOLD_AT_CURRENT_POSITION: hold at current position, MAV_GOTO_HOLD_AT_SPECIFIED_POSITION: hold at specified position."""
-enums["MAV_CMD"][252].label[2] = """Position"""
-enums["MAV_CMD"][252].param[3] = """Coordinate frame of hold point."""
-enums["MAV_CMD"][252].label[3] = """Frame"""
-enums["MAV_CMD"][252].param[4] = """Desired yaw angle."""
-enums["MAV_CMD"][252].label[4] = """Yaw"""
-enums["MAV_CMD"][252].param[5] = """Latitude/X position."""
-enums["MAV_CMD"][252].label[5] = """Latitude/X"""
-enums["MAV_CMD"][252].param[6] = """Longitude/Y position."""
-enums["MAV_CMD"][252].label[6] = """Longitude/Y"""
-enums["MAV_CMD"][252].param[7] = """Altitude/Z position."""
-enums["MAV_CMD"][252].label[7] = """Altitude/Z"""
 MAV_CMD_OBLIQUE_SURVEY = 260
-enums["MAV_CMD"][260] = EnumEntry("MAV_CMD_OBLIQUE_SURVEY", """Mission command to set a Camera Auto Mount Pivoting Oblique Survey (Replaces CAM_TRIGG_DIST for this purpose). The camera is triggered each time this distance is exceeded, then the mount moves to the next position. Params 4~6 set-up the angle limits and number of positions for oblique survey, where mount-enabled vehicles automatically roll the camera between shots to emulate an oblique camera setup (providing an increased HFOV). This command can also be used to set the shutter integration time for the camera.""")
-enums["MAV_CMD"][260].param[1] = """Camera trigger distance. 0 to stop triggering."""
-enums["MAV_CMD"][260].label[1] = """Distance"""
-enums["MAV_CMD"][260].param[2] = """Camera shutter integration time. 0 to ignore"""
-enums["MAV_CMD"][260].label[2] = """Shutter"""
-enums["MAV_CMD"][260].param[3] = """The minimum interval in which the camera is capable of taking subsequent pictures repeatedly. 0 to ignore."""
-enums["MAV_CMD"][260].label[3] = """Min Interval"""
-enums["MAV_CMD"][260].param[4] = """Total number of roll positions at which the camera will capture photos (images captures spread evenly across the limits defined by param5)."""
-enums["MAV_CMD"][260].label[4] = """Positions"""
-enums["MAV_CMD"][260].param[5] = """Angle limits that the camera can be rolled to left and right of center."""
-enums["MAV_CMD"][260].label[5] = """Roll Angle"""
-enums["MAV_CMD"][260].param[6] = """Fixed pitch angle that the camera will hold in oblique mode if the mount is actuated in the pitch axis."""
-enums["MAV_CMD"][260].label[6] = """Pitch Angle"""
-enums["MAV_CMD"][260].param[7] = """Empty"""
 MAV_CMD_DO_SET_STANDARD_MODE = 262
-enums["MAV_CMD"][262] = EnumEntry(
-    "MAV_CMD_DO_SET_STANDARD_MODE",
-    """Enable the specified standard MAVLink mode.
-          If the specified mode is not supported, the vehicle should ACK with MAV_RESULT_FAILED.
-          See https://mavlink.io/en/services/standard_modes.html
-        """,
-)
-enums["MAV_CMD"][262].param[1] = """The mode to set."""
-enums["MAV_CMD"][262].label[1] = """Standard Mode"""
-enums["MAV_CMD"][262].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][262].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][262].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][262].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][262].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][262].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_MISSION_START = 300
-enums["MAV_CMD"][300] = EnumEntry("MAV_CMD_MISSION_START", """start running a mission""")
-enums["MAV_CMD"][300].param[1] = """first_item: the first mission item to run"""
-enums["MAV_CMD"][300].label[1] = """First Item"""
-enums["MAV_CMD"][300].param[2] = """last_item:  the last mission item to run (after this item is run, the mission ends)"""
-enums["MAV_CMD"][300].label[2] = """Last Item"""
-enums["MAV_CMD"][300].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][300].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][300].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][300].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][300].param[7] = """Reserved (default:0)"""
 MAV_CMD_ACTUATOR_GROUP_TEST = 309
-enums["MAV_CMD"][309] = EnumEntry("MAV_CMD_ACTUATOR_GROUP_TEST", """Actuator group test.""")
-enums["MAV_CMD"][309].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][309].param[7] = """Reserved (default:0)"""
 MAV_CMD_ACTUATOR_TEST = 310
-enums["MAV_CMD"][310] = EnumEntry("MAV_CMD_ACTUATOR_TEST", """Actuator testing command. This is similar to MAV_CMD_DO_MOTOR_TEST but operates on the level of output functions, i.e. it is possible to test Motor1 independent from which output it is configured on. Autopilots must NACK this command with MAV_RESULT_TEMPORARILY_REJECTED while armed.""")
-enums["MAV_CMD"][310].param[1] = """Output value: 1 means maximum positive output, 0 to center servos or minimum motor thrust (expected to spin), -1 for maximum negative (if not supported by the motors, i.e. motor is not reversible, smaller than 0 maps to NaN). And NaN maps to disarmed (stop the motors)."""
-enums["MAV_CMD"][310].label[1] = """Value"""
-enums["MAV_CMD"][310].param[2] = """Timeout after which the test command expires and the output is restored to the previous value. A timeout has to be set for safety reasons. A timeout of 0 means to restore the previous value immediately."""
-enums["MAV_CMD"][310].label[2] = """Timeout"""
-enums["MAV_CMD"][310].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][310].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][310].param[5] = """Actuator Output function"""
-enums["MAV_CMD"][310].label[5] = """Output Function"""
-enums["MAV_CMD"][310].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][310].param[7] = """Reserved (default:0)"""
 MAV_CMD_CONFIGURE_ACTUATOR = 311
-enums["MAV_CMD"][311] = EnumEntry("MAV_CMD_CONFIGURE_ACTUATOR", """Actuator configuration command.""")
-enums["MAV_CMD"][311].param[1] = """Actuator configuration action"""
-enums["MAV_CMD"][311].label[1] = """Configuration"""
-enums["MAV_CMD"][311].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][311].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][311].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][311].param[5] = """Actuator Output function"""
-enums["MAV_CMD"][311].label[5] = """Output Function"""
-enums["MAV_CMD"][311].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][311].param[7] = """Reserved (default:0)"""
 MAV_CMD_COMPONENT_ARM_DISARM = 400
-enums["MAV_CMD"][400] = EnumEntry("MAV_CMD_COMPONENT_ARM_DISARM", """Arms / Disarms a component""")
-enums["MAV_CMD"][400].param[1] = """Arm (MAV_BOOL_FALSE: disarm). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][400].label[1] = """Arm"""
-enums["MAV_CMD"][400].param[2] = """0: arm-disarm unless prevented by safety checks (i.e. when landed), 21196: force arming/disarming (e.g. allow arming to override preflight checks and disarming in flight)"""
-enums["MAV_CMD"][400].label[2] = """Force"""
-enums["MAV_CMD"][400].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][400].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][400].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][400].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][400].param[7] = """Reserved (default:0)"""
 MAV_CMD_RUN_PREARM_CHECKS = 401
-enums["MAV_CMD"][401] = EnumEntry(
-    "MAV_CMD_RUN_PREARM_CHECKS",
-    """Instructs a target system to run pre-arm checks.
-          This allows preflight checks to be run on demand, which may be useful on systems that normally run them at low rate, or which do not trigger checks when the armable state might have changed.
-          This command should return MAV_RESULT_ACCEPTED if it will run the checks.
-          The results of the checks are usually then reported in SYS_STATUS messages (this is system-specific).
-          The command should return MAV_RESULT_TEMPORARILY_REJECTED if the system is already armed.
-        """,
-)
-enums["MAV_CMD"][401].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][401].param[7] = """Reserved (default:0)"""
 MAV_CMD_ILLUMINATOR_ON_OFF = 405
-enums["MAV_CMD"][405] = EnumEntry("MAV_CMD_ILLUMINATOR_ON_OFF", """Turns illuminators ON/OFF. An illuminator is a light source that is used for lighting up dark areas external to the system: e.g. a torch or searchlight (as opposed to a light source for illuminating the system itself, e.g. an indicator light).""")
-enums["MAV_CMD"][405].param[1] = """Illuminators on/off (MAV_BOOL_TRUE: illuminators on). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][405].label[1] = """Enable"""
-enums["MAV_CMD"][405].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][405].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][405].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][405].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][405].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][405].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_ILLUMINATOR_CONFIGURE = 406
-enums["MAV_CMD"][406] = EnumEntry("MAV_CMD_DO_ILLUMINATOR_CONFIGURE", """Configures illuminator settings. An illuminator is a light source that is used for lighting up dark areas external to the system: e.g. a torch or searchlight (as opposed to a light source for illuminating the system itself, e.g. an indicator light).""")
-enums["MAV_CMD"][406].param[1] = """Mode"""
-enums["MAV_CMD"][406].label[1] = """Mode"""
-enums["MAV_CMD"][406].param[2] = """0%: Off, 100%: Max Brightness"""
-enums["MAV_CMD"][406].label[2] = """Brightness"""
-enums["MAV_CMD"][406].param[3] = """Strobe period in seconds where 0 means strobing is not used"""
-enums["MAV_CMD"][406].label[3] = """Strobe Period"""
-enums["MAV_CMD"][406].param[4] = """Strobe duty cycle where 100% means it is on constantly and 0 means strobing is not used"""
-enums["MAV_CMD"][406].label[4] = """Strobe Duty"""
-enums["MAV_CMD"][406].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][406].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][406].param[7] = """Reserved (default:0)"""
 MAV_CMD_GET_HOME_POSITION = 410
-enums["MAV_CMD"][410] = EnumEntry(
-    "MAV_CMD_GET_HOME_POSITION",
-    """Request the home position from the vehicle.
-          The vehicle will ACK the command and emit the HOME_POSITION message.""",
-)
-enums["MAV_CMD"][410].param[1] = """Reserved"""
-enums["MAV_CMD"][410].param[2] = """Reserved"""
-enums["MAV_CMD"][410].param[3] = """Reserved"""
-enums["MAV_CMD"][410].param[4] = """Reserved"""
-enums["MAV_CMD"][410].param[5] = """Reserved"""
-enums["MAV_CMD"][410].param[6] = """Reserved"""
-enums["MAV_CMD"][410].param[7] = """Reserved"""
 MAV_CMD_INJECT_FAILURE = 420
-enums["MAV_CMD"][420] = EnumEntry("MAV_CMD_INJECT_FAILURE", """Inject artificial failure for testing purposes. Note that autopilots should implement an additional protection before accepting this command such as a specific param setting.""")
-enums["MAV_CMD"][420].param[1] = """The unit which is affected by the failure."""
-enums["MAV_CMD"][420].label[1] = """Failure unit"""
-enums["MAV_CMD"][420].param[2] = """The type how the failure manifests itself."""
-enums["MAV_CMD"][420].label[2] = """Failure type"""
-enums["MAV_CMD"][420].param[3] = """Instance affected by failure (0 to signal all)."""
-enums["MAV_CMD"][420].label[3] = """Instance"""
-enums["MAV_CMD"][420].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][420].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][420].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][420].param[7] = """Reserved (default:0)"""
 MAV_CMD_START_RX_PAIR = 500
-enums["MAV_CMD"][500] = EnumEntry("MAV_CMD_START_RX_PAIR", """Starts receiver pairing.""")
-enums["MAV_CMD"][500].param[1] = """RC type."""
-enums["MAV_CMD"][500].label[1] = """RC Type"""
-enums["MAV_CMD"][500].param[2] = """RC sub type."""
-enums["MAV_CMD"][500].label[2] = """RC Sub Type"""
-enums["MAV_CMD"][500].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][500].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][500].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][500].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][500].param[7] = """Reserved (default:0)"""
 MAV_CMD_GET_MESSAGE_INTERVAL = 510
-enums["MAV_CMD"][510] = EnumEntry("MAV_CMD_GET_MESSAGE_INTERVAL", """Request the interval between messages for a particular MAVLink message ID. The receiver should ACK the command and then emit its response in a MESSAGE_INTERVAL message.""")
-enums["MAV_CMD"][510].param[1] = """The MAVLink message ID"""
-enums["MAV_CMD"][510].label[1] = """Message ID"""
-enums["MAV_CMD"][510].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][510].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][510].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][510].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][510].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][510].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_MESSAGE_INTERVAL = 511
-enums["MAV_CMD"][511] = EnumEntry("MAV_CMD_SET_MESSAGE_INTERVAL", """Set the interval between messages for a particular MAVLink message ID. This interface replaces REQUEST_DATA_STREAM.""")
-enums["MAV_CMD"][511].param[1] = """The MAVLink message ID"""
-enums["MAV_CMD"][511].label[1] = """Message ID"""
-enums["MAV_CMD"][511].param[2] = """The interval between two messages. Set to -1 to disable and 0 to request default rate."""
-enums["MAV_CMD"][511].label[2] = """Interval"""
-enums["MAV_CMD"][511].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][511].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][511].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][511].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][511].param[7] = """Target address of message stream (if message has target address fields). 0: Flight-stack default (recommended), 1: address of requester, 2: broadcast."""
-enums["MAV_CMD"][511].label[7] = """Response Target"""
 MAV_CMD_REQUEST_MESSAGE = 512
-enums["MAV_CMD"][512] = EnumEntry("MAV_CMD_REQUEST_MESSAGE", """Request the target system(s) emit a single instance of a specified message (i.e. a "one-shot" version of MAV_CMD_SET_MESSAGE_INTERVAL).""")
-enums["MAV_CMD"][512].param[1] = """The MAVLink message ID of the requested message."""
-enums["MAV_CMD"][512].label[1] = """Message ID"""
-enums["MAV_CMD"][512].param[2] = """Use for index ID, if required. Otherwise, the use of this parameter (if any) must be defined in the requested message. By default assumed not used (0)."""
-enums["MAV_CMD"][512].label[2] = """Req Param 1"""
-enums["MAV_CMD"][512].param[3] = """The use of this parameter (if any), must be defined in the requested message. By default assumed not used (0)."""
-enums["MAV_CMD"][512].label[3] = """Req Param 2"""
-enums["MAV_CMD"][512].param[4] = """The use of this parameter (if any), must be defined in the requested message. By default assumed not used (0)."""
-enums["MAV_CMD"][512].label[4] = """Req Param 3"""
-enums["MAV_CMD"][512].param[5] = """The use of this parameter (if any), must be defined in the requested message. By default assumed not used (0)."""
-enums["MAV_CMD"][512].label[5] = """Req Param 4"""
-enums["MAV_CMD"][512].param[6] = """The use of this parameter (if any), must be defined in the requested message. By default assumed not used (0)."""
-enums["MAV_CMD"][512].label[6] = """Req Param 5"""
-enums["MAV_CMD"][512].param[7] = """Target address for requested message (if message has target address fields). 0: Flight-stack default, 1: address of requester, 2: broadcast."""
-enums["MAV_CMD"][512].label[7] = """Response Target"""
 MAV_CMD_REQUEST_PROTOCOL_VERSION = 519
-enums["MAV_CMD"][519] = EnumEntry("MAV_CMD_REQUEST_PROTOCOL_VERSION", """Request MAVLink protocol version compatibility. All receivers should ACK the command and then emit their capabilities in an PROTOCOL_VERSION message""")
-enums["MAV_CMD"][519].param[1] = """Request supported protocol versions by all nodes on the network (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][519].label[1] = """Protocol"""
-enums["MAV_CMD"][519].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][519].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][519].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][519].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][519].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][519].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES = 520
-enums["MAV_CMD"][520] = EnumEntry("MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES", """Request autopilot capabilities. The receiver should ACK the command and then emit its capabilities in an AUTOPILOT_VERSION message""")
-enums["MAV_CMD"][520].param[1] = """Request autopilot version (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][520].label[1] = """Version"""
-enums["MAV_CMD"][520].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][520].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][520].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][520].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][520].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][520].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_CAMERA_INFORMATION = 521
-enums["MAV_CMD"][521] = EnumEntry("MAV_CMD_REQUEST_CAMERA_INFORMATION", """Request camera information (CAMERA_INFORMATION).""")
-enums["MAV_CMD"][521].param[1] = """Request camera capabilities (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][521].label[1] = """Capabilities"""
-enums["MAV_CMD"][521].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][521].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][521].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][521].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][521].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][521].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_CAMERA_SETTINGS = 522
-enums["MAV_CMD"][522] = EnumEntry("MAV_CMD_REQUEST_CAMERA_SETTINGS", """Request camera settings (CAMERA_SETTINGS).""")
-enums["MAV_CMD"][522].param[1] = """Request camera settings (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][522].label[1] = """Settings"""
-enums["MAV_CMD"][522].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][522].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][522].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][522].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][522].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][522].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_STORAGE_INFORMATION = 525
-enums["MAV_CMD"][525] = EnumEntry("MAV_CMD_REQUEST_STORAGE_INFORMATION", """Request storage information (STORAGE_INFORMATION). Use the command's target_component to target a specific component's storage.""")
-enums["MAV_CMD"][525].param[1] = """Storage ID (0 for all, 1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][525].label[1] = """Storage ID"""
-enums["MAV_CMD"][525].param[2] = """Request storage information (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][525].label[2] = """Information"""
-enums["MAV_CMD"][525].param[3] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][525].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][525].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][525].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][525].param[7] = """Reserved (default:0)"""
 MAV_CMD_STORAGE_FORMAT = 526
-enums["MAV_CMD"][526] = EnumEntry("MAV_CMD_STORAGE_FORMAT", """Format a storage medium. Once format is complete, a STORAGE_INFORMATION message is sent. Use the command's target_component to target a specific component's storage.""")
-enums["MAV_CMD"][526].param[1] = """Storage ID (1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][526].label[1] = """Storage ID"""
-enums["MAV_CMD"][526].param[2] = """Format storage (and reset image log) (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][526].label[2] = """Format"""
-enums["MAV_CMD"][526].param[3] = """Reset Image Log (without formatting storage medium) (MAV_BOOL_TRUE). This will reset CAMERA_CAPTURE_STATUS.image_count and CAMERA_IMAGE_CAPTURED.image_index. Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][526].label[3] = """Reset Image Log"""
-enums["MAV_CMD"][526].param[4] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][526].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][526].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][526].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_CAMERA_CAPTURE_STATUS = 527
-enums["MAV_CMD"][527] = EnumEntry("MAV_CMD_REQUEST_CAMERA_CAPTURE_STATUS", """Request camera capture status (CAMERA_CAPTURE_STATUS)""")
-enums["MAV_CMD"][527].param[1] = """Request camera capture status (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][527].label[1] = """Capture Status"""
-enums["MAV_CMD"][527].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][527].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][527].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][527].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][527].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][527].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_FLIGHT_INFORMATION = 528
-enums["MAV_CMD"][528] = EnumEntry("MAV_CMD_REQUEST_FLIGHT_INFORMATION", """Request flight information (FLIGHT_INFORMATION)""")
-enums["MAV_CMD"][528].param[1] = """Request flight information (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][528].label[1] = """Flight Information"""
-enums["MAV_CMD"][528].param[2] = """Reserved (all remaining params)"""
-enums["MAV_CMD"][528].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][528].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][528].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][528].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][528].param[7] = """Reserved (default:0)"""
 MAV_CMD_RESET_CAMERA_SETTINGS = 529
-enums["MAV_CMD"][529] = EnumEntry("MAV_CMD_RESET_CAMERA_SETTINGS", """Reset all camera settings to Factory Default""")
-enums["MAV_CMD"][529].param[1] = """Reset all settings (MAV_BOOL_TRUE). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][529].label[1] = """Reset"""
-enums["MAV_CMD"][529].param[2] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][529].label[2] = """Target Camera ID"""
-enums["MAV_CMD"][529].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][529].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][529].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][529].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][529].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_CAMERA_MODE = 530
-enums["MAV_CMD"][530] = EnumEntry("MAV_CMD_SET_CAMERA_MODE", """Set camera running mode. Use NaN for reserved values. GCS will send a MAV_CMD_REQUEST_VIDEO_STREAM_STATUS command after a mode change if the camera supports video streaming.""")
-enums["MAV_CMD"][530].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][530].label[1] = """id"""
-enums["MAV_CMD"][530].param[2] = """Camera mode"""
-enums["MAV_CMD"][530].label[2] = """Camera Mode"""
-enums["MAV_CMD"][530].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][530].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][530].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][530].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][530].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_SET_CAMERA_ZOOM = 531
-enums["MAV_CMD"][531] = EnumEntry("MAV_CMD_SET_CAMERA_ZOOM", """Set camera zoom. Camera must respond with a CAMERA_SETTINGS message (on success).""")
-enums["MAV_CMD"][531].param[1] = """Zoom type"""
-enums["MAV_CMD"][531].label[1] = """Zoom Type"""
-enums["MAV_CMD"][531].param[2] = """Zoom value. The range of valid values depend on the zoom type."""
-enums["MAV_CMD"][531].label[2] = """Zoom Value"""
-enums["MAV_CMD"][531].param[3] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][531].label[3] = """Target Camera ID"""
-enums["MAV_CMD"][531].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][531].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][531].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][531].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_SET_CAMERA_FOCUS = 532
-enums["MAV_CMD"][532] = EnumEntry("MAV_CMD_SET_CAMERA_FOCUS", """Set camera focus. Camera must respond with a CAMERA_SETTINGS message (on success).""")
-enums["MAV_CMD"][532].param[1] = """Focus type"""
-enums["MAV_CMD"][532].label[1] = """Focus Type"""
-enums["MAV_CMD"][532].param[2] = """Focus value"""
-enums["MAV_CMD"][532].label[2] = """Focus Value"""
-enums["MAV_CMD"][532].param[3] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][532].label[3] = """Target Camera ID"""
-enums["MAV_CMD"][532].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][532].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][532].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][532].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_SET_STORAGE_USAGE = 533
-enums["MAV_CMD"][533] = EnumEntry(
-    "MAV_CMD_SET_STORAGE_USAGE",
-    """Set that a particular storage is the preferred location for saving photos, videos, and/or other media (e.g. to set that an SD card is used for storing videos).
-          There can only be one preferred save location for each particular media type: setting a media usage flag will clear/reset that same flag if set on any other storage.
-          If no flag is set the system should use its default storage.
-          A target system can choose to always use default storage, in which case it should ACK the command with MAV_RESULT_UNSUPPORTED.
-          A target system can choose to not allow a particular storage to be set as preferred storage, in which case it should ACK the command with MAV_RESULT_DENIED.""",
-)
-enums["MAV_CMD"][533].param[1] = """Storage ID (1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][533].label[1] = """Storage ID"""
-enums["MAV_CMD"][533].param[2] = """Usage flags"""
-enums["MAV_CMD"][533].label[2] = """Usage"""
-enums["MAV_CMD"][533].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][533].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][533].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][533].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][533].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_CAMERA_SOURCE = 534
-enums["MAV_CMD"][534] = EnumEntry("MAV_CMD_SET_CAMERA_SOURCE", """Set camera source. Changes the camera's active sources on cameras with multiple image sensors.""")
-enums["MAV_CMD"][534].param[1] = """Component Id of camera to address or 1-6 for non-MAVLink cameras, 0 for all cameras."""
-enums["MAV_CMD"][534].label[1] = """device id"""
-enums["MAV_CMD"][534].param[2] = """Primary Source"""
-enums["MAV_CMD"][534].label[2] = """primary source"""
-enums["MAV_CMD"][534].param[3] = """Secondary Source. If non-zero the second source will be displayed as picture-in-picture."""
-enums["MAV_CMD"][534].label[3] = """secondary source"""
-enums["MAV_CMD"][534].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][534].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][534].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][534].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_AT_S_PARAM = 550
-enums["MAV_CMD"][550] = EnumEntry("MAV_CMD_SET_AT_S_PARAM", """Set at s param.""")
-enums["MAV_CMD"][550].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][550].param[7] = """Reserved (default:0)"""
 MAV_CMD_JUMP_TAG = 600
-enums["MAV_CMD"][600] = EnumEntry("MAV_CMD_JUMP_TAG", """Tagged jump target. Can be jumped to with MAV_CMD_DO_JUMP_TAG.""")
-enums["MAV_CMD"][600].param[1] = """Tag."""
-enums["MAV_CMD"][600].label[1] = """Tag"""
-enums["MAV_CMD"][600].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][600].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][600].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][600].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][600].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][600].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_JUMP_TAG = 601
-enums["MAV_CMD"][601] = EnumEntry("MAV_CMD_DO_JUMP_TAG", """Jump to the matching tag in the mission list. Repeat this action for the specified number of times. A mission should contain a single matching tag for each jump. If this is not the case then a jump to a missing tag should complete the mission, and a jump where there are multiple matching tags should always select the one with the lowest mission sequence number.""")
-enums["MAV_CMD"][601].param[1] = """Target tag to jump to."""
-enums["MAV_CMD"][601].label[1] = """Tag"""
-enums["MAV_CMD"][601].param[2] = """Repeat count."""
-enums["MAV_CMD"][601].label[2] = """Repeat"""
-enums["MAV_CMD"][601].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][601].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][601].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][601].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][601].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_SET_SYS_CMP_ID = 610
-enums["MAV_CMD"][610] = EnumEntry(
-    "MAV_CMD_DO_SET_SYS_CMP_ID",
-    """
-          Set system and component id.
-          This allows moving of a system and all its components to a new system id, or moving a particular component to a new system/component id.
-          Recipients must reject command addressed to broadcast system ID.
-        """,
-)
-enums["MAV_CMD"][610].param[1] = """New system ID for target component(s). 0: ignore and reject command (broadcast system ID not allowed)."""
-enums["MAV_CMD"][610].label[1] = """System ID"""
-enums["MAV_CMD"][610].param[2] = """New component ID for target component(s). 0: ignore (component IDs don't change)."""
-enums["MAV_CMD"][610].label[2] = """Component ID"""
-enums["MAV_CMD"][610].param[3] = """Reboot components after ID change. Any non-zero value triggers the reboot."""
-enums["MAV_CMD"][610].label[3] = """Reboot"""
-enums["MAV_CMD"][610].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][610].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][610].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][610].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_SET_GLOBAL_ORIGIN = 611
-enums["MAV_CMD"][611] = EnumEntry(
-    "MAV_CMD_DO_SET_GLOBAL_ORIGIN",
-    """Sets the GNSS coordinates of the vehicle local origin (0,0,0) position.
-          Vehicle should emit GPS_GLOBAL_ORIGIN irrespective of whether the origin is changed.
-          This enables transform between the local coordinate frame and the global (GNSS) coordinate frame, which may be necessary when (for example) indoor and outdoor settings are connected and the MAV should move from in- to outdoor.
-          This command supersedes SET_GPS_GLOBAL_ORIGIN.
-          Should be sent in a COMMAND_INT (Expected frame is MAV_FRAME_GLOBAL, and this should be assumed when sent in COMMAND_LONG).
-        """,
-)
-enums["MAV_CMD"][611].has_location = True
-enums["MAV_CMD"][611].param[1] = """Empty"""
-enums["MAV_CMD"][611].param[2] = """Empty"""
-enums["MAV_CMD"][611].param[3] = """Empty"""
-enums["MAV_CMD"][611].param[4] = """Empty"""
-enums["MAV_CMD"][611].param[5] = """Latitude"""
-enums["MAV_CMD"][611].label[5] = """Latitude"""
-enums["MAV_CMD"][611].param[6] = """Longitude"""
-enums["MAV_CMD"][611].label[6] = """Longitude"""
-enums["MAV_CMD"][611].param[7] = """Altitude"""
-enums["MAV_CMD"][611].label[7] = """Altitude"""
 MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE = 620
-enums["MAV_CMD"][620] = EnumEntry("MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE", """External attitude estimate.""")
-enums["MAV_CMD"][620].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][620].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW = 1000
-enums["MAV_CMD"][1000] = EnumEntry("MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW", """Set gimbal manager pitch/yaw setpoints (low rate command). It is possible to set combinations of the values below. E.g. an angle as well as a desired angular rate can be used to get to this angle at a certain angular rate, or an angular rate only will result in continuous turning. NaN is to be used to signal unset. Note: only the gimbal manager will react to this command - it will be ignored by a gimbal device. Use GIMBAL_MANAGER_SET_PITCHYAW if you need to stream pitch/yaw setpoints at higher rate. """)
-enums["MAV_CMD"][1000].param[1] = """Pitch angle (positive to pitch up, relative to vehicle for FOLLOW mode, relative to world horizon for LOCK mode)."""
-enums["MAV_CMD"][1000].label[1] = """Pitch angle"""
-enums["MAV_CMD"][1000].param[2] = """Yaw angle (positive to yaw to the right, relative to vehicle for FOLLOW mode, absolute to North for LOCK mode)."""
-enums["MAV_CMD"][1000].label[2] = """Yaw angle"""
-enums["MAV_CMD"][1000].param[3] = """Pitch rate (positive to pitch up)."""
-enums["MAV_CMD"][1000].label[3] = """Pitch rate"""
-enums["MAV_CMD"][1000].param[4] = """Yaw rate (positive to yaw to the right)."""
-enums["MAV_CMD"][1000].label[4] = """Yaw rate"""
-enums["MAV_CMD"][1000].param[5] = """Gimbal manager flags to use."""
-enums["MAV_CMD"][1000].label[5] = """Gimbal manager flags"""
-enums["MAV_CMD"][1000].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][1000].param[7] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][1000].label[7] = """Gimbal device ID"""
 MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE = 1001
-enums["MAV_CMD"][1001] = EnumEntry("MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE", """Gimbal configuration to set which sysid/compid is in primary and secondary control.""")
-enums["MAV_CMD"][1001].param[1] = """Sysid for primary control (0: no one in control, -1: leave unchanged, -2: set itself in control (for missions where the own sysid is still unknown), -3: remove control if currently in control)."""
-enums["MAV_CMD"][1001].label[1] = """sysid primary control"""
-enums["MAV_CMD"][1001].param[2] = """Compid for primary control (0: no one in control, -1: leave unchanged, -2: set itself in control (for missions where the own sysid is still unknown), -3: remove control if currently in control)."""
-enums["MAV_CMD"][1001].label[2] = """compid primary control"""
-enums["MAV_CMD"][1001].param[3] = """Sysid for secondary control (0: no one in control, -1: leave unchanged, -2: set itself in control (for missions where the own sysid is still unknown), -3: remove control if currently in control)."""
-enums["MAV_CMD"][1001].label[3] = """sysid secondary control"""
-enums["MAV_CMD"][1001].param[4] = """Compid for secondary control (0: no one in control, -1: leave unchanged, -2: set itself in control (for missions where the own sysid is still unknown), -3: remove control if currently in control)."""
-enums["MAV_CMD"][1001].label[4] = """compid secondary control"""
-enums["MAV_CMD"][1001].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][1001].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][1001].param[7] = """Component ID of gimbal device to address (or 1-6 for non-MAVLink gimbal), 0 for all gimbal device components. Send command multiple times for more than one gimbal (but not all gimbals)."""
-enums["MAV_CMD"][1001].label[7] = """Gimbal device ID"""
 MAV_CMD_IMAGE_START_CAPTURE = 2000
-enums["MAV_CMD"][2000] = EnumEntry(
-    "MAV_CMD_IMAGE_START_CAPTURE",
-    """Start image capture sequence. CAMERA_IMAGE_CAPTURED must be emitted after each capture.
-
-          Param1 (id) may be used to specify the target camera: 0: all cameras, 1 to 6: autopilot-connected cameras, 7-255: MAVLink camera component ID.
-          It is needed in order to target specific cameras connected to the autopilot, or specific sensors in a multi-sensor camera (neither of which have a distinct MAVLink component ID).
-          It is also needed to specify the target camera in missions.
-
-          When used in a mission, an autopilot should execute the MAV_CMD for a specified local camera (param1 = 1-6), or resend it as a command if it is intended for a MAVLink camera (param1 = 7 - 255), setting the command's target_component as the param1 value (and setting param1 in the command to zero).
-          If the param1 is 0 the autopilot should do both.
-
-          When sent in a command the target MAVLink address is set using target_component.
-          If addressed specifically to an autopilot: param1 should be used in the same way as it is for missions (though command should NACK with MAV_RESULT_DENIED if a specified local camera does not exist).
-          If addressed to a MAVLink camera, param 1 can be used to address all cameras (0), or to separately address 1 to 7 individual sensors. Other values should be NACKed with MAV_RESULT_DENIED.
-          If the command is broadcast (target_component is 0) then param 1 should be set to 0 (any other value should be NACKED with MAV_RESULT_DENIED). An autopilot would trigger any local cameras and forward the command to all channels.
-        """,
-)
-enums["MAV_CMD"][2000].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2000].label[1] = """Target Camera ID"""
-enums["MAV_CMD"][2000].param[2] = """Desired elapsed time between two consecutive pictures (in seconds). Minimum values depend on hardware (typically greater than 2 seconds)."""
-enums["MAV_CMD"][2000].label[2] = """Interval"""
-enums["MAV_CMD"][2000].param[3] = """Total number of images to capture. 0 to capture forever/until MAV_CMD_IMAGE_STOP_CAPTURE."""
-enums["MAV_CMD"][2000].label[3] = """Total Images"""
-enums["MAV_CMD"][2000].param[4] = """Capture sequence number starting from 1. This is only valid for single-capture (param3 == 1), otherwise set to 0. Increment the capture ID for each capture command to prevent double captures when a command is re-transmitted."""
-enums["MAV_CMD"][2000].label[4] = """Sequence Number"""
-enums["MAV_CMD"][2000].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2000].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2000].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_IMAGE_STOP_CAPTURE = 2001
-enums["MAV_CMD"][2001] = EnumEntry(
-    "MAV_CMD_IMAGE_STOP_CAPTURE",
-    """Stop image capture sequence.
-
-          Param1 (id) may be used to specify the target camera: 0: all cameras, 1 to 6: autopilot-connected cameras, 7-255: MAVLink camera component ID.
-          It is needed in order to target specific cameras connected to the autopilot, or specific sensors in a multi-sensor camera (neither of which have a distinct MAVLink component ID).
-          It is also needed to specify the target camera in missions.
-
-          When used in a mission, an autopilot should execute the MAV_CMD for a specified local camera (param1 = 1-6), or resend it as a command if it is intended for a MAVLink camera (param1 = 7 - 255), setting the command's target_component as the param1 value (and setting param1 in the command to zero).
-          If the param1 is 0 the autopilot should do both.
-
-          When sent in a command the target MAVLink address is set using target_component.
-          If addressed specifically to an autopilot: param1 should be used in the same way as it is for missions (though command should NACK with MAV_RESULT_DENIED if a specified local camera does not exist).
-          If addressed to a MAVLink camera, param1 can be used to address all cameras (0), or to separately address 1 to 7 individual sensors. Other values should be NACKed with MAV_RESULT_DENIED.
-          If the command is broadcast (target_component is 0) then param 1 should be set to 0 (any other value should be NACKED with MAV_RESULT_DENIED). An autopilot would trigger any local cameras and forward the command to all channels.
-        """,
-)
-enums["MAV_CMD"][2001].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2001].label[1] = """Target Camera ID"""
-enums["MAV_CMD"][2001].param[2] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2001].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2001].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2001].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2001].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2001].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_REQUEST_CAMERA_IMAGE_CAPTURE = 2002
-enums["MAV_CMD"][2002] = EnumEntry("MAV_CMD_REQUEST_CAMERA_IMAGE_CAPTURE", """Re-request a CAMERA_IMAGE_CAPTURED message.""")
-enums["MAV_CMD"][2002].param[1] = """Sequence number for missing CAMERA_IMAGE_CAPTURED message"""
-enums["MAV_CMD"][2002].label[1] = """Number"""
-enums["MAV_CMD"][2002].param[2] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2002].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2002].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2002].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2002].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2002].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_DO_TRIGGER_CONTROL = 2003
-enums["MAV_CMD"][2003] = EnumEntry("MAV_CMD_DO_TRIGGER_CONTROL", """Enable or disable on-board camera triggering system.""")
-enums["MAV_CMD"][2003].param[1] = """Trigger enable/disable (0 for disable, 1 for start), -1 to ignore"""
-enums["MAV_CMD"][2003].label[1] = """Enable"""
-enums["MAV_CMD"][2003].param[2] = """1 to reset the trigger sequence, -1 or 0 to ignore"""
-enums["MAV_CMD"][2003].label[2] = """Reset"""
-enums["MAV_CMD"][2003].param[3] = """1 to pause triggering, but without switching the camera off or retracting it. -1 to ignore"""
-enums["MAV_CMD"][2003].label[3] = """Pause"""
-enums["MAV_CMD"][2003].param[4] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2003].label[4] = """Target Camera ID"""
-enums["MAV_CMD"][2003].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2003].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2003].param[7] = """Reserved (default:0)"""
 MAV_CMD_CAMERA_TRACK_POINT = 2004
-enums["MAV_CMD"][2004] = EnumEntry("MAV_CMD_CAMERA_TRACK_POINT", """If the camera supports point visual tracking (CAMERA_CAP_FLAGS_HAS_TRACKING_POINT is set), this command allows to initiate the tracking.""")
-enums["MAV_CMD"][2004].param[1] = """Point to track x value (normalized 0..1, 0 is left, 1 is right)."""
-enums["MAV_CMD"][2004].label[1] = """Point x"""
-enums["MAV_CMD"][2004].param[2] = """Point to track y value (normalized 0..1, 0 is top, 1 is bottom)."""
-enums["MAV_CMD"][2004].label[2] = """Point y"""
-enums["MAV_CMD"][2004].param[3] = """Point radius (normalized 0..1, 0 is one pixel, 1 is full image width)."""
-enums["MAV_CMD"][2004].label[3] = """Radius"""
-enums["MAV_CMD"][2004].param[4] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2004].label[4] = """Target Camera ID"""
-enums["MAV_CMD"][2004].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2004].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2004].param[7] = """Reserved (default:0)"""
 MAV_CMD_CAMERA_TRACK_RECTANGLE = 2005
-enums["MAV_CMD"][2005] = EnumEntry("MAV_CMD_CAMERA_TRACK_RECTANGLE", """If the camera supports rectangle visual tracking (CAMERA_CAP_FLAGS_HAS_TRACKING_RECTANGLE is set), this command allows to initiate the tracking.""")
-enums["MAV_CMD"][2005].param[1] = """Top left corner of rectangle x value (normalized 0..1, 0 is left, 1 is right)."""
-enums["MAV_CMD"][2005].label[1] = """Top left corner x"""
-enums["MAV_CMD"][2005].param[2] = """Top left corner of rectangle y value (normalized 0..1, 0 is top, 1 is bottom)."""
-enums["MAV_CMD"][2005].label[2] = """Top left corner y"""
-enums["MAV_CMD"][2005].param[3] = """Bottom right corner of rectangle x value (normalized 0..1, 0 is left, 1 is right)."""
-enums["MAV_CMD"][2005].label[3] = """Bottom right corner x"""
-enums["MAV_CMD"][2005].param[4] = """Bottom right corner of rectangle y value (normalized 0..1, 0 is top, 1 is bottom)."""
-enums["MAV_CMD"][2005].label[4] = """Bottom right corner y"""
-enums["MAV_CMD"][2005].param[5] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2005].label[5] = """Target Camera ID"""
-enums["MAV_CMD"][2005].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2005].param[7] = """Reserved (default:0)"""
 MAV_CMD_CAMERA_STOP_TRACKING = 2010
-enums["MAV_CMD"][2010] = EnumEntry("MAV_CMD_CAMERA_STOP_TRACKING", """Stops ongoing tracking.""")
-enums["MAV_CMD"][2010].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2010].label[1] = """Target Camera ID"""
-enums["MAV_CMD"][2010].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][2010].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2010].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2010].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2010].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2010].param[7] = """Reserved (default:0)"""
 MAV_CMD_CAMERA_START_MTI = 2020
-enums["MAV_CMD"][2020] = EnumEntry(
-    "MAV_CMD_CAMERA_START_MTI",
-    """Enable Moving Target Indicators (MTI) on streamed video.
-          Support for feature can be checked with CAMERA_CAP_FLAGS_HAS_MTI, and disabled with MAV_CMD_CAMERA_STOP_MTI.""",
-)
-enums["MAV_CMD"][2020].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2020].label[1] = """Target Camera ID"""
-enums["MAV_CMD"][2020].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][2020].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2020].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2020].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2020].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2020].param[7] = """Reserved (default:0)"""
 MAV_CMD_CAMERA_STOP_MTI = 2021
-enums["MAV_CMD"][2021] = EnumEntry("MAV_CMD_CAMERA_STOP_MTI", """Disable Moving Target Indicators (MTI) on streamed video.""")
-enums["MAV_CMD"][2021].param[1] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2021].label[1] = """Target Camera ID"""
-enums["MAV_CMD"][2021].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][2021].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2021].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2021].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2021].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2021].param[7] = """Reserved (default:0)"""
 MAV_CMD_VIDEO_START_CAPTURE = 2500
-enums["MAV_CMD"][2500] = EnumEntry("MAV_CMD_VIDEO_START_CAPTURE", """Starts video capture (recording).""")
-enums["MAV_CMD"][2500].param[1] = """Video Stream ID (0 for all streams)"""
-enums["MAV_CMD"][2500].label[1] = """Stream ID"""
-enums["MAV_CMD"][2500].param[2] = """Frequency CAMERA_CAPTURE_STATUS messages should be sent while recording (0 for no messages, otherwise frequency)"""
-enums["MAV_CMD"][2500].label[2] = """Status Frequency"""
-enums["MAV_CMD"][2500].param[3] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2500].label[3] = """Target Camera ID"""
-enums["MAV_CMD"][2500].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2500].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2500].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2500].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_VIDEO_STOP_CAPTURE = 2501
-enums["MAV_CMD"][2501] = EnumEntry("MAV_CMD_VIDEO_STOP_CAPTURE", """Stop the current video capture (recording).""")
-enums["MAV_CMD"][2501].param[1] = """Video Stream ID (0 for all streams)"""
-enums["MAV_CMD"][2501].label[1] = """Stream ID"""
-enums["MAV_CMD"][2501].param[2] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2501].label[2] = """Target Camera ID"""
-enums["MAV_CMD"][2501].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2501].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2501].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2501].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2501].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_VIDEO_START_STREAMING = 2502
-enums["MAV_CMD"][2502] = EnumEntry("MAV_CMD_VIDEO_START_STREAMING", """Start video streaming""")
-enums["MAV_CMD"][2502].param[1] = """Video Stream ID (0 for all streams, 1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][2502].label[1] = """Stream ID"""
-enums["MAV_CMD"][2502].param[2] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2502].label[2] = """Target Camera ID"""
-enums["MAV_CMD"][2502].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2502].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2502].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2502].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2502].param[7] = """Reserved (default:0)"""
 MAV_CMD_VIDEO_STOP_STREAMING = 2503
-enums["MAV_CMD"][2503] = EnumEntry("MAV_CMD_VIDEO_STOP_STREAMING", """Stop the given video stream""")
-enums["MAV_CMD"][2503].param[1] = """Video Stream ID (0 for all streams, 1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][2503].label[1] = """Stream ID"""
-enums["MAV_CMD"][2503].param[2] = """Target camera ID. 7 to 255: MAVLink camera component id. 1 to 6 for cameras attached to the autopilot, which don't have a distinct component id. 0: all cameras. This is used to target specific autopilot-connected cameras. It is also used to target specific cameras when the MAV_CMD is used in a mission."""
-enums["MAV_CMD"][2503].label[2] = """Target Camera ID"""
-enums["MAV_CMD"][2503].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2503].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2503].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2503].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2503].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_VIDEO_STREAM_INFORMATION = 2504
-enums["MAV_CMD"][2504] = EnumEntry("MAV_CMD_REQUEST_VIDEO_STREAM_INFORMATION", """Request video stream information (VIDEO_STREAM_INFORMATION)""")
-enums["MAV_CMD"][2504].param[1] = """Video Stream ID (0 for all streams, 1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][2504].label[1] = """Stream ID"""
-enums["MAV_CMD"][2504].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][2504].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2504].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2504].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2504].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2504].param[7] = """Reserved (default:0)"""
 MAV_CMD_REQUEST_VIDEO_STREAM_STATUS = 2505
-enums["MAV_CMD"][2505] = EnumEntry("MAV_CMD_REQUEST_VIDEO_STREAM_STATUS", """Request video stream status (VIDEO_STREAM_STATUS)""")
-enums["MAV_CMD"][2505].param[1] = """Video Stream ID (0 for all streams, 1 for first, 2 for second, etc.)"""
-enums["MAV_CMD"][2505].label[1] = """Stream ID"""
-enums["MAV_CMD"][2505].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][2505].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][2505].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][2505].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2505].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2505].param[7] = """Reserved (default:0)"""
 MAV_CMD_LOGGING_START = 2510
-enums["MAV_CMD"][2510] = EnumEntry("MAV_CMD_LOGGING_START", """Request to start streaming logging data over MAVLink (see also LOGGING_DATA message)""")
-enums["MAV_CMD"][2510].param[1] = """Format: 0: ULog"""
-enums["MAV_CMD"][2510].label[1] = """Format"""
-enums["MAV_CMD"][2510].param[2] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2510].param[3] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2510].param[4] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2510].param[5] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2510].param[6] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2510].param[7] = """Reserved (set to 0)"""
 MAV_CMD_LOGGING_STOP = 2511
-enums["MAV_CMD"][2511] = EnumEntry("MAV_CMD_LOGGING_STOP", """Request to stop streaming log data over MAVLink""")
-enums["MAV_CMD"][2511].param[1] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[2] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[3] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[4] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[5] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[6] = """Reserved (set to 0)"""
-enums["MAV_CMD"][2511].param[7] = """Reserved (set to 0)"""
 MAV_CMD_AIRFRAME_CONFIGURATION = 2520
-enums["MAV_CMD"][2520] = EnumEntry("MAV_CMD_AIRFRAME_CONFIGURATION", """""")
-enums["MAV_CMD"][2520].param[1] = """Landing gear ID (default: 0, -1 for all)"""
-enums["MAV_CMD"][2520].label[1] = """Landing Gear ID"""
-enums["MAV_CMD"][2520].param[2] = """Landing gear position (Down: 0, Up: 1, NaN for no change)"""
-enums["MAV_CMD"][2520].label[2] = """Landing Gear Position"""
-enums["MAV_CMD"][2520].param[3] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2520].param[4] = """Reserved (default:NaN)"""
-enums["MAV_CMD"][2520].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2520].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2520].param[7] = """Reserved (default:NaN)"""
 MAV_CMD_CONTROL_HIGH_LATENCY = 2600
-enums["MAV_CMD"][2600] = EnumEntry("MAV_CMD_CONTROL_HIGH_LATENCY", """Request to start/stop transmitting over the high latency telemetry""")
-enums["MAV_CMD"][2600].param[1] = """Start transmission over high latency telemetry (MAV_BOOL_FALSE: stop transmission). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][2600].label[1] = """Enable"""
-enums["MAV_CMD"][2600].param[2] = """Empty"""
-enums["MAV_CMD"][2600].param[3] = """Empty"""
-enums["MAV_CMD"][2600].param[4] = """Empty"""
-enums["MAV_CMD"][2600].param[5] = """Empty"""
-enums["MAV_CMD"][2600].param[6] = """Empty"""
-enums["MAV_CMD"][2600].param[7] = """Empty"""
 MAV_CMD_PANORAMA_CREATE = 2800
-enums["MAV_CMD"][2800] = EnumEntry("MAV_CMD_PANORAMA_CREATE", """Create a panorama at the current position""")
-enums["MAV_CMD"][2800].param[1] = """Viewing angle horizontal of the panorama (+- 0.5 the total angle)"""
-enums["MAV_CMD"][2800].label[1] = """Horizontal Angle"""
-enums["MAV_CMD"][2800].param[2] = """Viewing angle vertical of panorama."""
-enums["MAV_CMD"][2800].label[2] = """Vertical Angle"""
-enums["MAV_CMD"][2800].param[3] = """Speed of the horizontal rotation."""
-enums["MAV_CMD"][2800].label[3] = """Horizontal Speed"""
-enums["MAV_CMD"][2800].param[4] = """Speed of the vertical rotation."""
-enums["MAV_CMD"][2800].label[4] = """Vertical Speed"""
-enums["MAV_CMD"][2800].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][2800].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][2800].param[7] = """Reserved (default:0)"""
 MAV_CMD_DO_VTOL_TRANSITION = 3000
-enums["MAV_CMD"][3000] = EnumEntry("MAV_CMD_DO_VTOL_TRANSITION", """Request VTOL transition""")
-enums["MAV_CMD"][3000].param[1] = """The target VTOL state. Only MAV_VTOL_STATE_MC and MAV_VTOL_STATE_FW can be used."""
-enums["MAV_CMD"][3000].label[1] = """State"""
-enums["MAV_CMD"][3000].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][3000].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][3000].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][3000].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][3000].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][3000].param[7] = """Reserved (default:0)"""
 MAV_CMD_ARM_AUTHORIZATION_REQUEST = 3001
-enums["MAV_CMD"][3001] = EnumEntry(
-    "MAV_CMD_ARM_AUTHORIZATION_REQUEST",
-    """Request authorization to arm the vehicle to a external entity, the arm authorizer is responsible to request all data that is needs from the vehicle before authorize or deny the request.
-        If approved the COMMAND_ACK message progress field should be set with period of time that this authorization is valid in seconds.
-        If the authorization is denied COMMAND_ACK.result_param2 should be set with one of the reasons in MAV_ARM_AUTH_DENIED_REASON.
-        """,
-)
-enums["MAV_CMD"][3001].param[1] = """Vehicle system id, this way ground station can request arm authorization on behalf of any vehicle"""
-enums["MAV_CMD"][3001].label[1] = """System ID"""
-enums["MAV_CMD"][3001].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][3001].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][3001].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][3001].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][3001].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][3001].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_GUIDED_SUBMODE_STANDARD = 4000
-enums["MAV_CMD"][4000] = EnumEntry(
-    "MAV_CMD_SET_GUIDED_SUBMODE_STANDARD",
-    """This command sets the submode to standard guided when vehicle is in guided mode. The vehicle holds position and altitude and the user can input the desired velocities along all three axes.
-                  """,
-)
-enums["MAV_CMD"][4000].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][4000].param[7] = """Reserved (default:0)"""
 MAV_CMD_SET_GUIDED_SUBMODE_CIRCLE = 4001
-enums["MAV_CMD"][4001] = EnumEntry(
-    "MAV_CMD_SET_GUIDED_SUBMODE_CIRCLE",
-    """This command sets submode circle when vehicle is in guided mode. Vehicle flies along a circle facing the center of the circle. The user can input the velocity along the circle and change the radius. If no input is given the vehicle will hold position.
-                  """,
-)
-enums["MAV_CMD"][4001].has_location = True
-enums["MAV_CMD"][4001].param[1] = """Radius of desired circle in CIRCLE_MODE"""
-enums["MAV_CMD"][4001].label[1] = """Radius"""
-enums["MAV_CMD"][4001].param[2] = """User defined"""
-enums["MAV_CMD"][4001].param[3] = """User defined"""
-enums["MAV_CMD"][4001].param[4] = """User defined"""
-enums["MAV_CMD"][4001].param[5] = """Target latitude of center of circle in CIRCLE_MODE"""
-enums["MAV_CMD"][4001].label[5] = """Latitude"""
-enums["MAV_CMD"][4001].param[6] = """Target longitude of center of circle in CIRCLE_MODE"""
-enums["MAV_CMD"][4001].label[6] = """Longitude"""
-enums["MAV_CMD"][4001].param[7] = """Reserved (default:0)"""
 MAV_CMD_CONDITION_GATE = 4501
-enums["MAV_CMD"][4501] = EnumEntry("MAV_CMD_CONDITION_GATE", """Delay mission state machine until gate has been reached.""")
-enums["MAV_CMD"][4501].has_location = True
-enums["MAV_CMD"][4501].param[1] = """Geometry: 0: orthogonal to path between previous and next waypoint."""
-enums["MAV_CMD"][4501].label[1] = """Geometry"""
-enums["MAV_CMD"][4501].param[2] = """Use altitude (MAV_BOOL_FALSE: ignore altitude). Values not equal to 0 or 1 are invalid."""
-enums["MAV_CMD"][4501].label[2] = """UseAltitude"""
-enums["MAV_CMD"][4501].param[3] = """Empty"""
-enums["MAV_CMD"][4501].param[4] = """Empty"""
-enums["MAV_CMD"][4501].param[5] = """Latitude"""
-enums["MAV_CMD"][4501].label[5] = """Latitude"""
-enums["MAV_CMD"][4501].param[6] = """Longitude"""
-enums["MAV_CMD"][4501].label[6] = """Longitude"""
-enums["MAV_CMD"][4501].param[7] = """Altitude"""
-enums["MAV_CMD"][4501].label[7] = """Altitude"""
 MAV_CMD_NAV_FENCE_RETURN_POINT = 5000
-enums["MAV_CMD"][5000] = EnumEntry("MAV_CMD_NAV_FENCE_RETURN_POINT", """Fence return point (there can only be one such point in a geofence definition). If rally points are supported they should be used instead.""")
-enums["MAV_CMD"][5000].has_location = True
-enums["MAV_CMD"][5000].param[1] = """Reserved"""
-enums["MAV_CMD"][5000].param[2] = """Reserved"""
-enums["MAV_CMD"][5000].param[3] = """Reserved"""
-enums["MAV_CMD"][5000].param[4] = """Reserved"""
-enums["MAV_CMD"][5000].param[5] = """Latitude"""
-enums["MAV_CMD"][5000].label[5] = """Latitude"""
-enums["MAV_CMD"][5000].param[6] = """Longitude"""
-enums["MAV_CMD"][5000].label[6] = """Longitude"""
-enums["MAV_CMD"][5000].param[7] = """Altitude"""
-enums["MAV_CMD"][5000].label[7] = """Altitude"""
 MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION = 5001
-enums["MAV_CMD"][5001] = EnumEntry(
-    "MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION",
-    """Fence vertex for an inclusion polygon (the polygon must not be self-intersecting). The vehicle must stay within this area. Minimum of 3 vertices required.
-          The vertices for a polygon must be sent sequentially, each with param1 set to the total number of vertices in the polygon.
-        """,
-)
-enums["MAV_CMD"][5001].has_location = True
-enums["MAV_CMD"][5001].param[1] = """Polygon vertex count. This is the number of vertices in the current polygon (all vertices will have the same number)."""
-enums["MAV_CMD"][5001].label[1] = """Vertex Count"""
-enums["MAV_CMD"][5001].param[2] = """Vehicle must be inside ALL inclusion zones in a single group, vehicle must be inside at least one group, must be the same for all points in each polygon"""
-enums["MAV_CMD"][5001].label[2] = """Inclusion Group"""
-enums["MAV_CMD"][5001].param[3] = """Reserved"""
-enums["MAV_CMD"][5001].param[4] = """Reserved"""
-enums["MAV_CMD"][5001].param[5] = """Latitude"""
-enums["MAV_CMD"][5001].label[5] = """Latitude"""
-enums["MAV_CMD"][5001].param[6] = """Longitude"""
-enums["MAV_CMD"][5001].label[6] = """Longitude"""
-enums["MAV_CMD"][5001].param[7] = """Reserved"""
 MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION = 5002
-enums["MAV_CMD"][5002] = EnumEntry(
-    "MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION",
-    """Fence vertex for an exclusion polygon (the polygon must not be self-intersecting). The vehicle must stay outside this area. Minimum of 3 vertices required.
-          The vertices for a polygon must be sent sequentially, each with param1 set to the total number of vertices in the polygon.
-        """,
-)
-enums["MAV_CMD"][5002].has_location = True
-enums["MAV_CMD"][5002].param[1] = """Polygon vertex count. This is the number of vertices in the current polygon (all vertices will have the same number)."""
-enums["MAV_CMD"][5002].label[1] = """Vertex Count"""
-enums["MAV_CMD"][5002].param[2] = """Reserved"""
-enums["MAV_CMD"][5002].param[3] = """Reserved"""
-enums["MAV_CMD"][5002].param[4] = """Reserved"""
-enums["MAV_CMD"][5002].param[5] = """Latitude"""
-enums["MAV_CMD"][5002].label[5] = """Latitude"""
-enums["MAV_CMD"][5002].param[6] = """Longitude"""
-enums["MAV_CMD"][5002].label[6] = """Longitude"""
-enums["MAV_CMD"][5002].param[7] = """Reserved"""
 MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION = 5003
-enums["MAV_CMD"][5003] = EnumEntry(
-    "MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION",
-    """Circular fence area. The vehicle must stay inside this area.
-        """,
-)
-enums["MAV_CMD"][5003].has_location = True
-enums["MAV_CMD"][5003].param[1] = """Radius."""
-enums["MAV_CMD"][5003].label[1] = """Radius"""
-enums["MAV_CMD"][5003].param[2] = """Vehicle must be inside ALL inclusion zones in a single group, vehicle must be inside at least one group"""
-enums["MAV_CMD"][5003].label[2] = """Inclusion Group"""
-enums["MAV_CMD"][5003].param[3] = """Reserved"""
-enums["MAV_CMD"][5003].param[4] = """Reserved"""
-enums["MAV_CMD"][5003].param[5] = """Latitude"""
-enums["MAV_CMD"][5003].label[5] = """Latitude"""
-enums["MAV_CMD"][5003].param[6] = """Longitude"""
-enums["MAV_CMD"][5003].label[6] = """Longitude"""
-enums["MAV_CMD"][5003].param[7] = """Reserved"""
 MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION = 5004
-enums["MAV_CMD"][5004] = EnumEntry(
-    "MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION",
-    """Circular fence area. The vehicle must stay outside this area.
-        """,
-)
-enums["MAV_CMD"][5004].has_location = True
-enums["MAV_CMD"][5004].param[1] = """Radius."""
-enums["MAV_CMD"][5004].label[1] = """Radius"""
-enums["MAV_CMD"][5004].param[2] = """Reserved"""
-enums["MAV_CMD"][5004].param[3] = """Reserved"""
-enums["MAV_CMD"][5004].param[4] = """Reserved"""
-enums["MAV_CMD"][5004].param[5] = """Latitude"""
-enums["MAV_CMD"][5004].label[5] = """Latitude"""
-enums["MAV_CMD"][5004].param[6] = """Longitude"""
-enums["MAV_CMD"][5004].label[6] = """Longitude"""
-enums["MAV_CMD"][5004].param[7] = """Reserved"""
 MAV_CMD_NAV_FENCE_HOME_CIRCLE_INCLUSION = 5005
-enums["MAV_CMD"][5005] = EnumEntry("MAV_CMD_NAV_FENCE_HOME_CIRCLE_INCLUSION", """Circular fence area centered on home. The vehicle must stay inside this area. If home is moved, the fence moves.""")
-enums["MAV_CMD"][5005].param[1] = """Radius."""
-enums["MAV_CMD"][5005].label[1] = """Radius"""
-enums["MAV_CMD"][5005].param[2] = """Vehicle must be inside ALL inclusion zones in a single group, vehicle must be inside at least one group. Ignored when sent as a command."""
-enums["MAV_CMD"][5005].label[2] = """Inclusion Group"""
-enums["MAV_CMD"][5005].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][5005].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][5005].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][5005].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][5005].param[7] = """Reserved (default:0)"""
 MAV_CMD_NAV_RALLY_POINT = 5100
-enums["MAV_CMD"][5100] = EnumEntry(
-    "MAV_CMD_NAV_RALLY_POINT",
-    """Rally point. You can have multiple rally points defined.
-        """,
-)
-enums["MAV_CMD"][5100].has_location = True
-enums["MAV_CMD"][5100].param[1] = """Reserved"""
-enums["MAV_CMD"][5100].param[2] = """Reserved"""
-enums["MAV_CMD"][5100].param[3] = """Reserved"""
-enums["MAV_CMD"][5100].param[4] = """Reserved"""
-enums["MAV_CMD"][5100].param[5] = """Latitude"""
-enums["MAV_CMD"][5100].label[5] = """Latitude"""
-enums["MAV_CMD"][5100].param[6] = """Longitude"""
-enums["MAV_CMD"][5100].label[6] = """Longitude"""
-enums["MAV_CMD"][5100].param[7] = """Altitude"""
-enums["MAV_CMD"][5100].label[7] = """Altitude"""
 MAV_CMD_UAVCAN_GET_NODE_INFO = 5200
-enums["MAV_CMD"][5200] = EnumEntry("MAV_CMD_UAVCAN_GET_NODE_INFO", """Commands the vehicle to respond with a sequence of messages UAVCAN_NODE_INFO, one message per every UAVCAN node that is online. Note that some of the response messages can be lost, which the receiver can detect easily by checking whether every received UAVCAN_NODE_STATUS has a matching message UAVCAN_NODE_INFO received earlier; if not, this command should be sent again in order to request re-transmission of the node information messages.""")
-enums["MAV_CMD"][5200].param[1] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[2] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[3] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[4] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[5] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[6] = """Reserved (set to 0)"""
-enums["MAV_CMD"][5200].param[7] = """Reserved (set to 0)"""
 MAV_CMD_DO_SET_SAFETY_SWITCH_STATE = 5300
-enums["MAV_CMD"][5300] = EnumEntry("MAV_CMD_DO_SET_SAFETY_SWITCH_STATE", """Change state of safety switch.""")
-enums["MAV_CMD"][5300].param[1] = """New safety switch state."""
-enums["MAV_CMD"][5300].label[1] = """Desired State"""
-enums["MAV_CMD"][5300].param[2] = """Empty."""
-enums["MAV_CMD"][5300].param[3] = """Empty."""
-enums["MAV_CMD"][5300].param[4] = """Empty"""
-enums["MAV_CMD"][5300].param[5] = """Empty."""
-enums["MAV_CMD"][5300].param[6] = """Empty."""
-enums["MAV_CMD"][5300].param[7] = """Empty."""
 MAV_CMD_DO_ADSB_OUT_IDENT = 10001
-enums["MAV_CMD"][10001] = EnumEntry("MAV_CMD_DO_ADSB_OUT_IDENT", """Trigger the start of an ADSB-out IDENT. This should only be used when requested to do so by an Air Traffic Controller in controlled airspace. This starts the IDENT which is then typically held for 18 seconds by the hardware per the Mode A, C, and S transponder spec.""")
-enums["MAV_CMD"][10001].param[1] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[2] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[3] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[4] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[5] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[6] = """Reserved (set to 0)"""
-enums["MAV_CMD"][10001].param[7] = """Reserved (set to 0)"""
 MAV_CMD_ODID_SET_EMERGENCY = 12900
-enums["MAV_CMD"][12900] = EnumEntry("MAV_CMD_ODID_SET_EMERGENCY", """Odid set emergency.""")
-enums["MAV_CMD"][12900].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][12900].param[7] = """Reserved (default:0)"""
 MAV_CMD_PAYLOAD_PREPARE_DEPLOY = 30001
-enums["MAV_CMD"][30001] = EnumEntry("MAV_CMD_PAYLOAD_PREPARE_DEPLOY", """Deploy payload on a Lat / Lon / Alt position. This includes the navigation to reach the required release position and velocity.""")
-enums["MAV_CMD"][30001].has_location = True
-enums["MAV_CMD"][30001].param[1] = """Operation mode. 0: prepare single payload deploy (overwriting previous requests), but do not execute it. 1: execute payload deploy immediately (rejecting further deploy commands during execution, but allowing abort). 2: add payload deploy to existing deployment list."""
-enums["MAV_CMD"][30001].label[1] = """Operation Mode"""
-enums["MAV_CMD"][30001].param[2] = """Desired approach vector in compass heading. A negative value indicates the system can define the approach vector at will."""
-enums["MAV_CMD"][30001].label[2] = """Approach Vector"""
-enums["MAV_CMD"][30001].param[3] = """Desired ground speed at release time. This can be overridden by the airframe in case it needs to meet minimum airspeed. A negative value indicates the system can define the ground speed at will."""
-enums["MAV_CMD"][30001].label[3] = """Ground Speed"""
-enums["MAV_CMD"][30001].param[4] = """Minimum altitude clearance to the release position. A negative value indicates the system can define the clearance at will."""
-enums["MAV_CMD"][30001].label[4] = """Altitude Clearance"""
-enums["MAV_CMD"][30001].param[5] = """Latitude."""
-enums["MAV_CMD"][30001].label[5] = """Latitude"""
-enums["MAV_CMD"][30001].param[6] = """Longitude."""
-enums["MAV_CMD"][30001].label[6] = """Longitude"""
-enums["MAV_CMD"][30001].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][30001].label[7] = """Altitude"""
 MAV_CMD_PAYLOAD_CONTROL_DEPLOY = 30002
-enums["MAV_CMD"][30002] = EnumEntry("MAV_CMD_PAYLOAD_CONTROL_DEPLOY", """Control the payload deployment.""")
-enums["MAV_CMD"][30002].param[1] = """Operation mode. 0: Abort deployment, continue normal mission. 1: switch to payload deployment mode. 100: delete first payload deployment request. 101: delete all payload deployment requests."""
-enums["MAV_CMD"][30002].label[1] = """Operation Mode"""
-enums["MAV_CMD"][30002].param[2] = """Reserved"""
-enums["MAV_CMD"][30002].param[3] = """Reserved"""
-enums["MAV_CMD"][30002].param[4] = """Reserved"""
-enums["MAV_CMD"][30002].param[5] = """Reserved"""
-enums["MAV_CMD"][30002].param[6] = """Reserved"""
-enums["MAV_CMD"][30002].param[7] = """Reserved"""
 MAV_CMD_WAYPOINT_USER_1 = 31000
-enums["MAV_CMD"][31000] = EnumEntry("MAV_CMD_WAYPOINT_USER_1", """User defined waypoint item. Ground Station will show the Vehicle as flying through this item.""")
-enums["MAV_CMD"][31000].has_location = True
-enums["MAV_CMD"][31000].param[1] = """User defined"""
-enums["MAV_CMD"][31000].param[2] = """User defined"""
-enums["MAV_CMD"][31000].param[3] = """User defined"""
-enums["MAV_CMD"][31000].param[4] = """User defined"""
-enums["MAV_CMD"][31000].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31000].label[5] = """Latitude"""
-enums["MAV_CMD"][31000].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31000].label[6] = """Longitude"""
-enums["MAV_CMD"][31000].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31000].label[7] = """Altitude"""
 MAV_CMD_WAYPOINT_USER_2 = 31001
-enums["MAV_CMD"][31001] = EnumEntry("MAV_CMD_WAYPOINT_USER_2", """User defined waypoint item. Ground Station will show the Vehicle as flying through this item.""")
-enums["MAV_CMD"][31001].has_location = True
-enums["MAV_CMD"][31001].param[1] = """User defined"""
-enums["MAV_CMD"][31001].param[2] = """User defined"""
-enums["MAV_CMD"][31001].param[3] = """User defined"""
-enums["MAV_CMD"][31001].param[4] = """User defined"""
-enums["MAV_CMD"][31001].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31001].label[5] = """Latitude"""
-enums["MAV_CMD"][31001].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31001].label[6] = """Longitude"""
-enums["MAV_CMD"][31001].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31001].label[7] = """Altitude"""
 MAV_CMD_WAYPOINT_USER_3 = 31002
-enums["MAV_CMD"][31002] = EnumEntry("MAV_CMD_WAYPOINT_USER_3", """User defined waypoint item. Ground Station will show the Vehicle as flying through this item.""")
-enums["MAV_CMD"][31002].has_location = True
-enums["MAV_CMD"][31002].param[1] = """User defined"""
-enums["MAV_CMD"][31002].param[2] = """User defined"""
-enums["MAV_CMD"][31002].param[3] = """User defined"""
-enums["MAV_CMD"][31002].param[4] = """User defined"""
-enums["MAV_CMD"][31002].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31002].label[5] = """Latitude"""
-enums["MAV_CMD"][31002].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31002].label[6] = """Longitude"""
-enums["MAV_CMD"][31002].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31002].label[7] = """Altitude"""
 MAV_CMD_WAYPOINT_USER_4 = 31003
-enums["MAV_CMD"][31003] = EnumEntry("MAV_CMD_WAYPOINT_USER_4", """User defined waypoint item. Ground Station will show the Vehicle as flying through this item.""")
-enums["MAV_CMD"][31003].has_location = True
-enums["MAV_CMD"][31003].param[1] = """User defined"""
-enums["MAV_CMD"][31003].param[2] = """User defined"""
-enums["MAV_CMD"][31003].param[3] = """User defined"""
-enums["MAV_CMD"][31003].param[4] = """User defined"""
-enums["MAV_CMD"][31003].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31003].label[5] = """Latitude"""
-enums["MAV_CMD"][31003].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31003].label[6] = """Longitude"""
-enums["MAV_CMD"][31003].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31003].label[7] = """Altitude"""
 MAV_CMD_WAYPOINT_USER_5 = 31004
-enums["MAV_CMD"][31004] = EnumEntry("MAV_CMD_WAYPOINT_USER_5", """User defined waypoint item. Ground Station will show the Vehicle as flying through this item.""")
-enums["MAV_CMD"][31004].has_location = True
-enums["MAV_CMD"][31004].param[1] = """User defined"""
-enums["MAV_CMD"][31004].param[2] = """User defined"""
-enums["MAV_CMD"][31004].param[3] = """User defined"""
-enums["MAV_CMD"][31004].param[4] = """User defined"""
-enums["MAV_CMD"][31004].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31004].label[5] = """Latitude"""
-enums["MAV_CMD"][31004].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31004].label[6] = """Longitude"""
-enums["MAV_CMD"][31004].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31004].label[7] = """Altitude"""
 MAV_CMD_SPATIAL_USER_1 = 31005
-enums["MAV_CMD"][31005] = EnumEntry("MAV_CMD_SPATIAL_USER_1", """User defined spatial item. Ground Station will not show the Vehicle as flying through this item. Example: ROI item.""")
-enums["MAV_CMD"][31005].has_location = True
-enums["MAV_CMD"][31005].param[1] = """User defined"""
-enums["MAV_CMD"][31005].param[2] = """User defined"""
-enums["MAV_CMD"][31005].param[3] = """User defined"""
-enums["MAV_CMD"][31005].param[4] = """User defined"""
-enums["MAV_CMD"][31005].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31005].label[5] = """Latitude"""
-enums["MAV_CMD"][31005].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31005].label[6] = """Longitude"""
-enums["MAV_CMD"][31005].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31005].label[7] = """Altitude"""
 MAV_CMD_SPATIAL_USER_2 = 31006
-enums["MAV_CMD"][31006] = EnumEntry("MAV_CMD_SPATIAL_USER_2", """User defined spatial item. Ground Station will not show the Vehicle as flying through this item. Example: ROI item.""")
-enums["MAV_CMD"][31006].has_location = True
-enums["MAV_CMD"][31006].param[1] = """User defined"""
-enums["MAV_CMD"][31006].param[2] = """User defined"""
-enums["MAV_CMD"][31006].param[3] = """User defined"""
-enums["MAV_CMD"][31006].param[4] = """User defined"""
-enums["MAV_CMD"][31006].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31006].label[5] = """Latitude"""
-enums["MAV_CMD"][31006].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31006].label[6] = """Longitude"""
-enums["MAV_CMD"][31006].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31006].label[7] = """Altitude"""
 MAV_CMD_SPATIAL_USER_3 = 31007
-enums["MAV_CMD"][31007] = EnumEntry("MAV_CMD_SPATIAL_USER_3", """User defined spatial item. Ground Station will not show the Vehicle as flying through this item. Example: ROI item.""")
-enums["MAV_CMD"][31007].has_location = True
-enums["MAV_CMD"][31007].param[1] = """User defined"""
-enums["MAV_CMD"][31007].param[2] = """User defined"""
-enums["MAV_CMD"][31007].param[3] = """User defined"""
-enums["MAV_CMD"][31007].param[4] = """User defined"""
-enums["MAV_CMD"][31007].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31007].label[5] = """Latitude"""
-enums["MAV_CMD"][31007].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31007].label[6] = """Longitude"""
-enums["MAV_CMD"][31007].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31007].label[7] = """Altitude"""
 MAV_CMD_SPATIAL_USER_4 = 31008
-enums["MAV_CMD"][31008] = EnumEntry("MAV_CMD_SPATIAL_USER_4", """User defined spatial item. Ground Station will not show the Vehicle as flying through this item. Example: ROI item.""")
-enums["MAV_CMD"][31008].has_location = True
-enums["MAV_CMD"][31008].param[1] = """User defined"""
-enums["MAV_CMD"][31008].param[2] = """User defined"""
-enums["MAV_CMD"][31008].param[3] = """User defined"""
-enums["MAV_CMD"][31008].param[4] = """User defined"""
-enums["MAV_CMD"][31008].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31008].label[5] = """Latitude"""
-enums["MAV_CMD"][31008].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31008].label[6] = """Longitude"""
-enums["MAV_CMD"][31008].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31008].label[7] = """Altitude"""
 MAV_CMD_SPATIAL_USER_5 = 31009
-enums["MAV_CMD"][31009] = EnumEntry("MAV_CMD_SPATIAL_USER_5", """User defined spatial item. Ground Station will not show the Vehicle as flying through this item. Example: ROI item.""")
-enums["MAV_CMD"][31009].has_location = True
-enums["MAV_CMD"][31009].param[1] = """User defined"""
-enums["MAV_CMD"][31009].param[2] = """User defined"""
-enums["MAV_CMD"][31009].param[3] = """User defined"""
-enums["MAV_CMD"][31009].param[4] = """User defined"""
-enums["MAV_CMD"][31009].param[5] = """Latitude unscaled"""
-enums["MAV_CMD"][31009].label[5] = """Latitude"""
-enums["MAV_CMD"][31009].param[6] = """Longitude unscaled"""
-enums["MAV_CMD"][31009].label[6] = """Longitude"""
-enums["MAV_CMD"][31009].param[7] = """Altitude (MSL)"""
-enums["MAV_CMD"][31009].label[7] = """Altitude"""
 MAV_CMD_USER_1 = 31010
-enums["MAV_CMD"][31010] = EnumEntry("MAV_CMD_USER_1", """User defined command. Ground Station will not show the Vehicle as flying through this item. Example: MAV_CMD_DO_SET_PARAMETER item.""")
-enums["MAV_CMD"][31010].param[1] = """User defined"""
-enums["MAV_CMD"][31010].param[2] = """User defined"""
-enums["MAV_CMD"][31010].param[3] = """User defined"""
-enums["MAV_CMD"][31010].param[4] = """User defined"""
-enums["MAV_CMD"][31010].param[5] = """User defined"""
-enums["MAV_CMD"][31010].param[6] = """User defined"""
-enums["MAV_CMD"][31010].param[7] = """User defined"""
 MAV_CMD_USER_2 = 31011
-enums["MAV_CMD"][31011] = EnumEntry("MAV_CMD_USER_2", """User defined command. Ground Station will not show the Vehicle as flying through this item. Example: MAV_CMD_DO_SET_PARAMETER item.""")
-enums["MAV_CMD"][31011].param[1] = """User defined"""
-enums["MAV_CMD"][31011].param[2] = """User defined"""
-enums["MAV_CMD"][31011].param[3] = """User defined"""
-enums["MAV_CMD"][31011].param[4] = """User defined"""
-enums["MAV_CMD"][31011].param[5] = """User defined"""
-enums["MAV_CMD"][31011].param[6] = """User defined"""
-enums["MAV_CMD"][31011].param[7] = """User defined"""
 MAV_CMD_USER_3 = 31012
-enums["MAV_CMD"][31012] = EnumEntry("MAV_CMD_USER_3", """User defined command. Ground Station will not show the Vehicle as flying through this item. Example: MAV_CMD_DO_SET_PARAMETER item.""")
-enums["MAV_CMD"][31012].param[1] = """User defined"""
-enums["MAV_CMD"][31012].param[2] = """User defined"""
-enums["MAV_CMD"][31012].param[3] = """User defined"""
-enums["MAV_CMD"][31012].param[4] = """User defined"""
-enums["MAV_CMD"][31012].param[5] = """User defined"""
-enums["MAV_CMD"][31012].param[6] = """User defined"""
-enums["MAV_CMD"][31012].param[7] = """User defined"""
 MAV_CMD_USER_4 = 31013
-enums["MAV_CMD"][31013] = EnumEntry("MAV_CMD_USER_4", """User defined command. Ground Station will not show the Vehicle as flying through this item. Example: MAV_CMD_DO_SET_PARAMETER item.""")
-enums["MAV_CMD"][31013].param[1] = """User defined"""
-enums["MAV_CMD"][31013].param[2] = """User defined"""
-enums["MAV_CMD"][31013].param[3] = """User defined"""
-enums["MAV_CMD"][31013].param[4] = """User defined"""
-enums["MAV_CMD"][31013].param[5] = """User defined"""
-enums["MAV_CMD"][31013].param[6] = """User defined"""
-enums["MAV_CMD"][31013].param[7] = """User defined"""
 MAV_CMD_USER_5 = 31014
-enums["MAV_CMD"][31014] = EnumEntry("MAV_CMD_USER_5", """User defined command. Ground Station will not show the Vehicle as flying through this item. Example: MAV_CMD_DO_SET_PARAMETER item.""")
-enums["MAV_CMD"][31014].param[1] = """User defined"""
-enums["MAV_CMD"][31014].param[2] = """User defined"""
-enums["MAV_CMD"][31014].param[3] = """User defined"""
-enums["MAV_CMD"][31014].param[4] = """User defined"""
-enums["MAV_CMD"][31014].param[5] = """User defined"""
-enums["MAV_CMD"][31014].param[6] = """User defined"""
-enums["MAV_CMD"][31014].param[7] = """User defined"""
 MAV_CMD_CAN_FORWARD = 32000
-enums["MAV_CMD"][32000] = EnumEntry("MAV_CMD_CAN_FORWARD", """Request forwarding of CAN packets from the given CAN bus to this component via this MAVLink channel. CAN Frames are sent using CAN_FRAME and CANFD_FRAME messages""")
-enums["MAV_CMD"][32000].param[1] = """Bus number (0 to disable forwarding, 1 for first bus, 2 for 2nd bus, 3 for 3rd bus)."""
-enums["MAV_CMD"][32000].label[1] = """bus"""
-enums["MAV_CMD"][32000].param[2] = """Empty."""
-enums["MAV_CMD"][32000].param[3] = """Empty."""
-enums["MAV_CMD"][32000].param[4] = """Empty."""
-enums["MAV_CMD"][32000].param[5] = """Empty."""
-enums["MAV_CMD"][32000].param[6] = """Empty."""
-enums["MAV_CMD"][32000].param[7] = """Empty."""
 MAV_CMD_REQUEST_OPERATOR_CONTROL = 32100
-enums["MAV_CMD"][32100] = EnumEntry("MAV_CMD_REQUEST_OPERATOR_CONTROL", """Request operator control.""")
-enums["MAV_CMD"][32100].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][32100].param[7] = """Reserved (default:0)"""
 MAV_CMD_FIXED_MAG_CAL_YAW = 42006
-enums["MAV_CMD"][42006] = EnumEntry("MAV_CMD_FIXED_MAG_CAL_YAW", """Magnetometer calibration based on provided known yaw. This allows for fast calibration using WMM field tables in the vehicle, given only the known yaw of the vehicle. If Latitude and longitude are both zero then use the current vehicle location.""")
-enums["MAV_CMD"][42006].param[1] = """Yaw of vehicle in earth frame."""
-enums["MAV_CMD"][42006].label[1] = """Yaw"""
-enums["MAV_CMD"][42006].param[2] = """CompassMask, 0 for all."""
-enums["MAV_CMD"][42006].label[2] = """CompassMask"""
-enums["MAV_CMD"][42006].param[3] = """Latitude."""
-enums["MAV_CMD"][42006].label[3] = """Latitude"""
-enums["MAV_CMD"][42006].param[4] = """Longitude."""
-enums["MAV_CMD"][42006].label[4] = """Longitude"""
-enums["MAV_CMD"][42006].param[5] = """Empty."""
-enums["MAV_CMD"][42006].param[6] = """Empty."""
-enums["MAV_CMD"][42006].param[7] = """Empty."""
 MAV_CMD_DO_WINCH = 42600
-enums["MAV_CMD"][42600] = EnumEntry("MAV_CMD_DO_WINCH", """Command to operate winch.""")
-enums["MAV_CMD"][42600].param[1] = """Winch instance number."""
-enums["MAV_CMD"][42600].label[1] = """Instance"""
-enums["MAV_CMD"][42600].param[2] = """Action to perform."""
-enums["MAV_CMD"][42600].label[2] = """Action"""
-enums["MAV_CMD"][42600].param[3] = """Length of line to release (negative to wind)."""
-enums["MAV_CMD"][42600].label[3] = """Length"""
-enums["MAV_CMD"][42600].param[4] = """Release rate (negative to wind)."""
-enums["MAV_CMD"][42600].label[4] = """Rate"""
-enums["MAV_CMD"][42600].param[5] = """Empty."""
-enums["MAV_CMD"][42600].param[6] = """Empty."""
-enums["MAV_CMD"][42600].param[7] = """Empty."""
 MAV_CMD_GUIDED_CHANGE_SPEED = 43000
-enums["MAV_CMD"][43000] = EnumEntry("MAV_CMD_GUIDED_CHANGE_SPEED", """Change flight speed at a given rate. This slews the vehicle at a controllable rate between it's previous speed and the new one.""")
-enums["MAV_CMD"][43000].param[1] = """Airspeed or groundspeed."""
-enums["MAV_CMD"][43000].label[1] = """speed type"""
-enums["MAV_CMD"][43000].param[2] = """Target Speed"""
-enums["MAV_CMD"][43000].label[2] = """speed target"""
-enums["MAV_CMD"][43000].param[3] = """Acceleration rate, 0 to take effect instantly"""
-enums["MAV_CMD"][43000].label[3] = """speed rate-of-change"""
-enums["MAV_CMD"][43000].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][43000].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][43000].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][43000].param[7] = """Reserved (default:0)"""
 MAV_CMD_GUIDED_CHANGE_ALTITUDE = 43001
-enums["MAV_CMD"][43001] = EnumEntry("MAV_CMD_GUIDED_CHANGE_ALTITUDE", """Change target altitude at a given rate. This slews the vehicle at a controllable rate between it's previous altitude and the new one.""")
-enums["MAV_CMD"][43001].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][43001].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][43001].param[3] = """Rate of change, toward new altitude. 0 for maximum rate change. Positive numbers only, as negative numbers will not converge on the new target alt."""
-enums["MAV_CMD"][43001].label[3] = """alt rate-of-change"""
-enums["MAV_CMD"][43001].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][43001].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][43001].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][43001].param[7] = """Target Altitude"""
-enums["MAV_CMD"][43001].label[7] = """target alt"""
 MAV_CMD_GUIDED_CHANGE_HEADING = 43002
-enums["MAV_CMD"][43002] = EnumEntry("MAV_CMD_GUIDED_CHANGE_HEADING", """Change to target direction at a given rate, overriding previous heading/s. This slews the vehicle at a controllable rate between its previous heading and the new one.""")
-enums["MAV_CMD"][43002].param[1] = """Course-over-ground or raw vehicle heading."""
-enums["MAV_CMD"][43002].label[1] = """Heading Type"""
-enums["MAV_CMD"][43002].param[2] = """Target heading."""
-enums["MAV_CMD"][43002].label[2] = """Heading Target"""
-enums["MAV_CMD"][43002].param[3] = """Maximum centripetal acceleration, i.e. rate of change toward new heading."""
-enums["MAV_CMD"][43002].label[3] = """Heading Rate of Change"""
-enums["MAV_CMD"][43002].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][43002].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][43002].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][43002].param[7] = """Reserved (default:0)"""
 MAV_CMD_EXTERNAL_POSITION_ESTIMATE = 43003
-enums["MAV_CMD"][43003] = EnumEntry("MAV_CMD_EXTERNAL_POSITION_ESTIMATE", """Provide an external position estimate for use when dead-reckoning. This is meant to be used for occasional position resets that may be provided by a external system such as a remote pilot using landmarks over a video link.""")
-enums["MAV_CMD"][43003].has_location = True
-enums["MAV_CMD"][43003].param[1] = """Timestamp that this message was sent as a time in the transmitters time domain. The sender should wrap this time back to zero based on required timing accuracy for the application and the limitations of a 32 bit float. For example, wrapping at 10 hours would give approximately 1ms accuracy. Recipient must handle time wrap in any timing jitter correction applied to this field. Wrap rollover time should not be at not more than 250 seconds, which would give approximately 10 microsecond accuracy."""
-enums["MAV_CMD"][43003].label[1] = """transmission_time"""
-enums["MAV_CMD"][43003].param[2] = """The time spent in processing the sensor data that is the basis for this position. The recipient can use this to improve time alignment of the data. Set to zero if not known."""
-enums["MAV_CMD"][43003].label[2] = """processing_time"""
-enums["MAV_CMD"][43003].param[3] = """estimated one standard deviation accuracy of the measurement. Set to NaN if not known."""
-enums["MAV_CMD"][43003].label[3] = """accuracy"""
-enums["MAV_CMD"][43003].param[4] = """Empty"""
-enums["MAV_CMD"][43003].param[5] = """Latitude"""
-enums["MAV_CMD"][43003].label[5] = """Latitude"""
-enums["MAV_CMD"][43003].param[6] = """Longitude"""
-enums["MAV_CMD"][43003].label[6] = """Longitude"""
-enums["MAV_CMD"][43003].param[7] = """Altitude, not used. Should be sent as NaN. May be supported in a future version of this message."""
-enums["MAV_CMD"][43003].label[7] = """Altitude"""
 MAV_CMD_EXTERNAL_WIND_ESTIMATE = 43004
-enums["MAV_CMD"][43004] = EnumEntry(
-    "MAV_CMD_EXTERNAL_WIND_ESTIMATE",
-    """Set an external estimate of wind direction and speed.
-          This might be used to provide an initial wind estimate to the estimator (EKF) in the case where the vehicle is wind dead-reckoning, extending the time when operating without GPS before before position drift builds to an unsafe level. For this use case the command might reasonably be sent every few minutes when operating at altitude, and the value is cleared if the estimator resets itself.
-        """,
-)
-enums["MAV_CMD"][43004].param[1] = """Horizontal wind speed."""
-enums["MAV_CMD"][43004].label[1] = """Wind speed"""
-enums["MAV_CMD"][43004].param[2] = """Estimated 1 sigma accuracy of wind speed. Set to NaN if unknown."""
-enums["MAV_CMD"][43004].label[2] = """Wind speed accuracy"""
-enums["MAV_CMD"][43004].param[3] = """Azimuth (relative to true north) from where the wind is blowing."""
-enums["MAV_CMD"][43004].label[3] = """Direction"""
-enums["MAV_CMD"][43004].param[4] = """Estimated 1 sigma accuracy of wind direction. Set to NaN if unknown."""
-enums["MAV_CMD"][43004].label[4] = """Direction accuracy"""
-enums["MAV_CMD"][43004].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][43004].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][43004].param[7] = """Reserved (default:0)"""
 MAV_CMD_ESTIMATOR_SENSOR_ENABLE = 43006
-enums["MAV_CMD"][43006] = EnumEntry("MAV_CMD_ESTIMATOR_SENSOR_ENABLE", """Estimator sensor enable.""")
-enums["MAV_CMD"][43006].param[1] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[2] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[3] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[4] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[5] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[6] = """Reserved (default:0)"""
-enums["MAV_CMD"][43006].param[7] = """Reserved (default:0)"""
 MAV_CMD_ENUM_END = 43007
-enums["MAV_CMD"][43007] = EnumEntry("MAV_CMD_ENUM_END", """""")
 
 # MAV_PARAM_ERROR
-enums["MAV_PARAM_ERROR"] = Enum()
-enums["MAV_PARAM_ERROR"].bitmask = False
 MAV_PARAM_ERROR_NO_ERROR = 0
-enums["MAV_PARAM_ERROR"][0] = EnumEntry("MAV_PARAM_ERROR_NO_ERROR", """No error occurred (not expected in PARAM_ERROR but may be used in future implementations.""")
 MAV_PARAM_ERROR_DOES_NOT_EXIST = 1
-enums["MAV_PARAM_ERROR"][1] = EnumEntry("MAV_PARAM_ERROR_DOES_NOT_EXIST", """Parameter does not exist""")
 MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE = 2
-enums["MAV_PARAM_ERROR"][2] = EnumEntry("MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE", """Parameter value does not fit within accepted range""")
 MAV_PARAM_ERROR_PERMISSION_DENIED = 3
-enums["MAV_PARAM_ERROR"][3] = EnumEntry("MAV_PARAM_ERROR_PERMISSION_DENIED", """Caller is not permitted to set the value of this parameter""")
 MAV_PARAM_ERROR_COMPONENT_NOT_FOUND = 4
-enums["MAV_PARAM_ERROR"][4] = EnumEntry("MAV_PARAM_ERROR_COMPONENT_NOT_FOUND", """Unknown component specified""")
 MAV_PARAM_ERROR_READ_ONLY = 5
-enums["MAV_PARAM_ERROR"][5] = EnumEntry("MAV_PARAM_ERROR_READ_ONLY", """Parameter is read-only""")
 MAV_PARAM_ERROR_TYPE_UNSUPPORTED = 6
-enums["MAV_PARAM_ERROR"][6] = EnumEntry("MAV_PARAM_ERROR_TYPE_UNSUPPORTED", """No parameter has this type.""")
 MAV_PARAM_ERROR_TYPE_MISMATCH = 7
-enums["MAV_PARAM_ERROR"][7] = EnumEntry("MAV_PARAM_ERROR_TYPE_MISMATCH", """The parameter has another type.""")
 MAV_PARAM_ERROR_READ_FAIL = 8
-enums["MAV_PARAM_ERROR"][8] = EnumEntry("MAV_PARAM_ERROR_READ_FAIL", """The parameter could not be read.""")
 MAV_PARAM_ERROR_ENUM_END = 9
-enums["MAV_PARAM_ERROR"][9] = EnumEntry("MAV_PARAM_ERROR_ENUM_END", """""")
 
 # MAV_RESULT
-enums["MAV_RESULT"] = Enum()
-enums["MAV_RESULT"].bitmask = False
 MAV_RESULT_ACCEPTED = 0
-enums["MAV_RESULT"][0] = EnumEntry("MAV_RESULT_ACCEPTED", """Command is valid (is supported and has valid parameters), and was executed.""")
 MAV_RESULT_TEMPORARILY_REJECTED = 1
-enums["MAV_RESULT"][1] = EnumEntry("MAV_RESULT_TEMPORARILY_REJECTED", """Command is valid, but cannot be executed at this time. This is used to indicate a problem that should be fixed just by waiting (e.g. a state machine is busy, can't arm because have not got GPS lock, etc.). Retrying later should work.""")
 MAV_RESULT_DENIED = 2
-enums["MAV_RESULT"][2] = EnumEntry("MAV_RESULT_DENIED", """Command is invalid; it is supported but one or more parameter values are invalid (i.e. parameter reserved, value allowed by spec but not supported by flight stack, and so on). Retrying the same command and parameters will not work.""")
 MAV_RESULT_UNSUPPORTED = 3
-enums["MAV_RESULT"][3] = EnumEntry("MAV_RESULT_UNSUPPORTED", """Command is not supported (unknown).""")
 MAV_RESULT_FAILED = 4
-enums["MAV_RESULT"][4] = EnumEntry("MAV_RESULT_FAILED", """Command is valid, but execution has failed. This is used to indicate any non-temporary or unexpected problem, i.e. any problem that must be fixed before the command can succeed/be retried. For example, attempting to write a file when out of memory, attempting to arm when sensors are not calibrated, etc.""")
 MAV_RESULT_IN_PROGRESS = 5
-enums["MAV_RESULT"][5] = EnumEntry("MAV_RESULT_IN_PROGRESS", """Command is valid and is being executed. This will be followed by further progress updates, i.e. the component may send further COMMAND_ACK messages with result MAV_RESULT_IN_PROGRESS (at a rate decided by the implementation), and must terminate by sending a COMMAND_ACK message with final result of the operation. The COMMAND_ACK.progress field can be used to indicate the progress of the operation. There is no need for the sender to retry the command, but if done during execution, the component will return MAV_RESULT_IN_PROGRESS with an updated progress.""")
 MAV_RESULT_CANCELLED = 6
-enums["MAV_RESULT"][6] = EnumEntry("MAV_RESULT_CANCELLED", """The command was cancelled.""")
 MAV_RESULT_COMMAND_LONG_ONLY = 7
-enums["MAV_RESULT"][7] = EnumEntry("MAV_RESULT_COMMAND_LONG_ONLY", """Command is only accepted when sent as a COMMAND_LONG.""")
 MAV_RESULT_COMMAND_INT_ONLY = 8
-enums["MAV_RESULT"][8] = EnumEntry("MAV_RESULT_COMMAND_INT_ONLY", """Command is only accepted when sent as a COMMAND_INT.""")
 MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME = 9
-enums["MAV_RESULT"][9] = EnumEntry("MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME", """The frame is not supported for this command.""")
 MAV_RESULT_NOT_IN_CONTROL = 10
-enums["MAV_RESULT"][10] = EnumEntry("MAV_RESULT_NOT_IN_CONTROL", """The sender is not in control.""")
 MAV_RESULT_ENUM_END = 11
-enums["MAV_RESULT"][11] = EnumEntry("MAV_RESULT_ENUM_END", """""")
 
 # RADIO_RC_CHANNELS_FLAGS
-enums["RADIO_RC_CHANNELS_FLAGS"] = Enum()
-enums["RADIO_RC_CHANNELS_FLAGS"].bitmask = True
 RADIO_RC_CHANNELS_FLAGS_FAILSAFE = 1
-enums["RADIO_RC_CHANNELS_FLAGS"][1] = EnumEntry("RADIO_RC_CHANNELS_FLAGS_FAILSAFE", """Failsafe is active. The content of the RC channels data in the RADIO_RC_CHANNELS message is implementation dependent.""")
 RADIO_RC_CHANNELS_FLAGS_OUTDATED = 2
-enums["RADIO_RC_CHANNELS_FLAGS"][2] = EnumEntry("RADIO_RC_CHANNELS_FLAGS_OUTDATED", """Channel data may be out of date. This is set when the receiver is unable to validate incoming data from the transmitter and has therefore resent the last valid data it received.""")
 RADIO_RC_CHANNELS_FLAGS_ENUM_END = 3
-enums["RADIO_RC_CHANNELS_FLAGS"][3] = EnumEntry("RADIO_RC_CHANNELS_FLAGS_ENUM_END", """""")
 
 # MAV_MODE_PROPERTY
-enums["MAV_MODE_PROPERTY"] = Enum()
-enums["MAV_MODE_PROPERTY"].bitmask = True
 MAV_MODE_PROPERTY_ADVANCED = 1
-enums["MAV_MODE_PROPERTY"][1] = EnumEntry(
-    "MAV_MODE_PROPERTY_ADVANCED",
-    """If set, this mode is an advanced mode.
-          For example a rate-controlled manual mode might be advanced, whereas a position-controlled manual mode is not.
-          A GCS can optionally use this flag to configure the UI for its intended users.
-        """,
-)
 MAV_MODE_PROPERTY_NOT_USER_SELECTABLE = 2
-enums["MAV_MODE_PROPERTY"][2] = EnumEntry(
-    "MAV_MODE_PROPERTY_NOT_USER_SELECTABLE",
-    """If set, this mode should not be added to the list of selectable modes.
-          The mode might still be selected by the FC directly (for example as part of a failsafe).
-        """,
-)
 MAV_MODE_PROPERTY_ENUM_END = 3
-enums["MAV_MODE_PROPERTY"][3] = EnumEntry("MAV_MODE_PROPERTY_ENUM_END", """""")
 
 # GPS_SYSTEM_ERROR_FLAGS
-enums["GPS_SYSTEM_ERROR_FLAGS"] = Enum()
-enums["GPS_SYSTEM_ERROR_FLAGS"].bitmask = True
 GPS_SYSTEM_ERROR_INCOMING_CORRECTIONS = 1
-enums["GPS_SYSTEM_ERROR_FLAGS"][1] = EnumEntry("GPS_SYSTEM_ERROR_INCOMING_CORRECTIONS", """There are problems with incoming correction streams.""")
 GPS_SYSTEM_ERROR_CONFIGURATION = 2
-enums["GPS_SYSTEM_ERROR_FLAGS"][2] = EnumEntry("GPS_SYSTEM_ERROR_CONFIGURATION", """There are problems with the configuration.""")
 GPS_SYSTEM_ERROR_SOFTWARE = 4
-enums["GPS_SYSTEM_ERROR_FLAGS"][4] = EnumEntry("GPS_SYSTEM_ERROR_SOFTWARE", """There are problems with the software on the GPS receiver.""")
 GPS_SYSTEM_ERROR_ANTENNA = 8
-enums["GPS_SYSTEM_ERROR_FLAGS"][8] = EnumEntry("GPS_SYSTEM_ERROR_ANTENNA", """There are problems with an antenna connected to the GPS receiver.""")
 GPS_SYSTEM_ERROR_EVENT_CONGESTION = 16
-enums["GPS_SYSTEM_ERROR_FLAGS"][16] = EnumEntry("GPS_SYSTEM_ERROR_EVENT_CONGESTION", """There are problems handling all incoming events.""")
 GPS_SYSTEM_ERROR_CPU_OVERLOAD = 32
-enums["GPS_SYSTEM_ERROR_FLAGS"][32] = EnumEntry("GPS_SYSTEM_ERROR_CPU_OVERLOAD", """The GPS receiver CPU is overloaded.""")
 GPS_SYSTEM_ERROR_OUTPUT_CONGESTION = 64
-enums["GPS_SYSTEM_ERROR_FLAGS"][64] = EnumEntry("GPS_SYSTEM_ERROR_OUTPUT_CONGESTION", """The GPS receiver is experiencing output congestion.""")
 GPS_SYSTEM_ERROR_FLAGS_ENUM_END = 65
-enums["GPS_SYSTEM_ERROR_FLAGS"][65] = EnumEntry("GPS_SYSTEM_ERROR_FLAGS_ENUM_END", """""")
 
 # GPS_AUTHENTICATION_STATE
-enums["GPS_AUTHENTICATION_STATE"] = Enum()
-enums["GPS_AUTHENTICATION_STATE"].bitmask = False
 GPS_AUTHENTICATION_STATE_UNKNOWN = 0
-enums["GPS_AUTHENTICATION_STATE"][0] = EnumEntry("GPS_AUTHENTICATION_STATE_UNKNOWN", """The GPS receiver does not provide GPS signal authentication info.""")
 GPS_AUTHENTICATION_STATE_INITIALIZING = 1
-enums["GPS_AUTHENTICATION_STATE"][1] = EnumEntry("GPS_AUTHENTICATION_STATE_INITIALIZING", """The GPS receiver is initializing signal authentication.""")
 GPS_AUTHENTICATION_STATE_ERROR = 2
-enums["GPS_AUTHENTICATION_STATE"][2] = EnumEntry("GPS_AUTHENTICATION_STATE_ERROR", """The GPS receiver encountered an error while initializing signal authentication.""")
 GPS_AUTHENTICATION_STATE_OK = 3
-enums["GPS_AUTHENTICATION_STATE"][3] = EnumEntry("GPS_AUTHENTICATION_STATE_OK", """The GPS receiver has correctly authenticated all signals.""")
 GPS_AUTHENTICATION_STATE_DISABLED = 4
-enums["GPS_AUTHENTICATION_STATE"][4] = EnumEntry("GPS_AUTHENTICATION_STATE_DISABLED", """GPS signal authentication is disabled on the receiver.""")
 GPS_AUTHENTICATION_STATE_ENUM_END = 5
-enums["GPS_AUTHENTICATION_STATE"][5] = EnumEntry("GPS_AUTHENTICATION_STATE_ENUM_END", """""")
 
 # GPS_JAMMING_STATE
-enums["GPS_JAMMING_STATE"] = Enum()
-enums["GPS_JAMMING_STATE"].bitmask = False
 GPS_JAMMING_STATE_UNKNOWN = 0
-enums["GPS_JAMMING_STATE"][0] = EnumEntry("GPS_JAMMING_STATE_UNKNOWN", """The GPS receiver does not provide GPS signal jamming info.""")
 GPS_JAMMING_STATE_NOT_JAMMED = 1
-enums["GPS_JAMMING_STATE"][1] = EnumEntry("GPS_JAMMING_STATE_NOT_JAMMED", """The GPS receiver detected no signal jamming.""")
 GPS_JAMMING_STATE_MITIGATED = 2
-enums["GPS_JAMMING_STATE"][2] = EnumEntry("GPS_JAMMING_STATE_MITIGATED", """The GPS receiver detected and mitigated signal jamming.""")
 GPS_JAMMING_STATE_DETECTED = 3
-enums["GPS_JAMMING_STATE"][3] = EnumEntry("GPS_JAMMING_STATE_DETECTED", """The GPS receiver detected signal jamming.""")
 GPS_JAMMING_STATE_ENUM_END = 4
-enums["GPS_JAMMING_STATE"][4] = EnumEntry("GPS_JAMMING_STATE_ENUM_END", """""")
 
 # GPS_SPOOFING_STATE
-enums["GPS_SPOOFING_STATE"] = Enum()
-enums["GPS_SPOOFING_STATE"].bitmask = False
 GPS_SPOOFING_STATE_UNKNOWN = 0
-enums["GPS_SPOOFING_STATE"][0] = EnumEntry("GPS_SPOOFING_STATE_UNKNOWN", """The GPS receiver does not provide GPS signal spoofing info.""")
 GPS_SPOOFING_STATE_NOT_SPOOFED = 1
-enums["GPS_SPOOFING_STATE"][1] = EnumEntry("GPS_SPOOFING_STATE_NOT_SPOOFED", """The GPS receiver detected no signal spoofing.""")
 GPS_SPOOFING_STATE_MITIGATED = 2
-enums["GPS_SPOOFING_STATE"][2] = EnumEntry("GPS_SPOOFING_STATE_MITIGATED", """The GPS receiver detected and mitigated signal spoofing.""")
 GPS_SPOOFING_STATE_DETECTED = 3
-enums["GPS_SPOOFING_STATE"][3] = EnumEntry("GPS_SPOOFING_STATE_DETECTED", """The GPS receiver detected signal spoofing but still has a fix.""")
 GPS_SPOOFING_STATE_ENUM_END = 4
-enums["GPS_SPOOFING_STATE"][4] = EnumEntry("GPS_SPOOFING_STATE_ENUM_END", """""")
 
 # GPS_RAIM_STATE
-enums["GPS_RAIM_STATE"] = Enum()
-enums["GPS_RAIM_STATE"].bitmask = False
 GPS_RAIM_STATE_UNKNOWN = 0
-enums["GPS_RAIM_STATE"][0] = EnumEntry("GPS_RAIM_STATE_UNKNOWN", """RAIM capability is unknown.""")
 GPS_RAIM_STATE_DISABLED = 1
-enums["GPS_RAIM_STATE"][1] = EnumEntry("GPS_RAIM_STATE_DISABLED", """RAIM is disabled.""")
 GPS_RAIM_STATE_OK = 2
-enums["GPS_RAIM_STATE"][2] = EnumEntry("GPS_RAIM_STATE_OK", """RAIM integrity check was successful.""")
 GPS_RAIM_STATE_FAILED = 3
-enums["GPS_RAIM_STATE"][3] = EnumEntry("GPS_RAIM_STATE_FAILED", """RAIM integrity check failed.""")
 GPS_RAIM_STATE_ENUM_END = 4
-enums["GPS_RAIM_STATE"][4] = EnumEntry("GPS_RAIM_STATE_ENUM_END", """""")
 
 # RANGING_BEACON_ALT_TYPE
-enums["RANGING_BEACON_ALT_TYPE"] = Enum()
-enums["RANGING_BEACON_ALT_TYPE"].bitmask = False
 RANGING_BEACON_ALT_TYPE_WGS84 = 0
-enums["RANGING_BEACON_ALT_TYPE"][0] = EnumEntry("RANGING_BEACON_ALT_TYPE_WGS84", """Altitude above WGS84 ellipsoid.""")
 RANGING_BEACON_ALT_TYPE_MSL = 1
-enums["RANGING_BEACON_ALT_TYPE"][1] = EnumEntry("RANGING_BEACON_ALT_TYPE_MSL", """Altitude above Mean Sea Level (AMSL).""")
 RANGING_BEACON_ALT_TYPE_ENUM_END = 2
-enums["RANGING_BEACON_ALT_TYPE"][2] = EnumEntry("RANGING_BEACON_ALT_TYPE_ENUM_END", """""")
 
 # RANGING_BEACON_STATUS_FLAG
-enums["RANGING_BEACON_STATUS_FLAG"] = Enum()
-enums["RANGING_BEACON_STATUS_FLAG"].bitmask = True
 RANGING_BEACON_STATUS_FLAG_STATION_SIGNAL_POOR = 1
-enums["RANGING_BEACON_STATUS_FLAG"][1] = EnumEntry("RANGING_BEACON_STATUS_FLAG_STATION_SIGNAL_POOR", """Station signal is poor. This might indicate channel fading, interference, or other signal quality issues.""")
 RANGING_BEACON_STATUS_FLAG_ENUM_END = 2
-enums["RANGING_BEACON_STATUS_FLAG"][2] = EnumEntry("RANGING_BEACON_STATUS_FLAG_ENUM_END", """""")
 
 # HL_FAILURE_FLAG
-enums["HL_FAILURE_FLAG"] = Enum()
-enums["HL_FAILURE_FLAG"].bitmask = True
 HL_FAILURE_FLAG_GPS = 1
-enums["HL_FAILURE_FLAG"][1] = EnumEntry("HL_FAILURE_FLAG_GPS", """GPS failure.""")
 HL_FAILURE_FLAG_DIFFERENTIAL_PRESSURE = 2
-enums["HL_FAILURE_FLAG"][2] = EnumEntry("HL_FAILURE_FLAG_DIFFERENTIAL_PRESSURE", """Differential pressure sensor failure.""")
 HL_FAILURE_FLAG_ABSOLUTE_PRESSURE = 4
-enums["HL_FAILURE_FLAG"][4] = EnumEntry("HL_FAILURE_FLAG_ABSOLUTE_PRESSURE", """Absolute pressure sensor failure.""")
 HL_FAILURE_FLAG_3D_ACCEL = 8
-enums["HL_FAILURE_FLAG"][8] = EnumEntry("HL_FAILURE_FLAG_3D_ACCEL", """Accelerometer sensor failure.""")
 HL_FAILURE_FLAG_3D_GYRO = 16
-enums["HL_FAILURE_FLAG"][16] = EnumEntry("HL_FAILURE_FLAG_3D_GYRO", """Gyroscope sensor failure.""")
 HL_FAILURE_FLAG_3D_MAG = 32
-enums["HL_FAILURE_FLAG"][32] = EnumEntry("HL_FAILURE_FLAG_3D_MAG", """Magnetometer sensor failure.""")
 HL_FAILURE_FLAG_TERRAIN = 64
-enums["HL_FAILURE_FLAG"][64] = EnumEntry("HL_FAILURE_FLAG_TERRAIN", """Terrain subsystem failure.""")
 HL_FAILURE_FLAG_BATTERY = 128
-enums["HL_FAILURE_FLAG"][128] = EnumEntry("HL_FAILURE_FLAG_BATTERY", """Battery failure/critical low battery.""")
 HL_FAILURE_FLAG_RC_RECEIVER = 256
-enums["HL_FAILURE_FLAG"][256] = EnumEntry("HL_FAILURE_FLAG_RC_RECEIVER", """RC receiver failure/no RC connection.""")
 HL_FAILURE_FLAG_OFFBOARD_LINK = 512
-enums["HL_FAILURE_FLAG"][512] = EnumEntry("HL_FAILURE_FLAG_OFFBOARD_LINK", """Offboard link failure.""")
 HL_FAILURE_FLAG_ENGINE = 1024
-enums["HL_FAILURE_FLAG"][1024] = EnumEntry("HL_FAILURE_FLAG_ENGINE", """Engine failure.""")
 HL_FAILURE_FLAG_GEOFENCE = 2048
-enums["HL_FAILURE_FLAG"][2048] = EnumEntry("HL_FAILURE_FLAG_GEOFENCE", """Geofence violation.""")
 HL_FAILURE_FLAG_ESTIMATOR = 4096
-enums["HL_FAILURE_FLAG"][4096] = EnumEntry("HL_FAILURE_FLAG_ESTIMATOR", """Estimator failure, for example measurement rejection or large variances.""")
 HL_FAILURE_FLAG_MISSION = 8192
-enums["HL_FAILURE_FLAG"][8192] = EnumEntry("HL_FAILURE_FLAG_MISSION", """Mission failure.""")
 HL_FAILURE_FLAG_ENUM_END = 8193
-enums["HL_FAILURE_FLAG"][8193] = EnumEntry("HL_FAILURE_FLAG_ENUM_END", """""")
 
 # MAV_GOTO
-enums["MAV_GOTO"] = Enum()
-enums["MAV_GOTO"].bitmask = False
 MAV_GOTO_DO_HOLD = 0
-enums["MAV_GOTO"][0] = EnumEntry("MAV_GOTO_DO_HOLD", """Hold at the current position.""")
 MAV_GOTO_DO_CONTINUE = 1
-enums["MAV_GOTO"][1] = EnumEntry("MAV_GOTO_DO_CONTINUE", """Continue with the next item in mission execution.""")
 MAV_GOTO_HOLD_AT_CURRENT_POSITION = 2
-enums["MAV_GOTO"][2] = EnumEntry("MAV_GOTO_HOLD_AT_CURRENT_POSITION", """Hold at the current position of the system""")
 MAV_GOTO_HOLD_AT_SPECIFIED_POSITION = 3
-enums["MAV_GOTO"][3] = EnumEntry("MAV_GOTO_HOLD_AT_SPECIFIED_POSITION", """Hold at the position specified in the parameters of the DO_HOLD action""")
 MAV_GOTO_ENUM_END = 4
-enums["MAV_GOTO"][4] = EnumEntry("MAV_GOTO_ENUM_END", """""")
 
 # MAV_MODE
-enums["MAV_MODE"] = Enum()
-enums["MAV_MODE"].bitmask = False
 MAV_MODE_PREFLIGHT = 0
-enums["MAV_MODE"][0] = EnumEntry("MAV_MODE_PREFLIGHT", """System is not ready to fly, booting, calibrating, etc. No flag is set.""")
 MAV_MODE_MANUAL_DISARMED = 64
-enums["MAV_MODE"][64] = EnumEntry("MAV_MODE_MANUAL_DISARMED", """System is allowed to be active, under manual (RC) control, no stabilization (MAV_MODE_FLAG_MANUAL_INPUT_ENABLED)""")
 MAV_MODE_TEST_DISARMED = 66
-enums["MAV_MODE"][66] = EnumEntry("MAV_MODE_TEST_DISARMED", """UNDEFINED mode. This solely depends on the autopilot - use with caution, intended for developers only. (MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, MAV_MODE_FLAG_TEST_ENABLED).""")
 MAV_MODE_STABILIZE_DISARMED = 80
-enums["MAV_MODE"][80] = EnumEntry("MAV_MODE_STABILIZE_DISARMED", """System is allowed to be active, under assisted RC control (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_STABILIZE_ENABLED)""")
 MAV_MODE_GUIDED_DISARMED = 88
-enums["MAV_MODE"][88] = EnumEntry("MAV_MODE_GUIDED_DISARMED", """System is allowed to be active, under autonomous control, manual setpoint (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_STABILIZE_ENABLED, MAV_MODE_FLAG_GUIDED_ENABLED)""")
 MAV_MODE_AUTO_DISARMED = 92
-enums["MAV_MODE"][92] = EnumEntry("MAV_MODE_AUTO_DISARMED", """System is allowed to be active, under autonomous control and navigation (the trajectory is decided onboard and not pre-programmed by waypoints). (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_STABILIZE_ENABLED, MAV_MODE_FLAG_GUIDED_ENABLED, MAV_MODE_FLAG_AUTO_ENABLED).""")
 MAV_MODE_MANUAL_ARMED = 192
-enums["MAV_MODE"][192] = EnumEntry("MAV_MODE_MANUAL_ARMED", """System is allowed to be active, under manual (RC) control, no stabilization (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_MANUAL_INPUT_ENABLED)""")
 MAV_MODE_TEST_ARMED = 194
-enums["MAV_MODE"][194] = EnumEntry("MAV_MODE_TEST_ARMED", """UNDEFINED mode. This solely depends on the autopilot - use with caution, intended for developers only (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, MAV_MODE_FLAG_TEST_ENABLED)""")
 MAV_MODE_STABILIZE_ARMED = 208
-enums["MAV_MODE"][208] = EnumEntry("MAV_MODE_STABILIZE_ARMED", """System is allowed to be active, under assisted RC control (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, MAV_MODE_FLAG_STABILIZE_ENABLED)""")
 MAV_MODE_GUIDED_ARMED = 216
-enums["MAV_MODE"][216] = EnumEntry("MAV_MODE_GUIDED_ARMED", """System is allowed to be active, under autonomous control, manual setpoint (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, MAV_MODE_FLAG_STABILIZE_ENABLED, MAV_MODE_FLAG_GUIDED_ENABLED)""")
 MAV_MODE_AUTO_ARMED = 220
-enums["MAV_MODE"][220] = EnumEntry("MAV_MODE_AUTO_ARMED", """System is allowed to be active, under autonomous control and navigation (the trajectory is decided onboard and not pre-programmed by waypoints). (MAV_MODE_FLAG_SAFETY_ARMED, MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, MAV_MODE_FLAG_STABILIZE_ENABLED, MAV_MODE_FLAG_GUIDED_ENABLED,MAV_MODE_FLAG_AUTO_ENABLED).""")
 MAV_MODE_ENUM_END = 221
-enums["MAV_MODE"][221] = EnumEntry("MAV_MODE_ENUM_END", """""")
 
 # MAV_SYS_STATUS_SENSOR
-enums["MAV_SYS_STATUS_SENSOR"] = Enum()
-enums["MAV_SYS_STATUS_SENSOR"].bitmask = True
 MAV_SYS_STATUS_SENSOR_3D_GYRO = 1
-enums["MAV_SYS_STATUS_SENSOR"][1] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_GYRO", """0x01 3D gyro""")
 MAV_SYS_STATUS_SENSOR_3D_ACCEL = 2
-enums["MAV_SYS_STATUS_SENSOR"][2] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_ACCEL", """0x02 3D accelerometer""")
 MAV_SYS_STATUS_SENSOR_3D_MAG = 4
-enums["MAV_SYS_STATUS_SENSOR"][4] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_MAG", """0x04 3D magnetometer""")
 MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE = 8
-enums["MAV_SYS_STATUS_SENSOR"][8] = EnumEntry("MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE", """0x08 absolute pressure""")
 MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE = 16
-enums["MAV_SYS_STATUS_SENSOR"][16] = EnumEntry("MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE", """0x10 differential pressure""")
 MAV_SYS_STATUS_SENSOR_GPS = 32
-enums["MAV_SYS_STATUS_SENSOR"][32] = EnumEntry("MAV_SYS_STATUS_SENSOR_GPS", """0x20 GPS""")
 MAV_SYS_STATUS_SENSOR_OPTICAL_FLOW = 64
-enums["MAV_SYS_STATUS_SENSOR"][64] = EnumEntry("MAV_SYS_STATUS_SENSOR_OPTICAL_FLOW", """0x40 optical flow""")
 MAV_SYS_STATUS_SENSOR_VISION_POSITION = 128
-enums["MAV_SYS_STATUS_SENSOR"][128] = EnumEntry("MAV_SYS_STATUS_SENSOR_VISION_POSITION", """0x80 computer vision position""")
 MAV_SYS_STATUS_SENSOR_LASER_POSITION = 256
-enums["MAV_SYS_STATUS_SENSOR"][256] = EnumEntry("MAV_SYS_STATUS_SENSOR_LASER_POSITION", """0x100 laser based position""")
 MAV_SYS_STATUS_SENSOR_EXTERNAL_GROUND_TRUTH = 512
-enums["MAV_SYS_STATUS_SENSOR"][512] = EnumEntry("MAV_SYS_STATUS_SENSOR_EXTERNAL_GROUND_TRUTH", """0x200 external ground truth (Vicon or Leica)""")
 MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL = 1024
-enums["MAV_SYS_STATUS_SENSOR"][1024] = EnumEntry("MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL", """0x400 3D angular rate control""")
 MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION = 2048
-enums["MAV_SYS_STATUS_SENSOR"][2048] = EnumEntry("MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION", """0x800 attitude stabilization""")
 MAV_SYS_STATUS_SENSOR_YAW_POSITION = 4096
-enums["MAV_SYS_STATUS_SENSOR"][4096] = EnumEntry("MAV_SYS_STATUS_SENSOR_YAW_POSITION", """0x1000 yaw position""")
 MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL = 8192
-enums["MAV_SYS_STATUS_SENSOR"][8192] = EnumEntry("MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL", """0x2000 z/altitude control""")
 MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL = 16384
-enums["MAV_SYS_STATUS_SENSOR"][16384] = EnumEntry("MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL", """0x4000 x/y position control""")
 MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS = 32768
-enums["MAV_SYS_STATUS_SENSOR"][32768] = EnumEntry("MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS", """0x8000 motor outputs / control""")
 MAV_SYS_STATUS_SENSOR_RC_RECEIVER = 65536
-enums["MAV_SYS_STATUS_SENSOR"][65536] = EnumEntry("MAV_SYS_STATUS_SENSOR_RC_RECEIVER", """0x10000 RC receiver""")
 MAV_SYS_STATUS_SENSOR_3D_GYRO2 = 131072
-enums["MAV_SYS_STATUS_SENSOR"][131072] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_GYRO2", """0x20000 2nd 3D gyro""")
 MAV_SYS_STATUS_SENSOR_3D_ACCEL2 = 262144
-enums["MAV_SYS_STATUS_SENSOR"][262144] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_ACCEL2", """0x40000 2nd 3D accelerometer""")
 MAV_SYS_STATUS_SENSOR_3D_MAG2 = 524288
-enums["MAV_SYS_STATUS_SENSOR"][524288] = EnumEntry("MAV_SYS_STATUS_SENSOR_3D_MAG2", """0x80000 2nd 3D magnetometer""")
 MAV_SYS_STATUS_GEOFENCE = 1048576
-enums["MAV_SYS_STATUS_SENSOR"][1048576] = EnumEntry("MAV_SYS_STATUS_GEOFENCE", """0x100000 geofence""")
 MAV_SYS_STATUS_AHRS = 2097152
-enums["MAV_SYS_STATUS_SENSOR"][2097152] = EnumEntry("MAV_SYS_STATUS_AHRS", """0x200000 AHRS subsystem health""")
 MAV_SYS_STATUS_TERRAIN = 4194304
-enums["MAV_SYS_STATUS_SENSOR"][4194304] = EnumEntry("MAV_SYS_STATUS_TERRAIN", """0x400000 Terrain subsystem health""")
 MAV_SYS_STATUS_REVERSE_MOTOR = 8388608
-enums["MAV_SYS_STATUS_SENSOR"][8388608] = EnumEntry("MAV_SYS_STATUS_REVERSE_MOTOR", """0x800000 Motors are reversed""")
 MAV_SYS_STATUS_LOGGING = 16777216
-enums["MAV_SYS_STATUS_SENSOR"][16777216] = EnumEntry("MAV_SYS_STATUS_LOGGING", """0x1000000 Logging""")
 MAV_SYS_STATUS_SENSOR_BATTERY = 33554432
-enums["MAV_SYS_STATUS_SENSOR"][33554432] = EnumEntry("MAV_SYS_STATUS_SENSOR_BATTERY", """0x2000000 Battery""")
 MAV_SYS_STATUS_SENSOR_PROXIMITY = 67108864
-enums["MAV_SYS_STATUS_SENSOR"][67108864] = EnumEntry("MAV_SYS_STATUS_SENSOR_PROXIMITY", """0x4000000 Proximity""")
 MAV_SYS_STATUS_SENSOR_SATCOM = 134217728
-enums["MAV_SYS_STATUS_SENSOR"][134217728] = EnumEntry("MAV_SYS_STATUS_SENSOR_SATCOM", """0x8000000 Satellite Communication """)
 MAV_SYS_STATUS_PREARM_CHECK = 268435456
-enums["MAV_SYS_STATUS_SENSOR"][268435456] = EnumEntry("MAV_SYS_STATUS_PREARM_CHECK", """0x10000000 pre-arm check status. Always healthy when armed""")
 MAV_SYS_STATUS_OBSTACLE_AVOIDANCE = 536870912
-enums["MAV_SYS_STATUS_SENSOR"][536870912] = EnumEntry("MAV_SYS_STATUS_OBSTACLE_AVOIDANCE", """0x20000000 Avoidance/collision prevention""")
 MAV_SYS_STATUS_SENSOR_PROPULSION = 1073741824
-enums["MAV_SYS_STATUS_SENSOR"][1073741824] = EnumEntry("MAV_SYS_STATUS_SENSOR_PROPULSION", """0x40000000 propulsion (actuator, esc, motor or propellor)""")
 MAV_SYS_STATUS_EXTENSION_USED = 2147483648
-enums["MAV_SYS_STATUS_SENSOR"][2147483648] = EnumEntry("MAV_SYS_STATUS_EXTENSION_USED", """0x80000000 Extended bit-field are used for further sensor status bits (needs to be set in onboard_control_sensors_present only)""")
 MAV_SYS_STATUS_SENSOR_ENUM_END = 2147483649
-enums["MAV_SYS_STATUS_SENSOR"][2147483649] = EnumEntry("MAV_SYS_STATUS_SENSOR_ENUM_END", """""")
 
 # MAV_SYS_STATUS_SENSOR_EXTENDED
-enums["MAV_SYS_STATUS_SENSOR_EXTENDED"] = Enum()
-enums["MAV_SYS_STATUS_SENSOR_EXTENDED"].bitmask = True
 MAV_SYS_STATUS_RECOVERY_SYSTEM = 1
-enums["MAV_SYS_STATUS_SENSOR_EXTENDED"][1] = EnumEntry("MAV_SYS_STATUS_RECOVERY_SYSTEM", """0x01 Recovery system (parachute, balloon, retracts etc)""")
 MAV_SYS_STATUS_SENSOR_LEAK = 2
-enums["MAV_SYS_STATUS_SENSOR_EXTENDED"][2] = EnumEntry("MAV_SYS_STATUS_SENSOR_LEAK", """0x02 Leak detection""")
 MAV_SYS_STATUS_SENSOR_EXTENDED_ENUM_END = 3
-enums["MAV_SYS_STATUS_SENSOR_EXTENDED"][3] = EnumEntry("MAV_SYS_STATUS_SENSOR_EXTENDED_ENUM_END", """""")
 
 # MAV_FRAME
-enums["MAV_FRAME"] = Enum()
-enums["MAV_FRAME"].bitmask = False
 MAV_FRAME_GLOBAL = 0
-enums["MAV_FRAME"][0] = EnumEntry("MAV_FRAME_GLOBAL", """Global (WGS84) coordinate frame + altitude relative to mean sea level (MSL).""")
 MAV_FRAME_LOCAL_NED = 1
-enums["MAV_FRAME"][1] = EnumEntry("MAV_FRAME_LOCAL_NED", """NED local tangent frame (x: North, y: East, z: Down) with origin fixed relative to earth.""")
 MAV_FRAME_MISSION = 2
-enums["MAV_FRAME"][2] = EnumEntry("MAV_FRAME_MISSION", """NOT a coordinate frame, indicates a mission command.""")
 MAV_FRAME_GLOBAL_RELATIVE_ALT = 3
-enums["MAV_FRAME"][3] = EnumEntry(
-    "MAV_FRAME_GLOBAL_RELATIVE_ALT",
-    """
-          Global (WGS84) coordinate frame + altitude relative to the home position.
-        """,
-)
 MAV_FRAME_LOCAL_ENU = 4
-enums["MAV_FRAME"][4] = EnumEntry("MAV_FRAME_LOCAL_ENU", """ENU local tangent frame (x: East, y: North, z: Up) with origin fixed relative to earth.""")
 MAV_FRAME_GLOBAL_INT = 5
-enums["MAV_FRAME"][5] = EnumEntry("MAV_FRAME_GLOBAL_INT", """Global (WGS84) coordinate frame (scaled) + altitude relative to mean sea level (MSL).""")
 MAV_FRAME_GLOBAL_RELATIVE_ALT_INT = 6
-enums["MAV_FRAME"][6] = EnumEntry("MAV_FRAME_GLOBAL_RELATIVE_ALT_INT", """Global (WGS84) coordinate frame (scaled) + altitude relative to the home position. """)
 MAV_FRAME_LOCAL_OFFSET_NED = 7
-enums["MAV_FRAME"][7] = EnumEntry("MAV_FRAME_LOCAL_OFFSET_NED", """NED local tangent frame (x: North, y: East, z: Down) with origin that travels with the vehicle.""")
 MAV_FRAME_BODY_NED = 8
-enums["MAV_FRAME"][8] = EnumEntry("MAV_FRAME_BODY_NED", """Same as MAV_FRAME_LOCAL_NED when used to represent position values. Same as MAV_FRAME_BODY_FRD when used with velocity/acceleration values.""")
 MAV_FRAME_BODY_OFFSET_NED = 9
-enums["MAV_FRAME"][9] = EnumEntry("MAV_FRAME_BODY_OFFSET_NED", """This is the same as MAV_FRAME_BODY_FRD.""")
 MAV_FRAME_GLOBAL_TERRAIN_ALT = 10
-enums["MAV_FRAME"][10] = EnumEntry("MAV_FRAME_GLOBAL_TERRAIN_ALT", """Global (WGS84) coordinate frame with AGL altitude (altitude at ground level).""")
 MAV_FRAME_GLOBAL_TERRAIN_ALT_INT = 11
-enums["MAV_FRAME"][11] = EnumEntry("MAV_FRAME_GLOBAL_TERRAIN_ALT_INT", """Global (WGS84) coordinate frame (scaled) with AGL altitude (altitude at ground level).""")
 MAV_FRAME_BODY_FRD = 12
-enums["MAV_FRAME"][12] = EnumEntry("MAV_FRAME_BODY_FRD", """FRD local frame aligned to the vehicle's attitude (x: Forward, y: Right, z: Down) with an origin that travels with vehicle.""")
 MAV_FRAME_RESERVED_13 = 13
-enums["MAV_FRAME"][13] = EnumEntry("MAV_FRAME_RESERVED_13", """MAV_FRAME_BODY_FLU - Body fixed frame of reference, Z-up (x: Forward, y: Left, z: Up).""")
 MAV_FRAME_RESERVED_14 = 14
-enums["MAV_FRAME"][14] = EnumEntry("MAV_FRAME_RESERVED_14", """MAV_FRAME_MOCAP_NED - Odometry local coordinate frame of data given by a motion capture system, Z-down (x: North, y: East, z: Down).""")
 MAV_FRAME_RESERVED_15 = 15
-enums["MAV_FRAME"][15] = EnumEntry("MAV_FRAME_RESERVED_15", """MAV_FRAME_MOCAP_ENU - Odometry local coordinate frame of data given by a motion capture system, Z-up (x: East, y: North, z: Up).""")
 MAV_FRAME_RESERVED_16 = 16
-enums["MAV_FRAME"][16] = EnumEntry("MAV_FRAME_RESERVED_16", """MAV_FRAME_VISION_NED - Odometry local coordinate frame of data given by a vision estimation system, Z-down (x: North, y: East, z: Down).""")
 MAV_FRAME_RESERVED_17 = 17
-enums["MAV_FRAME"][17] = EnumEntry("MAV_FRAME_RESERVED_17", """MAV_FRAME_VISION_ENU - Odometry local coordinate frame of data given by a vision estimation system, Z-up (x: East, y: North, z: Up).""")
 MAV_FRAME_RESERVED_18 = 18
-enums["MAV_FRAME"][18] = EnumEntry("MAV_FRAME_RESERVED_18", """MAV_FRAME_ESTIM_NED - Odometry local coordinate frame of data given by an estimator running onboard the vehicle, Z-down (x: North, y: East, z: Down).""")
 MAV_FRAME_RESERVED_19 = 19
-enums["MAV_FRAME"][19] = EnumEntry("MAV_FRAME_RESERVED_19", """MAV_FRAME_ESTIM_ENU - Odometry local coordinate frame of data given by an estimator running onboard the vehicle, Z-up (x: East, y: North, z: Up).""")
 MAV_FRAME_LOCAL_FRD = 20
-enums["MAV_FRAME"][20] = EnumEntry("MAV_FRAME_LOCAL_FRD", """FRD local tangent frame (x: Forward, y: Right, z: Down) with origin fixed relative to earth. The forward axis is aligned to the front of the vehicle in the horizontal plane.""")
 MAV_FRAME_LOCAL_FLU = 21
-enums["MAV_FRAME"][21] = EnumEntry("MAV_FRAME_LOCAL_FLU", """FLU local tangent frame (x: Forward, y: Left, z: Up) with origin fixed relative to earth. The forward axis is aligned to the front of the vehicle in the horizontal plane.""")
 MAV_FRAME_ENUM_END = 22
-enums["MAV_FRAME"][22] = EnumEntry("MAV_FRAME_ENUM_END", """""")
 
 # MAVLINK_DATA_STREAM_TYPE
-enums["MAVLINK_DATA_STREAM_TYPE"] = Enum()
-enums["MAVLINK_DATA_STREAM_TYPE"].bitmask = False
 MAVLINK_DATA_STREAM_IMG_JPEG = 0
-enums["MAVLINK_DATA_STREAM_TYPE"][0] = EnumEntry("MAVLINK_DATA_STREAM_IMG_JPEG", """""")
 MAVLINK_DATA_STREAM_IMG_BMP = 1
-enums["MAVLINK_DATA_STREAM_TYPE"][1] = EnumEntry("MAVLINK_DATA_STREAM_IMG_BMP", """""")
 MAVLINK_DATA_STREAM_IMG_RAW8U = 2
-enums["MAVLINK_DATA_STREAM_TYPE"][2] = EnumEntry("MAVLINK_DATA_STREAM_IMG_RAW8U", """""")
 MAVLINK_DATA_STREAM_IMG_RAW32U = 3
-enums["MAVLINK_DATA_STREAM_TYPE"][3] = EnumEntry("MAVLINK_DATA_STREAM_IMG_RAW32U", """""")
 MAVLINK_DATA_STREAM_IMG_PGM = 4
-enums["MAVLINK_DATA_STREAM_TYPE"][4] = EnumEntry("MAVLINK_DATA_STREAM_IMG_PGM", """""")
 MAVLINK_DATA_STREAM_IMG_PNG = 5
-enums["MAVLINK_DATA_STREAM_TYPE"][5] = EnumEntry("MAVLINK_DATA_STREAM_IMG_PNG", """""")
 MAVLINK_DATA_STREAM_TYPE_ENUM_END = 6
-enums["MAVLINK_DATA_STREAM_TYPE"][6] = EnumEntry("MAVLINK_DATA_STREAM_TYPE_ENUM_END", """""")
 
 # FENCE_BREACH
-enums["FENCE_BREACH"] = Enum()
-enums["FENCE_BREACH"].bitmask = False
 FENCE_BREACH_NONE = 0
-enums["FENCE_BREACH"][0] = EnumEntry("FENCE_BREACH_NONE", """No last fence breach""")
 FENCE_BREACH_MINALT = 1
-enums["FENCE_BREACH"][1] = EnumEntry("FENCE_BREACH_MINALT", """Breached minimum altitude""")
 FENCE_BREACH_MAXALT = 2
-enums["FENCE_BREACH"][2] = EnumEntry("FENCE_BREACH_MAXALT", """Breached maximum altitude""")
 FENCE_BREACH_BOUNDARY = 3
-enums["FENCE_BREACH"][3] = EnumEntry("FENCE_BREACH_BOUNDARY", """Breached fence boundary""")
 FENCE_BREACH_ENUM_END = 4
-enums["FENCE_BREACH"][4] = EnumEntry("FENCE_BREACH_ENUM_END", """""")
 
 # FENCE_MITIGATE
-enums["FENCE_MITIGATE"] = Enum()
-enums["FENCE_MITIGATE"].bitmask = False
 FENCE_MITIGATE_UNKNOWN = 0
-enums["FENCE_MITIGATE"][0] = EnumEntry("FENCE_MITIGATE_UNKNOWN", """Unknown""")
 FENCE_MITIGATE_NONE = 1
-enums["FENCE_MITIGATE"][1] = EnumEntry("FENCE_MITIGATE_NONE", """No actions being taken""")
 FENCE_MITIGATE_VEL_LIMIT = 2
-enums["FENCE_MITIGATE"][2] = EnumEntry("FENCE_MITIGATE_VEL_LIMIT", """Velocity limiting active to prevent breach""")
 FENCE_MITIGATE_ENUM_END = 3
-enums["FENCE_MITIGATE"][3] = EnumEntry("FENCE_MITIGATE_ENUM_END", """""")
 
 # FENCE_TYPE
-enums["FENCE_TYPE"] = Enum()
-enums["FENCE_TYPE"].bitmask = True
 FENCE_TYPE_ALT_MAX = 1
-enums["FENCE_TYPE"][1] = EnumEntry("FENCE_TYPE_ALT_MAX", """Maximum altitude fence""")
 FENCE_TYPE_CIRCLE = 2
-enums["FENCE_TYPE"][2] = EnumEntry("FENCE_TYPE_CIRCLE", """Circle fence""")
 FENCE_TYPE_POLYGON = 4
-enums["FENCE_TYPE"][4] = EnumEntry("FENCE_TYPE_POLYGON", """Polygon fence""")
 FENCE_TYPE_ALT_MIN = 8
-enums["FENCE_TYPE"][8] = EnumEntry("FENCE_TYPE_ALT_MIN", """Minimum altitude fence""")
 FENCE_TYPE_ENUM_END = 9
-enums["FENCE_TYPE"][9] = EnumEntry("FENCE_TYPE_ENUM_END", """""")
 
 # MAV_MOUNT_MODE
-enums["MAV_MOUNT_MODE"] = Enum()
-enums["MAV_MOUNT_MODE"].bitmask = False
 MAV_MOUNT_MODE_RETRACT = 0
-enums["MAV_MOUNT_MODE"][0] = EnumEntry("MAV_MOUNT_MODE_RETRACT", """Load and keep safe position (Roll,Pitch,Yaw) from permanent memory and stop stabilization""")
 MAV_MOUNT_MODE_NEUTRAL = 1
-enums["MAV_MOUNT_MODE"][1] = EnumEntry("MAV_MOUNT_MODE_NEUTRAL", """Load and keep neutral position (Roll,Pitch,Yaw) from permanent memory.""")
 MAV_MOUNT_MODE_MAVLINK_TARGETING = 2
-enums["MAV_MOUNT_MODE"][2] = EnumEntry("MAV_MOUNT_MODE_MAVLINK_TARGETING", """Load neutral position and start MAVLink Roll,Pitch,Yaw control with stabilization""")
 MAV_MOUNT_MODE_RC_TARGETING = 3
-enums["MAV_MOUNT_MODE"][3] = EnumEntry("MAV_MOUNT_MODE_RC_TARGETING", """Load neutral position and start RC Roll,Pitch,Yaw control with stabilization""")
 MAV_MOUNT_MODE_GPS_POINT = 4
-enums["MAV_MOUNT_MODE"][4] = EnumEntry("MAV_MOUNT_MODE_GPS_POINT", """Load neutral position and start to point to Lat,Lon,Alt""")
 MAV_MOUNT_MODE_SYSID_TARGET = 5
-enums["MAV_MOUNT_MODE"][5] = EnumEntry("MAV_MOUNT_MODE_SYSID_TARGET", """Gimbal tracks system with specified system ID""")
 MAV_MOUNT_MODE_HOME_LOCATION = 6
-enums["MAV_MOUNT_MODE"][6] = EnumEntry("MAV_MOUNT_MODE_HOME_LOCATION", """Gimbal tracks home position""")
 MAV_MOUNT_MODE_WPNEXT_OFFSET = 7
-enums["MAV_MOUNT_MODE"][7] = EnumEntry("MAV_MOUNT_MODE_WPNEXT_OFFSET", """Gimbal tracks next waypoint location with offset""")
 MAV_MOUNT_MODE_ENUM_END = 8
-enums["MAV_MOUNT_MODE"][8] = EnumEntry("MAV_MOUNT_MODE_ENUM_END", """""")
 
 # GIMBAL_DEVICE_CAP_FLAGS
-enums["GIMBAL_DEVICE_CAP_FLAGS"] = Enum()
-enums["GIMBAL_DEVICE_CAP_FLAGS"].bitmask = True
 GIMBAL_DEVICE_CAP_FLAGS_HAS_RETRACT = 1
-enums["GIMBAL_DEVICE_CAP_FLAGS"][1] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_RETRACT", """Gimbal device supports a retracted position.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_NEUTRAL = 2
-enums["GIMBAL_DEVICE_CAP_FLAGS"][2] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_NEUTRAL", """Gimbal device supports a horizontal, forward looking position, stabilized.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_AXIS = 4
-enums["GIMBAL_DEVICE_CAP_FLAGS"][4] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_AXIS", """Gimbal device supports rotating around roll axis.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_FOLLOW = 8
-enums["GIMBAL_DEVICE_CAP_FLAGS"][8] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_FOLLOW", """Gimbal device supports to follow a roll angle relative to the vehicle.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_LOCK = 16
-enums["GIMBAL_DEVICE_CAP_FLAGS"][16] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_LOCK", """Gimbal device supports locking to a roll angle (generally that's the default with roll stabilized).""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_AXIS = 32
-enums["GIMBAL_DEVICE_CAP_FLAGS"][32] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_AXIS", """Gimbal device supports rotating around pitch axis.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_FOLLOW = 64
-enums["GIMBAL_DEVICE_CAP_FLAGS"][64] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_FOLLOW", """Gimbal device supports to follow a pitch angle relative to the vehicle.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_LOCK = 128
-enums["GIMBAL_DEVICE_CAP_FLAGS"][128] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_LOCK", """Gimbal device supports locking to a pitch angle (generally that's the default with pitch stabilized).""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_AXIS = 256
-enums["GIMBAL_DEVICE_CAP_FLAGS"][256] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_AXIS", """Gimbal device supports rotating around yaw axis.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_FOLLOW = 512
-enums["GIMBAL_DEVICE_CAP_FLAGS"][512] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_FOLLOW", """Gimbal device supports to follow a yaw angle relative to the vehicle (generally that's the default).""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_LOCK = 1024
-enums["GIMBAL_DEVICE_CAP_FLAGS"][1024] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_LOCK", """Gimbal device supports locking to an absolute heading, i.e., yaw angle relative to North (earth frame, often this is an option available).""")
 GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_INFINITE_YAW = 2048
-enums["GIMBAL_DEVICE_CAP_FLAGS"][2048] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_INFINITE_YAW", """Gimbal device supports yawing/panning infinitely (e.g. using slip disk).""")
 GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME = 4096
-enums["GIMBAL_DEVICE_CAP_FLAGS"][4096] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME", """Gimbal device supports yaw angles and angular velocities relative to North (earth frame). This usually requires support by an autopilot via AUTOPILOT_STATE_FOR_GIMBAL_DEVICE. Support can go on and off during runtime, which is reported by the flag GIMBAL_DEVICE_FLAGS_CAN_ACCEPT_YAW_IN_EARTH_FRAME.""")
 GIMBAL_DEVICE_CAP_FLAGS_HAS_RC_INPUTS = 8192
-enums["GIMBAL_DEVICE_CAP_FLAGS"][8192] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_HAS_RC_INPUTS", """Gimbal device supports radio control inputs as an alternative input for controlling the gimbal orientation.""")
 GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_LOCAL = 65536
-enums["GIMBAL_DEVICE_CAP_FLAGS"][65536] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_LOCAL", """Gimbal device supports to point to a local position.""")
 GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_GLOBAL = 131072
-enums["GIMBAL_DEVICE_CAP_FLAGS"][131072] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_GLOBAL", """Gimbal device supports to point to a global latitude, longitude, altitude position.""")
 GIMBAL_DEVICE_CAP_FLAGS_ENUM_END = 131073
-enums["GIMBAL_DEVICE_CAP_FLAGS"][131073] = EnumEntry("GIMBAL_DEVICE_CAP_FLAGS_ENUM_END", """""")
 
 # GIMBAL_MANAGER_CAP_FLAGS
-enums["GIMBAL_MANAGER_CAP_FLAGS"] = Enum()
-enums["GIMBAL_MANAGER_CAP_FLAGS"].bitmask = True
 GIMBAL_MANAGER_CAP_FLAGS_HAS_RETRACT = 1
-enums["GIMBAL_MANAGER_CAP_FLAGS"][1] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_RETRACT", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_RETRACT.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_NEUTRAL = 2
-enums["GIMBAL_MANAGER_CAP_FLAGS"][2] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_NEUTRAL", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_NEUTRAL.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_AXIS = 4
-enums["GIMBAL_MANAGER_CAP_FLAGS"][4] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_AXIS", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_AXIS.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_FOLLOW = 8
-enums["GIMBAL_MANAGER_CAP_FLAGS"][8] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_FOLLOW", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_FOLLOW.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_LOCK = 16
-enums["GIMBAL_MANAGER_CAP_FLAGS"][16] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_ROLL_LOCK", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_ROLL_LOCK.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_AXIS = 32
-enums["GIMBAL_MANAGER_CAP_FLAGS"][32] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_AXIS", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_AXIS.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_FOLLOW = 64
-enums["GIMBAL_MANAGER_CAP_FLAGS"][64] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_FOLLOW", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_FOLLOW.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_LOCK = 128
-enums["GIMBAL_MANAGER_CAP_FLAGS"][128] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_LOCK", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_PITCH_LOCK.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_AXIS = 256
-enums["GIMBAL_MANAGER_CAP_FLAGS"][256] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_AXIS", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_AXIS.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_FOLLOW = 512
-enums["GIMBAL_MANAGER_CAP_FLAGS"][512] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_FOLLOW", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_FOLLOW.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_LOCK = 1024
-enums["GIMBAL_MANAGER_CAP_FLAGS"][1024] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_LOCK", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_LOCK.""")
 GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_INFINITE_YAW = 2048
-enums["GIMBAL_MANAGER_CAP_FLAGS"][2048] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_INFINITE_YAW", """Based on GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_INFINITE_YAW.""")
 GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME = 4096
-enums["GIMBAL_MANAGER_CAP_FLAGS"][4096] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME", """Based on GIMBAL_DEVICE_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME.""")
 GIMBAL_MANAGER_CAP_FLAGS_HAS_RC_INPUTS = 8192
-enums["GIMBAL_MANAGER_CAP_FLAGS"][8192] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_HAS_RC_INPUTS", """Based on GIMBAL_DEVICE_CAP_FLAGS_HAS_RC_INPUTS.""")
 GIMBAL_MANAGER_CAP_FLAGS_CAN_POINT_LOCATION_LOCAL = 65536
-enums["GIMBAL_MANAGER_CAP_FLAGS"][65536] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_CAN_POINT_LOCATION_LOCAL", """Based on GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_LOCAL.""")
 GIMBAL_MANAGER_CAP_FLAGS_CAN_POINT_LOCATION_GLOBAL = 131072
-enums["GIMBAL_MANAGER_CAP_FLAGS"][131072] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_CAN_POINT_LOCATION_GLOBAL", """Based on GIMBAL_DEVICE_CAP_FLAGS_CAN_POINT_LOCATION_GLOBAL.""")
 GIMBAL_MANAGER_CAP_FLAGS_ENUM_END = 131073
-enums["GIMBAL_MANAGER_CAP_FLAGS"][131073] = EnumEntry("GIMBAL_MANAGER_CAP_FLAGS_ENUM_END", """""")
 
 # GIMBAL_DEVICE_FLAGS
-enums["GIMBAL_DEVICE_FLAGS"] = Enum()
-enums["GIMBAL_DEVICE_FLAGS"].bitmask = True
 GIMBAL_DEVICE_FLAGS_RETRACT = 1
-enums["GIMBAL_DEVICE_FLAGS"][1] = EnumEntry("GIMBAL_DEVICE_FLAGS_RETRACT", """Set to retracted safe position (no stabilization), takes precedence over all other flags.""")
 GIMBAL_DEVICE_FLAGS_NEUTRAL = 2
-enums["GIMBAL_DEVICE_FLAGS"][2] = EnumEntry("GIMBAL_DEVICE_FLAGS_NEUTRAL", """Set to neutral/default position, taking precedence over all other flags except RETRACT. Neutral is commonly forward-facing and horizontal (roll=pitch=yaw=0) but may be any orientation.""")
 GIMBAL_DEVICE_FLAGS_ROLL_LOCK = 4
-enums["GIMBAL_DEVICE_FLAGS"][4] = EnumEntry("GIMBAL_DEVICE_FLAGS_ROLL_LOCK", """Lock roll angle to absolute angle relative to horizon (not relative to vehicle). This is generally the default with a stabilizing gimbal.""")
 GIMBAL_DEVICE_FLAGS_PITCH_LOCK = 8
-enums["GIMBAL_DEVICE_FLAGS"][8] = EnumEntry("GIMBAL_DEVICE_FLAGS_PITCH_LOCK", """Lock pitch angle to absolute angle relative to horizon (not relative to vehicle). This is generally the default with a stabilizing gimbal.""")
 GIMBAL_DEVICE_FLAGS_YAW_LOCK = 16
-enums["GIMBAL_DEVICE_FLAGS"][16] = EnumEntry("GIMBAL_DEVICE_FLAGS_YAW_LOCK", """Lock yaw angle to absolute angle relative to North (not relative to vehicle). If this flag is set, the yaw angle and z component of angular velocity are relative to North (earth frame, x-axis pointing North), else they are relative to the vehicle heading (vehicle frame, earth frame rotated so that the x-axis is pointing forward).""")
 GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME = 32
-enums["GIMBAL_DEVICE_FLAGS"][32] = EnumEntry("GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME", """Yaw angle and z component of angular velocity are relative to the vehicle heading (vehicle frame, earth frame rotated such that the x-axis is pointing forward).""")
 GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME = 64
-enums["GIMBAL_DEVICE_FLAGS"][64] = EnumEntry("GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME", """Yaw angle and z component of angular velocity are relative to North (earth frame, x-axis is pointing North).""")
 GIMBAL_DEVICE_FLAGS_ACCEPTS_YAW_IN_EARTH_FRAME = 128
-enums["GIMBAL_DEVICE_FLAGS"][128] = EnumEntry("GIMBAL_DEVICE_FLAGS_ACCEPTS_YAW_IN_EARTH_FRAME", """Gimbal device can accept yaw angle inputs relative to North (earth frame). This flag is only for reporting (attempts to set this flag are ignored).""")
 GIMBAL_DEVICE_FLAGS_RC_EXCLUSIVE = 256
-enums["GIMBAL_DEVICE_FLAGS"][256] = EnumEntry("GIMBAL_DEVICE_FLAGS_RC_EXCLUSIVE", """The gimbal orientation is set exclusively by the RC signals feed to the gimbal's radio control inputs. MAVLink messages for setting the gimbal orientation (GIMBAL_DEVICE_SET_ATTITUDE) are ignored.""")
 GIMBAL_DEVICE_FLAGS_RC_MIXED = 512
-enums["GIMBAL_DEVICE_FLAGS"][512] = EnumEntry("GIMBAL_DEVICE_FLAGS_RC_MIXED", """The gimbal orientation is determined by combining/mixing the RC signals feed to the gimbal's radio control inputs and the MAVLink messages for setting the gimbal orientation (GIMBAL_DEVICE_SET_ATTITUDE). How these two controls are combined or mixed is not defined by the protocol but is up to the implementation.""")
 GIMBAL_DEVICE_FLAGS_ENUM_END = 513
-enums["GIMBAL_DEVICE_FLAGS"][513] = EnumEntry("GIMBAL_DEVICE_FLAGS_ENUM_END", """""")
 
 # GIMBAL_MANAGER_FLAGS
-enums["GIMBAL_MANAGER_FLAGS"] = Enum()
-enums["GIMBAL_MANAGER_FLAGS"].bitmask = True
 GIMBAL_MANAGER_FLAGS_RETRACT = 1
-enums["GIMBAL_MANAGER_FLAGS"][1] = EnumEntry("GIMBAL_MANAGER_FLAGS_RETRACT", """Based on GIMBAL_DEVICE_FLAGS_RETRACT.""")
 GIMBAL_MANAGER_FLAGS_NEUTRAL = 2
-enums["GIMBAL_MANAGER_FLAGS"][2] = EnumEntry("GIMBAL_MANAGER_FLAGS_NEUTRAL", """Based on GIMBAL_DEVICE_FLAGS_NEUTRAL.""")
 GIMBAL_MANAGER_FLAGS_ROLL_LOCK = 4
-enums["GIMBAL_MANAGER_FLAGS"][4] = EnumEntry("GIMBAL_MANAGER_FLAGS_ROLL_LOCK", """Based on GIMBAL_DEVICE_FLAGS_ROLL_LOCK.""")
 GIMBAL_MANAGER_FLAGS_PITCH_LOCK = 8
-enums["GIMBAL_MANAGER_FLAGS"][8] = EnumEntry("GIMBAL_MANAGER_FLAGS_PITCH_LOCK", """Based on GIMBAL_DEVICE_FLAGS_PITCH_LOCK.""")
 GIMBAL_MANAGER_FLAGS_YAW_LOCK = 16
-enums["GIMBAL_MANAGER_FLAGS"][16] = EnumEntry("GIMBAL_MANAGER_FLAGS_YAW_LOCK", """Based on GIMBAL_DEVICE_FLAGS_YAW_LOCK.""")
 GIMBAL_MANAGER_FLAGS_YAW_IN_VEHICLE_FRAME = 32
-enums["GIMBAL_MANAGER_FLAGS"][32] = EnumEntry("GIMBAL_MANAGER_FLAGS_YAW_IN_VEHICLE_FRAME", """Based on GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME.""")
 GIMBAL_MANAGER_FLAGS_YAW_IN_EARTH_FRAME = 64
-enums["GIMBAL_MANAGER_FLAGS"][64] = EnumEntry("GIMBAL_MANAGER_FLAGS_YAW_IN_EARTH_FRAME", """Based on GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME.""")
 GIMBAL_MANAGER_FLAGS_ACCEPTS_YAW_IN_EARTH_FRAME = 128
-enums["GIMBAL_MANAGER_FLAGS"][128] = EnumEntry("GIMBAL_MANAGER_FLAGS_ACCEPTS_YAW_IN_EARTH_FRAME", """Based on GIMBAL_DEVICE_FLAGS_ACCEPTS_YAW_IN_EARTH_FRAME.""")
 GIMBAL_MANAGER_FLAGS_RC_EXCLUSIVE = 256
-enums["GIMBAL_MANAGER_FLAGS"][256] = EnumEntry("GIMBAL_MANAGER_FLAGS_RC_EXCLUSIVE", """Based on GIMBAL_DEVICE_FLAGS_RC_EXCLUSIVE.""")
 GIMBAL_MANAGER_FLAGS_RC_MIXED = 512
-enums["GIMBAL_MANAGER_FLAGS"][512] = EnumEntry("GIMBAL_MANAGER_FLAGS_RC_MIXED", """Based on GIMBAL_DEVICE_FLAGS_RC_MIXED.""")
 GIMBAL_MANAGER_FLAGS_ENUM_END = 513
-enums["GIMBAL_MANAGER_FLAGS"][513] = EnumEntry("GIMBAL_MANAGER_FLAGS_ENUM_END", """""")
 
 # GIMBAL_DEVICE_ERROR_FLAGS
-enums["GIMBAL_DEVICE_ERROR_FLAGS"] = Enum()
-enums["GIMBAL_DEVICE_ERROR_FLAGS"].bitmask = True
 GIMBAL_DEVICE_ERROR_FLAGS_AT_ROLL_LIMIT = 1
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][1] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_AT_ROLL_LIMIT", """Gimbal device is limited by hardware roll limit.""")
 GIMBAL_DEVICE_ERROR_FLAGS_AT_PITCH_LIMIT = 2
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][2] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_AT_PITCH_LIMIT", """Gimbal device is limited by hardware pitch limit.""")
 GIMBAL_DEVICE_ERROR_FLAGS_AT_YAW_LIMIT = 4
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][4] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_AT_YAW_LIMIT", """Gimbal device is limited by hardware yaw limit.""")
 GIMBAL_DEVICE_ERROR_FLAGS_ENCODER_ERROR = 8
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][8] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_ENCODER_ERROR", """There is an error with the gimbal encoders.""")
 GIMBAL_DEVICE_ERROR_FLAGS_POWER_ERROR = 16
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][16] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_POWER_ERROR", """There is an error with the gimbal power source.""")
 GIMBAL_DEVICE_ERROR_FLAGS_MOTOR_ERROR = 32
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][32] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_MOTOR_ERROR", """There is an error with the gimbal motors.""")
 GIMBAL_DEVICE_ERROR_FLAGS_SOFTWARE_ERROR = 64
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][64] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_SOFTWARE_ERROR", """There is an error with the gimbal's software.""")
 GIMBAL_DEVICE_ERROR_FLAGS_COMMS_ERROR = 128
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][128] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_COMMS_ERROR", """There is an error with the gimbal's communication.""")
 GIMBAL_DEVICE_ERROR_FLAGS_CALIBRATION_RUNNING = 256
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][256] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_CALIBRATION_RUNNING", """Gimbal device is currently calibrating.""")
 GIMBAL_DEVICE_ERROR_FLAGS_NO_MANAGER = 512
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][512] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_NO_MANAGER", """Gimbal device is not assigned to a gimbal manager.""")
 GIMBAL_DEVICE_ERROR_FLAGS_ENUM_END = 513
-enums["GIMBAL_DEVICE_ERROR_FLAGS"][513] = EnumEntry("GIMBAL_DEVICE_ERROR_FLAGS_ENUM_END", """""")
 
 # GRIPPER_ACTIONS
-enums["GRIPPER_ACTIONS"] = Enum()
-enums["GRIPPER_ACTIONS"].bitmask = False
 GRIPPER_ACTION_RELEASE = 0
-enums["GRIPPER_ACTIONS"][0] = EnumEntry("GRIPPER_ACTION_RELEASE", """Gripper release cargo.""")
 GRIPPER_ACTION_GRAB = 1
-enums["GRIPPER_ACTIONS"][1] = EnumEntry("GRIPPER_ACTION_GRAB", """Gripper grab onto cargo.""")
 GRIPPER_ACTION_HOLD = 2
-enums["GRIPPER_ACTIONS"][2] = EnumEntry("GRIPPER_ACTION_HOLD", """Gripper hold current grip state/position.""")
 GRIPPER_ACTIONS_ENUM_END = 3
-enums["GRIPPER_ACTIONS"][3] = EnumEntry("GRIPPER_ACTIONS_ENUM_END", """""")
 
 # WINCH_ACTIONS
-enums["WINCH_ACTIONS"] = Enum()
-enums["WINCH_ACTIONS"].bitmask = False
 WINCH_RELAXED = 0
-enums["WINCH_ACTIONS"][0] = EnumEntry("WINCH_RELAXED", """Allow motor to freewheel.""")
 WINCH_RELATIVE_LENGTH_CONTROL = 1
-enums["WINCH_ACTIONS"][1] = EnumEntry("WINCH_RELATIVE_LENGTH_CONTROL", """Wind or unwind specified length of line, optionally using specified rate.""")
 WINCH_RATE_CONTROL = 2
-enums["WINCH_ACTIONS"][2] = EnumEntry("WINCH_RATE_CONTROL", """Wind or unwind line at specified rate.""")
 WINCH_LOCK = 3
-enums["WINCH_ACTIONS"][3] = EnumEntry("WINCH_LOCK", """Perform the locking sequence to relieve motor while in the fully retracted position. Only action and instance command parameters are used, others are ignored.""")
 WINCH_DELIVER = 4
-enums["WINCH_ACTIONS"][4] = EnumEntry("WINCH_DELIVER", """Sequence of drop, slow down, touch down, reel up, lock. Only action and instance command parameters are used, others are ignored.""")
 WINCH_HOLD = 5
-enums["WINCH_ACTIONS"][5] = EnumEntry("WINCH_HOLD", """Engage motor and hold current position. Only action and instance command parameters are used, others are ignored.""")
 WINCH_RETRACT = 6
-enums["WINCH_ACTIONS"][6] = EnumEntry("WINCH_RETRACT", """Return the reel to the fully retracted position. Only action and instance command parameters are used, others are ignored.""")
 WINCH_LOAD_LINE = 7
-enums["WINCH_ACTIONS"][7] = EnumEntry("WINCH_LOAD_LINE", """Load the reel with line. The winch will calculate the total loaded length and stop when the tension exceeds a threshold. Only action and instance command parameters are used, others are ignored.""")
 WINCH_ABANDON_LINE = 8
-enums["WINCH_ACTIONS"][8] = EnumEntry("WINCH_ABANDON_LINE", """Spool out the entire length of the line. Only action and instance command parameters are used, others are ignored.""")
 WINCH_LOAD_PAYLOAD = 9
-enums["WINCH_ACTIONS"][9] = EnumEntry("WINCH_LOAD_PAYLOAD", """Spools out just enough to present the hook to the user to load the payload. Only action and instance command parameters are used, others are ignored""")
 WINCH_ACTIONS_ENUM_END = 10
-enums["WINCH_ACTIONS"][10] = EnumEntry("WINCH_ACTIONS_ENUM_END", """""")
 
 # UAVCAN_NODE_HEALTH
-enums["UAVCAN_NODE_HEALTH"] = Enum()
-enums["UAVCAN_NODE_HEALTH"].bitmask = False
 UAVCAN_NODE_HEALTH_OK = 0
-enums["UAVCAN_NODE_HEALTH"][0] = EnumEntry("UAVCAN_NODE_HEALTH_OK", """The node is functioning properly.""")
 UAVCAN_NODE_HEALTH_WARNING = 1
-enums["UAVCAN_NODE_HEALTH"][1] = EnumEntry("UAVCAN_NODE_HEALTH_WARNING", """A critical parameter went out of range or the node has encountered a minor failure.""")
 UAVCAN_NODE_HEALTH_ERROR = 2
-enums["UAVCAN_NODE_HEALTH"][2] = EnumEntry("UAVCAN_NODE_HEALTH_ERROR", """The node has encountered a major failure.""")
 UAVCAN_NODE_HEALTH_CRITICAL = 3
-enums["UAVCAN_NODE_HEALTH"][3] = EnumEntry("UAVCAN_NODE_HEALTH_CRITICAL", """The node has suffered a fatal malfunction.""")
 UAVCAN_NODE_HEALTH_ENUM_END = 4
-enums["UAVCAN_NODE_HEALTH"][4] = EnumEntry("UAVCAN_NODE_HEALTH_ENUM_END", """""")
 
 # UAVCAN_NODE_MODE
-enums["UAVCAN_NODE_MODE"] = Enum()
-enums["UAVCAN_NODE_MODE"].bitmask = False
 UAVCAN_NODE_MODE_OPERATIONAL = 0
-enums["UAVCAN_NODE_MODE"][0] = EnumEntry("UAVCAN_NODE_MODE_OPERATIONAL", """The node is performing its primary functions.""")
 UAVCAN_NODE_MODE_INITIALIZATION = 1
-enums["UAVCAN_NODE_MODE"][1] = EnumEntry("UAVCAN_NODE_MODE_INITIALIZATION", """The node is initializing; this mode is entered immediately after startup.""")
 UAVCAN_NODE_MODE_MAINTENANCE = 2
-enums["UAVCAN_NODE_MODE"][2] = EnumEntry("UAVCAN_NODE_MODE_MAINTENANCE", """The node is under maintenance.""")
 UAVCAN_NODE_MODE_SOFTWARE_UPDATE = 3
-enums["UAVCAN_NODE_MODE"][3] = EnumEntry("UAVCAN_NODE_MODE_SOFTWARE_UPDATE", """The node is in the process of updating its software.""")
 UAVCAN_NODE_MODE_OFFLINE = 7
-enums["UAVCAN_NODE_MODE"][7] = EnumEntry("UAVCAN_NODE_MODE_OFFLINE", """The node is no longer available online.""")
 UAVCAN_NODE_MODE_ENUM_END = 8
-enums["UAVCAN_NODE_MODE"][8] = EnumEntry("UAVCAN_NODE_MODE_ENUM_END", """""")
 
 # STORAGE_STATUS
-enums["STORAGE_STATUS"] = Enum()
-enums["STORAGE_STATUS"].bitmask = False
 STORAGE_STATUS_EMPTY = 0
-enums["STORAGE_STATUS"][0] = EnumEntry("STORAGE_STATUS_EMPTY", """Storage is missing (no microSD card loaded for example.)""")
 STORAGE_STATUS_UNFORMATTED = 1
-enums["STORAGE_STATUS"][1] = EnumEntry("STORAGE_STATUS_UNFORMATTED", """Storage present but unformatted.""")
 STORAGE_STATUS_READY = 2
-enums["STORAGE_STATUS"][2] = EnumEntry("STORAGE_STATUS_READY", """Storage present and ready.""")
 STORAGE_STATUS_NOT_SUPPORTED = 3
-enums["STORAGE_STATUS"][3] = EnumEntry("STORAGE_STATUS_NOT_SUPPORTED", """Camera does not supply storage status information. Capacity information in STORAGE_INFORMATION fields will be ignored.""")
 STORAGE_STATUS_ENUM_END = 4
-enums["STORAGE_STATUS"][4] = EnumEntry("STORAGE_STATUS_ENUM_END", """""")
 
 # STORAGE_TYPE
-enums["STORAGE_TYPE"] = Enum()
-enums["STORAGE_TYPE"].bitmask = False
 STORAGE_TYPE_UNKNOWN = 0
-enums["STORAGE_TYPE"][0] = EnumEntry("STORAGE_TYPE_UNKNOWN", """Storage type is not known.""")
 STORAGE_TYPE_USB_STICK = 1
-enums["STORAGE_TYPE"][1] = EnumEntry("STORAGE_TYPE_USB_STICK", """Storage type is USB device.""")
 STORAGE_TYPE_SD = 2
-enums["STORAGE_TYPE"][2] = EnumEntry("STORAGE_TYPE_SD", """Storage type is SD card.""")
 STORAGE_TYPE_MICROSD = 3
-enums["STORAGE_TYPE"][3] = EnumEntry("STORAGE_TYPE_MICROSD", """Storage type is microSD card.""")
 STORAGE_TYPE_CF = 4
-enums["STORAGE_TYPE"][4] = EnumEntry("STORAGE_TYPE_CF", """Storage type is CFast.""")
 STORAGE_TYPE_CFE = 5
-enums["STORAGE_TYPE"][5] = EnumEntry("STORAGE_TYPE_CFE", """Storage type is CFexpress.""")
 STORAGE_TYPE_XQD = 6
-enums["STORAGE_TYPE"][6] = EnumEntry("STORAGE_TYPE_XQD", """Storage type is XQD.""")
 STORAGE_TYPE_HD = 7
-enums["STORAGE_TYPE"][7] = EnumEntry("STORAGE_TYPE_HD", """Storage type is HD mass storage type.""")
 STORAGE_TYPE_OTHER = 254
-enums["STORAGE_TYPE"][254] = EnumEntry("STORAGE_TYPE_OTHER", """Storage type is other, not listed type.""")
 STORAGE_TYPE_ENUM_END = 255
-enums["STORAGE_TYPE"][255] = EnumEntry("STORAGE_TYPE_ENUM_END", """""")
 
 # STORAGE_USAGE_FLAG
-enums["STORAGE_USAGE_FLAG"] = Enum()
-enums["STORAGE_USAGE_FLAG"].bitmask = True
 STORAGE_USAGE_FLAG_SET = 1
-enums["STORAGE_USAGE_FLAG"][1] = EnumEntry("STORAGE_USAGE_FLAG_SET", """Always set to 1 (indicates STORAGE_INFORMATION.storage_usage is supported).""")
 STORAGE_USAGE_FLAG_PHOTO = 2
-enums["STORAGE_USAGE_FLAG"][2] = EnumEntry("STORAGE_USAGE_FLAG_PHOTO", """Storage for saving photos.""")
 STORAGE_USAGE_FLAG_VIDEO = 4
-enums["STORAGE_USAGE_FLAG"][4] = EnumEntry("STORAGE_USAGE_FLAG_VIDEO", """Storage for saving videos.""")
 STORAGE_USAGE_FLAG_LOGS = 8
-enums["STORAGE_USAGE_FLAG"][8] = EnumEntry("STORAGE_USAGE_FLAG_LOGS", """Storage for saving logs.""")
 STORAGE_USAGE_FLAG_ENUM_END = 9
-enums["STORAGE_USAGE_FLAG"][9] = EnumEntry("STORAGE_USAGE_FLAG_ENUM_END", """""")
 
 # ORBIT_YAW_BEHAVIOUR
-enums["ORBIT_YAW_BEHAVIOUR"] = Enum()
-enums["ORBIT_YAW_BEHAVIOUR"].bitmask = False
 ORBIT_YAW_BEHAVIOUR_HOLD_FRONT_TO_CIRCLE_CENTER = 0
-enums["ORBIT_YAW_BEHAVIOUR"][0] = EnumEntry("ORBIT_YAW_BEHAVIOUR_HOLD_FRONT_TO_CIRCLE_CENTER", """Vehicle front points to the center (default).""")
 ORBIT_YAW_BEHAVIOUR_HOLD_INITIAL_HEADING = 1
-enums["ORBIT_YAW_BEHAVIOUR"][1] = EnumEntry("ORBIT_YAW_BEHAVIOUR_HOLD_INITIAL_HEADING", """Vehicle front holds heading when message received.""")
 ORBIT_YAW_BEHAVIOUR_UNCONTROLLED = 2
-enums["ORBIT_YAW_BEHAVIOUR"][2] = EnumEntry("ORBIT_YAW_BEHAVIOUR_UNCONTROLLED", """Yaw uncontrolled.""")
 ORBIT_YAW_BEHAVIOUR_HOLD_FRONT_TANGENT_TO_CIRCLE = 3
-enums["ORBIT_YAW_BEHAVIOUR"][3] = EnumEntry("ORBIT_YAW_BEHAVIOUR_HOLD_FRONT_TANGENT_TO_CIRCLE", """Vehicle front follows flight path (tangential to circle).""")
 ORBIT_YAW_BEHAVIOUR_RC_CONTROLLED = 4
-enums["ORBIT_YAW_BEHAVIOUR"][4] = EnumEntry("ORBIT_YAW_BEHAVIOUR_RC_CONTROLLED", """Yaw controlled by RC input.""")
 ORBIT_YAW_BEHAVIOUR_UNCHANGED = 5
-enums["ORBIT_YAW_BEHAVIOUR"][5] = EnumEntry("ORBIT_YAW_BEHAVIOUR_UNCHANGED", """Vehicle uses current yaw behaviour (unchanged). The vehicle-default yaw behaviour is used if this value is specified when orbit is first commanded.""")
 ORBIT_YAW_BEHAVIOUR_ENUM_END = 6
-enums["ORBIT_YAW_BEHAVIOUR"][6] = EnumEntry("ORBIT_YAW_BEHAVIOUR_ENUM_END", """""")
 
 # ACTUATOR_CONFIGURATION
-enums["ACTUATOR_CONFIGURATION"] = Enum()
-enums["ACTUATOR_CONFIGURATION"].bitmask = False
 ACTUATOR_CONFIGURATION_NONE = 0
-enums["ACTUATOR_CONFIGURATION"][0] = EnumEntry("ACTUATOR_CONFIGURATION_NONE", """Do nothing.""")
 ACTUATOR_CONFIGURATION_BEEP = 1
-enums["ACTUATOR_CONFIGURATION"][1] = EnumEntry("ACTUATOR_CONFIGURATION_BEEP", """Command the actuator to beep now.""")
 ACTUATOR_CONFIGURATION_3D_MODE_ON = 2
-enums["ACTUATOR_CONFIGURATION"][2] = EnumEntry("ACTUATOR_CONFIGURATION_3D_MODE_ON", """Permanently set the actuator (ESC) to 3D mode (reversible thrust).""")
 ACTUATOR_CONFIGURATION_3D_MODE_OFF = 3
-enums["ACTUATOR_CONFIGURATION"][3] = EnumEntry("ACTUATOR_CONFIGURATION_3D_MODE_OFF", """Permanently set the actuator (ESC) to non 3D mode (non-reversible thrust).""")
 ACTUATOR_CONFIGURATION_SPIN_DIRECTION1 = 4
-enums["ACTUATOR_CONFIGURATION"][4] = EnumEntry("ACTUATOR_CONFIGURATION_SPIN_DIRECTION1", """Permanently set the actuator (ESC) to spin direction 1 (which can be clockwise or counter-clockwise).""")
 ACTUATOR_CONFIGURATION_SPIN_DIRECTION2 = 5
-enums["ACTUATOR_CONFIGURATION"][5] = EnumEntry("ACTUATOR_CONFIGURATION_SPIN_DIRECTION2", """Permanently set the actuator (ESC) to spin direction 2 (opposite of direction 1).""")
 ACTUATOR_CONFIGURATION_ENUM_END = 6
-enums["ACTUATOR_CONFIGURATION"][6] = EnumEntry("ACTUATOR_CONFIGURATION_ENUM_END", """""")
 
 # ACTUATOR_OUTPUT_FUNCTION
-enums["ACTUATOR_OUTPUT_FUNCTION"] = Enum()
-enums["ACTUATOR_OUTPUT_FUNCTION"].bitmask = False
 ACTUATOR_OUTPUT_FUNCTION_NONE = 0
-enums["ACTUATOR_OUTPUT_FUNCTION"][0] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_NONE", """No function (disabled).""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR1 = 1
-enums["ACTUATOR_OUTPUT_FUNCTION"][1] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR1", """Motor 1""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR2 = 2
-enums["ACTUATOR_OUTPUT_FUNCTION"][2] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR2", """Motor 2""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR3 = 3
-enums["ACTUATOR_OUTPUT_FUNCTION"][3] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR3", """Motor 3""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR4 = 4
-enums["ACTUATOR_OUTPUT_FUNCTION"][4] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR4", """Motor 4""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR5 = 5
-enums["ACTUATOR_OUTPUT_FUNCTION"][5] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR5", """Motor 5""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR6 = 6
-enums["ACTUATOR_OUTPUT_FUNCTION"][6] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR6", """Motor 6""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR7 = 7
-enums["ACTUATOR_OUTPUT_FUNCTION"][7] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR7", """Motor 7""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR8 = 8
-enums["ACTUATOR_OUTPUT_FUNCTION"][8] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR8", """Motor 8""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR9 = 9
-enums["ACTUATOR_OUTPUT_FUNCTION"][9] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR9", """Motor 9""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR10 = 10
-enums["ACTUATOR_OUTPUT_FUNCTION"][10] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR10", """Motor 10""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR11 = 11
-enums["ACTUATOR_OUTPUT_FUNCTION"][11] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR11", """Motor 11""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR12 = 12
-enums["ACTUATOR_OUTPUT_FUNCTION"][12] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR12", """Motor 12""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR13 = 13
-enums["ACTUATOR_OUTPUT_FUNCTION"][13] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR13", """Motor 13""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR14 = 14
-enums["ACTUATOR_OUTPUT_FUNCTION"][14] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR14", """Motor 14""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR15 = 15
-enums["ACTUATOR_OUTPUT_FUNCTION"][15] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR15", """Motor 15""")
 ACTUATOR_OUTPUT_FUNCTION_MOTOR16 = 16
-enums["ACTUATOR_OUTPUT_FUNCTION"][16] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_MOTOR16", """Motor 16""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO1 = 33
-enums["ACTUATOR_OUTPUT_FUNCTION"][33] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO1", """Servo 1""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO2 = 34
-enums["ACTUATOR_OUTPUT_FUNCTION"][34] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO2", """Servo 2""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO3 = 35
-enums["ACTUATOR_OUTPUT_FUNCTION"][35] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO3", """Servo 3""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO4 = 36
-enums["ACTUATOR_OUTPUT_FUNCTION"][36] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO4", """Servo 4""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO5 = 37
-enums["ACTUATOR_OUTPUT_FUNCTION"][37] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO5", """Servo 5""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO6 = 38
-enums["ACTUATOR_OUTPUT_FUNCTION"][38] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO6", """Servo 6""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO7 = 39
-enums["ACTUATOR_OUTPUT_FUNCTION"][39] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO7", """Servo 7""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO8 = 40
-enums["ACTUATOR_OUTPUT_FUNCTION"][40] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO8", """Servo 8""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO9 = 41
-enums["ACTUATOR_OUTPUT_FUNCTION"][41] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO9", """Servo 9""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO10 = 42
-enums["ACTUATOR_OUTPUT_FUNCTION"][42] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO10", """Servo 10""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO11 = 43
-enums["ACTUATOR_OUTPUT_FUNCTION"][43] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO11", """Servo 11""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO12 = 44
-enums["ACTUATOR_OUTPUT_FUNCTION"][44] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO12", """Servo 12""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO13 = 45
-enums["ACTUATOR_OUTPUT_FUNCTION"][45] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO13", """Servo 13""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO14 = 46
-enums["ACTUATOR_OUTPUT_FUNCTION"][46] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO14", """Servo 14""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO15 = 47
-enums["ACTUATOR_OUTPUT_FUNCTION"][47] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO15", """Servo 15""")
 ACTUATOR_OUTPUT_FUNCTION_SERVO16 = 48
-enums["ACTUATOR_OUTPUT_FUNCTION"][48] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_SERVO16", """Servo 16""")
 ACTUATOR_OUTPUT_FUNCTION_ENUM_END = 49
-enums["ACTUATOR_OUTPUT_FUNCTION"][49] = EnumEntry("ACTUATOR_OUTPUT_FUNCTION_ENUM_END", """""")
 
 # AUTOTUNE_AXIS
-enums["AUTOTUNE_AXIS"] = Enum()
-enums["AUTOTUNE_AXIS"].bitmask = True
 AUTOTUNE_AXIS_ROLL = 1
-enums["AUTOTUNE_AXIS"][1] = EnumEntry("AUTOTUNE_AXIS_ROLL", """Autotune roll axis.""")
 AUTOTUNE_AXIS_PITCH = 2
-enums["AUTOTUNE_AXIS"][2] = EnumEntry("AUTOTUNE_AXIS_PITCH", """Autotune pitch axis.""")
 AUTOTUNE_AXIS_YAW = 4
-enums["AUTOTUNE_AXIS"][4] = EnumEntry("AUTOTUNE_AXIS_YAW", """Autotune yaw axis.""")
 AUTOTUNE_AXIS_ENUM_END = 5
-enums["AUTOTUNE_AXIS"][5] = EnumEntry("AUTOTUNE_AXIS_ENUM_END", """""")
 
 # PREFLIGHT_STORAGE_PARAMETER_ACTION
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"] = Enum()
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"].bitmask = False
 PARAM_READ_PERSISTENT = 0
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][0] = EnumEntry("PARAM_READ_PERSISTENT", """Read all parameters from persistent storage. Replaces values in volatile storage.""")
 PARAM_WRITE_PERSISTENT = 1
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][1] = EnumEntry("PARAM_WRITE_PERSISTENT", """Write all parameter values to persistent storage (flash/EEPROM)""")
 PARAM_RESET_FACTORY_DEFAULT = 2
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][2] = EnumEntry("PARAM_RESET_FACTORY_DEFAULT", """Reset parameters to default values (such as sensor calibration, safety settings, and so on). Note that a flight stack may choose not to reset some parameters at their own discretion (such as those that are locked or expected to persist for the vehicle lifetime).""")
 PARAM_RESET_SENSOR_DEFAULT = 3
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][3] = EnumEntry("PARAM_RESET_SENSOR_DEFAULT", """Reset only sensor calibration parameters to factory defaults (or firmware default if not available)""")
 PARAM_RESET_ALL_DEFAULT = 4
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][4] = EnumEntry("PARAM_RESET_ALL_DEFAULT", """Reset all parameters to default values.""")
 PREFLIGHT_STORAGE_PARAMETER_ACTION_ENUM_END = 5
-enums["PREFLIGHT_STORAGE_PARAMETER_ACTION"][5] = EnumEntry("PREFLIGHT_STORAGE_PARAMETER_ACTION_ENUM_END", """""")
 
 # PREFLIGHT_STORAGE_MISSION_ACTION
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"] = Enum()
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"].bitmask = False
 MISSION_READ_PERSISTENT = 0
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"][0] = EnumEntry("MISSION_READ_PERSISTENT", """Read current mission data from persistent storage""")
 MISSION_WRITE_PERSISTENT = 1
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"][1] = EnumEntry("MISSION_WRITE_PERSISTENT", """Write current mission data to persistent storage""")
 MISSION_RESET_DEFAULT = 2
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"][2] = EnumEntry("MISSION_RESET_DEFAULT", """Erase all mission data stored on the vehicle (both persistent and volatile storage)""")
 PREFLIGHT_STORAGE_MISSION_ACTION_ENUM_END = 3
-enums["PREFLIGHT_STORAGE_MISSION_ACTION"][3] = EnumEntry("PREFLIGHT_STORAGE_MISSION_ACTION_ENUM_END", """""")
 
 # REBOOT_SHUTDOWN_ACTION
-enums["REBOOT_SHUTDOWN_ACTION"] = Enum()
-enums["REBOOT_SHUTDOWN_ACTION"].bitmask = False
 REBOOT_SHUTDOWN_ACTION_NONE = 0
-enums["REBOOT_SHUTDOWN_ACTION"][0] = EnumEntry("REBOOT_SHUTDOWN_ACTION_NONE", """Do nothing.""")
 REBOOT_SHUTDOWN_ACTION_REBOOT = 1
-enums["REBOOT_SHUTDOWN_ACTION"][1] = EnumEntry("REBOOT_SHUTDOWN_ACTION_REBOOT", """Reboot component.""")
 REBOOT_SHUTDOWN_ACTION_SHUTDOWN = 2
-enums["REBOOT_SHUTDOWN_ACTION"][2] = EnumEntry("REBOOT_SHUTDOWN_ACTION_SHUTDOWN", """Shutdown component.""")
 REBOOT_SHUTDOWN_ACTION_REBOOT_TO_BOOTLOADER = 3
-enums["REBOOT_SHUTDOWN_ACTION"][3] = EnumEntry("REBOOT_SHUTDOWN_ACTION_REBOOT_TO_BOOTLOADER", """Reboot component and keep it in the bootloader until upgraded.""")
 REBOOT_SHUTDOWN_ACTION_POWER_ON = 4
-enums["REBOOT_SHUTDOWN_ACTION"][4] = EnumEntry("REBOOT_SHUTDOWN_ACTION_POWER_ON", """Power on component. Do nothing if component is already powered (ACK command with MAV_RESULT_ACCEPTED).""")
 REBOOT_SHUTDOWN_ACTION_REBOOT_TO_MASS_STORAGE = 5
-enums["REBOOT_SHUTDOWN_ACTION"][5] = EnumEntry("REBOOT_SHUTDOWN_ACTION_REBOOT_TO_MASS_STORAGE", """Reboot component into a mass storage mode if supported.""")
 REBOOT_SHUTDOWN_ACTION_ENUM_END = 6
-enums["REBOOT_SHUTDOWN_ACTION"][6] = EnumEntry("REBOOT_SHUTDOWN_ACTION_ENUM_END", """""")
 
 # REBOOT_SHUTDOWN_CONDITIONS
-enums["REBOOT_SHUTDOWN_CONDITIONS"] = Enum()
-enums["REBOOT_SHUTDOWN_CONDITIONS"].bitmask = False
 REBOOT_SHUTDOWN_CONDITIONS_SAFETY_INTERLOCKED = 0
-enums["REBOOT_SHUTDOWN_CONDITIONS"][0] = EnumEntry("REBOOT_SHUTDOWN_CONDITIONS_SAFETY_INTERLOCKED", """Reboot/Shutdown only if allowed by safety checks, such as being landed.""")
 REBOOT_SHUTDOWN_CONDITIONS_FORCE = 20190226
-enums["REBOOT_SHUTDOWN_CONDITIONS"][20190226] = EnumEntry("REBOOT_SHUTDOWN_CONDITIONS_FORCE", """Force reboot/shutdown of the autopilot/component regardless of system state.""")
 REBOOT_SHUTDOWN_CONDITIONS_ENUM_END = 20190227
-enums["REBOOT_SHUTDOWN_CONDITIONS"][20190227] = EnumEntry("REBOOT_SHUTDOWN_CONDITIONS_ENUM_END", """""")
 
 # PREFLIGHT_CALIBRATION_MAGNETOMETER
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"] = Enum()
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"].bitmask = False
 PREFLIGHT_CALIBRATION_MAGNETOMETER_NONE = 0
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"][0] = EnumEntry("PREFLIGHT_CALIBRATION_MAGNETOMETER_NONE", """No action.""")
 PREFLIGHT_CALIBRATION_MAGNETOMETER_START = 1
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"][1] = EnumEntry("PREFLIGHT_CALIBRATION_MAGNETOMETER_START", """Start magnetometer calibration.""")
 PREFLIGHT_CALIBRATION_MAGNETOMETER_FORCE_SAVE = 76
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"][76] = EnumEntry("PREFLIGHT_CALIBRATION_MAGNETOMETER_FORCE_SAVE", """Force-accept the existing compass calibration as valid without re-running it. Useful after a parameter reload that cleared calibration validity flags.""")
 PREFLIGHT_CALIBRATION_MAGNETOMETER_ENUM_END = 77
-enums["PREFLIGHT_CALIBRATION_MAGNETOMETER"][77] = EnumEntry("PREFLIGHT_CALIBRATION_MAGNETOMETER_ENUM_END", """""")
 
 # PREFLIGHT_CALIBRATION_ACCELEROMETER
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"] = Enum()
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"].bitmask = False
 PREFLIGHT_CALIBRATION_ACCELEROMETER_NONE = 0
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][0] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_NONE", """No action.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_FULL = 1
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][1] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_FULL", """Full 6-position accelerometer calibration.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_TRIM = 2
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][2] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_TRIM", """Board level (trim) calibration.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_TEMPERATURE = 3
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][3] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_TEMPERATURE", """Accelerometer temperature calibration.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_SIMPLE = 4
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][4] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_SIMPLE", """Simple accelerometer calibration.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_FORCE_SAVE = 76
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][76] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_FORCE_SAVE", """Force-accept the existing accelerometer calibration as valid without re-running it. Useful after a parameter reload that cleared calibration validity flags.""")
 PREFLIGHT_CALIBRATION_ACCELEROMETER_ENUM_END = 77
-enums["PREFLIGHT_CALIBRATION_ACCELEROMETER"][77] = EnumEntry("PREFLIGHT_CALIBRATION_ACCELEROMETER_ENUM_END", """""")
 
 # NAV_TAKEOFF_FLAGS
-enums["NAV_TAKEOFF_FLAGS"] = Enum()
-enums["NAV_TAKEOFF_FLAGS"].bitmask = True
 NAV_TAKEOFF_FLAGS_HORIZONTAL_POSITION_NOT_REQUIRED = 1
-enums["NAV_TAKEOFF_FLAGS"][1] = EnumEntry("NAV_TAKEOFF_FLAGS_HORIZONTAL_POSITION_NOT_REQUIRED", """Accept the command even if the autopilot does not have control over its horizontal position (note that it might not have altitude control either).""")
 NAV_TAKEOFF_FLAGS_ENUM_END = 2
-enums["NAV_TAKEOFF_FLAGS"][2] = EnumEntry("NAV_TAKEOFF_FLAGS_ENUM_END", """""")
 
 # MAV_DATA_STREAM
-enums["MAV_DATA_STREAM"] = Enum()
-enums["MAV_DATA_STREAM"].bitmask = False
 MAV_DATA_STREAM_ALL = 0
-enums["MAV_DATA_STREAM"][0] = EnumEntry("MAV_DATA_STREAM_ALL", """Enable all data streams""")
 MAV_DATA_STREAM_RAW_SENSORS = 1
-enums["MAV_DATA_STREAM"][1] = EnumEntry("MAV_DATA_STREAM_RAW_SENSORS", """Enable IMU_RAW, GPS_RAW, GPS_STATUS packets.""")
 MAV_DATA_STREAM_EXTENDED_STATUS = 2
-enums["MAV_DATA_STREAM"][2] = EnumEntry("MAV_DATA_STREAM_EXTENDED_STATUS", """Enable GPS_STATUS, CONTROL_STATUS, AUX_STATUS""")
 MAV_DATA_STREAM_RC_CHANNELS = 3
-enums["MAV_DATA_STREAM"][3] = EnumEntry("MAV_DATA_STREAM_RC_CHANNELS", """Enable RC_CHANNELS_SCALED, RC_CHANNELS_RAW, SERVO_OUTPUT_RAW""")
 MAV_DATA_STREAM_RAW_CONTROLLER = 4
-enums["MAV_DATA_STREAM"][4] = EnumEntry("MAV_DATA_STREAM_RAW_CONTROLLER", """Enable ATTITUDE_CONTROLLER_OUTPUT, POSITION_CONTROLLER_OUTPUT, NAV_CONTROLLER_OUTPUT.""")
 MAV_DATA_STREAM_POSITION = 6
-enums["MAV_DATA_STREAM"][6] = EnumEntry("MAV_DATA_STREAM_POSITION", """Enable LOCAL_POSITION, GLOBAL_POSITION_INT messages.""")
 MAV_DATA_STREAM_EXTRA1 = 10
-enums["MAV_DATA_STREAM"][10] = EnumEntry("MAV_DATA_STREAM_EXTRA1", """Dependent on the autopilot""")
 MAV_DATA_STREAM_EXTRA2 = 11
-enums["MAV_DATA_STREAM"][11] = EnumEntry("MAV_DATA_STREAM_EXTRA2", """Dependent on the autopilot""")
 MAV_DATA_STREAM_EXTRA3 = 12
-enums["MAV_DATA_STREAM"][12] = EnumEntry("MAV_DATA_STREAM_EXTRA3", """Dependent on the autopilot""")
 MAV_DATA_STREAM_ENUM_END = 13
-enums["MAV_DATA_STREAM"][13] = EnumEntry("MAV_DATA_STREAM_ENUM_END", """""")
 
 # MAV_ROI
-enums["MAV_ROI"] = Enum()
-enums["MAV_ROI"].bitmask = False
 MAV_ROI_NONE = 0
-enums["MAV_ROI"][0] = EnumEntry("MAV_ROI_NONE", """No region of interest.""")
 MAV_ROI_WPNEXT = 1
-enums["MAV_ROI"][1] = EnumEntry("MAV_ROI_WPNEXT", """Point toward next waypoint, with optional pitch/roll/yaw offset.""")
 MAV_ROI_WPINDEX = 2
-enums["MAV_ROI"][2] = EnumEntry("MAV_ROI_WPINDEX", """Point toward given waypoint.""")
 MAV_ROI_LOCATION = 3
-enums["MAV_ROI"][3] = EnumEntry("MAV_ROI_LOCATION", """Point toward fixed location.""")
 MAV_ROI_TARGET = 4
-enums["MAV_ROI"][4] = EnumEntry("MAV_ROI_TARGET", """Point toward of given id.""")
 MAV_ROI_ENUM_END = 5
-enums["MAV_ROI"][5] = EnumEntry("MAV_ROI_ENUM_END", """""")
 
 # MAV_PARAM_TYPE
-enums["MAV_PARAM_TYPE"] = Enum()
-enums["MAV_PARAM_TYPE"].bitmask = False
 MAV_PARAM_TYPE_UINT8 = 1
-enums["MAV_PARAM_TYPE"][1] = EnumEntry("MAV_PARAM_TYPE_UINT8", """8-bit unsigned integer""")
 MAV_PARAM_TYPE_INT8 = 2
-enums["MAV_PARAM_TYPE"][2] = EnumEntry("MAV_PARAM_TYPE_INT8", """8-bit signed integer""")
 MAV_PARAM_TYPE_UINT16 = 3
-enums["MAV_PARAM_TYPE"][3] = EnumEntry("MAV_PARAM_TYPE_UINT16", """16-bit unsigned integer""")
 MAV_PARAM_TYPE_INT16 = 4
-enums["MAV_PARAM_TYPE"][4] = EnumEntry("MAV_PARAM_TYPE_INT16", """16-bit signed integer""")
 MAV_PARAM_TYPE_UINT32 = 5
-enums["MAV_PARAM_TYPE"][5] = EnumEntry("MAV_PARAM_TYPE_UINT32", """32-bit unsigned integer""")
 MAV_PARAM_TYPE_INT32 = 6
-enums["MAV_PARAM_TYPE"][6] = EnumEntry("MAV_PARAM_TYPE_INT32", """32-bit signed integer""")
 MAV_PARAM_TYPE_UINT64 = 7
-enums["MAV_PARAM_TYPE"][7] = EnumEntry("MAV_PARAM_TYPE_UINT64", """64-bit unsigned integer""")
 MAV_PARAM_TYPE_INT64 = 8
-enums["MAV_PARAM_TYPE"][8] = EnumEntry("MAV_PARAM_TYPE_INT64", """64-bit signed integer""")
 MAV_PARAM_TYPE_REAL32 = 9
-enums["MAV_PARAM_TYPE"][9] = EnumEntry("MAV_PARAM_TYPE_REAL32", """32-bit floating-point""")
 MAV_PARAM_TYPE_REAL64 = 10
-enums["MAV_PARAM_TYPE"][10] = EnumEntry("MAV_PARAM_TYPE_REAL64", """64-bit floating-point""")
 MAV_PARAM_TYPE_ENUM_END = 11
-enums["MAV_PARAM_TYPE"][11] = EnumEntry("MAV_PARAM_TYPE_ENUM_END", """""")
 
 # MAV_PARAM_EXT_TYPE
-enums["MAV_PARAM_EXT_TYPE"] = Enum()
-enums["MAV_PARAM_EXT_TYPE"].bitmask = False
 MAV_PARAM_EXT_TYPE_UINT8 = 1
-enums["MAV_PARAM_EXT_TYPE"][1] = EnumEntry("MAV_PARAM_EXT_TYPE_UINT8", """8-bit unsigned integer""")
 MAV_PARAM_EXT_TYPE_INT8 = 2
-enums["MAV_PARAM_EXT_TYPE"][2] = EnumEntry("MAV_PARAM_EXT_TYPE_INT8", """8-bit signed integer""")
 MAV_PARAM_EXT_TYPE_UINT16 = 3
-enums["MAV_PARAM_EXT_TYPE"][3] = EnumEntry("MAV_PARAM_EXT_TYPE_UINT16", """16-bit unsigned integer""")
 MAV_PARAM_EXT_TYPE_INT16 = 4
-enums["MAV_PARAM_EXT_TYPE"][4] = EnumEntry("MAV_PARAM_EXT_TYPE_INT16", """16-bit signed integer""")
 MAV_PARAM_EXT_TYPE_UINT32 = 5
-enums["MAV_PARAM_EXT_TYPE"][5] = EnumEntry("MAV_PARAM_EXT_TYPE_UINT32", """32-bit unsigned integer""")
 MAV_PARAM_EXT_TYPE_INT32 = 6
-enums["MAV_PARAM_EXT_TYPE"][6] = EnumEntry("MAV_PARAM_EXT_TYPE_INT32", """32-bit signed integer""")
 MAV_PARAM_EXT_TYPE_UINT64 = 7
-enums["MAV_PARAM_EXT_TYPE"][7] = EnumEntry("MAV_PARAM_EXT_TYPE_UINT64", """64-bit unsigned integer""")
 MAV_PARAM_EXT_TYPE_INT64 = 8
-enums["MAV_PARAM_EXT_TYPE"][8] = EnumEntry("MAV_PARAM_EXT_TYPE_INT64", """64-bit signed integer""")
 MAV_PARAM_EXT_TYPE_REAL32 = 9
-enums["MAV_PARAM_EXT_TYPE"][9] = EnumEntry("MAV_PARAM_EXT_TYPE_REAL32", """32-bit floating-point""")
 MAV_PARAM_EXT_TYPE_REAL64 = 10
-enums["MAV_PARAM_EXT_TYPE"][10] = EnumEntry("MAV_PARAM_EXT_TYPE_REAL64", """64-bit floating-point""")
 MAV_PARAM_EXT_TYPE_CUSTOM = 11
-enums["MAV_PARAM_EXT_TYPE"][11] = EnumEntry("MAV_PARAM_EXT_TYPE_CUSTOM", """Custom Type""")
 MAV_PARAM_EXT_TYPE_ENUM_END = 12
-enums["MAV_PARAM_EXT_TYPE"][12] = EnumEntry("MAV_PARAM_EXT_TYPE_ENUM_END", """""")
 
 # MAV_MISSION_RESULT
-enums["MAV_MISSION_RESULT"] = Enum()
-enums["MAV_MISSION_RESULT"].bitmask = False
 MAV_MISSION_ACCEPTED = 0
-enums["MAV_MISSION_RESULT"][0] = EnumEntry("MAV_MISSION_ACCEPTED", """mission accepted OK""")
 MAV_MISSION_ERROR = 1
-enums["MAV_MISSION_RESULT"][1] = EnumEntry("MAV_MISSION_ERROR", """Generic error / not accepting mission commands at all right now.""")
 MAV_MISSION_UNSUPPORTED_FRAME = 2
-enums["MAV_MISSION_RESULT"][2] = EnumEntry("MAV_MISSION_UNSUPPORTED_FRAME", """Coordinate frame is not supported.""")
 MAV_MISSION_UNSUPPORTED = 3
-enums["MAV_MISSION_RESULT"][3] = EnumEntry("MAV_MISSION_UNSUPPORTED", """Command is not supported.""")
 MAV_MISSION_NO_SPACE = 4
-enums["MAV_MISSION_RESULT"][4] = EnumEntry("MAV_MISSION_NO_SPACE", """Mission items exceed storage space.""")
 MAV_MISSION_INVALID = 5
-enums["MAV_MISSION_RESULT"][5] = EnumEntry("MAV_MISSION_INVALID", """One of the parameters has an invalid value.""")
 MAV_MISSION_INVALID_PARAM1 = 6
-enums["MAV_MISSION_RESULT"][6] = EnumEntry("MAV_MISSION_INVALID_PARAM1", """param1 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM2 = 7
-enums["MAV_MISSION_RESULT"][7] = EnumEntry("MAV_MISSION_INVALID_PARAM2", """param2 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM3 = 8
-enums["MAV_MISSION_RESULT"][8] = EnumEntry("MAV_MISSION_INVALID_PARAM3", """param3 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM4 = 9
-enums["MAV_MISSION_RESULT"][9] = EnumEntry("MAV_MISSION_INVALID_PARAM4", """param4 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM5_X = 10
-enums["MAV_MISSION_RESULT"][10] = EnumEntry("MAV_MISSION_INVALID_PARAM5_X", """x / param5 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM6_Y = 11
-enums["MAV_MISSION_RESULT"][11] = EnumEntry("MAV_MISSION_INVALID_PARAM6_Y", """y / param6 has an invalid value.""")
 MAV_MISSION_INVALID_PARAM7 = 12
-enums["MAV_MISSION_RESULT"][12] = EnumEntry("MAV_MISSION_INVALID_PARAM7", """z / param7 has an invalid value.""")
 MAV_MISSION_INVALID_SEQUENCE = 13
-enums["MAV_MISSION_RESULT"][13] = EnumEntry("MAV_MISSION_INVALID_SEQUENCE", """Mission item received out of sequence""")
 MAV_MISSION_DENIED = 14
-enums["MAV_MISSION_RESULT"][14] = EnumEntry("MAV_MISSION_DENIED", """Not accepting any mission commands from this communication partner.""")
 MAV_MISSION_OPERATION_CANCELLED = 15
-enums["MAV_MISSION_RESULT"][15] = EnumEntry("MAV_MISSION_OPERATION_CANCELLED", """Current mission operation cancelled (e.g. mission upload, mission download).""")
 MAV_MISSION_RESULT_ENUM_END = 16
-enums["MAV_MISSION_RESULT"][16] = EnumEntry("MAV_MISSION_RESULT_ENUM_END", """""")
 
 # MAV_SEVERITY
-enums["MAV_SEVERITY"] = Enum()
-enums["MAV_SEVERITY"].bitmask = False
 MAV_SEVERITY_EMERGENCY = 0
-enums["MAV_SEVERITY"][0] = EnumEntry("MAV_SEVERITY_EMERGENCY", """System is unusable. This is a "panic" condition.""")
 MAV_SEVERITY_ALERT = 1
-enums["MAV_SEVERITY"][1] = EnumEntry("MAV_SEVERITY_ALERT", """Action should be taken immediately. Indicates error in non-critical systems.""")
 MAV_SEVERITY_CRITICAL = 2
-enums["MAV_SEVERITY"][2] = EnumEntry("MAV_SEVERITY_CRITICAL", """Action must be taken immediately. Indicates failure in a primary system.""")
 MAV_SEVERITY_ERROR = 3
-enums["MAV_SEVERITY"][3] = EnumEntry("MAV_SEVERITY_ERROR", """Indicates an error in secondary/redundant systems.""")
 MAV_SEVERITY_WARNING = 4
-enums["MAV_SEVERITY"][4] = EnumEntry("MAV_SEVERITY_WARNING", """Indicates about a possible future error if this is not resolved within a given timeframe. Example would be a low battery warning.""")
 MAV_SEVERITY_NOTICE = 5
-enums["MAV_SEVERITY"][5] = EnumEntry("MAV_SEVERITY_NOTICE", """An unusual event has occurred, though not an error condition. This should be investigated for the root cause.""")
 MAV_SEVERITY_INFO = 6
-enums["MAV_SEVERITY"][6] = EnumEntry("MAV_SEVERITY_INFO", """Normal operational messages. Useful for logging. No action is required for these messages.""")
 MAV_SEVERITY_DEBUG = 7
-enums["MAV_SEVERITY"][7] = EnumEntry("MAV_SEVERITY_DEBUG", """Useful non-operational messages that can assist in debugging. These should not occur during normal operation.""")
 MAV_SEVERITY_ENUM_END = 8
-enums["MAV_SEVERITY"][8] = EnumEntry("MAV_SEVERITY_ENUM_END", """""")
 
 # MAV_POWER_STATUS
-enums["MAV_POWER_STATUS"] = Enum()
-enums["MAV_POWER_STATUS"].bitmask = True
 MAV_POWER_STATUS_BRICK_VALID = 1
-enums["MAV_POWER_STATUS"][1] = EnumEntry("MAV_POWER_STATUS_BRICK_VALID", """main brick power supply valid""")
 MAV_POWER_STATUS_SERVO_VALID = 2
-enums["MAV_POWER_STATUS"][2] = EnumEntry("MAV_POWER_STATUS_SERVO_VALID", """main servo power supply valid for FMU""")
 MAV_POWER_STATUS_USB_CONNECTED = 4
-enums["MAV_POWER_STATUS"][4] = EnumEntry("MAV_POWER_STATUS_USB_CONNECTED", """USB power is connected""")
 MAV_POWER_STATUS_PERIPH_OVERCURRENT = 8
-enums["MAV_POWER_STATUS"][8] = EnumEntry("MAV_POWER_STATUS_PERIPH_OVERCURRENT", """peripheral supply is in over-current state""")
 MAV_POWER_STATUS_PERIPH_HIPOWER_OVERCURRENT = 16
-enums["MAV_POWER_STATUS"][16] = EnumEntry("MAV_POWER_STATUS_PERIPH_HIPOWER_OVERCURRENT", """hi-power peripheral supply is in over-current state""")
 MAV_POWER_STATUS_CHANGED = 32
-enums["MAV_POWER_STATUS"][32] = EnumEntry("MAV_POWER_STATUS_CHANGED", """Power status has changed since boot""")
 MAV_POWER_STATUS_ENUM_END = 33
-enums["MAV_POWER_STATUS"][33] = EnumEntry("MAV_POWER_STATUS_ENUM_END", """""")
 
 # SERIAL_CONTROL_DEV
-enums["SERIAL_CONTROL_DEV"] = Enum()
-enums["SERIAL_CONTROL_DEV"].bitmask = False
 SERIAL_CONTROL_DEV_TELEM1 = 0
-enums["SERIAL_CONTROL_DEV"][0] = EnumEntry("SERIAL_CONTROL_DEV_TELEM1", """First telemetry port""")
 SERIAL_CONTROL_DEV_TELEM2 = 1
-enums["SERIAL_CONTROL_DEV"][1] = EnumEntry("SERIAL_CONTROL_DEV_TELEM2", """Second telemetry port""")
 SERIAL_CONTROL_DEV_GPS1 = 2
-enums["SERIAL_CONTROL_DEV"][2] = EnumEntry("SERIAL_CONTROL_DEV_GPS1", """First GPS port""")
 SERIAL_CONTROL_DEV_GPS2 = 3
-enums["SERIAL_CONTROL_DEV"][3] = EnumEntry("SERIAL_CONTROL_DEV_GPS2", """Second GPS port""")
 SERIAL_CONTROL_DEV_SHELL = 10
-enums["SERIAL_CONTROL_DEV"][10] = EnumEntry("SERIAL_CONTROL_DEV_SHELL", """system shell""")
 SERIAL_CONTROL_SERIAL0 = 100
-enums["SERIAL_CONTROL_DEV"][100] = EnumEntry("SERIAL_CONTROL_SERIAL0", """SERIAL0""")
 SERIAL_CONTROL_SERIAL1 = 101
-enums["SERIAL_CONTROL_DEV"][101] = EnumEntry("SERIAL_CONTROL_SERIAL1", """SERIAL1""")
 SERIAL_CONTROL_SERIAL2 = 102
-enums["SERIAL_CONTROL_DEV"][102] = EnumEntry("SERIAL_CONTROL_SERIAL2", """SERIAL2""")
 SERIAL_CONTROL_SERIAL3 = 103
-enums["SERIAL_CONTROL_DEV"][103] = EnumEntry("SERIAL_CONTROL_SERIAL3", """SERIAL3""")
 SERIAL_CONTROL_SERIAL4 = 104
-enums["SERIAL_CONTROL_DEV"][104] = EnumEntry("SERIAL_CONTROL_SERIAL4", """SERIAL4""")
 SERIAL_CONTROL_SERIAL5 = 105
-enums["SERIAL_CONTROL_DEV"][105] = EnumEntry("SERIAL_CONTROL_SERIAL5", """SERIAL5""")
 SERIAL_CONTROL_SERIAL6 = 106
-enums["SERIAL_CONTROL_DEV"][106] = EnumEntry("SERIAL_CONTROL_SERIAL6", """SERIAL6""")
 SERIAL_CONTROL_SERIAL7 = 107
-enums["SERIAL_CONTROL_DEV"][107] = EnumEntry("SERIAL_CONTROL_SERIAL7", """SERIAL7""")
 SERIAL_CONTROL_SERIAL8 = 108
-enums["SERIAL_CONTROL_DEV"][108] = EnumEntry("SERIAL_CONTROL_SERIAL8", """SERIAL8""")
 SERIAL_CONTROL_SERIAL9 = 109
-enums["SERIAL_CONTROL_DEV"][109] = EnumEntry("SERIAL_CONTROL_SERIAL9", """SERIAL9""")
 SERIAL_CONTROL_DEV_ENUM_END = 110
-enums["SERIAL_CONTROL_DEV"][110] = EnumEntry("SERIAL_CONTROL_DEV_ENUM_END", """""")
 
 # SERIAL_CONTROL_FLAG
-enums["SERIAL_CONTROL_FLAG"] = Enum()
-enums["SERIAL_CONTROL_FLAG"].bitmask = True
 SERIAL_CONTROL_FLAG_REPLY = 1
-enums["SERIAL_CONTROL_FLAG"][1] = EnumEntry("SERIAL_CONTROL_FLAG_REPLY", """Set if this is a reply""")
 SERIAL_CONTROL_FLAG_RESPOND = 2
-enums["SERIAL_CONTROL_FLAG"][2] = EnumEntry("SERIAL_CONTROL_FLAG_RESPOND", """Set if the sender wants the receiver to send a response as another SERIAL_CONTROL message""")
 SERIAL_CONTROL_FLAG_EXCLUSIVE = 4
-enums["SERIAL_CONTROL_FLAG"][4] = EnumEntry("SERIAL_CONTROL_FLAG_EXCLUSIVE", """Set if access to the serial port should be removed from whatever driver is currently using it, giving exclusive access to the SERIAL_CONTROL protocol. The port can be handed back by sending a request without this flag set""")
 SERIAL_CONTROL_FLAG_BLOCKING = 8
-enums["SERIAL_CONTROL_FLAG"][8] = EnumEntry("SERIAL_CONTROL_FLAG_BLOCKING", """Block on writes to the serial port""")
 SERIAL_CONTROL_FLAG_MULTI = 16
-enums["SERIAL_CONTROL_FLAG"][16] = EnumEntry("SERIAL_CONTROL_FLAG_MULTI", """Send multiple replies until port is drained""")
 SERIAL_CONTROL_FLAG_ENUM_END = 17
-enums["SERIAL_CONTROL_FLAG"][17] = EnumEntry("SERIAL_CONTROL_FLAG_ENUM_END", """""")
 
 # MAV_DISTANCE_SENSOR
-enums["MAV_DISTANCE_SENSOR"] = Enum()
-enums["MAV_DISTANCE_SENSOR"].bitmask = False
 MAV_DISTANCE_SENSOR_LASER = 0
-enums["MAV_DISTANCE_SENSOR"][0] = EnumEntry("MAV_DISTANCE_SENSOR_LASER", """Laser rangefinder, e.g. LightWare SF02/F or PulsedLight units""")
 MAV_DISTANCE_SENSOR_ULTRASOUND = 1
-enums["MAV_DISTANCE_SENSOR"][1] = EnumEntry("MAV_DISTANCE_SENSOR_ULTRASOUND", """Ultrasound rangefinder, e.g. MaxBotix units""")
 MAV_DISTANCE_SENSOR_INFRARED = 2
-enums["MAV_DISTANCE_SENSOR"][2] = EnumEntry("MAV_DISTANCE_SENSOR_INFRARED", """Infrared rangefinder, e.g. Sharp units""")
 MAV_DISTANCE_SENSOR_RADAR = 3
-enums["MAV_DISTANCE_SENSOR"][3] = EnumEntry("MAV_DISTANCE_SENSOR_RADAR", """Radar type, e.g. uLanding units""")
 MAV_DISTANCE_SENSOR_UNKNOWN = 4
-enums["MAV_DISTANCE_SENSOR"][4] = EnumEntry("MAV_DISTANCE_SENSOR_UNKNOWN", """Broken or unknown type, e.g. analog units""")
 MAV_DISTANCE_SENSOR_ENUM_END = 5
-enums["MAV_DISTANCE_SENSOR"][5] = EnumEntry("MAV_DISTANCE_SENSOR_ENUM_END", """""")
 
 # MAV_SENSOR_ORIENTATION
-enums["MAV_SENSOR_ORIENTATION"] = Enum()
-enums["MAV_SENSOR_ORIENTATION"].bitmask = False
 MAV_SENSOR_ROTATION_NONE = 0
-enums["MAV_SENSOR_ORIENTATION"][0] = EnumEntry("MAV_SENSOR_ROTATION_NONE", """Roll: 0, Pitch: 0, Yaw: 0""")
 MAV_SENSOR_ROTATION_YAW_45 = 1
-enums["MAV_SENSOR_ORIENTATION"][1] = EnumEntry("MAV_SENSOR_ROTATION_YAW_45", """Roll: 0, Pitch: 0, Yaw: 45""")
 MAV_SENSOR_ROTATION_YAW_90 = 2
-enums["MAV_SENSOR_ORIENTATION"][2] = EnumEntry("MAV_SENSOR_ROTATION_YAW_90", """Roll: 0, Pitch: 0, Yaw: 90""")
 MAV_SENSOR_ROTATION_YAW_135 = 3
-enums["MAV_SENSOR_ORIENTATION"][3] = EnumEntry("MAV_SENSOR_ROTATION_YAW_135", """Roll: 0, Pitch: 0, Yaw: 135""")
 MAV_SENSOR_ROTATION_YAW_180 = 4
-enums["MAV_SENSOR_ORIENTATION"][4] = EnumEntry("MAV_SENSOR_ROTATION_YAW_180", """Roll: 0, Pitch: 0, Yaw: 180""")
 MAV_SENSOR_ROTATION_YAW_225 = 5
-enums["MAV_SENSOR_ORIENTATION"][5] = EnumEntry("MAV_SENSOR_ROTATION_YAW_225", """Roll: 0, Pitch: 0, Yaw: 225""")
 MAV_SENSOR_ROTATION_YAW_270 = 6
-enums["MAV_SENSOR_ORIENTATION"][6] = EnumEntry("MAV_SENSOR_ROTATION_YAW_270", """Roll: 0, Pitch: 0, Yaw: 270""")
 MAV_SENSOR_ROTATION_YAW_315 = 7
-enums["MAV_SENSOR_ORIENTATION"][7] = EnumEntry("MAV_SENSOR_ROTATION_YAW_315", """Roll: 0, Pitch: 0, Yaw: 315""")
 MAV_SENSOR_ROTATION_ROLL_180 = 8
-enums["MAV_SENSOR_ORIENTATION"][8] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180", """Roll: 180, Pitch: 0, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_45 = 9
-enums["MAV_SENSOR_ORIENTATION"][9] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_45", """Roll: 180, Pitch: 0, Yaw: 45""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_90 = 10
-enums["MAV_SENSOR_ORIENTATION"][10] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_90", """Roll: 180, Pitch: 0, Yaw: 90""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_135 = 11
-enums["MAV_SENSOR_ORIENTATION"][11] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_135", """Roll: 180, Pitch: 0, Yaw: 135""")
 MAV_SENSOR_ROTATION_PITCH_180 = 12
-enums["MAV_SENSOR_ORIENTATION"][12] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_180", """Roll: 0, Pitch: 180, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_225 = 13
-enums["MAV_SENSOR_ORIENTATION"][13] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_225", """Roll: 180, Pitch: 0, Yaw: 225""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_270 = 14
-enums["MAV_SENSOR_ORIENTATION"][14] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_270", """Roll: 180, Pitch: 0, Yaw: 270""")
 MAV_SENSOR_ROTATION_ROLL_180_YAW_315 = 15
-enums["MAV_SENSOR_ORIENTATION"][15] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_YAW_315", """Roll: 180, Pitch: 0, Yaw: 315""")
 MAV_SENSOR_ROTATION_ROLL_90 = 16
-enums["MAV_SENSOR_ORIENTATION"][16] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90", """Roll: 90, Pitch: 0, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_90_YAW_45 = 17
-enums["MAV_SENSOR_ORIENTATION"][17] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_YAW_45", """Roll: 90, Pitch: 0, Yaw: 45""")
 MAV_SENSOR_ROTATION_ROLL_90_YAW_90 = 18
-enums["MAV_SENSOR_ORIENTATION"][18] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_YAW_90", """Roll: 90, Pitch: 0, Yaw: 90""")
 MAV_SENSOR_ROTATION_ROLL_90_YAW_135 = 19
-enums["MAV_SENSOR_ORIENTATION"][19] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_YAW_135", """Roll: 90, Pitch: 0, Yaw: 135""")
 MAV_SENSOR_ROTATION_ROLL_270 = 20
-enums["MAV_SENSOR_ORIENTATION"][20] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270", """Roll: 270, Pitch: 0, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_270_YAW_45 = 21
-enums["MAV_SENSOR_ORIENTATION"][21] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_YAW_45", """Roll: 270, Pitch: 0, Yaw: 45""")
 MAV_SENSOR_ROTATION_ROLL_270_YAW_90 = 22
-enums["MAV_SENSOR_ORIENTATION"][22] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_YAW_90", """Roll: 270, Pitch: 0, Yaw: 90""")
 MAV_SENSOR_ROTATION_ROLL_270_YAW_135 = 23
-enums["MAV_SENSOR_ORIENTATION"][23] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_YAW_135", """Roll: 270, Pitch: 0, Yaw: 135""")
 MAV_SENSOR_ROTATION_PITCH_90 = 24
-enums["MAV_SENSOR_ORIENTATION"][24] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_90", """Roll: 0, Pitch: 90, Yaw: 0""")
 MAV_SENSOR_ROTATION_PITCH_270 = 25
-enums["MAV_SENSOR_ORIENTATION"][25] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_270", """Roll: 0, Pitch: 270, Yaw: 0""")
 MAV_SENSOR_ROTATION_PITCH_180_YAW_90 = 26
-enums["MAV_SENSOR_ORIENTATION"][26] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_180_YAW_90", """Roll: 0, Pitch: 180, Yaw: 90""")
 MAV_SENSOR_ROTATION_PITCH_180_YAW_270 = 27
-enums["MAV_SENSOR_ORIENTATION"][27] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_180_YAW_270", """Roll: 0, Pitch: 180, Yaw: 270""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_90 = 28
-enums["MAV_SENSOR_ORIENTATION"][28] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_90", """Roll: 90, Pitch: 90, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_180_PITCH_90 = 29
-enums["MAV_SENSOR_ORIENTATION"][29] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_PITCH_90", """Roll: 180, Pitch: 90, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_270_PITCH_90 = 30
-enums["MAV_SENSOR_ORIENTATION"][30] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_PITCH_90", """Roll: 270, Pitch: 90, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_180 = 31
-enums["MAV_SENSOR_ORIENTATION"][31] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_180", """Roll: 90, Pitch: 180, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_270_PITCH_180 = 32
-enums["MAV_SENSOR_ORIENTATION"][32] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_PITCH_180", """Roll: 270, Pitch: 180, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_270 = 33
-enums["MAV_SENSOR_ORIENTATION"][33] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_270", """Roll: 90, Pitch: 270, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_180_PITCH_270 = 34
-enums["MAV_SENSOR_ORIENTATION"][34] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_180_PITCH_270", """Roll: 180, Pitch: 270, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_270_PITCH_270 = 35
-enums["MAV_SENSOR_ORIENTATION"][35] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_270_PITCH_270", """Roll: 270, Pitch: 270, Yaw: 0""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_180_YAW_90 = 36
-enums["MAV_SENSOR_ORIENTATION"][36] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_180_YAW_90", """Roll: 90, Pitch: 180, Yaw: 90""")
 MAV_SENSOR_ROTATION_ROLL_90_YAW_270 = 37
-enums["MAV_SENSOR_ORIENTATION"][37] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_YAW_270", """Roll: 90, Pitch: 0, Yaw: 270""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_68_YAW_293 = 38
-enums["MAV_SENSOR_ORIENTATION"][38] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_68_YAW_293", """Roll: 90, Pitch: 68, Yaw: 293""")
 MAV_SENSOR_ROTATION_PITCH_315 = 39
-enums["MAV_SENSOR_ORIENTATION"][39] = EnumEntry("MAV_SENSOR_ROTATION_PITCH_315", """Pitch: 315""")
 MAV_SENSOR_ROTATION_ROLL_90_PITCH_315 = 40
-enums["MAV_SENSOR_ORIENTATION"][40] = EnumEntry("MAV_SENSOR_ROTATION_ROLL_90_PITCH_315", """Roll: 90, Pitch: 315""")
 MAV_SENSOR_ROTATION_CUSTOM = 100
-enums["MAV_SENSOR_ORIENTATION"][100] = EnumEntry("MAV_SENSOR_ROTATION_CUSTOM", """Custom orientation""")
 MAV_SENSOR_ORIENTATION_ENUM_END = 101
-enums["MAV_SENSOR_ORIENTATION"][101] = EnumEntry("MAV_SENSOR_ORIENTATION_ENUM_END", """""")
 
 # MAV_MISSION_TYPE
-enums["MAV_MISSION_TYPE"] = Enum()
-enums["MAV_MISSION_TYPE"].bitmask = False
 MAV_MISSION_TYPE_MISSION = 0
-enums["MAV_MISSION_TYPE"][0] = EnumEntry("MAV_MISSION_TYPE_MISSION", """Items are mission commands for main mission.""")
 MAV_MISSION_TYPE_FENCE = 1
-enums["MAV_MISSION_TYPE"][1] = EnumEntry("MAV_MISSION_TYPE_FENCE", """Specifies GeoFence area(s). Items are MAV_CMD_NAV_FENCE_ GeoFence items.""")
 MAV_MISSION_TYPE_RALLY = 2
-enums["MAV_MISSION_TYPE"][2] = EnumEntry("MAV_MISSION_TYPE_RALLY", """Specifies the rally points for the vehicle. Rally points are alternative RTL points. Items are MAV_CMD_NAV_RALLY_POINT rally point items.""")
 MAV_MISSION_TYPE_ALL = 255
-enums["MAV_MISSION_TYPE"][255] = EnumEntry("MAV_MISSION_TYPE_ALL", """Only used in MISSION_CLEAR_ALL to clear all mission types.""")
 MAV_MISSION_TYPE_ENUM_END = 256
-enums["MAV_MISSION_TYPE"][256] = EnumEntry("MAV_MISSION_TYPE_ENUM_END", """""")
 
 # MAV_ESTIMATOR_TYPE
-enums["MAV_ESTIMATOR_TYPE"] = Enum()
-enums["MAV_ESTIMATOR_TYPE"].bitmask = False
 MAV_ESTIMATOR_TYPE_UNKNOWN = 0
-enums["MAV_ESTIMATOR_TYPE"][0] = EnumEntry("MAV_ESTIMATOR_TYPE_UNKNOWN", """Unknown type of the estimator.""")
 MAV_ESTIMATOR_TYPE_NAIVE = 1
-enums["MAV_ESTIMATOR_TYPE"][1] = EnumEntry("MAV_ESTIMATOR_TYPE_NAIVE", """This is a naive estimator without any real covariance feedback.""")
 MAV_ESTIMATOR_TYPE_VISION = 2
-enums["MAV_ESTIMATOR_TYPE"][2] = EnumEntry("MAV_ESTIMATOR_TYPE_VISION", """Computer vision based estimate. Might be up to scale.""")
 MAV_ESTIMATOR_TYPE_VIO = 3
-enums["MAV_ESTIMATOR_TYPE"][3] = EnumEntry("MAV_ESTIMATOR_TYPE_VIO", """Visual-inertial estimate.""")
 MAV_ESTIMATOR_TYPE_GPS = 4
-enums["MAV_ESTIMATOR_TYPE"][4] = EnumEntry("MAV_ESTIMATOR_TYPE_GPS", """Plain GPS estimate.""")
 MAV_ESTIMATOR_TYPE_GPS_INS = 5
-enums["MAV_ESTIMATOR_TYPE"][5] = EnumEntry("MAV_ESTIMATOR_TYPE_GPS_INS", """Estimator integrating GPS and inertial sensing.""")
 MAV_ESTIMATOR_TYPE_MOCAP = 6
-enums["MAV_ESTIMATOR_TYPE"][6] = EnumEntry("MAV_ESTIMATOR_TYPE_MOCAP", """Estimate from external motion capturing system.""")
 MAV_ESTIMATOR_TYPE_LIDAR = 7
-enums["MAV_ESTIMATOR_TYPE"][7] = EnumEntry("MAV_ESTIMATOR_TYPE_LIDAR", """Estimator based on lidar sensor input.""")
 MAV_ESTIMATOR_TYPE_AUTOPILOT = 8
-enums["MAV_ESTIMATOR_TYPE"][8] = EnumEntry("MAV_ESTIMATOR_TYPE_AUTOPILOT", """Estimator on autopilot.""")
 MAV_ESTIMATOR_TYPE_ENUM_END = 9
-enums["MAV_ESTIMATOR_TYPE"][9] = EnumEntry("MAV_ESTIMATOR_TYPE_ENUM_END", """""")
 
 # MAV_BATTERY_TYPE
-enums["MAV_BATTERY_TYPE"] = Enum()
-enums["MAV_BATTERY_TYPE"].bitmask = False
 MAV_BATTERY_TYPE_UNKNOWN = 0
-enums["MAV_BATTERY_TYPE"][0] = EnumEntry("MAV_BATTERY_TYPE_UNKNOWN", """Not specified.""")
 MAV_BATTERY_TYPE_LIPO = 1
-enums["MAV_BATTERY_TYPE"][1] = EnumEntry("MAV_BATTERY_TYPE_LIPO", """Lithium polymer battery""")
 MAV_BATTERY_TYPE_LIFE = 2
-enums["MAV_BATTERY_TYPE"][2] = EnumEntry("MAV_BATTERY_TYPE_LIFE", """Lithium-iron-phosphate battery""")
 MAV_BATTERY_TYPE_LION = 3
-enums["MAV_BATTERY_TYPE"][3] = EnumEntry("MAV_BATTERY_TYPE_LION", """Lithium-ION battery""")
 MAV_BATTERY_TYPE_NIMH = 4
-enums["MAV_BATTERY_TYPE"][4] = EnumEntry("MAV_BATTERY_TYPE_NIMH", """Nickel metal hydride battery""")
 MAV_BATTERY_TYPE_ENUM_END = 5
-enums["MAV_BATTERY_TYPE"][5] = EnumEntry("MAV_BATTERY_TYPE_ENUM_END", """""")
 
 # MAV_BATTERY_FUNCTION
-enums["MAV_BATTERY_FUNCTION"] = Enum()
-enums["MAV_BATTERY_FUNCTION"].bitmask = False
 MAV_BATTERY_FUNCTION_UNKNOWN = 0
-enums["MAV_BATTERY_FUNCTION"][0] = EnumEntry("MAV_BATTERY_FUNCTION_UNKNOWN", """Battery function is unknown""")
 MAV_BATTERY_FUNCTION_ALL = 1
-enums["MAV_BATTERY_FUNCTION"][1] = EnumEntry("MAV_BATTERY_FUNCTION_ALL", """Battery supports all flight systems""")
 MAV_BATTERY_FUNCTION_PROPULSION = 2
-enums["MAV_BATTERY_FUNCTION"][2] = EnumEntry("MAV_BATTERY_FUNCTION_PROPULSION", """Battery for the propulsion system""")
 MAV_BATTERY_FUNCTION_AVIONICS = 3
-enums["MAV_BATTERY_FUNCTION"][3] = EnumEntry("MAV_BATTERY_FUNCTION_AVIONICS", """Avionics battery""")
 MAV_BATTERY_FUNCTION_PAYLOAD = 4
-enums["MAV_BATTERY_FUNCTION"][4] = EnumEntry("MAV_BATTERY_FUNCTION_PAYLOAD", """Payload battery""")
 MAV_BATTERY_FUNCTION_ENUM_END = 5
-enums["MAV_BATTERY_FUNCTION"][5] = EnumEntry("MAV_BATTERY_FUNCTION_ENUM_END", """""")
 
 # MAV_BATTERY_CHARGE_STATE
-enums["MAV_BATTERY_CHARGE_STATE"] = Enum()
-enums["MAV_BATTERY_CHARGE_STATE"].bitmask = False
 MAV_BATTERY_CHARGE_STATE_UNDEFINED = 0
-enums["MAV_BATTERY_CHARGE_STATE"][0] = EnumEntry("MAV_BATTERY_CHARGE_STATE_UNDEFINED", """Low battery state is not provided""")
 MAV_BATTERY_CHARGE_STATE_OK = 1
-enums["MAV_BATTERY_CHARGE_STATE"][1] = EnumEntry("MAV_BATTERY_CHARGE_STATE_OK", """Battery is not in low state. Normal operation.""")
 MAV_BATTERY_CHARGE_STATE_LOW = 2
-enums["MAV_BATTERY_CHARGE_STATE"][2] = EnumEntry("MAV_BATTERY_CHARGE_STATE_LOW", """Battery state is low, warn and monitor close.""")
 MAV_BATTERY_CHARGE_STATE_CRITICAL = 3
-enums["MAV_BATTERY_CHARGE_STATE"][3] = EnumEntry("MAV_BATTERY_CHARGE_STATE_CRITICAL", """Battery state is critical, return or abort immediately.""")
 MAV_BATTERY_CHARGE_STATE_EMERGENCY = 4
-enums["MAV_BATTERY_CHARGE_STATE"][4] = EnumEntry("MAV_BATTERY_CHARGE_STATE_EMERGENCY", """Battery state is too low for ordinary abort sequence. Perform fastest possible emergency stop to prevent damage.""")
 MAV_BATTERY_CHARGE_STATE_FAILED = 5
-enums["MAV_BATTERY_CHARGE_STATE"][5] = EnumEntry("MAV_BATTERY_CHARGE_STATE_FAILED", """Battery failed, damage unavoidable. Possible causes (faults) are listed in MAV_BATTERY_FAULT.""")
 MAV_BATTERY_CHARGE_STATE_UNHEALTHY = 6
-enums["MAV_BATTERY_CHARGE_STATE"][6] = EnumEntry("MAV_BATTERY_CHARGE_STATE_UNHEALTHY", """Battery is diagnosed to be defective or an error occurred, usage is discouraged / prohibited. Possible causes (faults) are listed in MAV_BATTERY_FAULT.""")
 MAV_BATTERY_CHARGE_STATE_CHARGING = 7
-enums["MAV_BATTERY_CHARGE_STATE"][7] = EnumEntry("MAV_BATTERY_CHARGE_STATE_CHARGING", """Battery is charging.""")
 MAV_BATTERY_CHARGE_STATE_ENUM_END = 8
-enums["MAV_BATTERY_CHARGE_STATE"][8] = EnumEntry("MAV_BATTERY_CHARGE_STATE_ENUM_END", """""")
 
 # MAV_BATTERY_MODE
-enums["MAV_BATTERY_MODE"] = Enum()
-enums["MAV_BATTERY_MODE"].bitmask = False
 MAV_BATTERY_MODE_UNKNOWN = 0
-enums["MAV_BATTERY_MODE"][0] = EnumEntry("MAV_BATTERY_MODE_UNKNOWN", """Battery mode not supported/unknown battery mode/normal operation.""")
 MAV_BATTERY_MODE_AUTO_DISCHARGING = 1
-enums["MAV_BATTERY_MODE"][1] = EnumEntry("MAV_BATTERY_MODE_AUTO_DISCHARGING", """Battery is auto discharging (towards storage level).""")
 MAV_BATTERY_MODE_HOT_SWAP = 2
-enums["MAV_BATTERY_MODE"][2] = EnumEntry("MAV_BATTERY_MODE_HOT_SWAP", """Battery in hot-swap mode (current limited to prevent spikes that might damage sensitive electrical circuits).""")
 MAV_BATTERY_MODE_ENUM_END = 3
-enums["MAV_BATTERY_MODE"][3] = EnumEntry("MAV_BATTERY_MODE_ENUM_END", """""")
 
 # MAV_BATTERY_FAULT
-enums["MAV_BATTERY_FAULT"] = Enum()
-enums["MAV_BATTERY_FAULT"].bitmask = True
 MAV_BATTERY_FAULT_DEEP_DISCHARGE = 1
-enums["MAV_BATTERY_FAULT"][1] = EnumEntry("MAV_BATTERY_FAULT_DEEP_DISCHARGE", """Battery has deep discharged.""")
 MAV_BATTERY_FAULT_SPIKES = 2
-enums["MAV_BATTERY_FAULT"][2] = EnumEntry("MAV_BATTERY_FAULT_SPIKES", """Voltage spikes.""")
 MAV_BATTERY_FAULT_CELL_FAIL = 4
-enums["MAV_BATTERY_FAULT"][4] = EnumEntry("MAV_BATTERY_FAULT_CELL_FAIL", """One or more cells have failed. Battery should also report MAV_BATTERY_CHARGE_STATE_FAILE (and should not be used).""")
 MAV_BATTERY_FAULT_OVER_CURRENT = 8
-enums["MAV_BATTERY_FAULT"][8] = EnumEntry("MAV_BATTERY_FAULT_OVER_CURRENT", """Over-current fault.""")
 MAV_BATTERY_FAULT_OVER_TEMPERATURE = 16
-enums["MAV_BATTERY_FAULT"][16] = EnumEntry("MAV_BATTERY_FAULT_OVER_TEMPERATURE", """Over-temperature fault.""")
 MAV_BATTERY_FAULT_UNDER_TEMPERATURE = 32
-enums["MAV_BATTERY_FAULT"][32] = EnumEntry("MAV_BATTERY_FAULT_UNDER_TEMPERATURE", """Under-temperature fault.""")
 MAV_BATTERY_FAULT_INCOMPATIBLE_VOLTAGE = 64
-enums["MAV_BATTERY_FAULT"][64] = EnumEntry("MAV_BATTERY_FAULT_INCOMPATIBLE_VOLTAGE", """Vehicle voltage is not compatible with this battery (batteries on same power rail should have similar voltage).""")
 MAV_BATTERY_FAULT_INCOMPATIBLE_FIRMWARE = 128
-enums["MAV_BATTERY_FAULT"][128] = EnumEntry("MAV_BATTERY_FAULT_INCOMPATIBLE_FIRMWARE", """Battery firmware is not compatible with current autopilot firmware.""")
 BATTERY_FAULT_INCOMPATIBLE_CELLS_CONFIGURATION = 256
-enums["MAV_BATTERY_FAULT"][256] = EnumEntry("BATTERY_FAULT_INCOMPATIBLE_CELLS_CONFIGURATION", """Battery is not compatible due to cell configuration (e.g. 5s1p when vehicle requires 6s).""")
 MAV_BATTERY_FAULT_ENUM_END = 257
-enums["MAV_BATTERY_FAULT"][257] = EnumEntry("MAV_BATTERY_FAULT_ENUM_END", """""")
 
 # MAV_GENERATOR_STATUS_FLAG
-enums["MAV_GENERATOR_STATUS_FLAG"] = Enum()
-enums["MAV_GENERATOR_STATUS_FLAG"].bitmask = True
 MAV_GENERATOR_STATUS_FLAG_OFF = 1
-enums["MAV_GENERATOR_STATUS_FLAG"][1] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_OFF", """Generator is off.""")
 MAV_GENERATOR_STATUS_FLAG_READY = 2
-enums["MAV_GENERATOR_STATUS_FLAG"][2] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_READY", """Generator is ready to start generating power.""")
 MAV_GENERATOR_STATUS_FLAG_GENERATING = 4
-enums["MAV_GENERATOR_STATUS_FLAG"][4] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_GENERATING", """Generator is generating power.""")
 MAV_GENERATOR_STATUS_FLAG_CHARGING = 8
-enums["MAV_GENERATOR_STATUS_FLAG"][8] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_CHARGING", """Generator is charging the batteries (generating enough power to charge and provide the load).""")
 MAV_GENERATOR_STATUS_FLAG_REDUCED_POWER = 16
-enums["MAV_GENERATOR_STATUS_FLAG"][16] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_REDUCED_POWER", """Generator is operating at a reduced maximum power.""")
 MAV_GENERATOR_STATUS_FLAG_MAXPOWER = 32
-enums["MAV_GENERATOR_STATUS_FLAG"][32] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_MAXPOWER", """Generator is providing the maximum output.""")
 MAV_GENERATOR_STATUS_FLAG_OVERTEMP_WARNING = 64
-enums["MAV_GENERATOR_STATUS_FLAG"][64] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_OVERTEMP_WARNING", """Generator is near the maximum operating temperature, cooling is insufficient.""")
 MAV_GENERATOR_STATUS_FLAG_OVERTEMP_FAULT = 128
-enums["MAV_GENERATOR_STATUS_FLAG"][128] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_OVERTEMP_FAULT", """Generator hit the maximum operating temperature and shutdown.""")
 MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_OVERTEMP_WARNING = 256
-enums["MAV_GENERATOR_STATUS_FLAG"][256] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_OVERTEMP_WARNING", """Power electronics are near the maximum operating temperature, cooling is insufficient.""")
 MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_OVERTEMP_FAULT = 512
-enums["MAV_GENERATOR_STATUS_FLAG"][512] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_OVERTEMP_FAULT", """Power electronics hit the maximum operating temperature and shutdown.""")
 MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_FAULT = 1024
-enums["MAV_GENERATOR_STATUS_FLAG"][1024] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_ELECTRONICS_FAULT", """Power electronics experienced a fault and shutdown.""")
 MAV_GENERATOR_STATUS_FLAG_POWERSOURCE_FAULT = 2048
-enums["MAV_GENERATOR_STATUS_FLAG"][2048] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_POWERSOURCE_FAULT", """The power source supplying the generator failed e.g. mechanical generator stopped, tether is no longer providing power, solar cell is in shade, hydrogen reaction no longer happening.""")
 MAV_GENERATOR_STATUS_FLAG_COMMUNICATION_WARNING = 4096
-enums["MAV_GENERATOR_STATUS_FLAG"][4096] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_COMMUNICATION_WARNING", """Generator controller having communication problems.""")
 MAV_GENERATOR_STATUS_FLAG_COOLING_WARNING = 8192
-enums["MAV_GENERATOR_STATUS_FLAG"][8192] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_COOLING_WARNING", """Power electronic or generator cooling system error.""")
 MAV_GENERATOR_STATUS_FLAG_POWER_RAIL_FAULT = 16384
-enums["MAV_GENERATOR_STATUS_FLAG"][16384] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_POWER_RAIL_FAULT", """Generator controller power rail experienced a fault.""")
 MAV_GENERATOR_STATUS_FLAG_OVERCURRENT_FAULT = 32768
-enums["MAV_GENERATOR_STATUS_FLAG"][32768] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_OVERCURRENT_FAULT", """Generator controller exceeded the overcurrent threshold and shutdown to prevent damage.""")
 MAV_GENERATOR_STATUS_FLAG_BATTERY_OVERCHARGE_CURRENT_FAULT = 65536
-enums["MAV_GENERATOR_STATUS_FLAG"][65536] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_BATTERY_OVERCHARGE_CURRENT_FAULT", """Generator controller detected a high current going into the batteries and shutdown to prevent battery damage.""")
 MAV_GENERATOR_STATUS_FLAG_OVERVOLTAGE_FAULT = 131072
-enums["MAV_GENERATOR_STATUS_FLAG"][131072] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_OVERVOLTAGE_FAULT", """Generator controller exceeded it's overvoltage threshold and shutdown to prevent it exceeding the voltage rating.""")
 MAV_GENERATOR_STATUS_FLAG_BATTERY_UNDERVOLT_FAULT = 262144
-enums["MAV_GENERATOR_STATUS_FLAG"][262144] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_BATTERY_UNDERVOLT_FAULT", """Batteries are under voltage (generator will not start).""")
 MAV_GENERATOR_STATUS_FLAG_START_INHIBITED = 524288
-enums["MAV_GENERATOR_STATUS_FLAG"][524288] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_START_INHIBITED", """Generator start is inhibited by e.g. a safety switch.""")
 MAV_GENERATOR_STATUS_FLAG_MAINTENANCE_REQUIRED = 1048576
-enums["MAV_GENERATOR_STATUS_FLAG"][1048576] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_MAINTENANCE_REQUIRED", """Generator requires maintenance.""")
 MAV_GENERATOR_STATUS_FLAG_WARMING_UP = 2097152
-enums["MAV_GENERATOR_STATUS_FLAG"][2097152] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_WARMING_UP", """Generator is not ready to generate yet.""")
 MAV_GENERATOR_STATUS_FLAG_IDLE = 4194304
-enums["MAV_GENERATOR_STATUS_FLAG"][4194304] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_IDLE", """Generator is idle.""")
 MAV_GENERATOR_STATUS_FLAG_ENUM_END = 4194305
-enums["MAV_GENERATOR_STATUS_FLAG"][4194305] = EnumEntry("MAV_GENERATOR_STATUS_FLAG_ENUM_END", """""")
 
 # MAV_VTOL_STATE
-enums["MAV_VTOL_STATE"] = Enum()
-enums["MAV_VTOL_STATE"].bitmask = False
 MAV_VTOL_STATE_UNDEFINED = 0
-enums["MAV_VTOL_STATE"][0] = EnumEntry("MAV_VTOL_STATE_UNDEFINED", """MAV is not configured as VTOL""")
 MAV_VTOL_STATE_TRANSITION_TO_FW = 1
-enums["MAV_VTOL_STATE"][1] = EnumEntry("MAV_VTOL_STATE_TRANSITION_TO_FW", """VTOL is in transition from multicopter to fixed-wing""")
 MAV_VTOL_STATE_TRANSITION_TO_MC = 2
-enums["MAV_VTOL_STATE"][2] = EnumEntry("MAV_VTOL_STATE_TRANSITION_TO_MC", """VTOL is in transition from fixed-wing to multicopter""")
 MAV_VTOL_STATE_MC = 3
-enums["MAV_VTOL_STATE"][3] = EnumEntry("MAV_VTOL_STATE_MC", """VTOL is in multicopter state""")
 MAV_VTOL_STATE_FW = 4
-enums["MAV_VTOL_STATE"][4] = EnumEntry("MAV_VTOL_STATE_FW", """VTOL is in fixed-wing state""")
 MAV_VTOL_STATE_ENUM_END = 5
-enums["MAV_VTOL_STATE"][5] = EnumEntry("MAV_VTOL_STATE_ENUM_END", """""")
 
 # MAV_LANDED_STATE
-enums["MAV_LANDED_STATE"] = Enum()
-enums["MAV_LANDED_STATE"].bitmask = False
 MAV_LANDED_STATE_UNDEFINED = 0
-enums["MAV_LANDED_STATE"][0] = EnumEntry("MAV_LANDED_STATE_UNDEFINED", """MAV landed state is unknown""")
 MAV_LANDED_STATE_ON_GROUND = 1
-enums["MAV_LANDED_STATE"][1] = EnumEntry("MAV_LANDED_STATE_ON_GROUND", """MAV is landed (on ground)""")
 MAV_LANDED_STATE_IN_AIR = 2
-enums["MAV_LANDED_STATE"][2] = EnumEntry("MAV_LANDED_STATE_IN_AIR", """MAV is in air""")
 MAV_LANDED_STATE_TAKEOFF = 3
-enums["MAV_LANDED_STATE"][3] = EnumEntry("MAV_LANDED_STATE_TAKEOFF", """MAV currently taking off""")
 MAV_LANDED_STATE_LANDING = 4
-enums["MAV_LANDED_STATE"][4] = EnumEntry("MAV_LANDED_STATE_LANDING", """MAV currently landing""")
 MAV_LANDED_STATE_ENUM_END = 5
-enums["MAV_LANDED_STATE"][5] = EnumEntry("MAV_LANDED_STATE_ENUM_END", """""")
 
 # ADSB_ALTITUDE_TYPE
-enums["ADSB_ALTITUDE_TYPE"] = Enum()
-enums["ADSB_ALTITUDE_TYPE"].bitmask = False
 ADSB_ALTITUDE_TYPE_PRESSURE_QNH = 0
-enums["ADSB_ALTITUDE_TYPE"][0] = EnumEntry("ADSB_ALTITUDE_TYPE_PRESSURE_QNH", """Altitude reported from a Baro source using QNH reference""")
 ADSB_ALTITUDE_TYPE_GEOMETRIC = 1
-enums["ADSB_ALTITUDE_TYPE"][1] = EnumEntry("ADSB_ALTITUDE_TYPE_GEOMETRIC", """Altitude reported from a GNSS source""")
 ADSB_ALTITUDE_TYPE_ENUM_END = 2
-enums["ADSB_ALTITUDE_TYPE"][2] = EnumEntry("ADSB_ALTITUDE_TYPE_ENUM_END", """""")
 
 # ADSB_EMITTER_TYPE
-enums["ADSB_EMITTER_TYPE"] = Enum()
-enums["ADSB_EMITTER_TYPE"].bitmask = False
 ADSB_EMITTER_TYPE_NO_INFO = 0
-enums["ADSB_EMITTER_TYPE"][0] = EnumEntry("ADSB_EMITTER_TYPE_NO_INFO", """""")
 ADSB_EMITTER_TYPE_LIGHT = 1
-enums["ADSB_EMITTER_TYPE"][1] = EnumEntry("ADSB_EMITTER_TYPE_LIGHT", """""")
 ADSB_EMITTER_TYPE_SMALL = 2
-enums["ADSB_EMITTER_TYPE"][2] = EnumEntry("ADSB_EMITTER_TYPE_SMALL", """""")
 ADSB_EMITTER_TYPE_LARGE = 3
-enums["ADSB_EMITTER_TYPE"][3] = EnumEntry("ADSB_EMITTER_TYPE_LARGE", """""")
 ADSB_EMITTER_TYPE_HIGH_VORTEX_LARGE = 4
-enums["ADSB_EMITTER_TYPE"][4] = EnumEntry("ADSB_EMITTER_TYPE_HIGH_VORTEX_LARGE", """""")
 ADSB_EMITTER_TYPE_HEAVY = 5
-enums["ADSB_EMITTER_TYPE"][5] = EnumEntry("ADSB_EMITTER_TYPE_HEAVY", """""")
 ADSB_EMITTER_TYPE_HIGHLY_MANUV = 6
-enums["ADSB_EMITTER_TYPE"][6] = EnumEntry("ADSB_EMITTER_TYPE_HIGHLY_MANUV", """""")
 ADSB_EMITTER_TYPE_ROTOCRAFT = 7
-enums["ADSB_EMITTER_TYPE"][7] = EnumEntry("ADSB_EMITTER_TYPE_ROTOCRAFT", """""")
 ADSB_EMITTER_TYPE_UNASSIGNED = 8
-enums["ADSB_EMITTER_TYPE"][8] = EnumEntry("ADSB_EMITTER_TYPE_UNASSIGNED", """""")
 ADSB_EMITTER_TYPE_GLIDER = 9
-enums["ADSB_EMITTER_TYPE"][9] = EnumEntry("ADSB_EMITTER_TYPE_GLIDER", """""")
 ADSB_EMITTER_TYPE_LIGHTER_AIR = 10
-enums["ADSB_EMITTER_TYPE"][10] = EnumEntry("ADSB_EMITTER_TYPE_LIGHTER_AIR", """""")
 ADSB_EMITTER_TYPE_PARACHUTE = 11
-enums["ADSB_EMITTER_TYPE"][11] = EnumEntry("ADSB_EMITTER_TYPE_PARACHUTE", """""")
 ADSB_EMITTER_TYPE_ULTRA_LIGHT = 12
-enums["ADSB_EMITTER_TYPE"][12] = EnumEntry("ADSB_EMITTER_TYPE_ULTRA_LIGHT", """""")
 ADSB_EMITTER_TYPE_UNASSIGNED2 = 13
-enums["ADSB_EMITTER_TYPE"][13] = EnumEntry("ADSB_EMITTER_TYPE_UNASSIGNED2", """""")
 ADSB_EMITTER_TYPE_UAV = 14
-enums["ADSB_EMITTER_TYPE"][14] = EnumEntry("ADSB_EMITTER_TYPE_UAV", """""")
 ADSB_EMITTER_TYPE_SPACE = 15
-enums["ADSB_EMITTER_TYPE"][15] = EnumEntry("ADSB_EMITTER_TYPE_SPACE", """""")
 ADSB_EMITTER_TYPE_UNASSGINED3 = 16
-enums["ADSB_EMITTER_TYPE"][16] = EnumEntry("ADSB_EMITTER_TYPE_UNASSGINED3", """""")
 ADSB_EMITTER_TYPE_EMERGENCY_SURFACE = 17
-enums["ADSB_EMITTER_TYPE"][17] = EnumEntry("ADSB_EMITTER_TYPE_EMERGENCY_SURFACE", """""")
 ADSB_EMITTER_TYPE_SERVICE_SURFACE = 18
-enums["ADSB_EMITTER_TYPE"][18] = EnumEntry("ADSB_EMITTER_TYPE_SERVICE_SURFACE", """""")
 ADSB_EMITTER_TYPE_POINT_OBSTACLE = 19
-enums["ADSB_EMITTER_TYPE"][19] = EnumEntry("ADSB_EMITTER_TYPE_POINT_OBSTACLE", """""")
 ADSB_EMITTER_TYPE_ENUM_END = 20
-enums["ADSB_EMITTER_TYPE"][20] = EnumEntry("ADSB_EMITTER_TYPE_ENUM_END", """""")
 
 # ADSB_FLAGS
-enums["ADSB_FLAGS"] = Enum()
-enums["ADSB_FLAGS"].bitmask = True
 ADSB_FLAGS_VALID_COORDS = 1
-enums["ADSB_FLAGS"][1] = EnumEntry("ADSB_FLAGS_VALID_COORDS", """""")
 ADSB_FLAGS_VALID_ALTITUDE = 2
-enums["ADSB_FLAGS"][2] = EnumEntry("ADSB_FLAGS_VALID_ALTITUDE", """""")
 ADSB_FLAGS_VALID_HEADING = 4
-enums["ADSB_FLAGS"][4] = EnumEntry("ADSB_FLAGS_VALID_HEADING", """""")
 ADSB_FLAGS_VALID_VELOCITY = 8
-enums["ADSB_FLAGS"][8] = EnumEntry("ADSB_FLAGS_VALID_VELOCITY", """""")
 ADSB_FLAGS_VALID_CALLSIGN = 16
-enums["ADSB_FLAGS"][16] = EnumEntry("ADSB_FLAGS_VALID_CALLSIGN", """""")
 ADSB_FLAGS_VALID_SQUAWK = 32
-enums["ADSB_FLAGS"][32] = EnumEntry("ADSB_FLAGS_VALID_SQUAWK", """""")
 ADSB_FLAGS_SIMULATED = 64
-enums["ADSB_FLAGS"][64] = EnumEntry("ADSB_FLAGS_SIMULATED", """""")
 ADSB_FLAGS_VERTICAL_VELOCITY_VALID = 128
-enums["ADSB_FLAGS"][128] = EnumEntry("ADSB_FLAGS_VERTICAL_VELOCITY_VALID", """""")
 ADSB_FLAGS_BARO_VALID = 256
-enums["ADSB_FLAGS"][256] = EnumEntry("ADSB_FLAGS_BARO_VALID", """""")
 ADSB_FLAGS_SOURCE_UAT = 32768
-enums["ADSB_FLAGS"][32768] = EnumEntry("ADSB_FLAGS_SOURCE_UAT", """""")
 ADSB_FLAGS_ENUM_END = 32769
-enums["ADSB_FLAGS"][32769] = EnumEntry("ADSB_FLAGS_ENUM_END", """""")
 
 # MAV_DO_REPOSITION_FLAGS
-enums["MAV_DO_REPOSITION_FLAGS"] = Enum()
-enums["MAV_DO_REPOSITION_FLAGS"].bitmask = True
 MAV_DO_REPOSITION_FLAGS_CHANGE_MODE = 1
-enums["MAV_DO_REPOSITION_FLAGS"][1] = EnumEntry("MAV_DO_REPOSITION_FLAGS_CHANGE_MODE", """The aircraft should immediately transition into guided. This should not be set for follow me applications""")
 MAV_DO_REPOSITION_FLAGS_RELATIVE_YAW = 2
-enums["MAV_DO_REPOSITION_FLAGS"][2] = EnumEntry("MAV_DO_REPOSITION_FLAGS_RELATIVE_YAW", """Yaw relative to the vehicle current heading (if not set, relative to North).""")
 MAV_DO_REPOSITION_FLAGS_ENUM_END = 3
-enums["MAV_DO_REPOSITION_FLAGS"][3] = EnumEntry("MAV_DO_REPOSITION_FLAGS_ENUM_END", """""")
 
 # SPEED_TYPE
-enums["SPEED_TYPE"] = Enum()
-enums["SPEED_TYPE"].bitmask = False
 SPEED_TYPE_AIRSPEED = 0
-enums["SPEED_TYPE"][0] = EnumEntry("SPEED_TYPE_AIRSPEED", """Airspeed""")
 SPEED_TYPE_GROUNDSPEED = 1
-enums["SPEED_TYPE"][1] = EnumEntry("SPEED_TYPE_GROUNDSPEED", """Groundspeed""")
 SPEED_TYPE_CLIMB_SPEED = 2
-enums["SPEED_TYPE"][2] = EnumEntry("SPEED_TYPE_CLIMB_SPEED", """Climb speed""")
 SPEED_TYPE_DESCENT_SPEED = 3
-enums["SPEED_TYPE"][3] = EnumEntry("SPEED_TYPE_DESCENT_SPEED", """Descent speed""")
 SPEED_TYPE_ENUM_END = 4
-enums["SPEED_TYPE"][4] = EnumEntry("SPEED_TYPE_ENUM_END", """""")
 
 # HEADING_TYPE
-enums["HEADING_TYPE"] = Enum()
-enums["HEADING_TYPE"].bitmask = False
 HEADING_TYPE_COURSE_OVER_GROUND = 0
-enums["HEADING_TYPE"][0] = EnumEntry("HEADING_TYPE_COURSE_OVER_GROUND", """Course over ground.""")
 HEADING_TYPE_HEADING = 1
-enums["HEADING_TYPE"][1] = EnumEntry("HEADING_TYPE_HEADING", """Raw vehicle heading.""")
 HEADING_TYPE_DEFAULT = 2
-enums["HEADING_TYPE"][2] = EnumEntry("HEADING_TYPE_DEFAULT", """Default heading.""")
 HEADING_TYPE_ENUM_END = 3
-enums["HEADING_TYPE"][3] = EnumEntry("HEADING_TYPE_ENUM_END", """""")
 
 # ESTIMATOR_STATUS_FLAGS
-enums["ESTIMATOR_STATUS_FLAGS"] = Enum()
-enums["ESTIMATOR_STATUS_FLAGS"].bitmask = True
 ESTIMATOR_ATTITUDE = 1
-enums["ESTIMATOR_STATUS_FLAGS"][1] = EnumEntry("ESTIMATOR_ATTITUDE", """True if the attitude estimate is good""")
 ESTIMATOR_VELOCITY_HORIZ = 2
-enums["ESTIMATOR_STATUS_FLAGS"][2] = EnumEntry("ESTIMATOR_VELOCITY_HORIZ", """True if the horizontal velocity estimate is good""")
 ESTIMATOR_VELOCITY_VERT = 4
-enums["ESTIMATOR_STATUS_FLAGS"][4] = EnumEntry("ESTIMATOR_VELOCITY_VERT", """True if the  vertical velocity estimate is good""")
 ESTIMATOR_POS_HORIZ_REL = 8
-enums["ESTIMATOR_STATUS_FLAGS"][8] = EnumEntry("ESTIMATOR_POS_HORIZ_REL", """True if the horizontal position (relative) estimate is good""")
 ESTIMATOR_POS_HORIZ_ABS = 16
-enums["ESTIMATOR_STATUS_FLAGS"][16] = EnumEntry("ESTIMATOR_POS_HORIZ_ABS", """True if the horizontal position (absolute) estimate is good""")
 ESTIMATOR_POS_VERT_ABS = 32
-enums["ESTIMATOR_STATUS_FLAGS"][32] = EnumEntry("ESTIMATOR_POS_VERT_ABS", """True if the vertical position (absolute) estimate is good""")
 ESTIMATOR_POS_VERT_AGL = 64
-enums["ESTIMATOR_STATUS_FLAGS"][64] = EnumEntry("ESTIMATOR_POS_VERT_AGL", """True if the vertical position (above ground) estimate is good""")
 ESTIMATOR_CONST_POS_MODE = 128
-enums["ESTIMATOR_STATUS_FLAGS"][128] = EnumEntry("ESTIMATOR_CONST_POS_MODE", """True if the EKF is in a constant position mode and is not using external measurements (eg GPS or optical flow)""")
 ESTIMATOR_PRED_POS_HORIZ_REL = 256
-enums["ESTIMATOR_STATUS_FLAGS"][256] = EnumEntry("ESTIMATOR_PRED_POS_HORIZ_REL", """True if the EKF has sufficient data to enter a mode that will provide a (relative) position estimate""")
 ESTIMATOR_PRED_POS_HORIZ_ABS = 512
-enums["ESTIMATOR_STATUS_FLAGS"][512] = EnumEntry("ESTIMATOR_PRED_POS_HORIZ_ABS", """True if the EKF has sufficient data to enter a mode that will provide a (absolute) position estimate""")
 ESTIMATOR_GPS_GLITCH = 1024
-enums["ESTIMATOR_STATUS_FLAGS"][1024] = EnumEntry("ESTIMATOR_GPS_GLITCH", """True if the EKF has detected a GPS glitch""")
 ESTIMATOR_ACCEL_ERROR = 2048
-enums["ESTIMATOR_STATUS_FLAGS"][2048] = EnumEntry("ESTIMATOR_ACCEL_ERROR", """True if the EKF has detected bad accelerometer data""")
 ESTIMATOR_STATUS_FLAGS_ENUM_END = 2049
-enums["ESTIMATOR_STATUS_FLAGS"][2049] = EnumEntry("ESTIMATOR_STATUS_FLAGS_ENUM_END", """""")
 
 # MOTOR_TEST_ORDER
-enums["MOTOR_TEST_ORDER"] = Enum()
-enums["MOTOR_TEST_ORDER"].bitmask = False
 MOTOR_TEST_ORDER_DEFAULT = 0
-enums["MOTOR_TEST_ORDER"][0] = EnumEntry("MOTOR_TEST_ORDER_DEFAULT", """Default autopilot motor test method.""")
 MOTOR_TEST_ORDER_SEQUENCE = 1
-enums["MOTOR_TEST_ORDER"][1] = EnumEntry("MOTOR_TEST_ORDER_SEQUENCE", """Motor numbers are specified as their index in a predefined vehicle-specific sequence.""")
 MOTOR_TEST_ORDER_BOARD = 2
-enums["MOTOR_TEST_ORDER"][2] = EnumEntry("MOTOR_TEST_ORDER_BOARD", """Motor numbers are specified as the output as labeled on the board.""")
 MOTOR_TEST_ORDER_ENUM_END = 3
-enums["MOTOR_TEST_ORDER"][3] = EnumEntry("MOTOR_TEST_ORDER_ENUM_END", """""")
 
 # MOTOR_TEST_THROTTLE_TYPE
-enums["MOTOR_TEST_THROTTLE_TYPE"] = Enum()
-enums["MOTOR_TEST_THROTTLE_TYPE"].bitmask = False
 MOTOR_TEST_THROTTLE_PERCENT = 0
-enums["MOTOR_TEST_THROTTLE_TYPE"][0] = EnumEntry("MOTOR_TEST_THROTTLE_PERCENT", """Throttle as a percentage (0 ~ 100)""")
 MOTOR_TEST_THROTTLE_PWM = 1
-enums["MOTOR_TEST_THROTTLE_TYPE"][1] = EnumEntry("MOTOR_TEST_THROTTLE_PWM", """Throttle as an absolute PWM value (normally in range of 1000~2000).""")
 MOTOR_TEST_THROTTLE_PILOT = 2
-enums["MOTOR_TEST_THROTTLE_TYPE"][2] = EnumEntry("MOTOR_TEST_THROTTLE_PILOT", """Throttle pass-through from pilot's transmitter.""")
 MOTOR_TEST_COMPASS_CAL = 3
-enums["MOTOR_TEST_THROTTLE_TYPE"][3] = EnumEntry("MOTOR_TEST_COMPASS_CAL", """Per-motor compass calibration test.""")
 MOTOR_TEST_THROTTLE_TYPE_ENUM_END = 4
-enums["MOTOR_TEST_THROTTLE_TYPE"][4] = EnumEntry("MOTOR_TEST_THROTTLE_TYPE_ENUM_END", """""")
 
 # GPS_INPUT_IGNORE_FLAGS
-enums["GPS_INPUT_IGNORE_FLAGS"] = Enum()
-enums["GPS_INPUT_IGNORE_FLAGS"].bitmask = True
 GPS_INPUT_IGNORE_FLAG_ALT = 1
-enums["GPS_INPUT_IGNORE_FLAGS"][1] = EnumEntry("GPS_INPUT_IGNORE_FLAG_ALT", """ignore altitude field""")
 GPS_INPUT_IGNORE_FLAG_HDOP = 2
-enums["GPS_INPUT_IGNORE_FLAGS"][2] = EnumEntry("GPS_INPUT_IGNORE_FLAG_HDOP", """ignore hdop field""")
 GPS_INPUT_IGNORE_FLAG_VDOP = 4
-enums["GPS_INPUT_IGNORE_FLAGS"][4] = EnumEntry("GPS_INPUT_IGNORE_FLAG_VDOP", """ignore vdop field""")
 GPS_INPUT_IGNORE_FLAG_VEL_HORIZ = 8
-enums["GPS_INPUT_IGNORE_FLAGS"][8] = EnumEntry("GPS_INPUT_IGNORE_FLAG_VEL_HORIZ", """ignore horizontal velocity field (vn and ve)""")
 GPS_INPUT_IGNORE_FLAG_VEL_VERT = 16
-enums["GPS_INPUT_IGNORE_FLAGS"][16] = EnumEntry("GPS_INPUT_IGNORE_FLAG_VEL_VERT", """ignore vertical velocity field (vd)""")
 GPS_INPUT_IGNORE_FLAG_SPEED_ACCURACY = 32
-enums["GPS_INPUT_IGNORE_FLAGS"][32] = EnumEntry("GPS_INPUT_IGNORE_FLAG_SPEED_ACCURACY", """ignore speed accuracy field""")
 GPS_INPUT_IGNORE_FLAG_HORIZONTAL_ACCURACY = 64
-enums["GPS_INPUT_IGNORE_FLAGS"][64] = EnumEntry("GPS_INPUT_IGNORE_FLAG_HORIZONTAL_ACCURACY", """ignore horizontal accuracy field""")
 GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY = 128
-enums["GPS_INPUT_IGNORE_FLAGS"][128] = EnumEntry("GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY", """ignore vertical accuracy field""")
 GPS_INPUT_IGNORE_FLAGS_ENUM_END = 129
-enums["GPS_INPUT_IGNORE_FLAGS"][129] = EnumEntry("GPS_INPUT_IGNORE_FLAGS_ENUM_END", """""")
 
 # MAV_COLLISION_ACTION
-enums["MAV_COLLISION_ACTION"] = Enum()
-enums["MAV_COLLISION_ACTION"].bitmask = False
 MAV_COLLISION_ACTION_NONE = 0
-enums["MAV_COLLISION_ACTION"][0] = EnumEntry("MAV_COLLISION_ACTION_NONE", """Ignore any potential collisions""")
 MAV_COLLISION_ACTION_REPORT = 1
-enums["MAV_COLLISION_ACTION"][1] = EnumEntry("MAV_COLLISION_ACTION_REPORT", """Report potential collision""")
 MAV_COLLISION_ACTION_ASCEND_OR_DESCEND = 2
-enums["MAV_COLLISION_ACTION"][2] = EnumEntry("MAV_COLLISION_ACTION_ASCEND_OR_DESCEND", """Ascend or Descend to avoid threat""")
 MAV_COLLISION_ACTION_MOVE_HORIZONTALLY = 3
-enums["MAV_COLLISION_ACTION"][3] = EnumEntry("MAV_COLLISION_ACTION_MOVE_HORIZONTALLY", """Move horizontally to avoid threat""")
 MAV_COLLISION_ACTION_MOVE_PERPENDICULAR = 4
-enums["MAV_COLLISION_ACTION"][4] = EnumEntry("MAV_COLLISION_ACTION_MOVE_PERPENDICULAR", """Aircraft to move perpendicular to the collision's velocity vector""")
 MAV_COLLISION_ACTION_RTL = 5
-enums["MAV_COLLISION_ACTION"][5] = EnumEntry("MAV_COLLISION_ACTION_RTL", """Aircraft to fly directly back to its launch point""")
 MAV_COLLISION_ACTION_HOVER = 6
-enums["MAV_COLLISION_ACTION"][6] = EnumEntry("MAV_COLLISION_ACTION_HOVER", """Aircraft to stop in place""")
 MAV_COLLISION_ACTION_ENUM_END = 7
-enums["MAV_COLLISION_ACTION"][7] = EnumEntry("MAV_COLLISION_ACTION_ENUM_END", """""")
 
 # MAV_COLLISION_THREAT_LEVEL
-enums["MAV_COLLISION_THREAT_LEVEL"] = Enum()
-enums["MAV_COLLISION_THREAT_LEVEL"].bitmask = False
 MAV_COLLISION_THREAT_LEVEL_NONE = 0
-enums["MAV_COLLISION_THREAT_LEVEL"][0] = EnumEntry("MAV_COLLISION_THREAT_LEVEL_NONE", """Not a threat""")
 MAV_COLLISION_THREAT_LEVEL_LOW = 1
-enums["MAV_COLLISION_THREAT_LEVEL"][1] = EnumEntry("MAV_COLLISION_THREAT_LEVEL_LOW", """Craft is mildly concerned about this threat""")
 MAV_COLLISION_THREAT_LEVEL_HIGH = 2
-enums["MAV_COLLISION_THREAT_LEVEL"][2] = EnumEntry("MAV_COLLISION_THREAT_LEVEL_HIGH", """Craft is panicking, and may take actions to avoid threat""")
 MAV_COLLISION_THREAT_LEVEL_ENUM_END = 3
-enums["MAV_COLLISION_THREAT_LEVEL"][3] = EnumEntry("MAV_COLLISION_THREAT_LEVEL_ENUM_END", """""")
 
 # MAV_COLLISION_SRC
-enums["MAV_COLLISION_SRC"] = Enum()
-enums["MAV_COLLISION_SRC"].bitmask = False
 MAV_COLLISION_SRC_ADSB = 0
-enums["MAV_COLLISION_SRC"][0] = EnumEntry("MAV_COLLISION_SRC_ADSB", """ID field references ADSB_VEHICLE packets""")
 MAV_COLLISION_SRC_MAVLINK_GPS_GLOBAL_INT = 1
-enums["MAV_COLLISION_SRC"][1] = EnumEntry("MAV_COLLISION_SRC_MAVLINK_GPS_GLOBAL_INT", """ID field references MAVLink SRC ID""")
 MAV_COLLISION_SRC_ENUM_END = 2
-enums["MAV_COLLISION_SRC"][2] = EnumEntry("MAV_COLLISION_SRC_ENUM_END", """""")
 
 # GPS_FIX_TYPE
-enums["GPS_FIX_TYPE"] = Enum()
-enums["GPS_FIX_TYPE"].bitmask = False
 GPS_FIX_TYPE_NO_GPS = 0
-enums["GPS_FIX_TYPE"][0] = EnumEntry("GPS_FIX_TYPE_NO_GPS", """No GPS connected""")
 GPS_FIX_TYPE_NO_FIX = 1
-enums["GPS_FIX_TYPE"][1] = EnumEntry("GPS_FIX_TYPE_NO_FIX", """No position information, GPS is connected""")
 GPS_FIX_TYPE_2D_FIX = 2
-enums["GPS_FIX_TYPE"][2] = EnumEntry("GPS_FIX_TYPE_2D_FIX", """2D position""")
 GPS_FIX_TYPE_3D_FIX = 3
-enums["GPS_FIX_TYPE"][3] = EnumEntry("GPS_FIX_TYPE_3D_FIX", """3D position""")
 GPS_FIX_TYPE_DGPS = 4
-enums["GPS_FIX_TYPE"][4] = EnumEntry("GPS_FIX_TYPE_DGPS", """DGPS/SBAS aided 3D position""")
 GPS_FIX_TYPE_RTK_FLOAT = 5
-enums["GPS_FIX_TYPE"][5] = EnumEntry("GPS_FIX_TYPE_RTK_FLOAT", """RTK float, 3D position""")
 GPS_FIX_TYPE_RTK_FIXED = 6
-enums["GPS_FIX_TYPE"][6] = EnumEntry("GPS_FIX_TYPE_RTK_FIXED", """RTK Fixed, 3D position""")
 GPS_FIX_TYPE_STATIC = 7
-enums["GPS_FIX_TYPE"][7] = EnumEntry("GPS_FIX_TYPE_STATIC", """Static fixed, typically used for base stations""")
 GPS_FIX_TYPE_PPP = 8
-enums["GPS_FIX_TYPE"][8] = EnumEntry("GPS_FIX_TYPE_PPP", """PPP, 3D position.""")
 GPS_FIX_TYPE_ENUM_END = 9
-enums["GPS_FIX_TYPE"][9] = EnumEntry("GPS_FIX_TYPE_ENUM_END", """""")
 
 # RTK_BASELINE_COORDINATE_SYSTEM
-enums["RTK_BASELINE_COORDINATE_SYSTEM"] = Enum()
-enums["RTK_BASELINE_COORDINATE_SYSTEM"].bitmask = False
 RTK_BASELINE_COORDINATE_SYSTEM_ECEF = 0
-enums["RTK_BASELINE_COORDINATE_SYSTEM"][0] = EnumEntry("RTK_BASELINE_COORDINATE_SYSTEM_ECEF", """Earth-centered, Earth-fixed""")
 RTK_BASELINE_COORDINATE_SYSTEM_NED = 1
-enums["RTK_BASELINE_COORDINATE_SYSTEM"][1] = EnumEntry("RTK_BASELINE_COORDINATE_SYSTEM_NED", """RTK basestation centered, north, east, down""")
 RTK_BASELINE_COORDINATE_SYSTEM_ENUM_END = 2
-enums["RTK_BASELINE_COORDINATE_SYSTEM"][2] = EnumEntry("RTK_BASELINE_COORDINATE_SYSTEM_ENUM_END", """""")
 
 # LANDING_TARGET_TYPE
-enums["LANDING_TARGET_TYPE"] = Enum()
-enums["LANDING_TARGET_TYPE"].bitmask = False
 LANDING_TARGET_TYPE_LIGHT_BEACON = 0
-enums["LANDING_TARGET_TYPE"][0] = EnumEntry("LANDING_TARGET_TYPE_LIGHT_BEACON", """Landing target signaled by light beacon (ex: IR-LOCK)""")
 LANDING_TARGET_TYPE_RADIO_BEACON = 1
-enums["LANDING_TARGET_TYPE"][1] = EnumEntry("LANDING_TARGET_TYPE_RADIO_BEACON", """Landing target signaled by radio beacon (ex: ILS, NDB)""")
 LANDING_TARGET_TYPE_VISION_FIDUCIAL = 2
-enums["LANDING_TARGET_TYPE"][2] = EnumEntry("LANDING_TARGET_TYPE_VISION_FIDUCIAL", """Landing target represented by a fiducial marker (ex: ARTag)""")
 LANDING_TARGET_TYPE_VISION_OTHER = 3
-enums["LANDING_TARGET_TYPE"][3] = EnumEntry("LANDING_TARGET_TYPE_VISION_OTHER", """Landing target represented by a pre-defined visual shape/feature (ex: X-marker, H-marker, square)""")
 LANDING_TARGET_TYPE_ENUM_END = 4
-enums["LANDING_TARGET_TYPE"][4] = EnumEntry("LANDING_TARGET_TYPE_ENUM_END", """""")
 
 # VTOL_TRANSITION_HEADING
-enums["VTOL_TRANSITION_HEADING"] = Enum()
-enums["VTOL_TRANSITION_HEADING"].bitmask = False
 VTOL_TRANSITION_HEADING_VEHICLE_DEFAULT = 0
-enums["VTOL_TRANSITION_HEADING"][0] = EnumEntry("VTOL_TRANSITION_HEADING_VEHICLE_DEFAULT", """Respect the heading configuration of the vehicle.""")
 VTOL_TRANSITION_HEADING_NEXT_WAYPOINT = 1
-enums["VTOL_TRANSITION_HEADING"][1] = EnumEntry("VTOL_TRANSITION_HEADING_NEXT_WAYPOINT", """Use the heading pointing towards the next waypoint.""")
 VTOL_TRANSITION_HEADING_TAKEOFF = 2
-enums["VTOL_TRANSITION_HEADING"][2] = EnumEntry("VTOL_TRANSITION_HEADING_TAKEOFF", """Use the heading on takeoff (while sitting on the ground).""")
 VTOL_TRANSITION_HEADING_SPECIFIED = 3
-enums["VTOL_TRANSITION_HEADING"][3] = EnumEntry("VTOL_TRANSITION_HEADING_SPECIFIED", """Use the specified heading in parameter 4.""")
 VTOL_TRANSITION_HEADING_ANY = 4
-enums["VTOL_TRANSITION_HEADING"][4] = EnumEntry("VTOL_TRANSITION_HEADING_ANY", """Use the current heading when reaching takeoff altitude (potentially facing the wind when weather-vaning is active).""")
 VTOL_TRANSITION_HEADING_ENUM_END = 5
-enums["VTOL_TRANSITION_HEADING"][5] = EnumEntry("VTOL_TRANSITION_HEADING_ENUM_END", """""")
 
 # CAMERA_CAP_FLAGS
-enums["CAMERA_CAP_FLAGS"] = Enum()
-enums["CAMERA_CAP_FLAGS"].bitmask = True
 CAMERA_CAP_FLAGS_CAPTURE_VIDEO = 1
-enums["CAMERA_CAP_FLAGS"][1] = EnumEntry("CAMERA_CAP_FLAGS_CAPTURE_VIDEO", """Camera is able to record video""")
 CAMERA_CAP_FLAGS_CAPTURE_IMAGE = 2
-enums["CAMERA_CAP_FLAGS"][2] = EnumEntry("CAMERA_CAP_FLAGS_CAPTURE_IMAGE", """Camera is able to capture images""")
 CAMERA_CAP_FLAGS_HAS_MODES = 4
-enums["CAMERA_CAP_FLAGS"][4] = EnumEntry("CAMERA_CAP_FLAGS_HAS_MODES", """Camera has separate Video and Image/Photo modes (MAV_CMD_SET_CAMERA_MODE)""")
 CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE = 8
-enums["CAMERA_CAP_FLAGS"][8] = EnumEntry("CAMERA_CAP_FLAGS_CAN_CAPTURE_IMAGE_IN_VIDEO_MODE", """Camera can capture images while in video mode""")
 CAMERA_CAP_FLAGS_CAN_CAPTURE_VIDEO_IN_IMAGE_MODE = 16
-enums["CAMERA_CAP_FLAGS"][16] = EnumEntry("CAMERA_CAP_FLAGS_CAN_CAPTURE_VIDEO_IN_IMAGE_MODE", """Camera can capture videos while in Photo/Image mode""")
 CAMERA_CAP_FLAGS_HAS_IMAGE_SURVEY_MODE = 32
-enums["CAMERA_CAP_FLAGS"][32] = EnumEntry("CAMERA_CAP_FLAGS_HAS_IMAGE_SURVEY_MODE", """Camera has image survey mode (MAV_CMD_SET_CAMERA_MODE)""")
 CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM = 64
-enums["CAMERA_CAP_FLAGS"][64] = EnumEntry("CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM", """Camera has basic zoom control (MAV_CMD_SET_CAMERA_ZOOM)""")
 CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS = 128
-enums["CAMERA_CAP_FLAGS"][128] = EnumEntry("CAMERA_CAP_FLAGS_HAS_BASIC_FOCUS", """Camera has basic focus control (MAV_CMD_SET_CAMERA_FOCUS)""")
 CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM = 256
-enums["CAMERA_CAP_FLAGS"][256] = EnumEntry("CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM", """Camera has video streaming capabilities (request VIDEO_STREAM_INFORMATION with MAV_CMD_REQUEST_MESSAGE for video streaming info)""")
 CAMERA_CAP_FLAGS_HAS_TRACKING_POINT = 512
-enums["CAMERA_CAP_FLAGS"][512] = EnumEntry("CAMERA_CAP_FLAGS_HAS_TRACKING_POINT", """Camera supports tracking of a point on the camera view.""")
 CAMERA_CAP_FLAGS_HAS_TRACKING_RECTANGLE = 1024
-enums["CAMERA_CAP_FLAGS"][1024] = EnumEntry("CAMERA_CAP_FLAGS_HAS_TRACKING_RECTANGLE", """Camera supports tracking of a selection rectangle on the camera view.""")
 CAMERA_CAP_FLAGS_HAS_TRACKING_GEO_STATUS = 2048
-enums["CAMERA_CAP_FLAGS"][2048] = EnumEntry("CAMERA_CAP_FLAGS_HAS_TRACKING_GEO_STATUS", """Camera supports tracking geo status (CAMERA_TRACKING_GEO_STATUS).""")
 CAMERA_CAP_FLAGS_HAS_THERMAL_RANGE = 4096
-enums["CAMERA_CAP_FLAGS"][4096] = EnumEntry("CAMERA_CAP_FLAGS_HAS_THERMAL_RANGE", """Camera supports absolute thermal range (request CAMERA_THERMAL_RANGE with MAV_CMD_REQUEST_MESSAGE).""")
 CAMERA_CAP_FLAGS_HAS_MTI = 8192
-enums["CAMERA_CAP_FLAGS"][8192] = EnumEntry("CAMERA_CAP_FLAGS_HAS_MTI", """Camera supports Moving Target Indicators (MTI) on the camera view (using MAV_CMD_CAMERA_START_MTI).""")
 CAMERA_CAP_FLAGS_ENUM_END = 8193
-enums["CAMERA_CAP_FLAGS"][8193] = EnumEntry("CAMERA_CAP_FLAGS_ENUM_END", """""")
 
 # VIDEO_STREAM_STATUS_FLAGS
-enums["VIDEO_STREAM_STATUS_FLAGS"] = Enum()
-enums["VIDEO_STREAM_STATUS_FLAGS"].bitmask = True
 VIDEO_STREAM_STATUS_FLAGS_RUNNING = 1
-enums["VIDEO_STREAM_STATUS_FLAGS"][1] = EnumEntry("VIDEO_STREAM_STATUS_FLAGS_RUNNING", """Stream is active (running)""")
 VIDEO_STREAM_STATUS_FLAGS_THERMAL = 2
-enums["VIDEO_STREAM_STATUS_FLAGS"][2] = EnumEntry("VIDEO_STREAM_STATUS_FLAGS_THERMAL", """Stream is thermal imaging""")
 VIDEO_STREAM_STATUS_FLAGS_THERMAL_RANGE_ENABLED = 4
-enums["VIDEO_STREAM_STATUS_FLAGS"][4] = EnumEntry("VIDEO_STREAM_STATUS_FLAGS_THERMAL_RANGE_ENABLED", """Stream can report absolute thermal range (see CAMERA_THERMAL_RANGE).""")
 VIDEO_STREAM_STATUS_FLAGS_ENUM_END = 5
-enums["VIDEO_STREAM_STATUS_FLAGS"][5] = EnumEntry("VIDEO_STREAM_STATUS_FLAGS_ENUM_END", """""")
 
 # VIDEO_STREAM_TYPE
-enums["VIDEO_STREAM_TYPE"] = Enum()
-enums["VIDEO_STREAM_TYPE"].bitmask = False
 VIDEO_STREAM_TYPE_RTSP = 0
-enums["VIDEO_STREAM_TYPE"][0] = EnumEntry("VIDEO_STREAM_TYPE_RTSP", """Stream is RTSP""")
 VIDEO_STREAM_TYPE_RTPUDP = 1
-enums["VIDEO_STREAM_TYPE"][1] = EnumEntry("VIDEO_STREAM_TYPE_RTPUDP", """Stream is RTP UDP (URI gives the port number)""")
 VIDEO_STREAM_TYPE_TCP_MPEG = 2
-enums["VIDEO_STREAM_TYPE"][2] = EnumEntry("VIDEO_STREAM_TYPE_TCP_MPEG", """Stream is MPEG on TCP""")
 VIDEO_STREAM_TYPE_MPEG_TS = 3
-enums["VIDEO_STREAM_TYPE"][3] = EnumEntry("VIDEO_STREAM_TYPE_MPEG_TS", """Stream is MPEG TS (URI gives the port number)""")
 VIDEO_STREAM_TYPE_WHEP = 4
-enums["VIDEO_STREAM_TYPE"][4] = EnumEntry("VIDEO_STREAM_TYPE_WHEP", """Stream is WHEP (WebRTC-HTTP Egress Protocol)""")
 VIDEO_STREAM_TYPE_ENUM_END = 5
-enums["VIDEO_STREAM_TYPE"][5] = EnumEntry("VIDEO_STREAM_TYPE_ENUM_END", """""")
 
 # VIDEO_STREAM_ENCODING
-enums["VIDEO_STREAM_ENCODING"] = Enum()
-enums["VIDEO_STREAM_ENCODING"].bitmask = False
 VIDEO_STREAM_ENCODING_UNKNOWN = 0
-enums["VIDEO_STREAM_ENCODING"][0] = EnumEntry("VIDEO_STREAM_ENCODING_UNKNOWN", """Stream encoding is unknown""")
 VIDEO_STREAM_ENCODING_H264 = 1
-enums["VIDEO_STREAM_ENCODING"][1] = EnumEntry("VIDEO_STREAM_ENCODING_H264", """Stream encoding is H.264""")
 VIDEO_STREAM_ENCODING_H265 = 2
-enums["VIDEO_STREAM_ENCODING"][2] = EnumEntry("VIDEO_STREAM_ENCODING_H265", """Stream encoding is H.265""")
 VIDEO_STREAM_ENCODING_ENUM_END = 3
-enums["VIDEO_STREAM_ENCODING"][3] = EnumEntry("VIDEO_STREAM_ENCODING_ENUM_END", """""")
 
 # CAMERA_TRACKING_STATUS_FLAGS
-enums["CAMERA_TRACKING_STATUS_FLAGS"] = Enum()
-enums["CAMERA_TRACKING_STATUS_FLAGS"].bitmask = True
 CAMERA_TRACKING_STATUS_FLAGS_IDLE = 0
-enums["CAMERA_TRACKING_STATUS_FLAGS"][0] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_IDLE", """Camera is not tracking""")
 CAMERA_TRACKING_STATUS_FLAGS_ACTIVE = 1
-enums["CAMERA_TRACKING_STATUS_FLAGS"][1] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_ACTIVE", """Camera is tracking""")
 CAMERA_TRACKING_STATUS_FLAGS_ERROR = 2
-enums["CAMERA_TRACKING_STATUS_FLAGS"][2] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_ERROR", """Camera tracking in error state""")
 CAMERA_TRACKING_STATUS_FLAGS_MTI = 4
-enums["CAMERA_TRACKING_STATUS_FLAGS"][4] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_MTI", """Camera Moving Target Indicators (MTI) are active""")
 CAMERA_TRACKING_STATUS_FLAGS_COASTING = 8
-enums["CAMERA_TRACKING_STATUS_FLAGS"][8] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_COASTING", """Camera tracking target is obscured and is being predicted""")
 CAMERA_TRACKING_STATUS_FLAGS_ENUM_END = 9
-enums["CAMERA_TRACKING_STATUS_FLAGS"][9] = EnumEntry("CAMERA_TRACKING_STATUS_FLAGS_ENUM_END", """""")
 
 # CAMERA_TRACKING_MODE
-enums["CAMERA_TRACKING_MODE"] = Enum()
-enums["CAMERA_TRACKING_MODE"].bitmask = False
 CAMERA_TRACKING_MODE_NONE = 0
-enums["CAMERA_TRACKING_MODE"][0] = EnumEntry("CAMERA_TRACKING_MODE_NONE", """Not tracking""")
 CAMERA_TRACKING_MODE_POINT = 1
-enums["CAMERA_TRACKING_MODE"][1] = EnumEntry("CAMERA_TRACKING_MODE_POINT", """Target is a point""")
 CAMERA_TRACKING_MODE_RECTANGLE = 2
-enums["CAMERA_TRACKING_MODE"][2] = EnumEntry("CAMERA_TRACKING_MODE_RECTANGLE", """Target is a rectangle""")
 CAMERA_TRACKING_MODE_ENUM_END = 3
-enums["CAMERA_TRACKING_MODE"][3] = EnumEntry("CAMERA_TRACKING_MODE_ENUM_END", """""")
 
 # CAMERA_TRACKING_TARGET_DATA
-enums["CAMERA_TRACKING_TARGET_DATA"] = Enum()
-enums["CAMERA_TRACKING_TARGET_DATA"].bitmask = True
 CAMERA_TRACKING_TARGET_DATA_EMBEDDED = 1
-enums["CAMERA_TRACKING_TARGET_DATA"][1] = EnumEntry("CAMERA_TRACKING_TARGET_DATA_EMBEDDED", """Target data embedded in image data (proprietary)""")
 CAMERA_TRACKING_TARGET_DATA_RENDERED = 2
-enums["CAMERA_TRACKING_TARGET_DATA"][2] = EnumEntry("CAMERA_TRACKING_TARGET_DATA_RENDERED", """Target data rendered in image""")
 CAMERA_TRACKING_TARGET_DATA_IN_STATUS = 4
-enums["CAMERA_TRACKING_TARGET_DATA"][4] = EnumEntry("CAMERA_TRACKING_TARGET_DATA_IN_STATUS", """Target data within status message (Point or Rectangle)""")
 CAMERA_TRACKING_TARGET_DATA_ENUM_END = 5
-enums["CAMERA_TRACKING_TARGET_DATA"][5] = EnumEntry("CAMERA_TRACKING_TARGET_DATA_ENUM_END", """""")
 
 # CAMERA_ZOOM_TYPE
-enums["CAMERA_ZOOM_TYPE"] = Enum()
-enums["CAMERA_ZOOM_TYPE"].bitmask = False
 ZOOM_TYPE_STEP = 0
-enums["CAMERA_ZOOM_TYPE"][0] = EnumEntry("ZOOM_TYPE_STEP", """Zoom one step increment (-1 for wide, 1 for tele)""")
 ZOOM_TYPE_CONTINUOUS = 1
-enums["CAMERA_ZOOM_TYPE"][1] = EnumEntry("ZOOM_TYPE_CONTINUOUS", """Continuous normalized zoom in/out rate until stopped. Range -1..1, negative: wide, positive: narrow/tele, 0 to stop zooming. Other values should be clipped to the range.""")
 ZOOM_TYPE_RANGE = 2
-enums["CAMERA_ZOOM_TYPE"][2] = EnumEntry("ZOOM_TYPE_RANGE", """Zoom value as proportion of full camera range (a percentage value between 0.0 and 100.0)""")
 ZOOM_TYPE_FOCAL_LENGTH = 3
-enums["CAMERA_ZOOM_TYPE"][3] = EnumEntry("ZOOM_TYPE_FOCAL_LENGTH", """Zoom value/variable focal length in millimetres. Note that there is no message to get the valid zoom range of the camera, so this can type can only be used for cameras where the zoom range is known (implying that this cannot reliably be used in a GCS for an arbitrary camera)""")
 ZOOM_TYPE_HORIZONTAL_FOV = 4
-enums["CAMERA_ZOOM_TYPE"][4] = EnumEntry("ZOOM_TYPE_HORIZONTAL_FOV", """Zoom value as horizontal field of view in degrees.""")
 CAMERA_ZOOM_TYPE_ENUM_END = 5
-enums["CAMERA_ZOOM_TYPE"][5] = EnumEntry("CAMERA_ZOOM_TYPE_ENUM_END", """""")
 
 # SET_FOCUS_TYPE
-enums["SET_FOCUS_TYPE"] = Enum()
-enums["SET_FOCUS_TYPE"].bitmask = False
 FOCUS_TYPE_STEP = 0
-enums["SET_FOCUS_TYPE"][0] = EnumEntry("FOCUS_TYPE_STEP", """Focus one step increment (-1 for focusing in, 1 for focusing out towards infinity).""")
 FOCUS_TYPE_CONTINUOUS = 1
-enums["SET_FOCUS_TYPE"][1] = EnumEntry("FOCUS_TYPE_CONTINUOUS", """Continuous normalized focus in/out rate until stopped. Range -1..1, negative: in, positive: out towards infinity, 0 to stop focusing. Other values should be clipped to the range.""")
 FOCUS_TYPE_RANGE = 2
-enums["SET_FOCUS_TYPE"][2] = EnumEntry("FOCUS_TYPE_RANGE", """Focus value as proportion of full camera focus range (a value between 0.0 and 100.0)""")
 FOCUS_TYPE_METERS = 3
-enums["SET_FOCUS_TYPE"][3] = EnumEntry("FOCUS_TYPE_METERS", """Focus value in metres. Note that there is no message to get the valid focus range of the camera, so this can type can only be used for cameras where the range is known (implying that this cannot reliably be used in a GCS for an arbitrary camera).""")
 FOCUS_TYPE_AUTO = 4
-enums["SET_FOCUS_TYPE"][4] = EnumEntry("FOCUS_TYPE_AUTO", """Focus automatically.""")
 FOCUS_TYPE_AUTO_SINGLE = 5
-enums["SET_FOCUS_TYPE"][5] = EnumEntry("FOCUS_TYPE_AUTO_SINGLE", """Single auto focus. Mainly used for still pictures. Usually abbreviated as AF-S.""")
 FOCUS_TYPE_AUTO_CONTINUOUS = 6
-enums["SET_FOCUS_TYPE"][6] = EnumEntry("FOCUS_TYPE_AUTO_CONTINUOUS", """Continuous auto focus. Mainly used for dynamic scenes. Abbreviated as AF-C.""")
 SET_FOCUS_TYPE_ENUM_END = 7
-enums["SET_FOCUS_TYPE"][7] = EnumEntry("SET_FOCUS_TYPE_ENUM_END", """""")
 
 # CAMERA_SOURCE
-enums["CAMERA_SOURCE"] = Enum()
-enums["CAMERA_SOURCE"].bitmask = False
 CAMERA_SOURCE_DEFAULT = 0
-enums["CAMERA_SOURCE"][0] = EnumEntry("CAMERA_SOURCE_DEFAULT", """Default camera source.""")
 CAMERA_SOURCE_RGB = 1
-enums["CAMERA_SOURCE"][1] = EnumEntry("CAMERA_SOURCE_RGB", """RGB camera source.""")
 CAMERA_SOURCE_IR = 2
-enums["CAMERA_SOURCE"][2] = EnumEntry("CAMERA_SOURCE_IR", """IR camera source.""")
 CAMERA_SOURCE_NDVI = 3
-enums["CAMERA_SOURCE"][3] = EnumEntry("CAMERA_SOURCE_NDVI", """NDVI camera source.""")
 CAMERA_SOURCE_ENUM_END = 4
-enums["CAMERA_SOURCE"][4] = EnumEntry("CAMERA_SOURCE_ENUM_END", """""")
 
 # PARAM_ACK
-enums["PARAM_ACK"] = Enum()
-enums["PARAM_ACK"].bitmask = False
 PARAM_ACK_ACCEPTED = 0
-enums["PARAM_ACK"][0] = EnumEntry("PARAM_ACK_ACCEPTED", """Parameter value ACCEPTED and SET""")
 PARAM_ACK_VALUE_UNSUPPORTED = 1
-enums["PARAM_ACK"][1] = EnumEntry("PARAM_ACK_VALUE_UNSUPPORTED", """Parameter value UNKNOWN/UNSUPPORTED""")
 PARAM_ACK_FAILED = 2
-enums["PARAM_ACK"][2] = EnumEntry("PARAM_ACK_FAILED", """Parameter failed to set""")
 PARAM_ACK_IN_PROGRESS = 3
-enums["PARAM_ACK"][3] = EnumEntry("PARAM_ACK_IN_PROGRESS", """Parameter value received but not yet set/accepted. A subsequent PARAM_EXT_ACK with the final result will follow once operation is completed. This is returned immediately for parameters that take longer to set, indicating that the the parameter was received and does not need to be resent.""")
 PARAM_ACK_ENUM_END = 4
-enums["PARAM_ACK"][4] = EnumEntry("PARAM_ACK_ENUM_END", """""")
 
 # CAMERA_MODE
-enums["CAMERA_MODE"] = Enum()
-enums["CAMERA_MODE"].bitmask = False
 CAMERA_MODE_IMAGE = 0
-enums["CAMERA_MODE"][0] = EnumEntry("CAMERA_MODE_IMAGE", """Camera is in image/photo capture mode.""")
 CAMERA_MODE_VIDEO = 1
-enums["CAMERA_MODE"][1] = EnumEntry("CAMERA_MODE_VIDEO", """Camera is in video capture mode.""")
 CAMERA_MODE_IMAGE_SURVEY = 2
-enums["CAMERA_MODE"][2] = EnumEntry("CAMERA_MODE_IMAGE_SURVEY", """Camera is in image survey capture mode. It allows for camera controller to do specific settings for surveys.""")
 CAMERA_MODE_ENUM_END = 3
-enums["CAMERA_MODE"][3] = EnumEntry("CAMERA_MODE_ENUM_END", """""")
 
 # MAV_ARM_AUTH_DENIED_REASON
-enums["MAV_ARM_AUTH_DENIED_REASON"] = Enum()
-enums["MAV_ARM_AUTH_DENIED_REASON"].bitmask = False
 MAV_ARM_AUTH_DENIED_REASON_GENERIC = 0
-enums["MAV_ARM_AUTH_DENIED_REASON"][0] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_GENERIC", """Not a specific reason""")
 MAV_ARM_AUTH_DENIED_REASON_NONE = 1
-enums["MAV_ARM_AUTH_DENIED_REASON"][1] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_NONE", """Authorizer will send the error as string to GCS""")
 MAV_ARM_AUTH_DENIED_REASON_INVALID_WAYPOINT = 2
-enums["MAV_ARM_AUTH_DENIED_REASON"][2] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_INVALID_WAYPOINT", """At least one waypoint have a invalid value""")
 MAV_ARM_AUTH_DENIED_REASON_TIMEOUT = 3
-enums["MAV_ARM_AUTH_DENIED_REASON"][3] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_TIMEOUT", """Timeout in the authorizer process(in case it depends on network)""")
 MAV_ARM_AUTH_DENIED_REASON_AIRSPACE_IN_USE = 4
-enums["MAV_ARM_AUTH_DENIED_REASON"][4] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_AIRSPACE_IN_USE", """Airspace of the mission in use by another vehicle, second result parameter can have the waypoint id that caused it to be denied.""")
 MAV_ARM_AUTH_DENIED_REASON_BAD_WEATHER = 5
-enums["MAV_ARM_AUTH_DENIED_REASON"][5] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_BAD_WEATHER", """Weather is not good to fly""")
 MAV_ARM_AUTH_DENIED_REASON_ENUM_END = 6
-enums["MAV_ARM_AUTH_DENIED_REASON"][6] = EnumEntry("MAV_ARM_AUTH_DENIED_REASON_ENUM_END", """""")
 
 # RC_TYPE
-enums["RC_TYPE"] = Enum()
-enums["RC_TYPE"].bitmask = False
 RC_TYPE_SPEKTRUM = 0
-enums["RC_TYPE"][0] = EnumEntry("RC_TYPE_SPEKTRUM", """Spektrum""")
 RC_TYPE_CRSF = 1
-enums["RC_TYPE"][1] = EnumEntry("RC_TYPE_CRSF", """CRSF""")
 RC_TYPE_ENUM_END = 2
-enums["RC_TYPE"][2] = EnumEntry("RC_TYPE_ENUM_END", """""")
 
 # RC_SUB_TYPE
-enums["RC_SUB_TYPE"] = Enum()
-enums["RC_SUB_TYPE"].bitmask = False
 RC_SUB_TYPE_SPEKTRUM_DSM2 = 0
-enums["RC_SUB_TYPE"][0] = EnumEntry("RC_SUB_TYPE_SPEKTRUM_DSM2", """Spektrum DSM2""")
 RC_SUB_TYPE_SPEKTRUM_DSMX = 1
-enums["RC_SUB_TYPE"][1] = EnumEntry("RC_SUB_TYPE_SPEKTRUM_DSMX", """Spektrum DSMX""")
 RC_SUB_TYPE_SPEKTRUM_DSMX8 = 2
-enums["RC_SUB_TYPE"][2] = EnumEntry("RC_SUB_TYPE_SPEKTRUM_DSMX8", """Spektrum DSMX8""")
 RC_SUB_TYPE_ENUM_END = 3
-enums["RC_SUB_TYPE"][3] = EnumEntry("RC_SUB_TYPE_ENUM_END", """""")
 
 # ENGINE_CONTROL_OPTIONS
-enums["ENGINE_CONTROL_OPTIONS"] = Enum()
-enums["ENGINE_CONTROL_OPTIONS"].bitmask = True
 ENGINE_CONTROL_OPTIONS_ALLOW_START_WHILE_DISARMED = 1
-enums["ENGINE_CONTROL_OPTIONS"][1] = EnumEntry("ENGINE_CONTROL_OPTIONS_ALLOW_START_WHILE_DISARMED", """Allow starting the engine while disarmed (without changing the vehicle's armed state). This effectively arms just the ICE, without arming the vehicle to start other motors or propellers.""")
 ENGINE_CONTROL_OPTIONS_ENUM_END = 2
-enums["ENGINE_CONTROL_OPTIONS"][2] = EnumEntry("ENGINE_CONTROL_OPTIONS_ENUM_END", """""")
 
 # POSITION_TARGET_TYPEMASK
-enums["POSITION_TARGET_TYPEMASK"] = Enum()
-enums["POSITION_TARGET_TYPEMASK"].bitmask = True
 POSITION_TARGET_TYPEMASK_X_IGNORE = 1
-enums["POSITION_TARGET_TYPEMASK"][1] = EnumEntry("POSITION_TARGET_TYPEMASK_X_IGNORE", """Ignore position x""")
 POSITION_TARGET_TYPEMASK_Y_IGNORE = 2
-enums["POSITION_TARGET_TYPEMASK"][2] = EnumEntry("POSITION_TARGET_TYPEMASK_Y_IGNORE", """Ignore position y""")
 POSITION_TARGET_TYPEMASK_Z_IGNORE = 4
-enums["POSITION_TARGET_TYPEMASK"][4] = EnumEntry("POSITION_TARGET_TYPEMASK_Z_IGNORE", """Ignore position z""")
 POSITION_TARGET_TYPEMASK_VX_IGNORE = 8
-enums["POSITION_TARGET_TYPEMASK"][8] = EnumEntry("POSITION_TARGET_TYPEMASK_VX_IGNORE", """Ignore velocity x""")
 POSITION_TARGET_TYPEMASK_VY_IGNORE = 16
-enums["POSITION_TARGET_TYPEMASK"][16] = EnumEntry("POSITION_TARGET_TYPEMASK_VY_IGNORE", """Ignore velocity y""")
 POSITION_TARGET_TYPEMASK_VZ_IGNORE = 32
-enums["POSITION_TARGET_TYPEMASK"][32] = EnumEntry("POSITION_TARGET_TYPEMASK_VZ_IGNORE", """Ignore velocity z""")
 POSITION_TARGET_TYPEMASK_AX_IGNORE = 64
-enums["POSITION_TARGET_TYPEMASK"][64] = EnumEntry("POSITION_TARGET_TYPEMASK_AX_IGNORE", """Ignore acceleration x""")
 POSITION_TARGET_TYPEMASK_AY_IGNORE = 128
-enums["POSITION_TARGET_TYPEMASK"][128] = EnumEntry("POSITION_TARGET_TYPEMASK_AY_IGNORE", """Ignore acceleration y""")
 POSITION_TARGET_TYPEMASK_AZ_IGNORE = 256
-enums["POSITION_TARGET_TYPEMASK"][256] = EnumEntry("POSITION_TARGET_TYPEMASK_AZ_IGNORE", """Ignore acceleration z""")
 POSITION_TARGET_TYPEMASK_FORCE_SET = 512
-enums["POSITION_TARGET_TYPEMASK"][512] = EnumEntry("POSITION_TARGET_TYPEMASK_FORCE_SET", """Use force instead of acceleration""")
 POSITION_TARGET_TYPEMASK_YAW_IGNORE = 1024
-enums["POSITION_TARGET_TYPEMASK"][1024] = EnumEntry("POSITION_TARGET_TYPEMASK_YAW_IGNORE", """Ignore yaw""")
 POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE = 2048
-enums["POSITION_TARGET_TYPEMASK"][2048] = EnumEntry("POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE", """Ignore yaw rate""")
 POSITION_TARGET_TYPEMASK_ENUM_END = 2049
-enums["POSITION_TARGET_TYPEMASK"][2049] = EnumEntry("POSITION_TARGET_TYPEMASK_ENUM_END", """""")
 
 # ATTITUDE_TARGET_TYPEMASK
-enums["ATTITUDE_TARGET_TYPEMASK"] = Enum()
-enums["ATTITUDE_TARGET_TYPEMASK"].bitmask = True
 ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE = 1
-enums["ATTITUDE_TARGET_TYPEMASK"][1] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE", """Ignore body roll rate""")
 ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE = 2
-enums["ATTITUDE_TARGET_TYPEMASK"][2] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE", """Ignore body pitch rate""")
 ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE = 4
-enums["ATTITUDE_TARGET_TYPEMASK"][4] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE", """Ignore body yaw rate""")
 ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE = 64
-enums["ATTITUDE_TARGET_TYPEMASK"][64] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE", """Ignore throttle""")
 ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE = 128
-enums["ATTITUDE_TARGET_TYPEMASK"][128] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE", """Ignore attitude""")
 ATTITUDE_TARGET_TYPEMASK_ENUM_END = 129
-enums["ATTITUDE_TARGET_TYPEMASK"][129] = EnumEntry("ATTITUDE_TARGET_TYPEMASK_ENUM_END", """""")
 
 # UTM_FLIGHT_STATE
-enums["UTM_FLIGHT_STATE"] = Enum()
-enums["UTM_FLIGHT_STATE"].bitmask = False
 UTM_FLIGHT_STATE_UNKNOWN = 1
-enums["UTM_FLIGHT_STATE"][1] = EnumEntry("UTM_FLIGHT_STATE_UNKNOWN", """The flight state can't be determined.""")
 UTM_FLIGHT_STATE_GROUND = 2
-enums["UTM_FLIGHT_STATE"][2] = EnumEntry("UTM_FLIGHT_STATE_GROUND", """UAS on ground.""")
 UTM_FLIGHT_STATE_AIRBORNE = 3
-enums["UTM_FLIGHT_STATE"][3] = EnumEntry("UTM_FLIGHT_STATE_AIRBORNE", """UAS airborne.""")
 UTM_FLIGHT_STATE_EMERGENCY = 16
-enums["UTM_FLIGHT_STATE"][16] = EnumEntry("UTM_FLIGHT_STATE_EMERGENCY", """UAS is in an emergency flight state.""")
 UTM_FLIGHT_STATE_NOCTRL = 32
-enums["UTM_FLIGHT_STATE"][32] = EnumEntry("UTM_FLIGHT_STATE_NOCTRL", """UAS has no active controls.""")
 UTM_FLIGHT_STATE_ENUM_END = 33
-enums["UTM_FLIGHT_STATE"][33] = EnumEntry("UTM_FLIGHT_STATE_ENUM_END", """""")
 
 # UTM_DATA_AVAIL_FLAGS
-enums["UTM_DATA_AVAIL_FLAGS"] = Enum()
-enums["UTM_DATA_AVAIL_FLAGS"].bitmask = True
 UTM_DATA_AVAIL_FLAGS_TIME_VALID = 1
-enums["UTM_DATA_AVAIL_FLAGS"][1] = EnumEntry("UTM_DATA_AVAIL_FLAGS_TIME_VALID", """The field time contains valid data.""")
 UTM_DATA_AVAIL_FLAGS_UAS_ID_AVAILABLE = 2
-enums["UTM_DATA_AVAIL_FLAGS"][2] = EnumEntry("UTM_DATA_AVAIL_FLAGS_UAS_ID_AVAILABLE", """The field uas_id contains valid data.""")
 UTM_DATA_AVAIL_FLAGS_POSITION_AVAILABLE = 4
-enums["UTM_DATA_AVAIL_FLAGS"][4] = EnumEntry("UTM_DATA_AVAIL_FLAGS_POSITION_AVAILABLE", """The fields lat, lon and h_acc contain valid data.""")
 UTM_DATA_AVAIL_FLAGS_ALTITUDE_AVAILABLE = 8
-enums["UTM_DATA_AVAIL_FLAGS"][8] = EnumEntry("UTM_DATA_AVAIL_FLAGS_ALTITUDE_AVAILABLE", """The fields alt and v_acc contain valid data.""")
 UTM_DATA_AVAIL_FLAGS_RELATIVE_ALTITUDE_AVAILABLE = 16
-enums["UTM_DATA_AVAIL_FLAGS"][16] = EnumEntry("UTM_DATA_AVAIL_FLAGS_RELATIVE_ALTITUDE_AVAILABLE", """The field relative_alt contains valid data.""")
 UTM_DATA_AVAIL_FLAGS_HORIZONTAL_VELO_AVAILABLE = 32
-enums["UTM_DATA_AVAIL_FLAGS"][32] = EnumEntry("UTM_DATA_AVAIL_FLAGS_HORIZONTAL_VELO_AVAILABLE", """The fields vx and vy contain valid data.""")
 UTM_DATA_AVAIL_FLAGS_VERTICAL_VELO_AVAILABLE = 64
-enums["UTM_DATA_AVAIL_FLAGS"][64] = EnumEntry("UTM_DATA_AVAIL_FLAGS_VERTICAL_VELO_AVAILABLE", """The field vz contains valid data.""")
 UTM_DATA_AVAIL_FLAGS_NEXT_WAYPOINT_AVAILABLE = 128
-enums["UTM_DATA_AVAIL_FLAGS"][128] = EnumEntry("UTM_DATA_AVAIL_FLAGS_NEXT_WAYPOINT_AVAILABLE", """The fields next_lat, next_lon and next_alt contain valid data.""")
 UTM_DATA_AVAIL_FLAGS_ENUM_END = 129
-enums["UTM_DATA_AVAIL_FLAGS"][129] = EnumEntry("UTM_DATA_AVAIL_FLAGS_ENUM_END", """""")
 
 # PRECISION_LAND_MODE
-enums["PRECISION_LAND_MODE"] = Enum()
-enums["PRECISION_LAND_MODE"].bitmask = False
 PRECISION_LAND_MODE_DISABLED = 0
-enums["PRECISION_LAND_MODE"][0] = EnumEntry("PRECISION_LAND_MODE_DISABLED", """Normal (non-precision) landing.""")
 PRECISION_LAND_MODE_OPPORTUNISTIC = 1
-enums["PRECISION_LAND_MODE"][1] = EnumEntry("PRECISION_LAND_MODE_OPPORTUNISTIC", """Use precision landing if beacon detected when land command accepted, otherwise land normally.""")
 PRECISION_LAND_MODE_REQUIRED = 2
-enums["PRECISION_LAND_MODE"][2] = EnumEntry("PRECISION_LAND_MODE_REQUIRED", """Use precision landing, searching for beacon if not found when land command accepted (land normally if beacon cannot be found).""")
 PRECISION_LAND_MODE_ENUM_END = 3
-enums["PRECISION_LAND_MODE"][3] = EnumEntry("PRECISION_LAND_MODE_ENUM_END", """""")
 
 # PARACHUTE_ACTION
-enums["PARACHUTE_ACTION"] = Enum()
-enums["PARACHUTE_ACTION"].bitmask = False
 PARACHUTE_DISABLE = 0
-enums["PARACHUTE_ACTION"][0] = EnumEntry("PARACHUTE_DISABLE", """Disable auto-release of parachute (i.e. release triggered by crash detectors).""")
 PARACHUTE_ENABLE = 1
-enums["PARACHUTE_ACTION"][1] = EnumEntry("PARACHUTE_ENABLE", """Enable auto-release of parachute.""")
 PARACHUTE_RELEASE = 2
-enums["PARACHUTE_ACTION"][2] = EnumEntry("PARACHUTE_RELEASE", """Release parachute and kill motors.""")
 PARACHUTE_ACTION_ENUM_END = 3
-enums["PARACHUTE_ACTION"][3] = EnumEntry("PARACHUTE_ACTION_ENUM_END", """""")
 
 # MAV_TUNNEL_PAYLOAD_TYPE
-enums["MAV_TUNNEL_PAYLOAD_TYPE"] = Enum()
-enums["MAV_TUNNEL_PAYLOAD_TYPE"].bitmask = False
 MAV_TUNNEL_PAYLOAD_TYPE_UNKNOWN = 0
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][0] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_UNKNOWN", """Encoding of payload unknown.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED0 = 200
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][200] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED0", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED1 = 201
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][201] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED1", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED2 = 202
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][202] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED2", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED3 = 203
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][203] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED3", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED4 = 204
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][204] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED4", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED5 = 205
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][205] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED5", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED6 = 206
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][206] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED6", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED7 = 207
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][207] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED7", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED8 = 208
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][208] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED8", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED9 = 209
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][209] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_STORM32_RESERVED9", """Registered for STorM32 gimbal controller.""")
 MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_REMOTE_OSD = 210
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][210] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_REMOTE_OSD", """Registered for ModalAI remote OSD protocol.""")
 MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_ESC_UART_PASSTHRU = 211
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][211] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_ESC_UART_PASSTHRU", """Registered for ModalAI ESC UART passthru protocol.""")
 MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_IO_UART_PASSTHRU = 212
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][212] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_MODALAI_IO_UART_PASSTHRU", """Registered for ModalAI vendor use.""")
 MAV_TUNNEL_PAYLOAD_TYPE_ENUM_END = 213
-enums["MAV_TUNNEL_PAYLOAD_TYPE"][213] = EnumEntry("MAV_TUNNEL_PAYLOAD_TYPE_ENUM_END", """""")
 
 # MAV_ODID_ID_TYPE
-enums["MAV_ODID_ID_TYPE"] = Enum()
-enums["MAV_ODID_ID_TYPE"].bitmask = False
 MAV_ODID_ID_TYPE_NONE = 0
-enums["MAV_ODID_ID_TYPE"][0] = EnumEntry("MAV_ODID_ID_TYPE_NONE", """No type defined.""")
 MAV_ODID_ID_TYPE_SERIAL_NUMBER = 1
-enums["MAV_ODID_ID_TYPE"][1] = EnumEntry("MAV_ODID_ID_TYPE_SERIAL_NUMBER", """Manufacturer Serial Number (ANSI/CTA-2063 format).""")
 MAV_ODID_ID_TYPE_CAA_REGISTRATION_ID = 2
-enums["MAV_ODID_ID_TYPE"][2] = EnumEntry("MAV_ODID_ID_TYPE_CAA_REGISTRATION_ID", """CAA (Civil Aviation Authority) registered ID. Format: [ICAO Country Code].[CAA Assigned ID].""")
 MAV_ODID_ID_TYPE_UTM_ASSIGNED_UUID = 3
-enums["MAV_ODID_ID_TYPE"][3] = EnumEntry("MAV_ODID_ID_TYPE_UTM_ASSIGNED_UUID", """UTM (Unmanned Traffic Management) assigned UUID (RFC4122).""")
 MAV_ODID_ID_TYPE_SPECIFIC_SESSION_ID = 4
-enums["MAV_ODID_ID_TYPE"][4] = EnumEntry("MAV_ODID_ID_TYPE_SPECIFIC_SESSION_ID", """A 20 byte ID for a specific flight/session. The exact ID type is indicated by the first byte of uas_id and these type values are managed by ICAO.""")
 MAV_ODID_ID_TYPE_ENUM_END = 5
-enums["MAV_ODID_ID_TYPE"][5] = EnumEntry("MAV_ODID_ID_TYPE_ENUM_END", """""")
 
 # MAV_ODID_UA_TYPE
-enums["MAV_ODID_UA_TYPE"] = Enum()
-enums["MAV_ODID_UA_TYPE"].bitmask = False
 MAV_ODID_UA_TYPE_NONE = 0
-enums["MAV_ODID_UA_TYPE"][0] = EnumEntry("MAV_ODID_UA_TYPE_NONE", """No UA (Unmanned Aircraft) type defined.""")
 MAV_ODID_UA_TYPE_AEROPLANE = 1
-enums["MAV_ODID_UA_TYPE"][1] = EnumEntry("MAV_ODID_UA_TYPE_AEROPLANE", """Aeroplane/Airplane. Fixed wing.""")
 MAV_ODID_UA_TYPE_HELICOPTER_OR_MULTIROTOR = 2
-enums["MAV_ODID_UA_TYPE"][2] = EnumEntry("MAV_ODID_UA_TYPE_HELICOPTER_OR_MULTIROTOR", """Helicopter or multirotor.""")
 MAV_ODID_UA_TYPE_GYROPLANE = 3
-enums["MAV_ODID_UA_TYPE"][3] = EnumEntry("MAV_ODID_UA_TYPE_GYROPLANE", """Gyroplane.""")
 MAV_ODID_UA_TYPE_HYBRID_LIFT = 4
-enums["MAV_ODID_UA_TYPE"][4] = EnumEntry("MAV_ODID_UA_TYPE_HYBRID_LIFT", """VTOL (Vertical Take-Off and Landing). Fixed wing aircraft that can take off vertically.""")
 MAV_ODID_UA_TYPE_ORNITHOPTER = 5
-enums["MAV_ODID_UA_TYPE"][5] = EnumEntry("MAV_ODID_UA_TYPE_ORNITHOPTER", """Ornithopter.""")
 MAV_ODID_UA_TYPE_GLIDER = 6
-enums["MAV_ODID_UA_TYPE"][6] = EnumEntry("MAV_ODID_UA_TYPE_GLIDER", """Glider.""")
 MAV_ODID_UA_TYPE_KITE = 7
-enums["MAV_ODID_UA_TYPE"][7] = EnumEntry("MAV_ODID_UA_TYPE_KITE", """Kite.""")
 MAV_ODID_UA_TYPE_FREE_BALLOON = 8
-enums["MAV_ODID_UA_TYPE"][8] = EnumEntry("MAV_ODID_UA_TYPE_FREE_BALLOON", """Free Balloon.""")
 MAV_ODID_UA_TYPE_CAPTIVE_BALLOON = 9
-enums["MAV_ODID_UA_TYPE"][9] = EnumEntry("MAV_ODID_UA_TYPE_CAPTIVE_BALLOON", """Captive Balloon.""")
 MAV_ODID_UA_TYPE_AIRSHIP = 10
-enums["MAV_ODID_UA_TYPE"][10] = EnumEntry("MAV_ODID_UA_TYPE_AIRSHIP", """Airship. E.g. a blimp.""")
 MAV_ODID_UA_TYPE_FREE_FALL_PARACHUTE = 11
-enums["MAV_ODID_UA_TYPE"][11] = EnumEntry("MAV_ODID_UA_TYPE_FREE_FALL_PARACHUTE", """Free Fall/Parachute (unpowered).""")
 MAV_ODID_UA_TYPE_ROCKET = 12
-enums["MAV_ODID_UA_TYPE"][12] = EnumEntry("MAV_ODID_UA_TYPE_ROCKET", """Rocket.""")
 MAV_ODID_UA_TYPE_TETHERED_POWERED_AIRCRAFT = 13
-enums["MAV_ODID_UA_TYPE"][13] = EnumEntry("MAV_ODID_UA_TYPE_TETHERED_POWERED_AIRCRAFT", """Tethered powered aircraft.""")
 MAV_ODID_UA_TYPE_GROUND_OBSTACLE = 14
-enums["MAV_ODID_UA_TYPE"][14] = EnumEntry("MAV_ODID_UA_TYPE_GROUND_OBSTACLE", """Ground Obstacle.""")
 MAV_ODID_UA_TYPE_OTHER = 15
-enums["MAV_ODID_UA_TYPE"][15] = EnumEntry("MAV_ODID_UA_TYPE_OTHER", """Other type of aircraft not listed earlier.""")
 MAV_ODID_UA_TYPE_ENUM_END = 16
-enums["MAV_ODID_UA_TYPE"][16] = EnumEntry("MAV_ODID_UA_TYPE_ENUM_END", """""")
 
 # MAV_ODID_STATUS
-enums["MAV_ODID_STATUS"] = Enum()
-enums["MAV_ODID_STATUS"].bitmask = False
 MAV_ODID_STATUS_UNDECLARED = 0
-enums["MAV_ODID_STATUS"][0] = EnumEntry("MAV_ODID_STATUS_UNDECLARED", """The status of the (UA) Unmanned Aircraft is undefined.""")
 MAV_ODID_STATUS_GROUND = 1
-enums["MAV_ODID_STATUS"][1] = EnumEntry("MAV_ODID_STATUS_GROUND", """The UA is on the ground.""")
 MAV_ODID_STATUS_AIRBORNE = 2
-enums["MAV_ODID_STATUS"][2] = EnumEntry("MAV_ODID_STATUS_AIRBORNE", """The UA is in the air.""")
 MAV_ODID_STATUS_EMERGENCY = 3
-enums["MAV_ODID_STATUS"][3] = EnumEntry("MAV_ODID_STATUS_EMERGENCY", """The UA is having an emergency.""")
 MAV_ODID_STATUS_REMOTE_ID_SYSTEM_FAILURE = 4
-enums["MAV_ODID_STATUS"][4] = EnumEntry("MAV_ODID_STATUS_REMOTE_ID_SYSTEM_FAILURE", """The remote ID system is failing or unreliable in some way.""")
 MAV_ODID_STATUS_ENUM_END = 5
-enums["MAV_ODID_STATUS"][5] = EnumEntry("MAV_ODID_STATUS_ENUM_END", """""")
 
 # MAV_ODID_HEIGHT_REF
-enums["MAV_ODID_HEIGHT_REF"] = Enum()
-enums["MAV_ODID_HEIGHT_REF"].bitmask = False
 MAV_ODID_HEIGHT_REF_OVER_TAKEOFF = 0
-enums["MAV_ODID_HEIGHT_REF"][0] = EnumEntry("MAV_ODID_HEIGHT_REF_OVER_TAKEOFF", """The height field is relative to the take-off location.""")
 MAV_ODID_HEIGHT_REF_OVER_GROUND = 1
-enums["MAV_ODID_HEIGHT_REF"][1] = EnumEntry("MAV_ODID_HEIGHT_REF_OVER_GROUND", """The height field is relative to ground.""")
 MAV_ODID_HEIGHT_REF_ENUM_END = 2
-enums["MAV_ODID_HEIGHT_REF"][2] = EnumEntry("MAV_ODID_HEIGHT_REF_ENUM_END", """""")
 
 # MAV_ODID_HOR_ACC
-enums["MAV_ODID_HOR_ACC"] = Enum()
-enums["MAV_ODID_HOR_ACC"].bitmask = False
 MAV_ODID_HOR_ACC_UNKNOWN = 0
-enums["MAV_ODID_HOR_ACC"][0] = EnumEntry("MAV_ODID_HOR_ACC_UNKNOWN", """The horizontal accuracy is unknown.""")
 MAV_ODID_HOR_ACC_10NM = 1
-enums["MAV_ODID_HOR_ACC"][1] = EnumEntry("MAV_ODID_HOR_ACC_10NM", """The horizontal accuracy is smaller than 10 Nautical Miles. 18.52 km.""")
 MAV_ODID_HOR_ACC_4NM = 2
-enums["MAV_ODID_HOR_ACC"][2] = EnumEntry("MAV_ODID_HOR_ACC_4NM", """The horizontal accuracy is smaller than 4 Nautical Miles. 7.408 km.""")
 MAV_ODID_HOR_ACC_2NM = 3
-enums["MAV_ODID_HOR_ACC"][3] = EnumEntry("MAV_ODID_HOR_ACC_2NM", """The horizontal accuracy is smaller than 2 Nautical Miles. 3.704 km.""")
 MAV_ODID_HOR_ACC_1NM = 4
-enums["MAV_ODID_HOR_ACC"][4] = EnumEntry("MAV_ODID_HOR_ACC_1NM", """The horizontal accuracy is smaller than 1 Nautical Miles. 1.852 km.""")
 MAV_ODID_HOR_ACC_0_5NM = 5
-enums["MAV_ODID_HOR_ACC"][5] = EnumEntry("MAV_ODID_HOR_ACC_0_5NM", """The horizontal accuracy is smaller than 0.5 Nautical Miles. 926 m.""")
 MAV_ODID_HOR_ACC_0_3NM = 6
-enums["MAV_ODID_HOR_ACC"][6] = EnumEntry("MAV_ODID_HOR_ACC_0_3NM", """The horizontal accuracy is smaller than 0.3 Nautical Miles. 555.6 m.""")
 MAV_ODID_HOR_ACC_0_1NM = 7
-enums["MAV_ODID_HOR_ACC"][7] = EnumEntry("MAV_ODID_HOR_ACC_0_1NM", """The horizontal accuracy is smaller than 0.1 Nautical Miles. 185.2 m.""")
 MAV_ODID_HOR_ACC_0_05NM = 8
-enums["MAV_ODID_HOR_ACC"][8] = EnumEntry("MAV_ODID_HOR_ACC_0_05NM", """The horizontal accuracy is smaller than 0.05 Nautical Miles. 92.6 m.""")
 MAV_ODID_HOR_ACC_30_METER = 9
-enums["MAV_ODID_HOR_ACC"][9] = EnumEntry("MAV_ODID_HOR_ACC_30_METER", """The horizontal accuracy is smaller than 30 meter.""")
 MAV_ODID_HOR_ACC_10_METER = 10
-enums["MAV_ODID_HOR_ACC"][10] = EnumEntry("MAV_ODID_HOR_ACC_10_METER", """The horizontal accuracy is smaller than 10 meter.""")
 MAV_ODID_HOR_ACC_3_METER = 11
-enums["MAV_ODID_HOR_ACC"][11] = EnumEntry("MAV_ODID_HOR_ACC_3_METER", """The horizontal accuracy is smaller than 3 meter.""")
 MAV_ODID_HOR_ACC_1_METER = 12
-enums["MAV_ODID_HOR_ACC"][12] = EnumEntry("MAV_ODID_HOR_ACC_1_METER", """The horizontal accuracy is smaller than 1 meter.""")
 MAV_ODID_HOR_ACC_ENUM_END = 13
-enums["MAV_ODID_HOR_ACC"][13] = EnumEntry("MAV_ODID_HOR_ACC_ENUM_END", """""")
 
 # MAV_ODID_VER_ACC
-enums["MAV_ODID_VER_ACC"] = Enum()
-enums["MAV_ODID_VER_ACC"].bitmask = False
 MAV_ODID_VER_ACC_UNKNOWN = 0
-enums["MAV_ODID_VER_ACC"][0] = EnumEntry("MAV_ODID_VER_ACC_UNKNOWN", """The vertical accuracy is unknown.""")
 MAV_ODID_VER_ACC_150_METER = 1
-enums["MAV_ODID_VER_ACC"][1] = EnumEntry("MAV_ODID_VER_ACC_150_METER", """The vertical accuracy is smaller than 150 meter.""")
 MAV_ODID_VER_ACC_45_METER = 2
-enums["MAV_ODID_VER_ACC"][2] = EnumEntry("MAV_ODID_VER_ACC_45_METER", """The vertical accuracy is smaller than 45 meter.""")
 MAV_ODID_VER_ACC_25_METER = 3
-enums["MAV_ODID_VER_ACC"][3] = EnumEntry("MAV_ODID_VER_ACC_25_METER", """The vertical accuracy is smaller than 25 meter.""")
 MAV_ODID_VER_ACC_10_METER = 4
-enums["MAV_ODID_VER_ACC"][4] = EnumEntry("MAV_ODID_VER_ACC_10_METER", """The vertical accuracy is smaller than 10 meter.""")
 MAV_ODID_VER_ACC_3_METER = 5
-enums["MAV_ODID_VER_ACC"][5] = EnumEntry("MAV_ODID_VER_ACC_3_METER", """The vertical accuracy is smaller than 3 meter.""")
 MAV_ODID_VER_ACC_1_METER = 6
-enums["MAV_ODID_VER_ACC"][6] = EnumEntry("MAV_ODID_VER_ACC_1_METER", """The vertical accuracy is smaller than 1 meter.""")
 MAV_ODID_VER_ACC_ENUM_END = 7
-enums["MAV_ODID_VER_ACC"][7] = EnumEntry("MAV_ODID_VER_ACC_ENUM_END", """""")
 
 # MAV_ODID_SPEED_ACC
-enums["MAV_ODID_SPEED_ACC"] = Enum()
-enums["MAV_ODID_SPEED_ACC"].bitmask = False
 MAV_ODID_SPEED_ACC_UNKNOWN = 0
-enums["MAV_ODID_SPEED_ACC"][0] = EnumEntry("MAV_ODID_SPEED_ACC_UNKNOWN", """The speed accuracy is unknown.""")
 MAV_ODID_SPEED_ACC_10_METERS_PER_SECOND = 1
-enums["MAV_ODID_SPEED_ACC"][1] = EnumEntry("MAV_ODID_SPEED_ACC_10_METERS_PER_SECOND", """The speed accuracy is smaller than 10 meters per second.""")
 MAV_ODID_SPEED_ACC_3_METERS_PER_SECOND = 2
-enums["MAV_ODID_SPEED_ACC"][2] = EnumEntry("MAV_ODID_SPEED_ACC_3_METERS_PER_SECOND", """The speed accuracy is smaller than 3 meters per second.""")
 MAV_ODID_SPEED_ACC_1_METERS_PER_SECOND = 3
-enums["MAV_ODID_SPEED_ACC"][3] = EnumEntry("MAV_ODID_SPEED_ACC_1_METERS_PER_SECOND", """The speed accuracy is smaller than 1 meters per second.""")
 MAV_ODID_SPEED_ACC_0_3_METERS_PER_SECOND = 4
-enums["MAV_ODID_SPEED_ACC"][4] = EnumEntry("MAV_ODID_SPEED_ACC_0_3_METERS_PER_SECOND", """The speed accuracy is smaller than 0.3 meters per second.""")
 MAV_ODID_SPEED_ACC_ENUM_END = 5
-enums["MAV_ODID_SPEED_ACC"][5] = EnumEntry("MAV_ODID_SPEED_ACC_ENUM_END", """""")
 
 # MAV_ODID_TIME_ACC
-enums["MAV_ODID_TIME_ACC"] = Enum()
-enums["MAV_ODID_TIME_ACC"].bitmask = False
 MAV_ODID_TIME_ACC_UNKNOWN = 0
-enums["MAV_ODID_TIME_ACC"][0] = EnumEntry("MAV_ODID_TIME_ACC_UNKNOWN", """The timestamp accuracy is unknown.""")
 MAV_ODID_TIME_ACC_0_1_SECOND = 1
-enums["MAV_ODID_TIME_ACC"][1] = EnumEntry("MAV_ODID_TIME_ACC_0_1_SECOND", """The timestamp accuracy is smaller than or equal to 0.1 second.""")
 MAV_ODID_TIME_ACC_0_2_SECOND = 2
-enums["MAV_ODID_TIME_ACC"][2] = EnumEntry("MAV_ODID_TIME_ACC_0_2_SECOND", """The timestamp accuracy is smaller than or equal to 0.2 second.""")
 MAV_ODID_TIME_ACC_0_3_SECOND = 3
-enums["MAV_ODID_TIME_ACC"][3] = EnumEntry("MAV_ODID_TIME_ACC_0_3_SECOND", """The timestamp accuracy is smaller than or equal to 0.3 second.""")
 MAV_ODID_TIME_ACC_0_4_SECOND = 4
-enums["MAV_ODID_TIME_ACC"][4] = EnumEntry("MAV_ODID_TIME_ACC_0_4_SECOND", """The timestamp accuracy is smaller than or equal to 0.4 second.""")
 MAV_ODID_TIME_ACC_0_5_SECOND = 5
-enums["MAV_ODID_TIME_ACC"][5] = EnumEntry("MAV_ODID_TIME_ACC_0_5_SECOND", """The timestamp accuracy is smaller than or equal to 0.5 second.""")
 MAV_ODID_TIME_ACC_0_6_SECOND = 6
-enums["MAV_ODID_TIME_ACC"][6] = EnumEntry("MAV_ODID_TIME_ACC_0_6_SECOND", """The timestamp accuracy is smaller than or equal to 0.6 second.""")
 MAV_ODID_TIME_ACC_0_7_SECOND = 7
-enums["MAV_ODID_TIME_ACC"][7] = EnumEntry("MAV_ODID_TIME_ACC_0_7_SECOND", """The timestamp accuracy is smaller than or equal to 0.7 second.""")
 MAV_ODID_TIME_ACC_0_8_SECOND = 8
-enums["MAV_ODID_TIME_ACC"][8] = EnumEntry("MAV_ODID_TIME_ACC_0_8_SECOND", """The timestamp accuracy is smaller than or equal to 0.8 second.""")
 MAV_ODID_TIME_ACC_0_9_SECOND = 9
-enums["MAV_ODID_TIME_ACC"][9] = EnumEntry("MAV_ODID_TIME_ACC_0_9_SECOND", """The timestamp accuracy is smaller than or equal to 0.9 second.""")
 MAV_ODID_TIME_ACC_1_0_SECOND = 10
-enums["MAV_ODID_TIME_ACC"][10] = EnumEntry("MAV_ODID_TIME_ACC_1_0_SECOND", """The timestamp accuracy is smaller than or equal to 1.0 second.""")
 MAV_ODID_TIME_ACC_1_1_SECOND = 11
-enums["MAV_ODID_TIME_ACC"][11] = EnumEntry("MAV_ODID_TIME_ACC_1_1_SECOND", """The timestamp accuracy is smaller than or equal to 1.1 second.""")
 MAV_ODID_TIME_ACC_1_2_SECOND = 12
-enums["MAV_ODID_TIME_ACC"][12] = EnumEntry("MAV_ODID_TIME_ACC_1_2_SECOND", """The timestamp accuracy is smaller than or equal to 1.2 second.""")
 MAV_ODID_TIME_ACC_1_3_SECOND = 13
-enums["MAV_ODID_TIME_ACC"][13] = EnumEntry("MAV_ODID_TIME_ACC_1_3_SECOND", """The timestamp accuracy is smaller than or equal to 1.3 second.""")
 MAV_ODID_TIME_ACC_1_4_SECOND = 14
-enums["MAV_ODID_TIME_ACC"][14] = EnumEntry("MAV_ODID_TIME_ACC_1_4_SECOND", """The timestamp accuracy is smaller than or equal to 1.4 second.""")
 MAV_ODID_TIME_ACC_1_5_SECOND = 15
-enums["MAV_ODID_TIME_ACC"][15] = EnumEntry("MAV_ODID_TIME_ACC_1_5_SECOND", """The timestamp accuracy is smaller than or equal to 1.5 second.""")
 MAV_ODID_TIME_ACC_ENUM_END = 16
-enums["MAV_ODID_TIME_ACC"][16] = EnumEntry("MAV_ODID_TIME_ACC_ENUM_END", """""")
 
 # MAV_ODID_AUTH_TYPE
-enums["MAV_ODID_AUTH_TYPE"] = Enum()
-enums["MAV_ODID_AUTH_TYPE"].bitmask = False
 MAV_ODID_AUTH_TYPE_NONE = 0
-enums["MAV_ODID_AUTH_TYPE"][0] = EnumEntry("MAV_ODID_AUTH_TYPE_NONE", """No authentication type is specified.""")
 MAV_ODID_AUTH_TYPE_UAS_ID_SIGNATURE = 1
-enums["MAV_ODID_AUTH_TYPE"][1] = EnumEntry("MAV_ODID_AUTH_TYPE_UAS_ID_SIGNATURE", """Signature for the UAS (Unmanned Aircraft System) ID.""")
 MAV_ODID_AUTH_TYPE_OPERATOR_ID_SIGNATURE = 2
-enums["MAV_ODID_AUTH_TYPE"][2] = EnumEntry("MAV_ODID_AUTH_TYPE_OPERATOR_ID_SIGNATURE", """Signature for the Operator ID.""")
 MAV_ODID_AUTH_TYPE_MESSAGE_SET_SIGNATURE = 3
-enums["MAV_ODID_AUTH_TYPE"][3] = EnumEntry("MAV_ODID_AUTH_TYPE_MESSAGE_SET_SIGNATURE", """Signature for the entire message set.""")
 MAV_ODID_AUTH_TYPE_NETWORK_REMOTE_ID = 4
-enums["MAV_ODID_AUTH_TYPE"][4] = EnumEntry("MAV_ODID_AUTH_TYPE_NETWORK_REMOTE_ID", """Authentication is provided by Network Remote ID.""")
 MAV_ODID_AUTH_TYPE_SPECIFIC_AUTHENTICATION = 5
-enums["MAV_ODID_AUTH_TYPE"][5] = EnumEntry("MAV_ODID_AUTH_TYPE_SPECIFIC_AUTHENTICATION", """The exact authentication type is indicated by the first byte of authentication_data and these type values are managed by ICAO.""")
 MAV_ODID_AUTH_TYPE_ENUM_END = 6
-enums["MAV_ODID_AUTH_TYPE"][6] = EnumEntry("MAV_ODID_AUTH_TYPE_ENUM_END", """""")
 
 # MAV_ODID_DESC_TYPE
-enums["MAV_ODID_DESC_TYPE"] = Enum()
-enums["MAV_ODID_DESC_TYPE"].bitmask = False
 MAV_ODID_DESC_TYPE_TEXT = 0
-enums["MAV_ODID_DESC_TYPE"][0] = EnumEntry("MAV_ODID_DESC_TYPE_TEXT", """Optional free-form text description of the purpose of the flight.""")
 MAV_ODID_DESC_TYPE_EMERGENCY = 1
-enums["MAV_ODID_DESC_TYPE"][1] = EnumEntry("MAV_ODID_DESC_TYPE_EMERGENCY", """Optional additional clarification when status == MAV_ODID_STATUS_EMERGENCY.""")
 MAV_ODID_DESC_TYPE_EXTENDED_STATUS = 2
-enums["MAV_ODID_DESC_TYPE"][2] = EnumEntry("MAV_ODID_DESC_TYPE_EXTENDED_STATUS", """Optional additional clarification when status != MAV_ODID_STATUS_EMERGENCY.""")
 MAV_ODID_DESC_TYPE_ENUM_END = 3
-enums["MAV_ODID_DESC_TYPE"][3] = EnumEntry("MAV_ODID_DESC_TYPE_ENUM_END", """""")
 
 # MAV_ODID_OPERATOR_LOCATION_TYPE
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"] = Enum()
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"].bitmask = False
 MAV_ODID_OPERATOR_LOCATION_TYPE_TAKEOFF = 0
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"][0] = EnumEntry("MAV_ODID_OPERATOR_LOCATION_TYPE_TAKEOFF", """The location/altitude of the operator is the same as the take-off location.""")
 MAV_ODID_OPERATOR_LOCATION_TYPE_LIVE_GNSS = 1
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"][1] = EnumEntry("MAV_ODID_OPERATOR_LOCATION_TYPE_LIVE_GNSS", """The location/altitude of the operator is dynamic. E.g. based on live GNSS data.""")
 MAV_ODID_OPERATOR_LOCATION_TYPE_FIXED = 2
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"][2] = EnumEntry("MAV_ODID_OPERATOR_LOCATION_TYPE_FIXED", """The location/altitude of the operator are fixed values.""")
 MAV_ODID_OPERATOR_LOCATION_TYPE_ENUM_END = 3
-enums["MAV_ODID_OPERATOR_LOCATION_TYPE"][3] = EnumEntry("MAV_ODID_OPERATOR_LOCATION_TYPE_ENUM_END", """""")
 
 # MAV_ODID_CLASSIFICATION_TYPE
-enums["MAV_ODID_CLASSIFICATION_TYPE"] = Enum()
-enums["MAV_ODID_CLASSIFICATION_TYPE"].bitmask = False
 MAV_ODID_CLASSIFICATION_TYPE_UNDECLARED = 0
-enums["MAV_ODID_CLASSIFICATION_TYPE"][0] = EnumEntry("MAV_ODID_CLASSIFICATION_TYPE_UNDECLARED", """The classification type for the UA is undeclared.""")
 MAV_ODID_CLASSIFICATION_TYPE_EU = 1
-enums["MAV_ODID_CLASSIFICATION_TYPE"][1] = EnumEntry("MAV_ODID_CLASSIFICATION_TYPE_EU", """The classification type for the UA follows EU (European Union) specifications.""")
 MAV_ODID_CLASSIFICATION_TYPE_ENUM_END = 2
-enums["MAV_ODID_CLASSIFICATION_TYPE"][2] = EnumEntry("MAV_ODID_CLASSIFICATION_TYPE_ENUM_END", """""")
 
 # MAV_ODID_CATEGORY_EU
-enums["MAV_ODID_CATEGORY_EU"] = Enum()
-enums["MAV_ODID_CATEGORY_EU"].bitmask = False
 MAV_ODID_CATEGORY_EU_UNDECLARED = 0
-enums["MAV_ODID_CATEGORY_EU"][0] = EnumEntry("MAV_ODID_CATEGORY_EU_UNDECLARED", """The category for the UA, according to the EU specification, is undeclared.""")
 MAV_ODID_CATEGORY_EU_OPEN = 1
-enums["MAV_ODID_CATEGORY_EU"][1] = EnumEntry("MAV_ODID_CATEGORY_EU_OPEN", """The category for the UA, according to the EU specification, is the Open category.""")
 MAV_ODID_CATEGORY_EU_SPECIFIC = 2
-enums["MAV_ODID_CATEGORY_EU"][2] = EnumEntry("MAV_ODID_CATEGORY_EU_SPECIFIC", """The category for the UA, according to the EU specification, is the Specific category.""")
 MAV_ODID_CATEGORY_EU_CERTIFIED = 3
-enums["MAV_ODID_CATEGORY_EU"][3] = EnumEntry("MAV_ODID_CATEGORY_EU_CERTIFIED", """The category for the UA, according to the EU specification, is the Certified category.""")
 MAV_ODID_CATEGORY_EU_ENUM_END = 4
-enums["MAV_ODID_CATEGORY_EU"][4] = EnumEntry("MAV_ODID_CATEGORY_EU_ENUM_END", """""")
 
 # MAV_ODID_CLASS_EU
-enums["MAV_ODID_CLASS_EU"] = Enum()
-enums["MAV_ODID_CLASS_EU"].bitmask = False
 MAV_ODID_CLASS_EU_UNDECLARED = 0
-enums["MAV_ODID_CLASS_EU"][0] = EnumEntry("MAV_ODID_CLASS_EU_UNDECLARED", """The class for the UA, according to the EU specification, is undeclared.""")
 MAV_ODID_CLASS_EU_CLASS_0 = 1
-enums["MAV_ODID_CLASS_EU"][1] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_0", """The class for the UA, according to the EU specification, is Class 0.""")
 MAV_ODID_CLASS_EU_CLASS_1 = 2
-enums["MAV_ODID_CLASS_EU"][2] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_1", """The class for the UA, according to the EU specification, is Class 1.""")
 MAV_ODID_CLASS_EU_CLASS_2 = 3
-enums["MAV_ODID_CLASS_EU"][3] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_2", """The class for the UA, according to the EU specification, is Class 2.""")
 MAV_ODID_CLASS_EU_CLASS_3 = 4
-enums["MAV_ODID_CLASS_EU"][4] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_3", """The class for the UA, according to the EU specification, is Class 3.""")
 MAV_ODID_CLASS_EU_CLASS_4 = 5
-enums["MAV_ODID_CLASS_EU"][5] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_4", """The class for the UA, according to the EU specification, is Class 4.""")
 MAV_ODID_CLASS_EU_CLASS_5 = 6
-enums["MAV_ODID_CLASS_EU"][6] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_5", """The class for the UA, according to the EU specification, is Class 5.""")
 MAV_ODID_CLASS_EU_CLASS_6 = 7
-enums["MAV_ODID_CLASS_EU"][7] = EnumEntry("MAV_ODID_CLASS_EU_CLASS_6", """The class for the UA, according to the EU specification, is Class 6.""")
 MAV_ODID_CLASS_EU_ENUM_END = 8
-enums["MAV_ODID_CLASS_EU"][8] = EnumEntry("MAV_ODID_CLASS_EU_ENUM_END", """""")
 
 # MAV_ODID_OPERATOR_ID_TYPE
-enums["MAV_ODID_OPERATOR_ID_TYPE"] = Enum()
-enums["MAV_ODID_OPERATOR_ID_TYPE"].bitmask = False
 MAV_ODID_OPERATOR_ID_TYPE_CAA = 0
-enums["MAV_ODID_OPERATOR_ID_TYPE"][0] = EnumEntry("MAV_ODID_OPERATOR_ID_TYPE_CAA", """CAA (Civil Aviation Authority) registered operator ID.""")
 MAV_ODID_OPERATOR_ID_TYPE_ENUM_END = 1
-enums["MAV_ODID_OPERATOR_ID_TYPE"][1] = EnumEntry("MAV_ODID_OPERATOR_ID_TYPE_ENUM_END", """""")
 
 # MAV_ODID_ARM_STATUS
-enums["MAV_ODID_ARM_STATUS"] = Enum()
-enums["MAV_ODID_ARM_STATUS"].bitmask = False
 MAV_ODID_ARM_STATUS_GOOD_TO_ARM = 0
-enums["MAV_ODID_ARM_STATUS"][0] = EnumEntry("MAV_ODID_ARM_STATUS_GOOD_TO_ARM", """Passing arming checks.""")
 MAV_ODID_ARM_STATUS_PRE_ARM_FAIL_GENERIC = 1
-enums["MAV_ODID_ARM_STATUS"][1] = EnumEntry("MAV_ODID_ARM_STATUS_PRE_ARM_FAIL_GENERIC", """Generic arming failure, see error string for details.""")
 MAV_ODID_ARM_STATUS_ENUM_END = 2
-enums["MAV_ODID_ARM_STATUS"][2] = EnumEntry("MAV_ODID_ARM_STATUS_ENUM_END", """""")
 
 # AIS_TYPE
-enums["AIS_TYPE"] = Enum()
-enums["AIS_TYPE"].bitmask = False
 AIS_TYPE_UNKNOWN = 0
-enums["AIS_TYPE"][0] = EnumEntry("AIS_TYPE_UNKNOWN", """Not available (default).""")
 AIS_TYPE_RESERVED_1 = 1
-enums["AIS_TYPE"][1] = EnumEntry("AIS_TYPE_RESERVED_1", """""")
 AIS_TYPE_RESERVED_2 = 2
-enums["AIS_TYPE"][2] = EnumEntry("AIS_TYPE_RESERVED_2", """""")
 AIS_TYPE_RESERVED_3 = 3
-enums["AIS_TYPE"][3] = EnumEntry("AIS_TYPE_RESERVED_3", """""")
 AIS_TYPE_RESERVED_4 = 4
-enums["AIS_TYPE"][4] = EnumEntry("AIS_TYPE_RESERVED_4", """""")
 AIS_TYPE_RESERVED_5 = 5
-enums["AIS_TYPE"][5] = EnumEntry("AIS_TYPE_RESERVED_5", """""")
 AIS_TYPE_RESERVED_6 = 6
-enums["AIS_TYPE"][6] = EnumEntry("AIS_TYPE_RESERVED_6", """""")
 AIS_TYPE_RESERVED_7 = 7
-enums["AIS_TYPE"][7] = EnumEntry("AIS_TYPE_RESERVED_7", """""")
 AIS_TYPE_RESERVED_8 = 8
-enums["AIS_TYPE"][8] = EnumEntry("AIS_TYPE_RESERVED_8", """""")
 AIS_TYPE_RESERVED_9 = 9
-enums["AIS_TYPE"][9] = EnumEntry("AIS_TYPE_RESERVED_9", """""")
 AIS_TYPE_RESERVED_10 = 10
-enums["AIS_TYPE"][10] = EnumEntry("AIS_TYPE_RESERVED_10", """""")
 AIS_TYPE_RESERVED_11 = 11
-enums["AIS_TYPE"][11] = EnumEntry("AIS_TYPE_RESERVED_11", """""")
 AIS_TYPE_RESERVED_12 = 12
-enums["AIS_TYPE"][12] = EnumEntry("AIS_TYPE_RESERVED_12", """""")
 AIS_TYPE_RESERVED_13 = 13
-enums["AIS_TYPE"][13] = EnumEntry("AIS_TYPE_RESERVED_13", """""")
 AIS_TYPE_RESERVED_14 = 14
-enums["AIS_TYPE"][14] = EnumEntry("AIS_TYPE_RESERVED_14", """""")
 AIS_TYPE_RESERVED_15 = 15
-enums["AIS_TYPE"][15] = EnumEntry("AIS_TYPE_RESERVED_15", """""")
 AIS_TYPE_RESERVED_16 = 16
-enums["AIS_TYPE"][16] = EnumEntry("AIS_TYPE_RESERVED_16", """""")
 AIS_TYPE_RESERVED_17 = 17
-enums["AIS_TYPE"][17] = EnumEntry("AIS_TYPE_RESERVED_17", """""")
 AIS_TYPE_RESERVED_18 = 18
-enums["AIS_TYPE"][18] = EnumEntry("AIS_TYPE_RESERVED_18", """""")
 AIS_TYPE_RESERVED_19 = 19
-enums["AIS_TYPE"][19] = EnumEntry("AIS_TYPE_RESERVED_19", """""")
 AIS_TYPE_WIG = 20
-enums["AIS_TYPE"][20] = EnumEntry("AIS_TYPE_WIG", """Wing In Ground effect.""")
 AIS_TYPE_WIG_HAZARDOUS_A = 21
-enums["AIS_TYPE"][21] = EnumEntry("AIS_TYPE_WIG_HAZARDOUS_A", """""")
 AIS_TYPE_WIG_HAZARDOUS_B = 22
-enums["AIS_TYPE"][22] = EnumEntry("AIS_TYPE_WIG_HAZARDOUS_B", """""")
 AIS_TYPE_WIG_HAZARDOUS_C = 23
-enums["AIS_TYPE"][23] = EnumEntry("AIS_TYPE_WIG_HAZARDOUS_C", """""")
 AIS_TYPE_WIG_HAZARDOUS_D = 24
-enums["AIS_TYPE"][24] = EnumEntry("AIS_TYPE_WIG_HAZARDOUS_D", """""")
 AIS_TYPE_WIG_RESERVED_1 = 25
-enums["AIS_TYPE"][25] = EnumEntry("AIS_TYPE_WIG_RESERVED_1", """""")
 AIS_TYPE_WIG_RESERVED_2 = 26
-enums["AIS_TYPE"][26] = EnumEntry("AIS_TYPE_WIG_RESERVED_2", """""")
 AIS_TYPE_WIG_RESERVED_3 = 27
-enums["AIS_TYPE"][27] = EnumEntry("AIS_TYPE_WIG_RESERVED_3", """""")
 AIS_TYPE_WIG_RESERVED_4 = 28
-enums["AIS_TYPE"][28] = EnumEntry("AIS_TYPE_WIG_RESERVED_4", """""")
 AIS_TYPE_WIG_RESERVED_5 = 29
-enums["AIS_TYPE"][29] = EnumEntry("AIS_TYPE_WIG_RESERVED_5", """""")
 AIS_TYPE_FISHING = 30
-enums["AIS_TYPE"][30] = EnumEntry("AIS_TYPE_FISHING", """""")
 AIS_TYPE_TOWING = 31
-enums["AIS_TYPE"][31] = EnumEntry("AIS_TYPE_TOWING", """""")
 AIS_TYPE_TOWING_LARGE = 32
-enums["AIS_TYPE"][32] = EnumEntry("AIS_TYPE_TOWING_LARGE", """Towing: length exceeds 200m or breadth exceeds 25m.""")
 AIS_TYPE_DREDGING = 33
-enums["AIS_TYPE"][33] = EnumEntry("AIS_TYPE_DREDGING", """Dredging or other underwater ops.""")
 AIS_TYPE_DIVING = 34
-enums["AIS_TYPE"][34] = EnumEntry("AIS_TYPE_DIVING", """""")
 AIS_TYPE_MILITARY = 35
-enums["AIS_TYPE"][35] = EnumEntry("AIS_TYPE_MILITARY", """""")
 AIS_TYPE_SAILING = 36
-enums["AIS_TYPE"][36] = EnumEntry("AIS_TYPE_SAILING", """""")
 AIS_TYPE_PLEASURE = 37
-enums["AIS_TYPE"][37] = EnumEntry("AIS_TYPE_PLEASURE", """""")
 AIS_TYPE_RESERVED_20 = 38
-enums["AIS_TYPE"][38] = EnumEntry("AIS_TYPE_RESERVED_20", """""")
 AIS_TYPE_RESERVED_21 = 39
-enums["AIS_TYPE"][39] = EnumEntry("AIS_TYPE_RESERVED_21", """""")
 AIS_TYPE_HSC = 40
-enums["AIS_TYPE"][40] = EnumEntry("AIS_TYPE_HSC", """High Speed Craft.""")
 AIS_TYPE_HSC_HAZARDOUS_A = 41
-enums["AIS_TYPE"][41] = EnumEntry("AIS_TYPE_HSC_HAZARDOUS_A", """""")
 AIS_TYPE_HSC_HAZARDOUS_B = 42
-enums["AIS_TYPE"][42] = EnumEntry("AIS_TYPE_HSC_HAZARDOUS_B", """""")
 AIS_TYPE_HSC_HAZARDOUS_C = 43
-enums["AIS_TYPE"][43] = EnumEntry("AIS_TYPE_HSC_HAZARDOUS_C", """""")
 AIS_TYPE_HSC_HAZARDOUS_D = 44
-enums["AIS_TYPE"][44] = EnumEntry("AIS_TYPE_HSC_HAZARDOUS_D", """""")
 AIS_TYPE_HSC_RESERVED_1 = 45
-enums["AIS_TYPE"][45] = EnumEntry("AIS_TYPE_HSC_RESERVED_1", """""")
 AIS_TYPE_HSC_RESERVED_2 = 46
-enums["AIS_TYPE"][46] = EnumEntry("AIS_TYPE_HSC_RESERVED_2", """""")
 AIS_TYPE_HSC_RESERVED_3 = 47
-enums["AIS_TYPE"][47] = EnumEntry("AIS_TYPE_HSC_RESERVED_3", """""")
 AIS_TYPE_HSC_RESERVED_4 = 48
-enums["AIS_TYPE"][48] = EnumEntry("AIS_TYPE_HSC_RESERVED_4", """""")
 AIS_TYPE_HSC_UNKNOWN = 49
-enums["AIS_TYPE"][49] = EnumEntry("AIS_TYPE_HSC_UNKNOWN", """""")
 AIS_TYPE_PILOT = 50
-enums["AIS_TYPE"][50] = EnumEntry("AIS_TYPE_PILOT", """""")
 AIS_TYPE_SAR = 51
-enums["AIS_TYPE"][51] = EnumEntry("AIS_TYPE_SAR", """Search And Rescue vessel.""")
 AIS_TYPE_TUG = 52
-enums["AIS_TYPE"][52] = EnumEntry("AIS_TYPE_TUG", """""")
 AIS_TYPE_PORT_TENDER = 53
-enums["AIS_TYPE"][53] = EnumEntry("AIS_TYPE_PORT_TENDER", """""")
 AIS_TYPE_ANTI_POLLUTION = 54
-enums["AIS_TYPE"][54] = EnumEntry("AIS_TYPE_ANTI_POLLUTION", """Anti-pollution equipment.""")
 AIS_TYPE_LAW_ENFORCEMENT = 55
-enums["AIS_TYPE"][55] = EnumEntry("AIS_TYPE_LAW_ENFORCEMENT", """""")
 AIS_TYPE_SPARE_LOCAL_1 = 56
-enums["AIS_TYPE"][56] = EnumEntry("AIS_TYPE_SPARE_LOCAL_1", """""")
 AIS_TYPE_SPARE_LOCAL_2 = 57
-enums["AIS_TYPE"][57] = EnumEntry("AIS_TYPE_SPARE_LOCAL_2", """""")
 AIS_TYPE_MEDICAL_TRANSPORT = 58
-enums["AIS_TYPE"][58] = EnumEntry("AIS_TYPE_MEDICAL_TRANSPORT", """""")
 AIS_TYPE_NONECOMBATANT = 59
-enums["AIS_TYPE"][59] = EnumEntry("AIS_TYPE_NONECOMBATANT", """Noncombatant ship according to RR Resolution No. 18.""")
 AIS_TYPE_PASSENGER = 60
-enums["AIS_TYPE"][60] = EnumEntry("AIS_TYPE_PASSENGER", """""")
 AIS_TYPE_PASSENGER_HAZARDOUS_A = 61
-enums["AIS_TYPE"][61] = EnumEntry("AIS_TYPE_PASSENGER_HAZARDOUS_A", """""")
 AIS_TYPE_PASSENGER_HAZARDOUS_B = 62
-enums["AIS_TYPE"][62] = EnumEntry("AIS_TYPE_PASSENGER_HAZARDOUS_B", """""")
 AIS_TYPE_PASSENGER_HAZARDOUS_C = 63
-enums["AIS_TYPE"][63] = EnumEntry("AIS_TYPE_PASSENGER_HAZARDOUS_C", """""")
 AIS_TYPE_PASSENGER_HAZARDOUS_D = 64
-enums["AIS_TYPE"][64] = EnumEntry("AIS_TYPE_PASSENGER_HAZARDOUS_D", """""")
 AIS_TYPE_PASSENGER_RESERVED_1 = 65
-enums["AIS_TYPE"][65] = EnumEntry("AIS_TYPE_PASSENGER_RESERVED_1", """""")
 AIS_TYPE_PASSENGER_RESERVED_2 = 66
-enums["AIS_TYPE"][66] = EnumEntry("AIS_TYPE_PASSENGER_RESERVED_2", """""")
 AIS_TYPE_PASSENGER_RESERVED_3 = 67
-enums["AIS_TYPE"][67] = EnumEntry("AIS_TYPE_PASSENGER_RESERVED_3", """""")
 AIS_TYPE_PASSENGER_RESERVED_4 = 68
-enums["AIS_TYPE"][68] = EnumEntry("AIS_TYPE_PASSENGER_RESERVED_4", """""")
 AIS_TYPE_PASSENGER_UNKNOWN = 69
-enums["AIS_TYPE"][69] = EnumEntry("AIS_TYPE_PASSENGER_UNKNOWN", """""")
 AIS_TYPE_CARGO = 70
-enums["AIS_TYPE"][70] = EnumEntry("AIS_TYPE_CARGO", """""")
 AIS_TYPE_CARGO_HAZARDOUS_A = 71
-enums["AIS_TYPE"][71] = EnumEntry("AIS_TYPE_CARGO_HAZARDOUS_A", """""")
 AIS_TYPE_CARGO_HAZARDOUS_B = 72
-enums["AIS_TYPE"][72] = EnumEntry("AIS_TYPE_CARGO_HAZARDOUS_B", """""")
 AIS_TYPE_CARGO_HAZARDOUS_C = 73
-enums["AIS_TYPE"][73] = EnumEntry("AIS_TYPE_CARGO_HAZARDOUS_C", """""")
 AIS_TYPE_CARGO_HAZARDOUS_D = 74
-enums["AIS_TYPE"][74] = EnumEntry("AIS_TYPE_CARGO_HAZARDOUS_D", """""")
 AIS_TYPE_CARGO_RESERVED_1 = 75
-enums["AIS_TYPE"][75] = EnumEntry("AIS_TYPE_CARGO_RESERVED_1", """""")
 AIS_TYPE_CARGO_RESERVED_2 = 76
-enums["AIS_TYPE"][76] = EnumEntry("AIS_TYPE_CARGO_RESERVED_2", """""")
 AIS_TYPE_CARGO_RESERVED_3 = 77
-enums["AIS_TYPE"][77] = EnumEntry("AIS_TYPE_CARGO_RESERVED_3", """""")
 AIS_TYPE_CARGO_RESERVED_4 = 78
-enums["AIS_TYPE"][78] = EnumEntry("AIS_TYPE_CARGO_RESERVED_4", """""")
 AIS_TYPE_CARGO_UNKNOWN = 79
-enums["AIS_TYPE"][79] = EnumEntry("AIS_TYPE_CARGO_UNKNOWN", """""")
 AIS_TYPE_TANKER = 80
-enums["AIS_TYPE"][80] = EnumEntry("AIS_TYPE_TANKER", """""")
 AIS_TYPE_TANKER_HAZARDOUS_A = 81
-enums["AIS_TYPE"][81] = EnumEntry("AIS_TYPE_TANKER_HAZARDOUS_A", """""")
 AIS_TYPE_TANKER_HAZARDOUS_B = 82
-enums["AIS_TYPE"][82] = EnumEntry("AIS_TYPE_TANKER_HAZARDOUS_B", """""")
 AIS_TYPE_TANKER_HAZARDOUS_C = 83
-enums["AIS_TYPE"][83] = EnumEntry("AIS_TYPE_TANKER_HAZARDOUS_C", """""")
 AIS_TYPE_TANKER_HAZARDOUS_D = 84
-enums["AIS_TYPE"][84] = EnumEntry("AIS_TYPE_TANKER_HAZARDOUS_D", """""")
 AIS_TYPE_TANKER_RESERVED_1 = 85
-enums["AIS_TYPE"][85] = EnumEntry("AIS_TYPE_TANKER_RESERVED_1", """""")
 AIS_TYPE_TANKER_RESERVED_2 = 86
-enums["AIS_TYPE"][86] = EnumEntry("AIS_TYPE_TANKER_RESERVED_2", """""")
 AIS_TYPE_TANKER_RESERVED_3 = 87
-enums["AIS_TYPE"][87] = EnumEntry("AIS_TYPE_TANKER_RESERVED_3", """""")
 AIS_TYPE_TANKER_RESERVED_4 = 88
-enums["AIS_TYPE"][88] = EnumEntry("AIS_TYPE_TANKER_RESERVED_4", """""")
 AIS_TYPE_TANKER_UNKNOWN = 89
-enums["AIS_TYPE"][89] = EnumEntry("AIS_TYPE_TANKER_UNKNOWN", """""")
 AIS_TYPE_OTHER = 90
-enums["AIS_TYPE"][90] = EnumEntry("AIS_TYPE_OTHER", """""")
 AIS_TYPE_OTHER_HAZARDOUS_A = 91
-enums["AIS_TYPE"][91] = EnumEntry("AIS_TYPE_OTHER_HAZARDOUS_A", """""")
 AIS_TYPE_OTHER_HAZARDOUS_B = 92
-enums["AIS_TYPE"][92] = EnumEntry("AIS_TYPE_OTHER_HAZARDOUS_B", """""")
 AIS_TYPE_OTHER_HAZARDOUS_C = 93
-enums["AIS_TYPE"][93] = EnumEntry("AIS_TYPE_OTHER_HAZARDOUS_C", """""")
 AIS_TYPE_OTHER_HAZARDOUS_D = 94
-enums["AIS_TYPE"][94] = EnumEntry("AIS_TYPE_OTHER_HAZARDOUS_D", """""")
 AIS_TYPE_OTHER_RESERVED_1 = 95
-enums["AIS_TYPE"][95] = EnumEntry("AIS_TYPE_OTHER_RESERVED_1", """""")
 AIS_TYPE_OTHER_RESERVED_2 = 96
-enums["AIS_TYPE"][96] = EnumEntry("AIS_TYPE_OTHER_RESERVED_2", """""")
 AIS_TYPE_OTHER_RESERVED_3 = 97
-enums["AIS_TYPE"][97] = EnumEntry("AIS_TYPE_OTHER_RESERVED_3", """""")
 AIS_TYPE_OTHER_RESERVED_4 = 98
-enums["AIS_TYPE"][98] = EnumEntry("AIS_TYPE_OTHER_RESERVED_4", """""")
 AIS_TYPE_OTHER_UNKNOWN = 99
-enums["AIS_TYPE"][99] = EnumEntry("AIS_TYPE_OTHER_UNKNOWN", """""")
 AIS_TYPE_ENUM_END = 100
-enums["AIS_TYPE"][100] = EnumEntry("AIS_TYPE_ENUM_END", """""")
 
 # AIS_NAV_STATUS
-enums["AIS_NAV_STATUS"] = Enum()
-enums["AIS_NAV_STATUS"].bitmask = False
 AIS_NAV_STATUS_UNDER_WAY = 0
-enums["AIS_NAV_STATUS"][0] = EnumEntry("AIS_NAV_STATUS_UNDER_WAY", """Under way using engine.""")
 AIS_NAV_STATUS_ANCHORED = 1
-enums["AIS_NAV_STATUS"][1] = EnumEntry("AIS_NAV_STATUS_ANCHORED", """""")
 AIS_NAV_STATUS_UN_COMMANDED = 2
-enums["AIS_NAV_STATUS"][2] = EnumEntry("AIS_NAV_STATUS_UN_COMMANDED", """""")
 AIS_NAV_STATUS_RESTRICTED_MANOEUVERABILITY = 3
-enums["AIS_NAV_STATUS"][3] = EnumEntry("AIS_NAV_STATUS_RESTRICTED_MANOEUVERABILITY", """""")
 AIS_NAV_STATUS_DRAUGHT_CONSTRAINED = 4
-enums["AIS_NAV_STATUS"][4] = EnumEntry("AIS_NAV_STATUS_DRAUGHT_CONSTRAINED", """""")
 AIS_NAV_STATUS_MOORED = 5
-enums["AIS_NAV_STATUS"][5] = EnumEntry("AIS_NAV_STATUS_MOORED", """""")
 AIS_NAV_STATUS_AGROUND = 6
-enums["AIS_NAV_STATUS"][6] = EnumEntry("AIS_NAV_STATUS_AGROUND", """""")
 AIS_NAV_STATUS_FISHING = 7
-enums["AIS_NAV_STATUS"][7] = EnumEntry("AIS_NAV_STATUS_FISHING", """""")
 AIS_NAV_STATUS_SAILING = 8
-enums["AIS_NAV_STATUS"][8] = EnumEntry("AIS_NAV_STATUS_SAILING", """""")
 AIS_NAV_STATUS_RESERVED_HSC = 9
-enums["AIS_NAV_STATUS"][9] = EnumEntry("AIS_NAV_STATUS_RESERVED_HSC", """""")
 AIS_NAV_STATUS_RESERVED_WIG = 10
-enums["AIS_NAV_STATUS"][10] = EnumEntry("AIS_NAV_STATUS_RESERVED_WIG", """""")
 AIS_NAV_STATUS_RESERVED_1 = 11
-enums["AIS_NAV_STATUS"][11] = EnumEntry("AIS_NAV_STATUS_RESERVED_1", """""")
 AIS_NAV_STATUS_RESERVED_2 = 12
-enums["AIS_NAV_STATUS"][12] = EnumEntry("AIS_NAV_STATUS_RESERVED_2", """""")
 AIS_NAV_STATUS_RESERVED_3 = 13
-enums["AIS_NAV_STATUS"][13] = EnumEntry("AIS_NAV_STATUS_RESERVED_3", """""")
 AIS_NAV_STATUS_AIS_SART = 14
-enums["AIS_NAV_STATUS"][14] = EnumEntry("AIS_NAV_STATUS_AIS_SART", """Search And Rescue Transponder.""")
 AIS_NAV_STATUS_UNKNOWN = 15
-enums["AIS_NAV_STATUS"][15] = EnumEntry("AIS_NAV_STATUS_UNKNOWN", """Not available (default).""")
 AIS_NAV_STATUS_ENUM_END = 16
-enums["AIS_NAV_STATUS"][16] = EnumEntry("AIS_NAV_STATUS_ENUM_END", """""")
 
 # AIS_FLAGS
-enums["AIS_FLAGS"] = Enum()
-enums["AIS_FLAGS"].bitmask = True
 AIS_FLAGS_POSITION_ACCURACY = 1
-enums["AIS_FLAGS"][1] = EnumEntry("AIS_FLAGS_POSITION_ACCURACY", """1 = Position accuracy less than 10m, 0 = position accuracy greater than 10m.""")
 AIS_FLAGS_VALID_COG = 2
-enums["AIS_FLAGS"][2] = EnumEntry("AIS_FLAGS_VALID_COG", """""")
 AIS_FLAGS_VALID_VELOCITY = 4
-enums["AIS_FLAGS"][4] = EnumEntry("AIS_FLAGS_VALID_VELOCITY", """""")
 AIS_FLAGS_HIGH_VELOCITY = 8
-enums["AIS_FLAGS"][8] = EnumEntry("AIS_FLAGS_HIGH_VELOCITY", """1 = Velocity over 52.5765m/s (102.2 knots)""")
 AIS_FLAGS_VALID_TURN_RATE = 16
-enums["AIS_FLAGS"][16] = EnumEntry("AIS_FLAGS_VALID_TURN_RATE", """""")
 AIS_FLAGS_TURN_RATE_SIGN_ONLY = 32
-enums["AIS_FLAGS"][32] = EnumEntry("AIS_FLAGS_TURN_RATE_SIGN_ONLY", """Only the sign of the returned turn rate value is valid, either greater than 5deg/30s or less than -5deg/30s""")
 AIS_FLAGS_VALID_DIMENSIONS = 64
-enums["AIS_FLAGS"][64] = EnumEntry("AIS_FLAGS_VALID_DIMENSIONS", """""")
 AIS_FLAGS_LARGE_BOW_DIMENSION = 128
-enums["AIS_FLAGS"][128] = EnumEntry("AIS_FLAGS_LARGE_BOW_DIMENSION", """Distance to bow is larger than 511m""")
 AIS_FLAGS_LARGE_STERN_DIMENSION = 256
-enums["AIS_FLAGS"][256] = EnumEntry("AIS_FLAGS_LARGE_STERN_DIMENSION", """Distance to stern is larger than 511m""")
 AIS_FLAGS_LARGE_PORT_DIMENSION = 512
-enums["AIS_FLAGS"][512] = EnumEntry("AIS_FLAGS_LARGE_PORT_DIMENSION", """Distance to port side is larger than 63m""")
 AIS_FLAGS_LARGE_STARBOARD_DIMENSION = 1024
-enums["AIS_FLAGS"][1024] = EnumEntry("AIS_FLAGS_LARGE_STARBOARD_DIMENSION", """Distance to starboard side is larger than 63m""")
 AIS_FLAGS_VALID_CALLSIGN = 2048
-enums["AIS_FLAGS"][2048] = EnumEntry("AIS_FLAGS_VALID_CALLSIGN", """""")
 AIS_FLAGS_VALID_NAME = 4096
-enums["AIS_FLAGS"][4096] = EnumEntry("AIS_FLAGS_VALID_NAME", """""")
 AIS_FLAGS_ENUM_END = 4097
-enums["AIS_FLAGS"][4097] = EnumEntry("AIS_FLAGS_ENUM_END", """""")
 
 # FAILURE_UNIT
-enums["FAILURE_UNIT"] = Enum()
-enums["FAILURE_UNIT"].bitmask = False
 FAILURE_UNIT_SENSOR_GYRO = 0
-enums["FAILURE_UNIT"][0] = EnumEntry("FAILURE_UNIT_SENSOR_GYRO", """""")
 FAILURE_UNIT_SENSOR_ACCEL = 1
-enums["FAILURE_UNIT"][1] = EnumEntry("FAILURE_UNIT_SENSOR_ACCEL", """""")
 FAILURE_UNIT_SENSOR_MAG = 2
-enums["FAILURE_UNIT"][2] = EnumEntry("FAILURE_UNIT_SENSOR_MAG", """""")
 FAILURE_UNIT_SENSOR_BARO = 3
-enums["FAILURE_UNIT"][3] = EnumEntry("FAILURE_UNIT_SENSOR_BARO", """""")
 FAILURE_UNIT_SENSOR_GPS = 4
-enums["FAILURE_UNIT"][4] = EnumEntry("FAILURE_UNIT_SENSOR_GPS", """""")
 FAILURE_UNIT_SENSOR_OPTICAL_FLOW = 5
-enums["FAILURE_UNIT"][5] = EnumEntry("FAILURE_UNIT_SENSOR_OPTICAL_FLOW", """""")
 FAILURE_UNIT_SENSOR_VIO = 6
-enums["FAILURE_UNIT"][6] = EnumEntry("FAILURE_UNIT_SENSOR_VIO", """""")
 FAILURE_UNIT_SENSOR_DISTANCE_SENSOR = 7
-enums["FAILURE_UNIT"][7] = EnumEntry("FAILURE_UNIT_SENSOR_DISTANCE_SENSOR", """""")
 FAILURE_UNIT_SENSOR_AIRSPEED = 8
-enums["FAILURE_UNIT"][8] = EnumEntry("FAILURE_UNIT_SENSOR_AIRSPEED", """""")
 FAILURE_UNIT_SYSTEM_BATTERY = 100
-enums["FAILURE_UNIT"][100] = EnumEntry("FAILURE_UNIT_SYSTEM_BATTERY", """""")
 FAILURE_UNIT_SYSTEM_MOTOR = 101
-enums["FAILURE_UNIT"][101] = EnumEntry("FAILURE_UNIT_SYSTEM_MOTOR", """""")
 FAILURE_UNIT_SYSTEM_SERVO = 102
-enums["FAILURE_UNIT"][102] = EnumEntry("FAILURE_UNIT_SYSTEM_SERVO", """""")
 FAILURE_UNIT_SYSTEM_AVOIDANCE = 103
-enums["FAILURE_UNIT"][103] = EnumEntry("FAILURE_UNIT_SYSTEM_AVOIDANCE", """""")
 FAILURE_UNIT_SYSTEM_RC_SIGNAL = 104
-enums["FAILURE_UNIT"][104] = EnumEntry("FAILURE_UNIT_SYSTEM_RC_SIGNAL", """""")
 FAILURE_UNIT_SYSTEM_MAVLINK_SIGNAL = 105
-enums["FAILURE_UNIT"][105] = EnumEntry("FAILURE_UNIT_SYSTEM_MAVLINK_SIGNAL", """""")
 FAILURE_UNIT_ENUM_END = 106
-enums["FAILURE_UNIT"][106] = EnumEntry("FAILURE_UNIT_ENUM_END", """""")
 
 # FAILURE_TYPE
-enums["FAILURE_TYPE"] = Enum()
-enums["FAILURE_TYPE"].bitmask = False
 FAILURE_TYPE_OK = 0
-enums["FAILURE_TYPE"][0] = EnumEntry("FAILURE_TYPE_OK", """No failure injected, used to reset a previous failure.""")
 FAILURE_TYPE_OFF = 1
-enums["FAILURE_TYPE"][1] = EnumEntry("FAILURE_TYPE_OFF", """Sets unit off, so completely non-responsive.""")
 FAILURE_TYPE_STUCK = 2
-enums["FAILURE_TYPE"][2] = EnumEntry("FAILURE_TYPE_STUCK", """Unit is stuck e.g. keeps reporting the same value.""")
 FAILURE_TYPE_GARBAGE = 3
-enums["FAILURE_TYPE"][3] = EnumEntry("FAILURE_TYPE_GARBAGE", """Unit is reporting complete garbage.""")
 FAILURE_TYPE_WRONG = 4
-enums["FAILURE_TYPE"][4] = EnumEntry("FAILURE_TYPE_WRONG", """Unit is consistently wrong.""")
 FAILURE_TYPE_SLOW = 5
-enums["FAILURE_TYPE"][5] = EnumEntry("FAILURE_TYPE_SLOW", """Unit is slow, so e.g. reporting at slower than expected rate.""")
 FAILURE_TYPE_DELAYED = 6
-enums["FAILURE_TYPE"][6] = EnumEntry("FAILURE_TYPE_DELAYED", """Data of unit is delayed in time.""")
 FAILURE_TYPE_INTERMITTENT = 7
-enums["FAILURE_TYPE"][7] = EnumEntry("FAILURE_TYPE_INTERMITTENT", """Unit is sometimes working, sometimes not.""")
 FAILURE_TYPE_ENUM_END = 8
-enums["FAILURE_TYPE"][8] = EnumEntry("FAILURE_TYPE_ENUM_END", """""")
 
 # NAV_VTOL_LAND_OPTIONS
-enums["NAV_VTOL_LAND_OPTIONS"] = Enum()
-enums["NAV_VTOL_LAND_OPTIONS"].bitmask = False
 NAV_VTOL_LAND_OPTIONS_DEFAULT = 0
-enums["NAV_VTOL_LAND_OPTIONS"][0] = EnumEntry("NAV_VTOL_LAND_OPTIONS_DEFAULT", """Default autopilot landing behaviour.""")
 NAV_VTOL_LAND_OPTIONS_FW_SPIRAL_APPROACH = 1
-enums["NAV_VTOL_LAND_OPTIONS"][1] = EnumEntry("NAV_VTOL_LAND_OPTIONS_FW_SPIRAL_APPROACH", """Use a fixed wing spiral desent approach before landing.""")
 NAV_VTOL_LAND_OPTIONS_FW_APPROACH = 2
-enums["NAV_VTOL_LAND_OPTIONS"][2] = EnumEntry("NAV_VTOL_LAND_OPTIONS_FW_APPROACH", """Use a fixed wing approach before detransitioning and landing vertically.""")
 NAV_VTOL_LAND_OPTIONS_ENUM_END = 3
-enums["NAV_VTOL_LAND_OPTIONS"][3] = EnumEntry("NAV_VTOL_LAND_OPTIONS_ENUM_END", """""")
 
 # MAV_WINCH_STATUS_FLAG
-enums["MAV_WINCH_STATUS_FLAG"] = Enum()
-enums["MAV_WINCH_STATUS_FLAG"].bitmask = True
 MAV_WINCH_STATUS_HEALTHY = 1
-enums["MAV_WINCH_STATUS_FLAG"][1] = EnumEntry("MAV_WINCH_STATUS_HEALTHY", """Winch is healthy""")
 MAV_WINCH_STATUS_FULLY_RETRACTED = 2
-enums["MAV_WINCH_STATUS_FLAG"][2] = EnumEntry("MAV_WINCH_STATUS_FULLY_RETRACTED", """Winch thread is fully retracted""")
 MAV_WINCH_STATUS_MOVING = 4
-enums["MAV_WINCH_STATUS_FLAG"][4] = EnumEntry("MAV_WINCH_STATUS_MOVING", """Winch motor is moving""")
 MAV_WINCH_STATUS_CLUTCH_ENGAGED = 8
-enums["MAV_WINCH_STATUS_FLAG"][8] = EnumEntry("MAV_WINCH_STATUS_CLUTCH_ENGAGED", """Winch clutch is engaged allowing motor to move freely""")
 MAV_WINCH_STATUS_FLAG_ENUM_END = 9
-enums["MAV_WINCH_STATUS_FLAG"][9] = EnumEntry("MAV_WINCH_STATUS_FLAG_ENUM_END", """""")
 
 # MAG_CAL_STATUS
-enums["MAG_CAL_STATUS"] = Enum()
-enums["MAG_CAL_STATUS"].bitmask = False
 MAG_CAL_NOT_STARTED = 0
-enums["MAG_CAL_STATUS"][0] = EnumEntry("MAG_CAL_NOT_STARTED", """""")
 MAG_CAL_WAITING_TO_START = 1
-enums["MAG_CAL_STATUS"][1] = EnumEntry("MAG_CAL_WAITING_TO_START", """""")
 MAG_CAL_RUNNING_STEP_ONE = 2
-enums["MAG_CAL_STATUS"][2] = EnumEntry("MAG_CAL_RUNNING_STEP_ONE", """""")
 MAG_CAL_RUNNING_STEP_TWO = 3
-enums["MAG_CAL_STATUS"][3] = EnumEntry("MAG_CAL_RUNNING_STEP_TWO", """""")
 MAG_CAL_SUCCESS = 4
-enums["MAG_CAL_STATUS"][4] = EnumEntry("MAG_CAL_SUCCESS", """""")
 MAG_CAL_FAILED = 5
-enums["MAG_CAL_STATUS"][5] = EnumEntry("MAG_CAL_FAILED", """""")
 MAG_CAL_FAILED_ORIENTATION = 6
-enums["MAG_CAL_STATUS"][6] = EnumEntry("MAG_CAL_FAILED_ORIENTATION", """Compass calibration failed: the vehicle orientation is outside the required tolerance.""")
 MAG_CAL_FAILED_RADIUS = 7
-enums["MAG_CAL_STATUS"][7] = EnumEntry("MAG_CAL_FAILED_RADIUS", """Compass calibration failed: the radius of the fitted sphere is unrealistically small or large.""")
 MAG_CAL_FAILED_OFFSETS = 8
-enums["MAG_CAL_STATUS"][8] = EnumEntry("MAG_CAL_FAILED_OFFSETS", """Compass calibration failed: offset magnitude too large.""")
 MAG_CAL_FAILED_DIAG_SCALING = 9
-enums["MAG_CAL_STATUS"][9] = EnumEntry("MAG_CAL_FAILED_DIAG_SCALING", """Compass calibration failed: diagonal or off-diagonal scaling values out of valid range.""")
 MAG_CAL_FAILED_RESIDUALS_HIGH = 10
-enums["MAG_CAL_STATUS"][10] = EnumEntry("MAG_CAL_FAILED_RESIDUALS_HIGH", """Compass calibration failed: fitness (RMS residual) exceeds tolerance.""")
 MAG_CAL_STATUS_ENUM_END = 11
-enums["MAG_CAL_STATUS"][11] = EnumEntry("MAG_CAL_STATUS_ENUM_END", """""")
 
 # HIL_SENSOR_UPDATED_FLAGS
-enums["HIL_SENSOR_UPDATED_FLAGS"] = Enum()
-enums["HIL_SENSOR_UPDATED_FLAGS"].bitmask = True
 HIL_SENSOR_UPDATED_XACC = 1
-enums["HIL_SENSOR_UPDATED_FLAGS"][1] = EnumEntry("HIL_SENSOR_UPDATED_XACC", """The value in the xacc field has been updated""")
 HIL_SENSOR_UPDATED_YACC = 2
-enums["HIL_SENSOR_UPDATED_FLAGS"][2] = EnumEntry("HIL_SENSOR_UPDATED_YACC", """The value in the yacc field has been updated""")
 HIL_SENSOR_UPDATED_ZACC = 4
-enums["HIL_SENSOR_UPDATED_FLAGS"][4] = EnumEntry("HIL_SENSOR_UPDATED_ZACC", """The value in the zacc field has been updated""")
 HIL_SENSOR_UPDATED_XGYRO = 8
-enums["HIL_SENSOR_UPDATED_FLAGS"][8] = EnumEntry("HIL_SENSOR_UPDATED_XGYRO", """The value in the xgyro field has been updated""")
 HIL_SENSOR_UPDATED_YGYRO = 16
-enums["HIL_SENSOR_UPDATED_FLAGS"][16] = EnumEntry("HIL_SENSOR_UPDATED_YGYRO", """The value in the ygyro field has been updated""")
 HIL_SENSOR_UPDATED_ZGYRO = 32
-enums["HIL_SENSOR_UPDATED_FLAGS"][32] = EnumEntry("HIL_SENSOR_UPDATED_ZGYRO", """The value in the zgyro field has been updated""")
 HIL_SENSOR_UPDATED_XMAG = 64
-enums["HIL_SENSOR_UPDATED_FLAGS"][64] = EnumEntry("HIL_SENSOR_UPDATED_XMAG", """The value in the xmag field has been updated""")
 HIL_SENSOR_UPDATED_YMAG = 128
-enums["HIL_SENSOR_UPDATED_FLAGS"][128] = EnumEntry("HIL_SENSOR_UPDATED_YMAG", """The value in the ymag field has been updated""")
 HIL_SENSOR_UPDATED_ZMAG = 256
-enums["HIL_SENSOR_UPDATED_FLAGS"][256] = EnumEntry("HIL_SENSOR_UPDATED_ZMAG", """The value in the zmag field has been updated""")
 HIL_SENSOR_UPDATED_ABS_PRESSURE = 512
-enums["HIL_SENSOR_UPDATED_FLAGS"][512] = EnumEntry("HIL_SENSOR_UPDATED_ABS_PRESSURE", """The value in the abs_pressure field has been updated""")
 HIL_SENSOR_UPDATED_DIFF_PRESSURE = 1024
-enums["HIL_SENSOR_UPDATED_FLAGS"][1024] = EnumEntry("HIL_SENSOR_UPDATED_DIFF_PRESSURE", """The value in the diff_pressure field has been updated""")
 HIL_SENSOR_UPDATED_PRESSURE_ALT = 2048
-enums["HIL_SENSOR_UPDATED_FLAGS"][2048] = EnumEntry("HIL_SENSOR_UPDATED_PRESSURE_ALT", """The value in the pressure_alt field has been updated""")
 HIL_SENSOR_UPDATED_TEMPERATURE = 4096
-enums["HIL_SENSOR_UPDATED_FLAGS"][4096] = EnumEntry("HIL_SENSOR_UPDATED_TEMPERATURE", """The value in the temperature field has been updated""")
 HIL_SENSOR_UPDATED_RESET = 2147483648
-enums["HIL_SENSOR_UPDATED_FLAGS"][2147483648] = EnumEntry("HIL_SENSOR_UPDATED_RESET", """Full reset of attitude/position/velocities/etc was performed in sim (Bit 31).""")
 HIL_SENSOR_UPDATED_FLAGS_ENUM_END = 2147483649
-enums["HIL_SENSOR_UPDATED_FLAGS"][2147483649] = EnumEntry("HIL_SENSOR_UPDATED_FLAGS_ENUM_END", """""")
 
 # HIGHRES_IMU_UPDATED_FLAGS
-enums["HIGHRES_IMU_UPDATED_FLAGS"] = Enum()
-enums["HIGHRES_IMU_UPDATED_FLAGS"].bitmask = True
 HIGHRES_IMU_UPDATED_XACC = 1
-enums["HIGHRES_IMU_UPDATED_FLAGS"][1] = EnumEntry("HIGHRES_IMU_UPDATED_XACC", """The value in the xacc field has been updated""")
 HIGHRES_IMU_UPDATED_YACC = 2
-enums["HIGHRES_IMU_UPDATED_FLAGS"][2] = EnumEntry("HIGHRES_IMU_UPDATED_YACC", """The value in the yacc field has been updated""")
 HIGHRES_IMU_UPDATED_ZACC = 4
-enums["HIGHRES_IMU_UPDATED_FLAGS"][4] = EnumEntry("HIGHRES_IMU_UPDATED_ZACC", """The value in the zacc field has been updated since""")
 HIGHRES_IMU_UPDATED_XGYRO = 8
-enums["HIGHRES_IMU_UPDATED_FLAGS"][8] = EnumEntry("HIGHRES_IMU_UPDATED_XGYRO", """The value in the xgyro field has been updated""")
 HIGHRES_IMU_UPDATED_YGYRO = 16
-enums["HIGHRES_IMU_UPDATED_FLAGS"][16] = EnumEntry("HIGHRES_IMU_UPDATED_YGYRO", """The value in the ygyro field has been updated""")
 HIGHRES_IMU_UPDATED_ZGYRO = 32
-enums["HIGHRES_IMU_UPDATED_FLAGS"][32] = EnumEntry("HIGHRES_IMU_UPDATED_ZGYRO", """The value in the zgyro field has been updated""")
 HIGHRES_IMU_UPDATED_XMAG = 64
-enums["HIGHRES_IMU_UPDATED_FLAGS"][64] = EnumEntry("HIGHRES_IMU_UPDATED_XMAG", """The value in the xmag field has been updated""")
 HIGHRES_IMU_UPDATED_YMAG = 128
-enums["HIGHRES_IMU_UPDATED_FLAGS"][128] = EnumEntry("HIGHRES_IMU_UPDATED_YMAG", """The value in the ymag field has been updated""")
 HIGHRES_IMU_UPDATED_ZMAG = 256
-enums["HIGHRES_IMU_UPDATED_FLAGS"][256] = EnumEntry("HIGHRES_IMU_UPDATED_ZMAG", """The value in the zmag field has been updated""")
 HIGHRES_IMU_UPDATED_ABS_PRESSURE = 512
-enums["HIGHRES_IMU_UPDATED_FLAGS"][512] = EnumEntry("HIGHRES_IMU_UPDATED_ABS_PRESSURE", """The value in the abs_pressure field has been updated""")
 HIGHRES_IMU_UPDATED_DIFF_PRESSURE = 1024
-enums["HIGHRES_IMU_UPDATED_FLAGS"][1024] = EnumEntry("HIGHRES_IMU_UPDATED_DIFF_PRESSURE", """The value in the diff_pressure field has been updated""")
 HIGHRES_IMU_UPDATED_PRESSURE_ALT = 2048
-enums["HIGHRES_IMU_UPDATED_FLAGS"][2048] = EnumEntry("HIGHRES_IMU_UPDATED_PRESSURE_ALT", """The value in the pressure_alt field has been updated""")
 HIGHRES_IMU_UPDATED_TEMPERATURE = 4096
-enums["HIGHRES_IMU_UPDATED_FLAGS"][4096] = EnumEntry("HIGHRES_IMU_UPDATED_TEMPERATURE", """The value in the temperature field has been updated""")
 HIGHRES_IMU_UPDATED_FLAGS_ENUM_END = 4097
-enums["HIGHRES_IMU_UPDATED_FLAGS"][4097] = EnumEntry("HIGHRES_IMU_UPDATED_FLAGS_ENUM_END", """""")
 
 # CAN_FILTER_OP
-enums["CAN_FILTER_OP"] = Enum()
-enums["CAN_FILTER_OP"].bitmask = False
 CAN_FILTER_REPLACE = 0
-enums["CAN_FILTER_OP"][0] = EnumEntry("CAN_FILTER_REPLACE", """""")
 CAN_FILTER_ADD = 1
-enums["CAN_FILTER_OP"][1] = EnumEntry("CAN_FILTER_ADD", """""")
 CAN_FILTER_REMOVE = 2
-enums["CAN_FILTER_OP"][2] = EnumEntry("CAN_FILTER_REMOVE", """""")
 CAN_FILTER_OP_ENUM_END = 3
-enums["CAN_FILTER_OP"][3] = EnumEntry("CAN_FILTER_OP_ENUM_END", """""")
 
 # MAV_FTP_ERR
-enums["MAV_FTP_ERR"] = Enum()
-enums["MAV_FTP_ERR"].bitmask = False
 MAV_FTP_ERR_NONE = 0
-enums["MAV_FTP_ERR"][0] = EnumEntry("MAV_FTP_ERR_NONE", """None: No error""")
 MAV_FTP_ERR_FAIL = 1
-enums["MAV_FTP_ERR"][1] = EnumEntry("MAV_FTP_ERR_FAIL", """Fail: Unknown failure""")
 MAV_FTP_ERR_FAILERRNO = 2
-enums["MAV_FTP_ERR"][2] = EnumEntry(
-    "MAV_FTP_ERR_FAILERRNO",
-    """FailErrno: Command failed, Err number sent back in PayloadHeader.data[1].
-        This is a file-system error number understood by the server operating system.""",
-)
 MAV_FTP_ERR_INVALIDDATASIZE = 3
-enums["MAV_FTP_ERR"][3] = EnumEntry("MAV_FTP_ERR_INVALIDDATASIZE", """InvalidDataSize: Payload size is invalid""")
 MAV_FTP_ERR_INVALIDSESSION = 4
-enums["MAV_FTP_ERR"][4] = EnumEntry("MAV_FTP_ERR_INVALIDSESSION", """InvalidSession: Session is not currently open""")
 MAV_FTP_ERR_NOSESSIONSAVAILABLE = 5
-enums["MAV_FTP_ERR"][5] = EnumEntry("MAV_FTP_ERR_NOSESSIONSAVAILABLE", """NoSessionsAvailable: All available sessions are already in use""")
 MAV_FTP_ERR_EOF = 6
-enums["MAV_FTP_ERR"][6] = EnumEntry("MAV_FTP_ERR_EOF", """EOF: Offset past end of file for ListDirectory and ReadFile commands""")
 MAV_FTP_ERR_UNKNOWNCOMMAND = 7
-enums["MAV_FTP_ERR"][7] = EnumEntry("MAV_FTP_ERR_UNKNOWNCOMMAND", """UnknownCommand: Unknown command / opcode""")
 MAV_FTP_ERR_FILEEXISTS = 8
-enums["MAV_FTP_ERR"][8] = EnumEntry("MAV_FTP_ERR_FILEEXISTS", """FileExists: File/directory already exists""")
 MAV_FTP_ERR_FILEPROTECTED = 9
-enums["MAV_FTP_ERR"][9] = EnumEntry("MAV_FTP_ERR_FILEPROTECTED", """FileProtected: File/directory is write protected""")
 MAV_FTP_ERR_FILENOTFOUND = 10
-enums["MAV_FTP_ERR"][10] = EnumEntry("MAV_FTP_ERR_FILENOTFOUND", """FileNotFound: File/directory not found""")
 MAV_FTP_ERR_ENUM_END = 11
-enums["MAV_FTP_ERR"][11] = EnumEntry("MAV_FTP_ERR_ENUM_END", """""")
 
 # MAV_FTP_OPCODE
-enums["MAV_FTP_OPCODE"] = Enum()
-enums["MAV_FTP_OPCODE"].bitmask = False
 MAV_FTP_OPCODE_NONE = 0
-enums["MAV_FTP_OPCODE"][0] = EnumEntry("MAV_FTP_OPCODE_NONE", """None. Ignored, always ACKed""")
 MAV_FTP_OPCODE_TERMINATESESSION = 1
-enums["MAV_FTP_OPCODE"][1] = EnumEntry("MAV_FTP_OPCODE_TERMINATESESSION", """TerminateSession: Terminates open Read session""")
 MAV_FTP_OPCODE_RESETSESSION = 2
-enums["MAV_FTP_OPCODE"][2] = EnumEntry("MAV_FTP_OPCODE_RESETSESSION", """ResetSessions: Terminates all open read sessions""")
 MAV_FTP_OPCODE_LISTDIRECTORY = 3
-enums["MAV_FTP_OPCODE"][3] = EnumEntry("MAV_FTP_OPCODE_LISTDIRECTORY", """ListDirectory. List files and directories in path from offset""")
 MAV_FTP_OPCODE_OPENFILERO = 4
-enums["MAV_FTP_OPCODE"][4] = EnumEntry("MAV_FTP_OPCODE_OPENFILERO", """OpenFileRO: Opens file at path for reading, returns session""")
 MAV_FTP_OPCODE_READFILE = 5
-enums["MAV_FTP_OPCODE"][5] = EnumEntry("MAV_FTP_OPCODE_READFILE", """ReadFile: Reads size bytes from offset in session""")
 MAV_FTP_OPCODE_CREATEFILE = 6
-enums["MAV_FTP_OPCODE"][6] = EnumEntry("MAV_FTP_OPCODE_CREATEFILE", """CreateFile: Creates file at path for writing, returns session""")
 MAV_FTP_OPCODE_WRITEFILE = 7
-enums["MAV_FTP_OPCODE"][7] = EnumEntry("MAV_FTP_OPCODE_WRITEFILE", """WriteFile: Writes size bytes to offset in session""")
 MAV_FTP_OPCODE_REMOVEFILE = 8
-enums["MAV_FTP_OPCODE"][8] = EnumEntry("MAV_FTP_OPCODE_REMOVEFILE", """RemoveFile: Remove file at path""")
 MAV_FTP_OPCODE_CREATEDIRECTORY = 9
-enums["MAV_FTP_OPCODE"][9] = EnumEntry("MAV_FTP_OPCODE_CREATEDIRECTORY", """CreateDirectory: Creates directory at path""")
 MAV_FTP_OPCODE_REMOVEDIRECTORY = 10
-enums["MAV_FTP_OPCODE"][10] = EnumEntry("MAV_FTP_OPCODE_REMOVEDIRECTORY", """RemoveDirectory: Removes directory at path. The directory must be empty.""")
 MAV_FTP_OPCODE_OPENFILEWO = 11
-enums["MAV_FTP_OPCODE"][11] = EnumEntry("MAV_FTP_OPCODE_OPENFILEWO", """OpenFileWO: Opens file at path for writing, returns session""")
 MAV_FTP_OPCODE_TRUNCATEFILE = 12
-enums["MAV_FTP_OPCODE"][12] = EnumEntry("MAV_FTP_OPCODE_TRUNCATEFILE", """TruncateFile: Truncate file at path to offset length""")
 MAV_FTP_OPCODE_RENAME = 13
-enums["MAV_FTP_OPCODE"][13] = EnumEntry("MAV_FTP_OPCODE_RENAME", """Rename: Rename path1 to path2""")
 MAV_FTP_OPCODE_CALCFILECRC = 14
-enums["MAV_FTP_OPCODE"][14] = EnumEntry("MAV_FTP_OPCODE_CALCFILECRC", """CalcFileCRC32: Calculate CRC32 for file at path""")
 MAV_FTP_OPCODE_BURSTREADFILE = 15
-enums["MAV_FTP_OPCODE"][15] = EnumEntry("MAV_FTP_OPCODE_BURSTREADFILE", """BurstReadFile: Burst download session file""")
 MAV_FTP_OPCODE_ACK = 128
-enums["MAV_FTP_OPCODE"][128] = EnumEntry("MAV_FTP_OPCODE_ACK", """ACK: ACK response""")
 MAV_FTP_OPCODE_NAK = 129
-enums["MAV_FTP_OPCODE"][129] = EnumEntry("MAV_FTP_OPCODE_NAK", """NAK: NAK response""")
 MAV_FTP_OPCODE_ENUM_END = 130
-enums["MAV_FTP_OPCODE"][130] = EnumEntry("MAV_FTP_OPCODE_ENUM_END", """""")
 
 # MISSION_STATE
-enums["MISSION_STATE"] = Enum()
-enums["MISSION_STATE"].bitmask = False
 MISSION_STATE_UNKNOWN = 0
-enums["MISSION_STATE"][0] = EnumEntry("MISSION_STATE_UNKNOWN", """The mission status reporting is not supported.""")
 MISSION_STATE_NO_MISSION = 1
-enums["MISSION_STATE"][1] = EnumEntry("MISSION_STATE_NO_MISSION", """No mission on the vehicle.""")
 MISSION_STATE_NOT_STARTED = 2
-enums["MISSION_STATE"][2] = EnumEntry("MISSION_STATE_NOT_STARTED", """Mission has not started. This is the case after a mission has uploaded but not yet started executing.""")
 MISSION_STATE_ACTIVE = 3
-enums["MISSION_STATE"][3] = EnumEntry("MISSION_STATE_ACTIVE", """Mission is active, and will execute mission items when in auto mode.""")
 MISSION_STATE_PAUSED = 4
-enums["MISSION_STATE"][4] = EnumEntry("MISSION_STATE_PAUSED", """Mission is paused when in auto mode.""")
 MISSION_STATE_COMPLETE = 5
-enums["MISSION_STATE"][5] = EnumEntry("MISSION_STATE_COMPLETE", """Mission has executed all mission items.""")
 MISSION_STATE_ENUM_END = 6
-enums["MISSION_STATE"][6] = EnumEntry("MISSION_STATE_ENUM_END", """""")
 
 # SAFETY_SWITCH_STATE
-enums["SAFETY_SWITCH_STATE"] = Enum()
-enums["SAFETY_SWITCH_STATE"].bitmask = False
 SAFETY_SWITCH_STATE_SAFE = 0
-enums["SAFETY_SWITCH_STATE"][0] = EnumEntry("SAFETY_SWITCH_STATE_SAFE", """Safety switch is engaged and vehicle should be safe to approach.""")
 SAFETY_SWITCH_STATE_DANGEROUS = 1
-enums["SAFETY_SWITCH_STATE"][1] = EnumEntry("SAFETY_SWITCH_STATE_DANGEROUS", """Safety switch is NOT engaged and motors, propellers and other actuators should be considered active.""")
 SAFETY_SWITCH_STATE_ENUM_END = 2
-enums["SAFETY_SWITCH_STATE"][2] = EnumEntry("SAFETY_SWITCH_STATE_ENUM_END", """""")
 
 # ILLUMINATOR_MODE
-enums["ILLUMINATOR_MODE"] = Enum()
-enums["ILLUMINATOR_MODE"].bitmask = False
 ILLUMINATOR_MODE_UNKNOWN = 0
-enums["ILLUMINATOR_MODE"][0] = EnumEntry("ILLUMINATOR_MODE_UNKNOWN", """Illuminator mode is not specified/unknown""")
 ILLUMINATOR_MODE_INTERNAL_CONTROL = 1
-enums["ILLUMINATOR_MODE"][1] = EnumEntry("ILLUMINATOR_MODE_INTERNAL_CONTROL", """Illuminator behavior is controlled by MAV_CMD_DO_ILLUMINATOR_CONFIGURE settings""")
 ILLUMINATOR_MODE_EXTERNAL_SYNC = 2
-enums["ILLUMINATOR_MODE"][2] = EnumEntry("ILLUMINATOR_MODE_EXTERNAL_SYNC", """Illuminator behavior is controlled by external factors: e.g. an external hardware signal""")
 ILLUMINATOR_MODE_ENUM_END = 3
-enums["ILLUMINATOR_MODE"][3] = EnumEntry("ILLUMINATOR_MODE_ENUM_END", """""")
 
 # ILLUMINATOR_ERROR_FLAGS
-enums["ILLUMINATOR_ERROR_FLAGS"] = Enum()
-enums["ILLUMINATOR_ERROR_FLAGS"].bitmask = True
 ILLUMINATOR_ERROR_FLAGS_THERMAL_THROTTLING = 1
-enums["ILLUMINATOR_ERROR_FLAGS"][1] = EnumEntry("ILLUMINATOR_ERROR_FLAGS_THERMAL_THROTTLING", """Illuminator thermal throttling error.""")
 ILLUMINATOR_ERROR_FLAGS_OVER_TEMPERATURE_SHUTDOWN = 2
-enums["ILLUMINATOR_ERROR_FLAGS"][2] = EnumEntry("ILLUMINATOR_ERROR_FLAGS_OVER_TEMPERATURE_SHUTDOWN", """Illuminator over temperature shutdown error.""")
 ILLUMINATOR_ERROR_FLAGS_THERMISTOR_FAILURE = 4
-enums["ILLUMINATOR_ERROR_FLAGS"][4] = EnumEntry("ILLUMINATOR_ERROR_FLAGS_THERMISTOR_FAILURE", """Illuminator thermistor failure.""")
 ILLUMINATOR_ERROR_FLAGS_ENUM_END = 5
-enums["ILLUMINATOR_ERROR_FLAGS"][5] = EnumEntry("ILLUMINATOR_ERROR_FLAGS_ENUM_END", """""")
 
 # MAV_STANDARD_MODE
-enums["MAV_STANDARD_MODE"] = Enum()
-enums["MAV_STANDARD_MODE"].bitmask = False
 MAV_STANDARD_MODE_NON_STANDARD = 0
-enums["MAV_STANDARD_MODE"][0] = EnumEntry(
-    "MAV_STANDARD_MODE_NON_STANDARD",
-    """Non standard mode.
-          This may be used when reporting the mode if the current flight mode is not a standard mode.
-        """,
-)
 MAV_STANDARD_MODE_POSITION_HOLD = 1
-enums["MAV_STANDARD_MODE"][1] = EnumEntry(
-    "MAV_STANDARD_MODE_POSITION_HOLD",
-    """Position mode (manual).
-          Position-controlled and stabilized manual mode.
-          When sticks are released vehicles return to their level-flight orientation and hold both position and altitude against wind and external forces.
-          This mode can only be set by vehicles that can hold a fixed position.
-          Multicopter (MC) vehicles actively brake and hold both position and altitude against wind and external forces.
-          Hybrid MC/FW ("VTOL") vehicles first transition to multicopter mode (if needed) but otherwise behave in the same way as MC vehicles.
-          Fixed-wing (FW) vehicles must not support this mode.
-          Other vehicle types must not support this mode (this may be revisited through the PR process).
-        """,
-)
 MAV_STANDARD_MODE_ORBIT = 2
-enums["MAV_STANDARD_MODE"][2] = EnumEntry(
-    "MAV_STANDARD_MODE_ORBIT",
-    """Orbit (manual).
-          Position-controlled and stabilized manual mode.
-          The vehicle circles around a fixed setpoint in the horizontal plane at a particular radius, altitude, and direction.
-          Flight stacks may further allow manual control over the setpoint position, radius, direction, speed, and/or altitude of the circle, but this is not mandated.
-          Flight stacks may support the [MAV_CMD_DO_ORBIT](https://mavlink.io/en/messages/common.html#MAV_CMD_DO_ORBIT) for changing the orbit parameters.
-          MC and FW vehicles may support this mode.
-          Hybrid MC/FW ("VTOL") vehicles may support this mode in MC/FW or both modes; if the mode is not supported by the current configuration the vehicle should transition to the supported configuration.
-          Other vehicle types must not support this mode (this may be revisited through the PR process).
-        """,
-)
 MAV_STANDARD_MODE_CRUISE = 3
-enums["MAV_STANDARD_MODE"][3] = EnumEntry(
-    "MAV_STANDARD_MODE_CRUISE",
-    """Cruise mode (manual).
-          Position-controlled and stabilized manual mode.
-          When sticks are released vehicles return to their level-flight orientation and hold their original track against wind and external forces.
-          Fixed-wing (FW) vehicles level orientation and maintain current track and altitude against wind and external forces.
-          Hybrid MC/FW ("VTOL") vehicles first transition to FW mode (if needed) but otherwise behave in the same way as MC vehicles.
-          Multicopter (MC) vehicles must not support this mode.
-          Other vehicle types must not support this mode (this may be revisited through the PR process).
-        """,
-)
 MAV_STANDARD_MODE_ALTITUDE_HOLD = 4
-enums["MAV_STANDARD_MODE"][4] = EnumEntry(
-    "MAV_STANDARD_MODE_ALTITUDE_HOLD",
-    """Altitude hold (manual).
-          Altitude-controlled and stabilized manual mode.
-          When sticks are released vehicles return to their level-flight orientation and hold their altitude.
-          MC vehicles continue with existing momentum and may move with wind (or other external forces).
-          FW vehicles continue with current heading, but may be moved off-track by wind.
-          Hybrid MC/FW ("VTOL") vehicles behave according to their current configuration/mode (FW or MC).
-          Other vehicle types must not support this mode (this may be revisited through the PR process).
-        """,
-)
 MAV_STANDARD_MODE_SAFE_RECOVERY = 5
-enums["MAV_STANDARD_MODE"][5] = EnumEntry(
-    "MAV_STANDARD_MODE_SAFE_RECOVERY",
-    """Safe recovery mode (auto).
-          Automatic mode that takes vehicle to a predefined safe location via a safe flight path, and may also automatically land the vehicle.
-          This mode is more commonly referred to as RTL and/or or Smart RTL.
-          The precise return location, flight path, and landing behaviour depend on vehicle configuration and type.
-          For example, the vehicle might return to the home/launch location, a rally point, or the start of a mission landing, it might follow a direct path, mission path, or breadcrumb path, and land using a mission landing pattern or some other kind of descent.
-        """,
-)
 MAV_STANDARD_MODE_MISSION = 6
-enums["MAV_STANDARD_MODE"][6] = EnumEntry(
-    "MAV_STANDARD_MODE_MISSION",
-    """Mission mode (automatic).
-          Automatic mode that executes MAVLink missions.
-          Missions are executed from the current waypoint as soon as the mode is enabled.
-        """,
-)
 MAV_STANDARD_MODE_LAND = 7
-enums["MAV_STANDARD_MODE"][7] = EnumEntry(
-    "MAV_STANDARD_MODE_LAND",
-    """Land mode (auto).
-          Automatic mode that lands the vehicle at the current location.
-          The precise landing behaviour depends on vehicle configuration and type.
-        """,
-)
 MAV_STANDARD_MODE_TAKEOFF = 8
-enums["MAV_STANDARD_MODE"][8] = EnumEntry(
-    "MAV_STANDARD_MODE_TAKEOFF",
-    """Takeoff mode (auto).
-          Automatic takeoff mode.
-          The precise takeoff behaviour depends on vehicle configuration and type.
-        """,
-)
 MAV_STANDARD_MODE_ENUM_END = 9
-enums["MAV_STANDARD_MODE"][9] = EnumEntry("MAV_STANDARD_MODE_ENUM_END", """""")
 
 # HIL_ACTUATOR_CONTROLS_FLAGS
-enums["HIL_ACTUATOR_CONTROLS_FLAGS"] = Enum()
-enums["HIL_ACTUATOR_CONTROLS_FLAGS"].bitmask = True
 HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP = 1
-enums["HIL_ACTUATOR_CONTROLS_FLAGS"][1] = EnumEntry("HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP", """Simulation is using lockstep""")
 HIL_ACTUATOR_CONTROLS_FLAGS_ENUM_END = 2
-enums["HIL_ACTUATOR_CONTROLS_FLAGS"][2] = EnumEntry("HIL_ACTUATOR_CONTROLS_FLAGS_ENUM_END", """""")
 
 # COMPUTER_STATUS_FLAGS
-enums["COMPUTER_STATUS_FLAGS"] = Enum()
-enums["COMPUTER_STATUS_FLAGS"].bitmask = True
 COMPUTER_STATUS_FLAGS_UNDER_VOLTAGE = 1
-enums["COMPUTER_STATUS_FLAGS"][1] = EnumEntry("COMPUTER_STATUS_FLAGS_UNDER_VOLTAGE", """Indicates if the system is experiencing voltage outside of acceptable range.""")
 COMPUTER_STATUS_FLAGS_CPU_THROTTLE = 2
-enums["COMPUTER_STATUS_FLAGS"][2] = EnumEntry("COMPUTER_STATUS_FLAGS_CPU_THROTTLE", """Indicates if CPU throttling is active.""")
 COMPUTER_STATUS_FLAGS_THERMAL_THROTTLE = 4
-enums["COMPUTER_STATUS_FLAGS"][4] = EnumEntry("COMPUTER_STATUS_FLAGS_THERMAL_THROTTLE", """Indicates if thermal throttling is active.""")
 COMPUTER_STATUS_FLAGS_DISK_FULL = 8
-enums["COMPUTER_STATUS_FLAGS"][8] = EnumEntry("COMPUTER_STATUS_FLAGS_DISK_FULL", """Indicates if main disk is full.""")
 COMPUTER_STATUS_FLAGS_ENUM_END = 9
-enums["COMPUTER_STATUS_FLAGS"][9] = EnumEntry("COMPUTER_STATUS_FLAGS_ENUM_END", """""")
 
 # AIRSPEED_SENSOR_FLAGS
-enums["AIRSPEED_SENSOR_FLAGS"] = Enum()
-enums["AIRSPEED_SENSOR_FLAGS"].bitmask = True
 AIRSPEED_SENSOR_UNHEALTHY = 1
-enums["AIRSPEED_SENSOR_FLAGS"][1] = EnumEntry("AIRSPEED_SENSOR_UNHEALTHY", """Airspeed sensor is unhealthy""")
 AIRSPEED_SENSOR_USING = 2
-enums["AIRSPEED_SENSOR_FLAGS"][2] = EnumEntry("AIRSPEED_SENSOR_USING", """True if the data from this sensor is being actively used by the flight controller for guidance, navigation or control.""")
 AIRSPEED_SENSOR_FLAGS_ENUM_END = 3
-enums["AIRSPEED_SENSOR_FLAGS"][3] = EnumEntry("AIRSPEED_SENSOR_FLAGS_ENUM_END", """""")
 
 # GLOBAL_POSITION_SRC
-enums["GLOBAL_POSITION_SRC"] = Enum()
-enums["GLOBAL_POSITION_SRC"].bitmask = False
 GLOBAL_POSITION_SRC_UNKNOWN = 0
-enums["GLOBAL_POSITION_SRC"][0] = EnumEntry("GLOBAL_POSITION_SRC_UNKNOWN", """Source is unknown or not one of the listed types.""")
 GLOBAL_POSITION_SRC_GNSS = 1
-enums["GLOBAL_POSITION_SRC"][1] = EnumEntry("GLOBAL_POSITION_SRC_GNSS", """Global Navigation Satellite System (e.g.: GPS, Galileo, Glonass, BeiDou).""")
 GLOBAL_POSITION_SRC_VISION = 2
-enums["GLOBAL_POSITION_SRC"][2] = EnumEntry("GLOBAL_POSITION_SRC_VISION", """Vision system (e.g.: map matching).""")
 GLOBAL_POSITION_SRC_PSEUDOLITES = 3
-enums["GLOBAL_POSITION_SRC"][3] = EnumEntry("GLOBAL_POSITION_SRC_PSEUDOLITES", """A pseudo-satellite system using transceiver beacons to perform GNSS-like positioning.""")
 GLOBAL_POSITION_SRC_TERRAIN = 4
-enums["GLOBAL_POSITION_SRC"][4] = EnumEntry("GLOBAL_POSITION_SRC_TERRAIN", """Terrain referenced navigation.""")
 GLOBAL_POSITION_SRC_MAGNETIC = 5
-enums["GLOBAL_POSITION_SRC"][5] = EnumEntry("GLOBAL_POSITION_SRC_MAGNETIC", """Magnetic positioning.""")
 GLOBAL_POSITION_SRC_ESTIMATOR = 6
-enums["GLOBAL_POSITION_SRC"][6] = EnumEntry("GLOBAL_POSITION_SRC_ESTIMATOR", """Estimated position based on various sensors (eg. a Kalman Filter).""")
 GLOBAL_POSITION_SRC_ENUM_END = 7
-enums["GLOBAL_POSITION_SRC"][7] = EnumEntry("GLOBAL_POSITION_SRC_ENUM_END", """""")
 
 # GLOBAL_POSITION_FLAGS
-enums["GLOBAL_POSITION_FLAGS"] = Enum()
-enums["GLOBAL_POSITION_FLAGS"].bitmask = True
 GLOBAL_POSITION_UNHEALTHY = 1
-enums["GLOBAL_POSITION_FLAGS"][1] = EnumEntry("GLOBAL_POSITION_UNHEALTHY", """Unhealthy sensor/estimator.""")
 GLOBAL_POSITION_PRIMARY = 2
-enums["GLOBAL_POSITION_FLAGS"][2] = EnumEntry("GLOBAL_POSITION_PRIMARY", """True if the data originates from or is consumed by the primary estimator.""")
 GLOBAL_POSITION_FLAGS_ENUM_END = 3
-enums["GLOBAL_POSITION_FLAGS"][3] = EnumEntry("GLOBAL_POSITION_FLAGS_ENUM_END", """""")
 
 # MAV_BOOL
-enums["MAV_BOOL"] = Enum()
-enums["MAV_BOOL"].bitmask = True
 MAV_BOOL_FALSE = 0
-enums["MAV_BOOL"][0] = EnumEntry("MAV_BOOL_FALSE", """False.""")
 MAV_BOOL_TRUE = 1
-enums["MAV_BOOL"][1] = EnumEntry("MAV_BOOL_TRUE", """True.""")
 MAV_BOOL_ENUM_END = 2
-enums["MAV_BOOL"][2] = EnumEntry("MAV_BOOL_ENUM_END", """""")
 
 # MAV_PROTOCOL_CAPABILITY
-enums["MAV_PROTOCOL_CAPABILITY"] = Enum()
-enums["MAV_PROTOCOL_CAPABILITY"].bitmask = True
 MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT = 1
-enums["MAV_PROTOCOL_CAPABILITY"][1] = EnumEntry(
-    "MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT",
-    """Autopilot supports the MISSION_ITEM float message type.
-          Note that MISSION_ITEM is deprecated, and autopilots should use MISSION_ITEM_INT instead.
-        """,
-)
 MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT = 2
-enums["MAV_PROTOCOL_CAPABILITY"][2] = EnumEntry("MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT", """Autopilot supports the new param float message type.""")
 MAV_PROTOCOL_CAPABILITY_MISSION_INT = 4
-enums["MAV_PROTOCOL_CAPABILITY"][4] = EnumEntry(
-    "MAV_PROTOCOL_CAPABILITY_MISSION_INT",
-    """Autopilot supports MISSION_ITEM_INT scaled integer message type.
-          Note that this flag must always be set if missions are supported, because missions must always use MISSION_ITEM_INT (rather than MISSION_ITEM, which is deprecated).
-        """,
-)
 MAV_PROTOCOL_CAPABILITY_COMMAND_INT = 8
-enums["MAV_PROTOCOL_CAPABILITY"][8] = EnumEntry("MAV_PROTOCOL_CAPABILITY_COMMAND_INT", """Autopilot supports COMMAND_INT scaled integer message type.""")
 MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE = 16
-enums["MAV_PROTOCOL_CAPABILITY"][16] = EnumEntry(
-    "MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE",
-    """Parameter protocol uses byte-wise encoding of parameter values into param_value (float) fields: https://mavlink.io/en/services/parameter.html#parameter-encoding.
-          Note that either this flag or MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST should be set if the parameter protocol is supported.
-        """,
-)
 MAV_PROTOCOL_CAPABILITY_FTP = 32
-enums["MAV_PROTOCOL_CAPABILITY"][32] = EnumEntry("MAV_PROTOCOL_CAPABILITY_FTP", """Autopilot supports the File Transfer Protocol v1: https://mavlink.io/en/services/ftp.html.""")
 MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET = 64
-enums["MAV_PROTOCOL_CAPABILITY"][64] = EnumEntry("MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET", """Autopilot supports commanding attitude offboard.""")
 MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED = 128
-enums["MAV_PROTOCOL_CAPABILITY"][128] = EnumEntry("MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED", """Autopilot supports commanding position and velocity targets in local NED frame.""")
 MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT = 256
-enums["MAV_PROTOCOL_CAPABILITY"][256] = EnumEntry("MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT", """Autopilot supports commanding position and velocity targets in global scaled integers.""")
 MAV_PROTOCOL_CAPABILITY_TERRAIN = 512
-enums["MAV_PROTOCOL_CAPABILITY"][512] = EnumEntry("MAV_PROTOCOL_CAPABILITY_TERRAIN", """Autopilot supports terrain protocol / data handling.""")
 MAV_PROTOCOL_CAPABILITY_RESERVED3 = 1024
-enums["MAV_PROTOCOL_CAPABILITY"][1024] = EnumEntry("MAV_PROTOCOL_CAPABILITY_RESERVED3", """Reserved for future use.""")
 MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION = 2048
-enums["MAV_PROTOCOL_CAPABILITY"][2048] = EnumEntry("MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION", """Autopilot supports the MAV_CMD_DO_FLIGHTTERMINATION command (flight termination).""")
 MAV_PROTOCOL_CAPABILITY_COMPASS_CALIBRATION = 4096
-enums["MAV_PROTOCOL_CAPABILITY"][4096] = EnumEntry("MAV_PROTOCOL_CAPABILITY_COMPASS_CALIBRATION", """Autopilot supports onboard compass calibration.""")
 MAV_PROTOCOL_CAPABILITY_MAVLINK2 = 8192
-enums["MAV_PROTOCOL_CAPABILITY"][8192] = EnumEntry("MAV_PROTOCOL_CAPABILITY_MAVLINK2", """Autopilot supports MAVLink version 2.""")
 MAV_PROTOCOL_CAPABILITY_MISSION_FENCE = 16384
-enums["MAV_PROTOCOL_CAPABILITY"][16384] = EnumEntry("MAV_PROTOCOL_CAPABILITY_MISSION_FENCE", """Autopilot supports mission fence protocol.""")
 MAV_PROTOCOL_CAPABILITY_MISSION_RALLY = 32768
-enums["MAV_PROTOCOL_CAPABILITY"][32768] = EnumEntry("MAV_PROTOCOL_CAPABILITY_MISSION_RALLY", """Autopilot supports mission rally point protocol.""")
 MAV_PROTOCOL_CAPABILITY_RESERVED2 = 65536
-enums["MAV_PROTOCOL_CAPABILITY"][65536] = EnumEntry("MAV_PROTOCOL_CAPABILITY_RESERVED2", """Reserved for future use.""")
 MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST = 131072
-enums["MAV_PROTOCOL_CAPABILITY"][131072] = EnumEntry(
-    "MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST",
-    """Parameter protocol uses C-cast of parameter values to set the param_value (float) fields: https://mavlink.io/en/services/parameter.html#parameter-encoding.
-          Note that either this flag or MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE should be set if the parameter protocol is supported.
-        """,
-)
 MAV_PROTOCOL_CAPABILITY_COMPONENT_IMPLEMENTS_GIMBAL_MANAGER = 262144
-enums["MAV_PROTOCOL_CAPABILITY"][262144] = EnumEntry(
-    "MAV_PROTOCOL_CAPABILITY_COMPONENT_IMPLEMENTS_GIMBAL_MANAGER",
-    """This component implements/is a gimbal manager. This means the GIMBAL_MANAGER_INFORMATION, and other messages can be requested.
-        """,
-)
 MAV_PROTOCOL_CAPABILITY_COMPONENT_ACCEPTS_GCS_CONTROL = 524288
-enums["MAV_PROTOCOL_CAPABILITY"][524288] = EnumEntry("MAV_PROTOCOL_CAPABILITY_COMPONENT_ACCEPTS_GCS_CONTROL", """Component supports locking control to a particular GCS independent of its system (via MAV_CMD_REQUEST_OPERATOR_CONTROL).""")
 MAV_PROTOCOL_CAPABILITY_GRIPPER = 1048576
-enums["MAV_PROTOCOL_CAPABILITY"][1048576] = EnumEntry("MAV_PROTOCOL_CAPABILITY_GRIPPER", """Autopilot has a connected gripper. MAVLink Grippers would set MAV_TYPE_GRIPPER instead.""")
 MAV_PROTOCOL_CAPABILITY_ENUM_END = 1048577
-enums["MAV_PROTOCOL_CAPABILITY"][1048577] = EnumEntry("MAV_PROTOCOL_CAPABILITY_ENUM_END", """""")
 
 # FIRMWARE_VERSION_TYPE
-enums["FIRMWARE_VERSION_TYPE"] = Enum()
-enums["FIRMWARE_VERSION_TYPE"].bitmask = False
 FIRMWARE_VERSION_TYPE_DEV = 0
-enums["FIRMWARE_VERSION_TYPE"][0] = EnumEntry("FIRMWARE_VERSION_TYPE_DEV", """development release""")
 FIRMWARE_VERSION_TYPE_ALPHA = 64
-enums["FIRMWARE_VERSION_TYPE"][64] = EnumEntry("FIRMWARE_VERSION_TYPE_ALPHA", """alpha release""")
 FIRMWARE_VERSION_TYPE_BETA = 128
-enums["FIRMWARE_VERSION_TYPE"][128] = EnumEntry("FIRMWARE_VERSION_TYPE_BETA", """beta release""")
 FIRMWARE_VERSION_TYPE_RC = 192
-enums["FIRMWARE_VERSION_TYPE"][192] = EnumEntry("FIRMWARE_VERSION_TYPE_RC", """release candidate""")
 FIRMWARE_VERSION_TYPE_OFFICIAL = 255
-enums["FIRMWARE_VERSION_TYPE"][255] = EnumEntry("FIRMWARE_VERSION_TYPE_OFFICIAL", """official stable release""")
 FIRMWARE_VERSION_TYPE_ENUM_END = 256
-enums["FIRMWARE_VERSION_TYPE"][256] = EnumEntry("FIRMWARE_VERSION_TYPE_ENUM_END", """""")
 
 # MAV_AUTOPILOT
-enums["MAV_AUTOPILOT"] = Enum()
-enums["MAV_AUTOPILOT"].bitmask = False
 MAV_AUTOPILOT_GENERIC = 0
-enums["MAV_AUTOPILOT"][0] = EnumEntry("MAV_AUTOPILOT_GENERIC", """Generic autopilot, full support for everything""")
 MAV_AUTOPILOT_RESERVED = 1
-enums["MAV_AUTOPILOT"][1] = EnumEntry("MAV_AUTOPILOT_RESERVED", """Reserved for future use.""")
 MAV_AUTOPILOT_SLUGS = 2
-enums["MAV_AUTOPILOT"][2] = EnumEntry("MAV_AUTOPILOT_SLUGS", """SLUGS autopilot, http://slugsuav.soe.ucsc.edu""")
 MAV_AUTOPILOT_ARDUPILOTMEGA = 3
-enums["MAV_AUTOPILOT"][3] = EnumEntry("MAV_AUTOPILOT_ARDUPILOTMEGA", """ArduPilot - Plane/Copter/Rover/Sub/Tracker, https://ardupilot.org""")
 MAV_AUTOPILOT_OPENPILOT = 4
-enums["MAV_AUTOPILOT"][4] = EnumEntry("MAV_AUTOPILOT_OPENPILOT", """OpenPilot, http://openpilot.org""")
 MAV_AUTOPILOT_GENERIC_WAYPOINTS_ONLY = 5
-enums["MAV_AUTOPILOT"][5] = EnumEntry("MAV_AUTOPILOT_GENERIC_WAYPOINTS_ONLY", """Generic autopilot only supporting simple waypoints""")
 MAV_AUTOPILOT_GENERIC_WAYPOINTS_AND_SIMPLE_NAVIGATION_ONLY = 6
-enums["MAV_AUTOPILOT"][6] = EnumEntry("MAV_AUTOPILOT_GENERIC_WAYPOINTS_AND_SIMPLE_NAVIGATION_ONLY", """Generic autopilot supporting waypoints and other simple navigation commands""")
 MAV_AUTOPILOT_GENERIC_MISSION_FULL = 7
-enums["MAV_AUTOPILOT"][7] = EnumEntry("MAV_AUTOPILOT_GENERIC_MISSION_FULL", """Generic autopilot supporting the full mission command set""")
 MAV_AUTOPILOT_INVALID = 8
-enums["MAV_AUTOPILOT"][8] = EnumEntry("MAV_AUTOPILOT_INVALID", """No valid autopilot, e.g. a GCS or other MAVLink component""")
 MAV_AUTOPILOT_PPZ = 9
-enums["MAV_AUTOPILOT"][9] = EnumEntry("MAV_AUTOPILOT_PPZ", """PPZ UAV - http://nongnu.org/paparazzi""")
 MAV_AUTOPILOT_UDB = 10
-enums["MAV_AUTOPILOT"][10] = EnumEntry("MAV_AUTOPILOT_UDB", """UAV Dev Board""")
 MAV_AUTOPILOT_FP = 11
-enums["MAV_AUTOPILOT"][11] = EnumEntry("MAV_AUTOPILOT_FP", """FlexiPilot""")
 MAV_AUTOPILOT_PX4 = 12
-enums["MAV_AUTOPILOT"][12] = EnumEntry("MAV_AUTOPILOT_PX4", """PX4 Autopilot - http://px4.io/""")
 MAV_AUTOPILOT_SMACCMPILOT = 13
-enums["MAV_AUTOPILOT"][13] = EnumEntry("MAV_AUTOPILOT_SMACCMPILOT", """SMACCMPilot - http://smaccmpilot.org""")
 MAV_AUTOPILOT_AUTOQUAD = 14
-enums["MAV_AUTOPILOT"][14] = EnumEntry("MAV_AUTOPILOT_AUTOQUAD", """AutoQuad -- http://autoquad.org""")
 MAV_AUTOPILOT_ARMAZILA = 15
-enums["MAV_AUTOPILOT"][15] = EnumEntry("MAV_AUTOPILOT_ARMAZILA", """Armazila -- http://armazila.com""")
 MAV_AUTOPILOT_AEROB = 16
-enums["MAV_AUTOPILOT"][16] = EnumEntry("MAV_AUTOPILOT_AEROB", """Aerob -- http://aerob.ru""")
 MAV_AUTOPILOT_ASLUAV = 17
-enums["MAV_AUTOPILOT"][17] = EnumEntry("MAV_AUTOPILOT_ASLUAV", """ASLUAV autopilot -- http://www.asl.ethz.ch""")
 MAV_AUTOPILOT_SMARTAP = 18
-enums["MAV_AUTOPILOT"][18] = EnumEntry("MAV_AUTOPILOT_SMARTAP", """SmartAP Autopilot - http://sky-drones.com""")
 MAV_AUTOPILOT_AIRRAILS = 19
-enums["MAV_AUTOPILOT"][19] = EnumEntry("MAV_AUTOPILOT_AIRRAILS", """AirRails - http://uaventure.com""")
 MAV_AUTOPILOT_REFLEX = 20
-enums["MAV_AUTOPILOT"][20] = EnumEntry("MAV_AUTOPILOT_REFLEX", """Fusion Reflex - https://fusion.engineering""")
 MAV_AUTOPILOT_ENUM_END = 21
-enums["MAV_AUTOPILOT"][21] = EnumEntry("MAV_AUTOPILOT_ENUM_END", """""")
 
 # MAV_TYPE
-enums["MAV_TYPE"] = Enum()
-enums["MAV_TYPE"].bitmask = False
 MAV_TYPE_GENERIC = 0
-enums["MAV_TYPE"][0] = EnumEntry("MAV_TYPE_GENERIC", """Generic micro air vehicle""")
 MAV_TYPE_FIXED_WING = 1
-enums["MAV_TYPE"][1] = EnumEntry("MAV_TYPE_FIXED_WING", """Fixed wing aircraft.""")
 MAV_TYPE_QUADROTOR = 2
-enums["MAV_TYPE"][2] = EnumEntry("MAV_TYPE_QUADROTOR", """Quadrotor""")
 MAV_TYPE_COAXIAL = 3
-enums["MAV_TYPE"][3] = EnumEntry("MAV_TYPE_COAXIAL", """Coaxial helicopter""")
 MAV_TYPE_HELICOPTER = 4
-enums["MAV_TYPE"][4] = EnumEntry("MAV_TYPE_HELICOPTER", """Normal helicopter with tail rotor.""")
 MAV_TYPE_ANTENNA_TRACKER = 5
-enums["MAV_TYPE"][5] = EnumEntry("MAV_TYPE_ANTENNA_TRACKER", """Ground installation""")
 MAV_TYPE_GCS = 6
-enums["MAV_TYPE"][6] = EnumEntry("MAV_TYPE_GCS", """Operator control unit / ground control station""")
 MAV_TYPE_AIRSHIP = 7
-enums["MAV_TYPE"][7] = EnumEntry("MAV_TYPE_AIRSHIP", """Airship, controlled""")
 MAV_TYPE_FREE_BALLOON = 8
-enums["MAV_TYPE"][8] = EnumEntry("MAV_TYPE_FREE_BALLOON", """Free balloon, uncontrolled""")
 MAV_TYPE_ROCKET = 9
-enums["MAV_TYPE"][9] = EnumEntry("MAV_TYPE_ROCKET", """Rocket""")
 MAV_TYPE_GROUND_ROVER = 10
-enums["MAV_TYPE"][10] = EnumEntry("MAV_TYPE_GROUND_ROVER", """Ground rover""")
 MAV_TYPE_SURFACE_BOAT = 11
-enums["MAV_TYPE"][11] = EnumEntry("MAV_TYPE_SURFACE_BOAT", """Surface vessel, boat, ship""")
 MAV_TYPE_SUBMARINE = 12
-enums["MAV_TYPE"][12] = EnumEntry("MAV_TYPE_SUBMARINE", """Submarine""")
 MAV_TYPE_HEXAROTOR = 13
-enums["MAV_TYPE"][13] = EnumEntry("MAV_TYPE_HEXAROTOR", """Hexarotor""")
 MAV_TYPE_OCTOROTOR = 14
-enums["MAV_TYPE"][14] = EnumEntry("MAV_TYPE_OCTOROTOR", """Octorotor""")
 MAV_TYPE_TRICOPTER = 15
-enums["MAV_TYPE"][15] = EnumEntry("MAV_TYPE_TRICOPTER", """Tricopter""")
 MAV_TYPE_FLAPPING_WING = 16
-enums["MAV_TYPE"][16] = EnumEntry("MAV_TYPE_FLAPPING_WING", """Flapping wing""")
 MAV_TYPE_KITE = 17
-enums["MAV_TYPE"][17] = EnumEntry("MAV_TYPE_KITE", """Kite""")
 MAV_TYPE_ONBOARD_CONTROLLER = 18
-enums["MAV_TYPE"][18] = EnumEntry("MAV_TYPE_ONBOARD_CONTROLLER", """Onboard companion controller""")
 MAV_TYPE_VTOL_DUOROTOR = 19
-enums["MAV_TYPE"][19] = EnumEntry("MAV_TYPE_VTOL_DUOROTOR", """Two-rotor VTOL using control surfaces in vertical operation in addition. Tailsitter.""")
 MAV_TYPE_VTOL_QUADROTOR = 20
-enums["MAV_TYPE"][20] = EnumEntry("MAV_TYPE_VTOL_QUADROTOR", """Quad-rotor VTOL using a V-shaped quad config in vertical operation. Tailsitter.""")
 MAV_TYPE_VTOL_TILTROTOR = 21
-enums["MAV_TYPE"][21] = EnumEntry("MAV_TYPE_VTOL_TILTROTOR", """Tiltrotor VTOL""")
 MAV_TYPE_VTOL_RESERVED2 = 22
-enums["MAV_TYPE"][22] = EnumEntry("MAV_TYPE_VTOL_RESERVED2", """VTOL reserved 2""")
 MAV_TYPE_VTOL_RESERVED3 = 23
-enums["MAV_TYPE"][23] = EnumEntry("MAV_TYPE_VTOL_RESERVED3", """VTOL reserved 3""")
 MAV_TYPE_VTOL_RESERVED4 = 24
-enums["MAV_TYPE"][24] = EnumEntry("MAV_TYPE_VTOL_RESERVED4", """VTOL reserved 4""")
 MAV_TYPE_VTOL_RESERVED5 = 25
-enums["MAV_TYPE"][25] = EnumEntry("MAV_TYPE_VTOL_RESERVED5", """VTOL reserved 5""")
 MAV_TYPE_GIMBAL = 26
-enums["MAV_TYPE"][26] = EnumEntry("MAV_TYPE_GIMBAL", """Gimbal""")
 MAV_TYPE_ADSB = 27
-enums["MAV_TYPE"][27] = EnumEntry("MAV_TYPE_ADSB", """ADSB system""")
 MAV_TYPE_PARAFOIL = 28
-enums["MAV_TYPE"][28] = EnumEntry("MAV_TYPE_PARAFOIL", """Steerable, nonrigid airfoil""")
 MAV_TYPE_DODECAROTOR = 29
-enums["MAV_TYPE"][29] = EnumEntry("MAV_TYPE_DODECAROTOR", """Dodecarotor""")
 MAV_TYPE_CAMERA = 30
-enums["MAV_TYPE"][30] = EnumEntry("MAV_TYPE_CAMERA", """Camera""")
 MAV_TYPE_CHARGING_STATION = 31
-enums["MAV_TYPE"][31] = EnumEntry("MAV_TYPE_CHARGING_STATION", """Charging station""")
 MAV_TYPE_FLARM = 32
-enums["MAV_TYPE"][32] = EnumEntry("MAV_TYPE_FLARM", """FLARM collision avoidance system""")
 MAV_TYPE_SERVO = 33
-enums["MAV_TYPE"][33] = EnumEntry("MAV_TYPE_SERVO", """Servo""")
 MAV_TYPE_ODID = 34
-enums["MAV_TYPE"][34] = EnumEntry("MAV_TYPE_ODID", """Open Drone ID. See https://mavlink.io/en/services/opendroneid.html.""")
 MAV_TYPE_DECAROTOR = 35
-enums["MAV_TYPE"][35] = EnumEntry("MAV_TYPE_DECAROTOR", """Decarotor""")
 MAV_TYPE_BATTERY = 36
-enums["MAV_TYPE"][36] = EnumEntry("MAV_TYPE_BATTERY", """Battery""")
 MAV_TYPE_PARACHUTE = 37
-enums["MAV_TYPE"][37] = EnumEntry("MAV_TYPE_PARACHUTE", """Parachute""")
 MAV_TYPE_LOG = 38
-enums["MAV_TYPE"][38] = EnumEntry("MAV_TYPE_LOG", """Log""")
 MAV_TYPE_OSD = 39
-enums["MAV_TYPE"][39] = EnumEntry("MAV_TYPE_OSD", """OSD""")
 MAV_TYPE_IMU = 40
-enums["MAV_TYPE"][40] = EnumEntry("MAV_TYPE_IMU", """IMU""")
 MAV_TYPE_GPS = 41
-enums["MAV_TYPE"][41] = EnumEntry("MAV_TYPE_GPS", """GPS""")
 MAV_TYPE_WINCH = 42
-enums["MAV_TYPE"][42] = EnumEntry("MAV_TYPE_WINCH", """Winch""")
 MAV_TYPE_GENERIC_MULTIROTOR = 43
-enums["MAV_TYPE"][43] = EnumEntry("MAV_TYPE_GENERIC_MULTIROTOR", """Generic multirotor that does not fit into a specific type or whose type is unknown""")
 MAV_TYPE_ILLUMINATOR = 44
-enums["MAV_TYPE"][44] = EnumEntry("MAV_TYPE_ILLUMINATOR", """Illuminator. An illuminator is a light source that is used for lighting up dark areas external to the system: e.g. a torch or searchlight (as opposed to a light source for illuminating the system itself, e.g. an indicator light).""")
 MAV_TYPE_SPACECRAFT_ORBITER = 45
-enums["MAV_TYPE"][45] = EnumEntry("MAV_TYPE_SPACECRAFT_ORBITER", """Orbiter spacecraft. Includes satellites orbiting terrestrial and extra-terrestrial bodies. Follows NASA Spacecraft Classification.""")
 MAV_TYPE_GROUND_QUADRUPED = 46
-enums["MAV_TYPE"][46] = EnumEntry("MAV_TYPE_GROUND_QUADRUPED", """A generic four-legged ground vehicle (e.g., a robot dog).""")
 MAV_TYPE_VTOL_GYRODYNE = 47
-enums["MAV_TYPE"][47] = EnumEntry("MAV_TYPE_VTOL_GYRODYNE", """VTOL hybrid of helicopter and autogyro. It has a main rotor for lift and separate propellers for forward flight. The rotor must be powered for hover but can autorotate in cruise flight. See: https://en.wikipedia.org/wiki/Gyrodyne""")
 MAV_TYPE_GRIPPER = 48
-enums["MAV_TYPE"][48] = EnumEntry("MAV_TYPE_GRIPPER", """Gripper""")
 MAV_TYPE_ENUM_END = 49
-enums["MAV_TYPE"][49] = EnumEntry("MAV_TYPE_ENUM_END", """""")
 
 # MAV_MODE_FLAG
-enums["MAV_MODE_FLAG"] = Enum()
-enums["MAV_MODE_FLAG"].bitmask = True
 MAV_MODE_FLAG_CUSTOM_MODE_ENABLED = 1
-enums["MAV_MODE_FLAG"][1] = EnumEntry("MAV_MODE_FLAG_CUSTOM_MODE_ENABLED", """0b00000001 Reserved for future use.""")
 MAV_MODE_FLAG_TEST_ENABLED = 2
-enums["MAV_MODE_FLAG"][2] = EnumEntry("MAV_MODE_FLAG_TEST_ENABLED", """0b00000010 system has a test mode enabled. This flag is intended for temporary system tests and should not be used for stable implementations.""")
 MAV_MODE_FLAG_AUTO_ENABLED = 4
-enums["MAV_MODE_FLAG"][4] = EnumEntry("MAV_MODE_FLAG_AUTO_ENABLED", """0b00000100 autonomous mode enabled, system finds its own goal positions. Guided flag can be set or not, depends on the actual implementation.""")
 MAV_MODE_FLAG_GUIDED_ENABLED = 8
-enums["MAV_MODE_FLAG"][8] = EnumEntry("MAV_MODE_FLAG_GUIDED_ENABLED", """0b00001000 guided mode enabled, system flies waypoints / mission items.""")
 MAV_MODE_FLAG_STABILIZE_ENABLED = 16
-enums["MAV_MODE_FLAG"][16] = EnumEntry("MAV_MODE_FLAG_STABILIZE_ENABLED", """0b00010000 system stabilizes electronically its attitude (and optionally position). It needs however further control inputs to move around.""")
 MAV_MODE_FLAG_HIL_ENABLED = 32
-enums["MAV_MODE_FLAG"][32] = EnumEntry("MAV_MODE_FLAG_HIL_ENABLED", """0b00100000 hardware in the loop simulation. All motors / actuators are blocked, but internal software is full operational.""")
 MAV_MODE_FLAG_MANUAL_INPUT_ENABLED = 64
-enums["MAV_MODE_FLAG"][64] = EnumEntry("MAV_MODE_FLAG_MANUAL_INPUT_ENABLED", """0b01000000 remote control input is enabled.""")
 MAV_MODE_FLAG_SAFETY_ARMED = 128
-enums["MAV_MODE_FLAG"][128] = EnumEntry("MAV_MODE_FLAG_SAFETY_ARMED", """0b10000000 MAV safety set to armed. Motors are enabled / running / can start. Ready to fly. Additional note: this flag is to be ignore when sent in the command MAV_CMD_DO_SET_MODE and MAV_CMD_COMPONENT_ARM_DISARM shall be used instead. The flag can still be used to report the armed state.""")
 MAV_MODE_FLAG_ENUM_END = 129
-enums["MAV_MODE_FLAG"][129] = EnumEntry("MAV_MODE_FLAG_ENUM_END", """""")
 
 # MAV_MODE_FLAG_DECODE_POSITION
-enums["MAV_MODE_FLAG_DECODE_POSITION"] = Enum()
-enums["MAV_MODE_FLAG_DECODE_POSITION"].bitmask = True
 MAV_MODE_FLAG_DECODE_POSITION_CUSTOM_MODE = 1
-enums["MAV_MODE_FLAG_DECODE_POSITION"][1] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_CUSTOM_MODE", """Eighth bit: 00000001""")
 MAV_MODE_FLAG_DECODE_POSITION_TEST = 2
-enums["MAV_MODE_FLAG_DECODE_POSITION"][2] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_TEST", """Seventh bit: 00000010""")
 MAV_MODE_FLAG_DECODE_POSITION_AUTO = 4
-enums["MAV_MODE_FLAG_DECODE_POSITION"][4] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_AUTO", """Sixth bit:   00000100""")
 MAV_MODE_FLAG_DECODE_POSITION_GUIDED = 8
-enums["MAV_MODE_FLAG_DECODE_POSITION"][8] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_GUIDED", """Fifth bit:  00001000""")
 MAV_MODE_FLAG_DECODE_POSITION_STABILIZE = 16
-enums["MAV_MODE_FLAG_DECODE_POSITION"][16] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_STABILIZE", """Fourth bit: 00010000""")
 MAV_MODE_FLAG_DECODE_POSITION_HIL = 32
-enums["MAV_MODE_FLAG_DECODE_POSITION"][32] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_HIL", """Third bit:  00100000""")
 MAV_MODE_FLAG_DECODE_POSITION_MANUAL = 64
-enums["MAV_MODE_FLAG_DECODE_POSITION"][64] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_MANUAL", """Second bit: 01000000""")
 MAV_MODE_FLAG_DECODE_POSITION_SAFETY = 128
-enums["MAV_MODE_FLAG_DECODE_POSITION"][128] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_SAFETY", """First bit:  10000000""")
 MAV_MODE_FLAG_DECODE_POSITION_ENUM_END = 129
-enums["MAV_MODE_FLAG_DECODE_POSITION"][129] = EnumEntry("MAV_MODE_FLAG_DECODE_POSITION_ENUM_END", """""")
 
 # MAV_STATE
-enums["MAV_STATE"] = Enum()
-enums["MAV_STATE"].bitmask = False
 MAV_STATE_UNINIT = 0
-enums["MAV_STATE"][0] = EnumEntry("MAV_STATE_UNINIT", """Uninitialized system, state is unknown.""")
 MAV_STATE_BOOT = 1
-enums["MAV_STATE"][1] = EnumEntry("MAV_STATE_BOOT", """System is booting up.""")
 MAV_STATE_CALIBRATING = 2
-enums["MAV_STATE"][2] = EnumEntry("MAV_STATE_CALIBRATING", """System is calibrating and not flight-ready.""")
 MAV_STATE_STANDBY = 3
-enums["MAV_STATE"][3] = EnumEntry("MAV_STATE_STANDBY", """System is grounded and on standby. It can be launched any time.""")
 MAV_STATE_ACTIVE = 4
-enums["MAV_STATE"][4] = EnumEntry("MAV_STATE_ACTIVE", """System is active and might be already airborne. Motors are engaged.""")
 MAV_STATE_CRITICAL = 5
-enums["MAV_STATE"][5] = EnumEntry("MAV_STATE_CRITICAL", """System is in a non-normal flight mode (failsafe). It can however still navigate.""")
 MAV_STATE_EMERGENCY = 6
-enums["MAV_STATE"][6] = EnumEntry("MAV_STATE_EMERGENCY", """System is in a non-normal flight mode (failsafe). It lost control over parts or over the whole airframe. It is in mayday and going down.""")
 MAV_STATE_POWEROFF = 7
-enums["MAV_STATE"][7] = EnumEntry("MAV_STATE_POWEROFF", """System just initialized its power-down sequence, will shut down now.""")
 MAV_STATE_FLIGHT_TERMINATION = 8
-enums["MAV_STATE"][8] = EnumEntry("MAV_STATE_FLIGHT_TERMINATION", """System is terminating itself (failsafe or commanded).""")
 MAV_STATE_ENUM_END = 9
-enums["MAV_STATE"][9] = EnumEntry("MAV_STATE_ENUM_END", """""")
 
 # MAV_COMPONENT
-enums["MAV_COMPONENT"] = Enum()
-enums["MAV_COMPONENT"].bitmask = False
 MAV_COMP_ID_ALL = 0
-enums["MAV_COMPONENT"][0] = EnumEntry("MAV_COMP_ID_ALL", """Target id (target_component) used to broadcast messages to all components of the receiving system. Components should attempt to process messages with this component ID and forward to components on any other interfaces. Note: This is not a valid *source* component id for a message.""")
 MAV_COMP_ID_AUTOPILOT1 = 1
-enums["MAV_COMPONENT"][1] = EnumEntry("MAV_COMP_ID_AUTOPILOT1", """System flight controller component ("autopilot"). Only one autopilot is expected in a particular system.""")
 MAV_COMP_ID_USER1 = 25
-enums["MAV_COMPONENT"][25] = EnumEntry("MAV_COMP_ID_USER1", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER2 = 26
-enums["MAV_COMPONENT"][26] = EnumEntry("MAV_COMP_ID_USER2", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER3 = 27
-enums["MAV_COMPONENT"][27] = EnumEntry("MAV_COMP_ID_USER3", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER4 = 28
-enums["MAV_COMPONENT"][28] = EnumEntry("MAV_COMP_ID_USER4", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER5 = 29
-enums["MAV_COMPONENT"][29] = EnumEntry("MAV_COMP_ID_USER5", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER6 = 30
-enums["MAV_COMPONENT"][30] = EnumEntry("MAV_COMP_ID_USER6", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER7 = 31
-enums["MAV_COMPONENT"][31] = EnumEntry("MAV_COMP_ID_USER7", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER8 = 32
-enums["MAV_COMPONENT"][32] = EnumEntry("MAV_COMP_ID_USER8", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER9 = 33
-enums["MAV_COMPONENT"][33] = EnumEntry("MAV_COMP_ID_USER9", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER10 = 34
-enums["MAV_COMPONENT"][34] = EnumEntry("MAV_COMP_ID_USER10", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER11 = 35
-enums["MAV_COMPONENT"][35] = EnumEntry("MAV_COMP_ID_USER11", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER12 = 36
-enums["MAV_COMPONENT"][36] = EnumEntry("MAV_COMP_ID_USER12", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER13 = 37
-enums["MAV_COMPONENT"][37] = EnumEntry("MAV_COMP_ID_USER13", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER14 = 38
-enums["MAV_COMPONENT"][38] = EnumEntry("MAV_COMP_ID_USER14", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER15 = 39
-enums["MAV_COMPONENT"][39] = EnumEntry("MAV_COMP_ID_USER15", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER16 = 40
-enums["MAV_COMPONENT"][40] = EnumEntry("MAV_COMP_ID_USER16", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER17 = 41
-enums["MAV_COMPONENT"][41] = EnumEntry("MAV_COMP_ID_USER17", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER18 = 42
-enums["MAV_COMPONENT"][42] = EnumEntry("MAV_COMP_ID_USER18", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER19 = 43
-enums["MAV_COMPONENT"][43] = EnumEntry("MAV_COMP_ID_USER19", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER20 = 44
-enums["MAV_COMPONENT"][44] = EnumEntry("MAV_COMP_ID_USER20", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER21 = 45
-enums["MAV_COMPONENT"][45] = EnumEntry("MAV_COMP_ID_USER21", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER22 = 46
-enums["MAV_COMPONENT"][46] = EnumEntry("MAV_COMP_ID_USER22", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER23 = 47
-enums["MAV_COMPONENT"][47] = EnumEntry("MAV_COMP_ID_USER23", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER24 = 48
-enums["MAV_COMPONENT"][48] = EnumEntry("MAV_COMP_ID_USER24", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER25 = 49
-enums["MAV_COMPONENT"][49] = EnumEntry("MAV_COMP_ID_USER25", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER26 = 50
-enums["MAV_COMPONENT"][50] = EnumEntry("MAV_COMP_ID_USER26", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER27 = 51
-enums["MAV_COMPONENT"][51] = EnumEntry("MAV_COMP_ID_USER27", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER28 = 52
-enums["MAV_COMPONENT"][52] = EnumEntry("MAV_COMP_ID_USER28", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER29 = 53
-enums["MAV_COMPONENT"][53] = EnumEntry("MAV_COMP_ID_USER29", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER30 = 54
-enums["MAV_COMPONENT"][54] = EnumEntry("MAV_COMP_ID_USER30", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER31 = 55
-enums["MAV_COMPONENT"][55] = EnumEntry("MAV_COMP_ID_USER31", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER32 = 56
-enums["MAV_COMPONENT"][56] = EnumEntry("MAV_COMP_ID_USER32", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER33 = 57
-enums["MAV_COMPONENT"][57] = EnumEntry("MAV_COMP_ID_USER33", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER34 = 58
-enums["MAV_COMPONENT"][58] = EnumEntry("MAV_COMP_ID_USER34", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER35 = 59
-enums["MAV_COMPONENT"][59] = EnumEntry("MAV_COMP_ID_USER35", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER36 = 60
-enums["MAV_COMPONENT"][60] = EnumEntry("MAV_COMP_ID_USER36", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER37 = 61
-enums["MAV_COMPONENT"][61] = EnumEntry("MAV_COMP_ID_USER37", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER38 = 62
-enums["MAV_COMPONENT"][62] = EnumEntry("MAV_COMP_ID_USER38", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER39 = 63
-enums["MAV_COMPONENT"][63] = EnumEntry("MAV_COMP_ID_USER39", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER40 = 64
-enums["MAV_COMPONENT"][64] = EnumEntry("MAV_COMP_ID_USER40", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER41 = 65
-enums["MAV_COMPONENT"][65] = EnumEntry("MAV_COMP_ID_USER41", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER42 = 66
-enums["MAV_COMPONENT"][66] = EnumEntry("MAV_COMP_ID_USER42", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER43 = 67
-enums["MAV_COMPONENT"][67] = EnumEntry("MAV_COMP_ID_USER43", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_TELEMETRY_RADIO = 68
-enums["MAV_COMPONENT"][68] = EnumEntry("MAV_COMP_ID_TELEMETRY_RADIO", """Telemetry radio (e.g. SiK radio, or other component that emits RADIO_STATUS messages).""")
 MAV_COMP_ID_USER45 = 69
-enums["MAV_COMPONENT"][69] = EnumEntry("MAV_COMP_ID_USER45", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER46 = 70
-enums["MAV_COMPONENT"][70] = EnumEntry("MAV_COMP_ID_USER46", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER47 = 71
-enums["MAV_COMPONENT"][71] = EnumEntry("MAV_COMP_ID_USER47", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER48 = 72
-enums["MAV_COMPONENT"][72] = EnumEntry("MAV_COMP_ID_USER48", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER49 = 73
-enums["MAV_COMPONENT"][73] = EnumEntry("MAV_COMP_ID_USER49", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER50 = 74
-enums["MAV_COMPONENT"][74] = EnumEntry("MAV_COMP_ID_USER50", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER51 = 75
-enums["MAV_COMPONENT"][75] = EnumEntry("MAV_COMP_ID_USER51", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER52 = 76
-enums["MAV_COMPONENT"][76] = EnumEntry("MAV_COMP_ID_USER52", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER53 = 77
-enums["MAV_COMPONENT"][77] = EnumEntry("MAV_COMP_ID_USER53", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER54 = 78
-enums["MAV_COMPONENT"][78] = EnumEntry("MAV_COMP_ID_USER54", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER55 = 79
-enums["MAV_COMPONENT"][79] = EnumEntry("MAV_COMP_ID_USER55", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER56 = 80
-enums["MAV_COMPONENT"][80] = EnumEntry("MAV_COMP_ID_USER56", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER57 = 81
-enums["MAV_COMPONENT"][81] = EnumEntry("MAV_COMP_ID_USER57", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER58 = 82
-enums["MAV_COMPONENT"][82] = EnumEntry("MAV_COMP_ID_USER58", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER59 = 83
-enums["MAV_COMPONENT"][83] = EnumEntry("MAV_COMP_ID_USER59", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER60 = 84
-enums["MAV_COMPONENT"][84] = EnumEntry("MAV_COMP_ID_USER60", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER61 = 85
-enums["MAV_COMPONENT"][85] = EnumEntry("MAV_COMP_ID_USER61", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER62 = 86
-enums["MAV_COMPONENT"][86] = EnumEntry("MAV_COMP_ID_USER62", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER63 = 87
-enums["MAV_COMPONENT"][87] = EnumEntry("MAV_COMP_ID_USER63", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER64 = 88
-enums["MAV_COMPONENT"][88] = EnumEntry("MAV_COMP_ID_USER64", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER65 = 89
-enums["MAV_COMPONENT"][89] = EnumEntry("MAV_COMP_ID_USER65", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER66 = 90
-enums["MAV_COMPONENT"][90] = EnumEntry("MAV_COMP_ID_USER66", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER67 = 91
-enums["MAV_COMPONENT"][91] = EnumEntry("MAV_COMP_ID_USER67", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER68 = 92
-enums["MAV_COMPONENT"][92] = EnumEntry("MAV_COMP_ID_USER68", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER69 = 93
-enums["MAV_COMPONENT"][93] = EnumEntry("MAV_COMP_ID_USER69", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER70 = 94
-enums["MAV_COMPONENT"][94] = EnumEntry("MAV_COMP_ID_USER70", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER71 = 95
-enums["MAV_COMPONENT"][95] = EnumEntry("MAV_COMP_ID_USER71", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER72 = 96
-enums["MAV_COMPONENT"][96] = EnumEntry("MAV_COMP_ID_USER72", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER73 = 97
-enums["MAV_COMPONENT"][97] = EnumEntry("MAV_COMP_ID_USER73", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER74 = 98
-enums["MAV_COMPONENT"][98] = EnumEntry("MAV_COMP_ID_USER74", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_USER75 = 99
-enums["MAV_COMPONENT"][99] = EnumEntry("MAV_COMP_ID_USER75", """Id for a component on privately managed MAVLink network. Can be used for any purpose but may not be published by components outside of the private network.""")
 MAV_COMP_ID_CAMERA = 100
-enums["MAV_COMPONENT"][100] = EnumEntry("MAV_COMP_ID_CAMERA", """Camera #1.""")
 MAV_COMP_ID_CAMERA2 = 101
-enums["MAV_COMPONENT"][101] = EnumEntry("MAV_COMP_ID_CAMERA2", """Camera #2.""")
 MAV_COMP_ID_CAMERA3 = 102
-enums["MAV_COMPONENT"][102] = EnumEntry("MAV_COMP_ID_CAMERA3", """Camera #3.""")
 MAV_COMP_ID_CAMERA4 = 103
-enums["MAV_COMPONENT"][103] = EnumEntry("MAV_COMP_ID_CAMERA4", """Camera #4.""")
 MAV_COMP_ID_CAMERA5 = 104
-enums["MAV_COMPONENT"][104] = EnumEntry("MAV_COMP_ID_CAMERA5", """Camera #5.""")
 MAV_COMP_ID_CAMERA6 = 105
-enums["MAV_COMPONENT"][105] = EnumEntry("MAV_COMP_ID_CAMERA6", """Camera #6.""")
 MAV_COMP_ID_SERVO1 = 140
-enums["MAV_COMPONENT"][140] = EnumEntry("MAV_COMP_ID_SERVO1", """Servo #1.""")
 MAV_COMP_ID_SERVO2 = 141
-enums["MAV_COMPONENT"][141] = EnumEntry("MAV_COMP_ID_SERVO2", """Servo #2.""")
 MAV_COMP_ID_SERVO3 = 142
-enums["MAV_COMPONENT"][142] = EnumEntry("MAV_COMP_ID_SERVO3", """Servo #3.""")
 MAV_COMP_ID_SERVO4 = 143
-enums["MAV_COMPONENT"][143] = EnumEntry("MAV_COMP_ID_SERVO4", """Servo #4.""")
 MAV_COMP_ID_SERVO5 = 144
-enums["MAV_COMPONENT"][144] = EnumEntry("MAV_COMP_ID_SERVO5", """Servo #5.""")
 MAV_COMP_ID_SERVO6 = 145
-enums["MAV_COMPONENT"][145] = EnumEntry("MAV_COMP_ID_SERVO6", """Servo #6.""")
 MAV_COMP_ID_SERVO7 = 146
-enums["MAV_COMPONENT"][146] = EnumEntry("MAV_COMP_ID_SERVO7", """Servo #7.""")
 MAV_COMP_ID_SERVO8 = 147
-enums["MAV_COMPONENT"][147] = EnumEntry("MAV_COMP_ID_SERVO8", """Servo #8.""")
 MAV_COMP_ID_SERVO9 = 148
-enums["MAV_COMPONENT"][148] = EnumEntry("MAV_COMP_ID_SERVO9", """Servo #9.""")
 MAV_COMP_ID_SERVO10 = 149
-enums["MAV_COMPONENT"][149] = EnumEntry("MAV_COMP_ID_SERVO10", """Servo #10.""")
 MAV_COMP_ID_SERVO11 = 150
-enums["MAV_COMPONENT"][150] = EnumEntry("MAV_COMP_ID_SERVO11", """Servo #11.""")
 MAV_COMP_ID_SERVO12 = 151
-enums["MAV_COMPONENT"][151] = EnumEntry("MAV_COMP_ID_SERVO12", """Servo #12.""")
 MAV_COMP_ID_SERVO13 = 152
-enums["MAV_COMPONENT"][152] = EnumEntry("MAV_COMP_ID_SERVO13", """Servo #13.""")
 MAV_COMP_ID_SERVO14 = 153
-enums["MAV_COMPONENT"][153] = EnumEntry("MAV_COMP_ID_SERVO14", """Servo #14.""")
 MAV_COMP_ID_GIMBAL = 154
-enums["MAV_COMPONENT"][154] = EnumEntry("MAV_COMP_ID_GIMBAL", """Gimbal #1.""")
 MAV_COMP_ID_LOG = 155
-enums["MAV_COMPONENT"][155] = EnumEntry("MAV_COMP_ID_LOG", """Logging component.""")
 MAV_COMP_ID_ADSB = 156
-enums["MAV_COMPONENT"][156] = EnumEntry("MAV_COMP_ID_ADSB", """Automatic Dependent Surveillance-Broadcast (ADS-B) component.""")
 MAV_COMP_ID_OSD = 157
-enums["MAV_COMPONENT"][157] = EnumEntry("MAV_COMP_ID_OSD", """On Screen Display (OSD) devices for video links.""")
 MAV_COMP_ID_PERIPHERAL = 158
-enums["MAV_COMPONENT"][158] = EnumEntry("MAV_COMP_ID_PERIPHERAL", """Generic autopilot peripheral component ID. Meant for devices that do not implement the parameter microservice.""")
 MAV_COMP_ID_QX1_GIMBAL = 159
-enums["MAV_COMPONENT"][159] = EnumEntry("MAV_COMP_ID_QX1_GIMBAL", """Gimbal ID for QX1.""")
 MAV_COMP_ID_FLARM = 160
-enums["MAV_COMPONENT"][160] = EnumEntry("MAV_COMP_ID_FLARM", """FLARM collision alert component.""")
 MAV_COMP_ID_PARACHUTE = 161
-enums["MAV_COMPONENT"][161] = EnumEntry("MAV_COMP_ID_PARACHUTE", """Parachute component.""")
 MAV_COMP_ID_WINCH = 169
-enums["MAV_COMPONENT"][169] = EnumEntry("MAV_COMP_ID_WINCH", """Winch component.""")
 MAV_COMP_ID_GIMBAL2 = 171
-enums["MAV_COMPONENT"][171] = EnumEntry("MAV_COMP_ID_GIMBAL2", """Gimbal #2.""")
 MAV_COMP_ID_GIMBAL3 = 172
-enums["MAV_COMPONENT"][172] = EnumEntry("MAV_COMP_ID_GIMBAL3", """Gimbal #3.""")
 MAV_COMP_ID_GIMBAL4 = 173
-enums["MAV_COMPONENT"][173] = EnumEntry("MAV_COMP_ID_GIMBAL4", """Gimbal #4""")
 MAV_COMP_ID_GIMBAL5 = 174
-enums["MAV_COMPONENT"][174] = EnumEntry("MAV_COMP_ID_GIMBAL5", """Gimbal #5.""")
 MAV_COMP_ID_GIMBAL6 = 175
-enums["MAV_COMPONENT"][175] = EnumEntry("MAV_COMP_ID_GIMBAL6", """Gimbal #6.""")
 MAV_COMP_ID_BATTERY = 180
-enums["MAV_COMPONENT"][180] = EnumEntry("MAV_COMP_ID_BATTERY", """Battery #1.""")
 MAV_COMP_ID_BATTERY2 = 181
-enums["MAV_COMPONENT"][181] = EnumEntry("MAV_COMP_ID_BATTERY2", """Battery #2.""")
 MAV_COMP_ID_MAVCAN = 189
-enums["MAV_COMPONENT"][189] = EnumEntry("MAV_COMP_ID_MAVCAN", """CAN over MAVLink client.""")
 MAV_COMP_ID_MISSIONPLANNER = 190
-enums["MAV_COMPONENT"][190] = EnumEntry("MAV_COMP_ID_MISSIONPLANNER", """Component that can generate/supply a mission flight plan (e.g. GCS or developer API).""")
 MAV_COMP_ID_ONBOARD_COMPUTER = 191
-enums["MAV_COMPONENT"][191] = EnumEntry("MAV_COMP_ID_ONBOARD_COMPUTER", """Component that lives on the onboard computer (companion computer) and has some generic functionalities, such as settings system parameters and monitoring the status of some processes that don't directly speak mavlink and so on.""")
 MAV_COMP_ID_ONBOARD_COMPUTER2 = 192
-enums["MAV_COMPONENT"][192] = EnumEntry("MAV_COMP_ID_ONBOARD_COMPUTER2", """Component that lives on the onboard computer (companion computer) and has some generic functionalities, such as settings system parameters and monitoring the status of some processes that don't directly speak mavlink and so on.""")
 MAV_COMP_ID_ONBOARD_COMPUTER3 = 193
-enums["MAV_COMPONENT"][193] = EnumEntry("MAV_COMP_ID_ONBOARD_COMPUTER3", """Component that lives on the onboard computer (companion computer) and has some generic functionalities, such as settings system parameters and monitoring the status of some processes that don't directly speak mavlink and so on.""")
 MAV_COMP_ID_ONBOARD_COMPUTER4 = 194
-enums["MAV_COMPONENT"][194] = EnumEntry("MAV_COMP_ID_ONBOARD_COMPUTER4", """Component that lives on the onboard computer (companion computer) and has some generic functionalities, such as settings system parameters and monitoring the status of some processes that don't directly speak mavlink and so on.""")
 MAV_COMP_ID_PATHPLANNER = 195
-enums["MAV_COMPONENT"][195] = EnumEntry("MAV_COMP_ID_PATHPLANNER", """Component that finds an optimal path between points based on a certain constraint (e.g. minimum snap, shortest path, cost, etc.).""")
 MAV_COMP_ID_OBSTACLE_AVOIDANCE = 196
-enums["MAV_COMPONENT"][196] = EnumEntry("MAV_COMP_ID_OBSTACLE_AVOIDANCE", """Component that plans a collision free path between two points.""")
 MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY = 197
-enums["MAV_COMPONENT"][197] = EnumEntry("MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY", """Component that provides position estimates using VIO techniques.""")
 MAV_COMP_ID_PAIRING_MANAGER = 198
-enums["MAV_COMPONENT"][198] = EnumEntry("MAV_COMP_ID_PAIRING_MANAGER", """Component that manages pairing of vehicle and GCS.""")
 MAV_COMP_ID_IMU = 200
-enums["MAV_COMPONENT"][200] = EnumEntry("MAV_COMP_ID_IMU", """Inertial Measurement Unit (IMU) #1.""")
 MAV_COMP_ID_IMU_2 = 201
-enums["MAV_COMPONENT"][201] = EnumEntry("MAV_COMP_ID_IMU_2", """Inertial Measurement Unit (IMU) #2.""")
 MAV_COMP_ID_IMU_3 = 202
-enums["MAV_COMPONENT"][202] = EnumEntry("MAV_COMP_ID_IMU_3", """Inertial Measurement Unit (IMU) #3.""")
 MAV_COMP_ID_GPS = 220
-enums["MAV_COMPONENT"][220] = EnumEntry("MAV_COMP_ID_GPS", """GPS #1.""")
 MAV_COMP_ID_GPS2 = 221
-enums["MAV_COMPONENT"][221] = EnumEntry("MAV_COMP_ID_GPS2", """GPS #2.""")
 MAV_COMP_ID_ODID_TXRX_1 = 236
-enums["MAV_COMPONENT"][236] = EnumEntry("MAV_COMP_ID_ODID_TXRX_1", """Open Drone ID transmitter/receiver (Bluetooth/WiFi/Internet).""")
 MAV_COMP_ID_ODID_TXRX_2 = 237
-enums["MAV_COMPONENT"][237] = EnumEntry("MAV_COMP_ID_ODID_TXRX_2", """Open Drone ID transmitter/receiver (Bluetooth/WiFi/Internet).""")
 MAV_COMP_ID_ODID_TXRX_3 = 238
-enums["MAV_COMPONENT"][238] = EnumEntry("MAV_COMP_ID_ODID_TXRX_3", """Open Drone ID transmitter/receiver (Bluetooth/WiFi/Internet).""")
 MAV_COMP_ID_UDP_BRIDGE = 240
-enums["MAV_COMPONENT"][240] = EnumEntry("MAV_COMP_ID_UDP_BRIDGE", """Component to bridge MAVLink to UDP (i.e. from a UART).""")
 MAV_COMP_ID_UART_BRIDGE = 241
-enums["MAV_COMPONENT"][241] = EnumEntry("MAV_COMP_ID_UART_BRIDGE", """Component to bridge to UART (i.e. from UDP).""")
 MAV_COMP_ID_TUNNEL_NODE = 242
-enums["MAV_COMPONENT"][242] = EnumEntry("MAV_COMP_ID_TUNNEL_NODE", """Component handling TUNNEL messages (e.g. vendor specific GUI of a component).""")
 MAV_COMP_ID_ILLUMINATOR = 243
-enums["MAV_COMPONENT"][243] = EnumEntry("MAV_COMP_ID_ILLUMINATOR", """Illuminator""")
 MAV_COMP_ID_SYSTEM_CONTROL = 250
-enums["MAV_COMPONENT"][250] = EnumEntry("MAV_COMP_ID_SYSTEM_CONTROL", """Deprecated, don't use. Component for handling system messages (e.g. to ARM, takeoff, etc.).""")
 MAV_COMPONENT_ENUM_END = 251
-enums["MAV_COMPONENT"][251] = EnumEntry("MAV_COMPONENT_ENUM_END", """""")
 
 # message IDs
 MAVLINK_MSG_ID_BAD_DATA = -1
@@ -28497,3 +24284,11 @@ class MAVLink(object):
 
         """
         self.send(self.heartbeat_encode(type, autopilot, base_mode, custom_mode, system_status, mavlink_version), force_mavlink1=force_mavlink1)
+
+
+def __getattr__(name: str) -> Dict[str, Enum]:
+    if name != "enums":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from sitl_emu.core import dialect_enums
+
+    return dialect_enums.enums

@@ -12,12 +12,14 @@ def test_dialect_and_stubs_are_what_their_generator_writes() -> None:
     code = """if True:
         import runpy
         tool = runpy.run_path("tools/make_dialect.py")
-        source = tool["made"]()
-        print("\\0", source, "\\0", tool["stubs"](source), sep="", end="")"""
+        for path, text in tool["files"](tool["made"]()).items():
+            print("\\0", path, "\\0", text, sep="", end="")"""
     said = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    _, made, stubs = said.split("\0")
-    assert made == (ROOT / "sitl_emu/core/dialect.py").read_text(), "run: python tools/make_dialect.py"
-    assert stubs == (ROOT / "sitl_emu/core/dialect.pyi").read_text(), "run: python tools/make_dialect.py"
+    _, *written = said.split("\0")
+    paths = [Path(path) for path in written[::2]]
+    assert {path.name for path in paths} == {"dialect.py", "dialect_enums.py", "dialect.pyi"}
+    for path, text in zip(paths, written[1::2], strict=True):
+        assert text == path.read_text(), "run: python tools/make_dialect.py"
 
 
 def test_the_generator_is_locked() -> None:

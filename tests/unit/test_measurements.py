@@ -23,7 +23,7 @@ PX4_FILE = re.compile(r"[\w/]+\.(cpp|hpp|h|c)")
 
 def texts() -> list[pathlib.Path]:
     files = [path for place in PLACES for path in ([ROOT / place] if "." in place else (ROOT / place).rglob("*"))]
-    return [path for path in files if path.suffix in {".py", ".md", ".toml"} and path.name != "dialect.py"]
+    return [path for path in files if path.suffix in {".py", ".md", ".toml"} and not path.name.startswith("dialect")]
 
 
 def unaddressed(text: str) -> list[str]:
