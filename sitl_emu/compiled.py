@@ -14,7 +14,6 @@ import io
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from importlib.abc import MetaPathFinder
 from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
 from pathlib import Path
 from types import ModuleType
@@ -114,7 +113,7 @@ def folder(files: Mapping[str, Path | str]) -> Path:
     return FOLDER / digest.hexdigest()
 
 
-class Finder(MetaPathFinder):
+class Finder:
     """Finds compiled modules. Whether there are some of just these sources it looks when it is first asked for one."""
 
     def find_spec(

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Generator
-from statistics import median
 
 from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
 from sitl_emu.autopilot.topics import Vector3
@@ -52,6 +51,7 @@ def _measure(bench: Bench) -> Generator[None, None, Vector3 | str | None]:
             told = percent
             bench.progress(percent)
     mean = (total[0] / SAMPLES, total[1] / SAMPLES, total[2] / SAMPLES)
-    if any(abs(median(axis) - m) > MOST_ERROR_RAD_S for axis, m in zip(zip(*last, strict=True), mean, strict=True)):
+    medians = (sorted(axis)[MEDIAN_OF // 2] for axis in zip(*last, strict=True))
+    if any(abs(median - m) > MOST_ERROR_RAD_S for median, m in zip(medians, mean, strict=True)):
         return None
     return mean
