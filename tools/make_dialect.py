@@ -45,15 +45,21 @@ def __getattr__(name: str) -> Dict[str, Enum]:
     return dialect_enums.enums
 """
 PACKAGED = pathlib.Path(pymavlink.__file__).parent / "dialects" / "v20"
+EXTENSIONS = {
+    "SET_ATTITUDE_TARGET": '<extensions/><field type="float[3]" name="thrust_body">Thrust, body axes.</field>',
+}
+"""Fields that a packaged message lacks and PX4 reads; as extensions they leave its CRC_EXTRA as it is."""
 INCLUDED = ("development.xml", "common.xml", "standard.xml", "minimal.xml")
 
 
 def without_marks(xml: str) -> str:
-    """The XML with its work-in-progress marks taken out, so that the generator keeps what they mark.
+    """The XML with its work-in-progress marks taken out, so that the generator keeps what they mark, and EXTENSIONS.
 
     An enum entry that our additions define again (same value) is dropped here.
     """
     xml = re.sub(r"<wip\s*(/>|>.*?</wip>)", "", xml, flags=re.S)
+    for name, fields in EXTENSIONS.items():
+        xml = re.sub(rf'(<message id="\d+" name="{name}">.*?)(</message>)', rf"\1{fields}\2", xml, flags=re.S)
     for name in re.findall(r'<entry value="\d+" name="(\w+)"', ADDITIONS.read_text()):
         xml = re.sub(rf'<entry [^>]*name="{name}"[^>]*>.*?</entry>', "", xml, flags=re.S)
     return xml

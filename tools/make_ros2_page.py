@@ -35,14 +35,20 @@ COMMANDS = {8: (22, {}), 9: (400, {"param1": 1.0}), 40: (21, {})}
 FLIGHT_S = 60
 NUMBERS = {topic.name: number for number, topic in enumerate(SUBSCRIPTIONS)}
 BECOMES = {
-    "offboard_control_mode": "what OFFBOARD controls, and that somebody does: trajectory, attitude, rates",
+    "offboard_control_mode": "what OFFBOARD controls, and that somebody does",
     "trajectory_setpoint": "OFFBOARD's setpoint, multicopters and rovers",
     "goto_setpoint": "OFFBOARD's setpoint, multicopters: a place, to which a smoothed trajectory leads",
+    "rover_speed_setpoint": "a rover's speed, where OFFBOARD controls acceleration; there its heading counts, too",
     "rover_attitude_setpoint": "a rover's heading, where OFFBOARD controls attitude",
     "rover_rate_setpoint": "a rover's yaw rate, where OFFBOARD controls rates",
-    "rover_throttle_setpoint": "a rover's throttle, where OFFBOARD controls attitude or rates",
+    "rover_throttle_setpoint": "a rover's throttle, where OFFBOARD controls attitude, rates, or thrust and torque",
+    "rover_steering_setpoint": "a rover's steering, where OFFBOARD controls thrust and torque",
     "vehicle_attitude_setpoint": "OFFBOARD's setpoint, multicopters",
     "vehicle_rates_setpoint": "OFFBOARD's setpoint, multicopters",
+    "vehicle_thrust_setpoint": "thrust, where OFFBOARD controls thrust and torque, multicopters",
+    "vehicle_torque_setpoint": "torque, where OFFBOARD controls thrust and torque, multicopters; each moves the motors",
+    "actuator_motors": "motors, where OFFBOARD controls direct actuators; NaN stops one",
+    "actuator_servos": "servos, where OFFBOARD controls direct actuators",
     "vehicle_command": "a command as over MAVLink; the answer is `/fmu/out/vehicle_command_ack_v1`",
     "vehicle_visual_odometry": "a pose and velocity for EKF2 (EKF2_EV_CTRL)",
     "obstacle_distance": "obstacles for collision prevention (CP_DIST)",
@@ -80,6 +86,19 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` and
 `examples/ros2_detector.py` with a stand-in for rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to
 be had where this was made; the service's layout is rmw_cyclonedds's by its source. Not there: registered modes.
+"""
+
+NOTES = """`rover_position_setpoint` a real PX4 writes over itself in OFFBOARD, by trajectory_setpoint
+(AckermannOffboardMode.cpp). A mode of one's own (`register_ext_component_request`) is answered as PX4 answers where no
+slot is free: no success, ids of -1.
+
+In OFFBOARD a setpoint counts that came since the mode was entered; until then the last one goes on, as in PX4, where
+`offboard_control_mode` alone is the signal. By direct actuators nobody asks for thrust: a multicopter then counts as in
+the air from arming on, and is disarmed by force (MulticopterLandDetector.cpp). Disarmed or killed its motors stop, as
+PX4's do on hardware; PX4's simulated outputs keep what they were told last until they are told more (PWMSim.cpp).
+
+What PX4 would fly with, and we do not take: an attitude without a direction, a thrust or torque that is no number, and
+setpoints outside OFFBOARD, where in PX4 they mix with those of its own controllers.
 """
 
 SENSORS = """## The world's sensors, in a run
@@ -196,15 +215,9 @@ def page(published: Mapping[str, set[str]]) -> str:
             if topic.name in BECOMES
         ),
         "",
-        f"Taken without effect: {names(unheard)}. `offboard_control_mode` that asks for thrust_and_torque or "
-        "direct_actuator counts as no signal.",
+        f"Taken without effect: {names(unheard)}.",
         "",
-        "`rover_position_setpoint` and `rover_speed_setpoint` a real PX4 writes over itself in OFFBOARD, by "
-        "trajectory_setpoint (AckermannOffboardMode.cpp). A mode of one's own (`register_ext_component_request`) is "
-        "answered as PX4 answers where no slot is free: no success, ids of -1.",
-        "",
-        "What PX4 would fly with, and we do not take: an attitude without a direction, a thrust that is no number.",
-        "",
+        NOTES,
         SENSORS.rstrip(),
     ]
     return "\n".join(lines) + "\n"

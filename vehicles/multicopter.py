@@ -130,7 +130,7 @@ class Multicopter(Dynamics):
             u = speeds[i]
             u += lag * ((0.0 if off[i] else drive * controls[i]) - u)
             speeds[i] = u
-            square = u * u
+            square = u * u if u >= 0.0 else -u * u  # turned backwards it pushes as hard, downwards (ours)
             lift += square
             cubes += square * u
             spin += momentum * u

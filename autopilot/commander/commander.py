@@ -15,6 +15,7 @@ from sitl_emu.autopilot.commander.auto_disarm import AutoDisarm
 from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
 from sitl_emu.autopilot.commander.component_links import present_and_healthy
+from sitl_emu.autopilot.commander.control_mode import control_mode
 from sitl_emu.autopilot.commander.failsafe import Action, Failsafe, Notice
 from sitl_emu.autopilot.commander.failsafe_events import failsafe_event
 from sitl_emu.autopilot.commander.failure_detector import FailureDetector
@@ -289,6 +290,7 @@ class Commander:
             self._failsafe.taken_over,
             int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER,
             *present_and_healthy(now_us, topics.gcs_heartbeats),
+            control_mode=control_mode(self._nav_state, self._vehicle_kind.traits, topics.offboard_setpoint),
         )
 
     def _publish_actuator_armed(self, now_us: int) -> None:

@@ -10,6 +10,8 @@ Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (F
 import math
 from typing import Final
 
+from sitl_emu.autopilot.commander.control_mode import asked_for
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import modes_where
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import FailureDetectorStatus, Topics
@@ -38,7 +40,9 @@ class FailureDetector:
             self._copy_parameters()
         topics = self._topics
         roll, pitch, _ = topics.vehicle_attitude.euler
-        watches = topics.vehicle_status.nav_state not in WITHOUT_ATTITUDE
+        nav_state = topics.vehicle_status.nav_state
+        in_offboard = nav_state is NavState.OFFBOARD
+        watches = asked_for(topics.offboard_setpoint).attitude if in_offboard else nav_state not in WITHOUT_ATTITUDE
         roll_limit, pitch_limit = self._limits_rad
         fd_roll = self._failed(now_us, 0, watches and 0.0 < roll_limit < abs(roll))
         fd_pitch = self._failed(now_us, 1, watches and 0.0 < pitch_limit < abs(pitch))

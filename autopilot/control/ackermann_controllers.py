@@ -229,6 +229,10 @@ class Actuators:
                 self._servo_slew = steering
             self.servo = self._servo_slew
 
+    def told(self, motor: float, servo: float) -> None:
+        """Another has told both; what is no number is 0, from where they would go on."""
+        self.motor, self.servo = (value if math.isfinite(value) else 0.0 for value in (motor, servo))
+
     def stop(self) -> None:
         """Tell both to do nothing, at once."""
         self.motor = self.servo = 0.0

@@ -7,7 +7,7 @@ north; sticks that have fallen silent stay as they were. Modes of aircraft give 
 import math
 from typing import NamedTuple
 
-from sitl_emu.autopilot.commander.control_mode import asks_for_position
+from sitl_emu.autopilot.commander.control_mode import asks_for_position, is_of_mode
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.control.ackermann_controllers import NAN, RoverState, Setpoints, Target
 from sitl_emu.autopilot.control.pure_pursuit import Place
@@ -87,8 +87,8 @@ def acceptance_radius_m(angle_rad: float, parameters: RoverParameters) -> float:
 class OffboardMode:
     """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode.
 
-    Asked for attitude or rates the mode writes nothing (AckermannOffboardMode.cpp): ROS 2 then writes what the
-    controllers that run take, each message once.
+    Asked for anything else the mode writes nothing (AckermannOffboardMode.cpp): ROS 2 then writes what the controllers
+    that run take, each message once. What a controller makes itself, it writes over that.
     """
 
     def __init__(self, topics: Topics) -> None:
@@ -101,7 +101,7 @@ class OffboardMode:
         offboard = self._topics.offboard_setpoint
         if offboard.rover is not None:
             self._take(offboard.rover, setpoints)
-        if offboard.trajectory is None:
+        if offboard.rover is not None or offboard.trajectory is None:
             return
         if offboard.timestamp >= self._topics.vehicle_status.nav_state_timestamp:
             self._trajectory = offboard.trajectory
@@ -113,9 +113,9 @@ class OffboardMode:
         setpoints.speed, setpoints.yaw = math.hypot(vn, ve), math.atan2(ve, vn)
 
     def _take(self, told: RoverSetpoint, setpoints: Setpoints) -> None:
-        since_us = self._topics.vehicle_status.nav_state_timestamp
+        status = self._topics.vehicle_status
         for name, new, taken in zip(told._fields, told, self._taken, strict=True):
-            if new != taken and new[0] >= since_us:
+            if new is not taken and is_of_mode(new[0], status):
                 setattr(setpoints, name, new[1])
         self._taken = told
 

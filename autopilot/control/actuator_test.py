@@ -6,19 +6,9 @@ at once; a new test puts the end of all off, which comes by its time-out. What n
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final
 
+from sitl_emu.autopilot.control.mixer import output
 from sitl_emu.autopilot.topics import ActuatorTest, Topics
-
-FIRST_MOTOR: Final = 101
-LAST_MOTOR: Final = 112
-FIRST_SERVO: Final = 201
-LAST_SERVO: Final = 208
-PWM_DISARMED: Final = 900
-MOTOR_PWM_MIN: Final = 1000
-MOTOR_PWM_RANGE: Final = 1000
-CENTRED_PWM: Final = 1500
-CENTRED_PWM_RANGE: Final = 500
 
 
 class ActuatorTests:
@@ -56,17 +46,9 @@ class ActuatorTests:
         self._values.clear()
         self._seen = self._topics.actuator_test
 
-    def outputs(self, function: int, curve: Callable[[float], float], reversible: bool = False) -> tuple[float, int]:
+    def outputs(self, function: int, curve: Callable[[float], float]) -> tuple[float, int]:
         """What an output of this function carries, as HIL_ACTUATOR_CONTROLS and as SERVO_OUTPUT_RAW has it.
 
-        Motors 0..1 (-1..1 if `reversible`), servos -1..1. `curve` makes a motor's signal of a thrust.
+        Motors 0..1, servos -1..1. `curve` makes a motor's signal of a thrust.
         """
-        value = self._values.get(function, math.nan)
-        motor = FIRST_MOTOR <= function <= LAST_MOTOR
-        if not math.isfinite(value) or (motor and not reversible and value < 0.0):
-            return 0.0, PWM_DISARMED
-        value = max(-1.0, min(1.0, value))
-        if not motor or reversible:
-            return value, round(CENTRED_PWM + CENTRED_PWM_RANGE * value)
-        signal = curve(value)
-        return signal, round(MOTOR_PWM_MIN + MOTOR_PWM_RANGE * signal)
+        return output(function, self._values.get(function, math.nan), curve, reversible=False)

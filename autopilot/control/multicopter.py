@@ -3,7 +3,9 @@
 What PX4's mc_pos_control, mc_hover_thrust_estimator, mc_att_control, mc_rate_control and control_allocator do around
 their maths (src/modules, v1.18). Position control runs when the autopilot calls `update_position` (125 Hz), attitude
 control right after it, rate control and allocation at every tick. STAB, ACRO and MANUAL fly by the sticks, OFFBOARD by
-its attitude or rates where it has some, every other mode by trajectory_setpoint.
+its attitude or rates where it has some, every other mode by trajectory_setpoint. In OFFBOARD by thrust and torque only
+the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
+there: until the first comes, what was there before goes on.
 
 Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estimator resets (setpoints come anew every
 8 ms), and in a termination the parachute.
@@ -12,6 +14,7 @@ Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estima
 import math
 from typing import Final
 
+from sitl_emu.autopilot.commander.control_mode import is_of_mode
 from sitl_emu.autopilot.constants import MOST_ROTORS, NavState, TakeoffState
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
@@ -30,6 +33,7 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
+from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.estimator.imu_filter import alpha
@@ -43,7 +47,9 @@ from sitl_emu.autopilot.topics import (
     NAN3,
     ActuatorOutputs,
     ControlAllocatorStatus,
+    DirectActuator,
     ManualControlSetpoint,
+    OffboardSetpoint,
     RateCtrlStatus,
     TakeoffStatus,
     Topics,
@@ -52,6 +58,8 @@ from sitl_emu.autopilot.topics import (
     VehicleAttitudeSetpoint,
     VehicleLocalPositionSetpoint,
     VehicleRatesSetpoint,
+    VehicleStatus,
+    VehicleThrustSetpoint,
     VehicleTorqueSetpoint,
 )
 from sitl_emu.core.attitude import quaternion
@@ -63,21 +71,22 @@ STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
 """On the ground: a large acceleration down leaves no thrust."""
 CLEAR_OF_GROUND_M: Final = 1.0
 """Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
-PWM_DISARMED: Final = 900
+FRESH_THRUST_US: Final = 20_000
+"""A thrust older than so tells nothing of the hover thrust (there, too)."""
 PWM_MIN: Final = 1000
 PWM_RANGE: Final = 1000
 """What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
 PWM_EVERY: Final = 5
 STATUS_EVERY: Final = 50
 """Ticks; as often as PX4 logs control_allocator_status."""
-MOTOR_FUNCTION: Final = 101
 MOTORS: Final = 12
 OUTPUTS: Final = 16
 
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
-    vehicle_torque_setpoint, hover_thrust_estimate, control_allocator_status and actuator_outputs."""
+    vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status, hover_thrust_estimate, control_allocator_status
+    and actuator_outputs."""
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """`say(severity, text)` tells the ground."""
@@ -95,6 +104,8 @@ class MulticopterControl:
         """It has been more than a metre up since it last stood."""
         self._yaw_sp = NAN
         self._ticks = 0
+        self._obeyed: VehicleTorqueSetpoint | DirectActuator | None = None
+        """What of OFFBOARD has gone to the motors last."""
         self._tests = ActuatorTests(topics)
         self.group_test = ActuatorGroupTest(topics, parameters)
         self.autotune = McAutotune(topics, parameters)
@@ -212,7 +223,7 @@ class MulticopterControl:
         nav_state = status.nav_state
         by_sticks = nav_state in STICKS_TO_THRUST
         offboard = topics.offboard_setpoint if nav_state == NavState.OFFBOARD else None
-        direct = offboard is not None and (offboard.attitude is not None or offboard.rates is not None)
+        direct = offboard is not None and offboard.trajectory is None and offboard.timestamp != 0
         want_takeoff = topics.vehicle_constraints.want_takeoff and not by_sticks and not direct
         takeoff = self._takeoff
         takeoff.update_state(now_us, armed, landed.landed, want_takeoff, self._spoolup_time)
@@ -224,7 +235,7 @@ class MulticopterControl:
         self._update_hover_thrust(now_us, dt, armed)
         if direct:
             assert offboard is not None
-            if offboard.attitude is not None:
+            if offboard.attitude is not None and is_of_mode(offboard.attitude.timestamp, status):
                 topics.vehicle_attitude_setpoint = offboard.attitude
             self._position.reset_integral()
         elif by_sticks:
@@ -315,9 +326,9 @@ class MulticopterControl:
             topics.hover_thrust_estimate = estimator.estimate
             return
         _, x, y, _ = topics.vehicle_attitude.q
-        allocated = topics.vehicle_rates_setpoint.thrust_body[2] - self._allocator.unallocated_thrust
-        thrust = -allocated * (1.0 - 2.0 * (x * x + y * y))
-        if thrust != thrust:
+        told = topics.vehicle_thrust_setpoint
+        thrust = -(told.xyz[2] - self._allocator.unallocated_thrust) * (1.0 - 2.0 * (x * x + y * y))
+        if thrust != thrust or now_us - told.timestamp >= FRESH_THRUST_US:
             return
         estimator.update(now_us, dt, -local.az, thrust, abs(local.vz), math.hypot(local.vx, local.vy))
         topics.hover_thrust_estimate = estimator.estimate
@@ -333,7 +344,7 @@ class MulticopterControl:
         if nav_state == NavState.ACRO:
             roll, pitch, yaw = self._acro_rates
             rates = (sticks.roll * roll, -sticks.pitch * pitch, sticks.yaw * yaw)
-            topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, thrust)
+            self._set_rates(now_us, VehicleRatesSetpoint(now_us, rates, thrust))
             return
         heading = topics.vehicle_attitude.euler[2]
         if topics.vehicle_land_detected.landed or self._yaw_sp != self._yaw_sp:
@@ -372,6 +383,9 @@ class MulticopterControl:
             else:
                 self._stop(now_us)
             return
+        status = topics.vehicle_status
+        if status.nav_state == NavState.OFFBOARD and self._obeys(now_us, topics.offboard_setpoint, status):
+            return
         if self._attitude_due:
             self._attitude_due = False
             self._control_attitude(now_us)
@@ -387,7 +401,36 @@ class MulticopterControl:
         )
         if self.autotune.rates is not None:
             self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
-        thrust = setpoint.thrust_body[2]
+        self._ticks += 1
+        told = self._ticks % PWM_EVERY == 0
+        if told:
+            topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
+            topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
+        self._allocate(now_us, (roll, pitch, yaw), setpoint.thrust_body[2], told)
+
+    def _obeys(self, now_us: int, offboard: OffboardSetpoint, status: VehicleStatus) -> bool:
+        """OFFBOARD that goes round the rate controller, or round all: whether it does. What is not told anew stays."""
+        topics, direct, asked = self._topics, offboard.direct_actuator, offboard.thrust_and_torque
+        if direct is not None:
+            if direct is not self._obeyed and is_of_mode(direct.motors.timestamp, status):
+                self._obeyed = direct
+                outputs = direct_outputs(now_us, self._functions, direct, self._allocator.signal)
+                topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+            return True
+        if asked is None:
+            return False
+        if is_of_mode(asked.thrust.timestamp, status):
+            topics.vehicle_thrust_setpoint = asked.thrust
+        if asked.torque is not self._obeyed and is_of_mode(asked.torque.timestamp, status):
+            self._obeyed = topics.vehicle_torque_setpoint = asked.torque
+            self._ticks += 1
+            self._allocate(now_us, asked.torque.xyz, topics.vehicle_thrust_setpoint.xyz[2], True)
+        return True
+
+    def _allocate(self, now_us: int, torque: Vector3, thrust: float, told: bool) -> None:
+        """From torque and thrust to the outputs; `told`: with their pulses, for those who look on."""
+        topics, allocator = self._topics, self._allocator
+        roll, pitch, yaw = torque
         if self.group_test.test is not None:
             roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
         motors = allocator.allocate(roll, pitch, yaw, thrust)
@@ -398,12 +441,9 @@ class MulticopterControl:
         controls = motors
         if not self._straight:
             controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
-        self._ticks += 1
         pwm = topics.actuator_outputs.pwm
-        if self._ticks % PWM_EVERY == 0:
+        if told:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
-            topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
-            topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
             if self._ticks % STATUS_EVERY == 0:
                 topics.control_allocator_status = self._allocator_status(now_us)
         topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
@@ -433,7 +473,8 @@ class MulticopterControl:
             return
         offboard = topics.offboard_setpoint
         if nav_state == NavState.OFFBOARD and offboard.rates is not None:
-            topics.vehicle_rates_setpoint = offboard.rates
+            told = is_of_mode(offboard.rates.timestamp, topics.vehicle_status)
+            self._set_rates(now_us, offboard.rates if told else topics.vehicle_rates_setpoint)
             return
         setpoint = topics.vehicle_attitude_setpoint
         rates = rates_setpoint(
@@ -447,7 +488,11 @@ class MulticopterControl:
         shaken = self.autotune.rates
         if shaken is not None:
             rates = (rates[0] + shaken[0], rates[1] + shaken[1], rates[2] + shaken[2])
-        topics.vehicle_rates_setpoint = VehicleRatesSetpoint(now_us, rates, setpoint.thrust_body)
+        self._set_rates(now_us, VehicleRatesSetpoint(now_us, rates, setpoint.thrust_body))
+
+    def _set_rates(self, now_us: int, setpoint: VehicleRatesSetpoint) -> None:
+        self._topics.vehicle_rates_setpoint = setpoint
+        self._topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, setpoint.thrust_body)
 
     def _test(self, now_us: int) -> None:
         """Disarmed, and some actuators are tried out."""
@@ -466,13 +511,14 @@ class MulticopterControl:
         self._rate.reset()
         self._position.reset_integral()
         self._yaw_sp = NAN
+        self._obeyed = None
         self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
 
 
 def output_channels(functions: list[int]) -> list[int]:
     """Which motor (0-based; -1 none) each output carries, up to the last that carries something: PWM_MAIN_FUNCn."""
-    motors = [f - MOTOR_FUNCTION if MOTOR_FUNCTION <= f < MOTOR_FUNCTION + MOTORS else -1 for f in functions]
-    return motors[: last_used(functions, [motor >= 0 for motor in motors])]
+    motors = [function - FIRST_MOTOR if is_motor(function) else -1 for function in functions]
+    return motors[: last_used(functions, [is_motor(function) or is_servo(function) for function in functions])]
 
 
 def scaled(k: Vector3, gain: Vector3) -> Vector3:

@@ -7,7 +7,7 @@ for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only
 
 import math
 
-from sitl_emu.autopilot.commander.control_mode import control_mode
+from sitl_emu.autopilot.commander.control_mode import control_mode, is_of_mode
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.ackermann_controllers import (
     Actuators,
@@ -19,19 +19,28 @@ from sitl_emu.autopilot.control.ackermann_controllers import (
     YawRateToSteering,
 )
 from sitl_emu.autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
+from sitl_emu.autopilot.control.mixer import (
+    CENTRED_PWM,
+    CENTRED_PWM_RANGE,
+    FIRST_MOTOR,
+    FIRST_SERVO,
+    PWM_DISARMED,
+    direct_outputs,
+    is_motor,
+    is_servo,
+    unchanged,
+)
 from sitl_emu.autopilot.control.peripherals import last_used, with_peripherals
 from sitl_emu.autopilot.control.rover_parameters import rover_parameters
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
+from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator, Topics
 
 INTERVAL_US = 10_000
 """RoverAckermann::init: ScheduleOnInterval(10_ms)."""
 SHORTEST_STEP_US, LONGEST_STEP_US = 1_000, 10_000
 """What each controller takes for the time since its last step (AckermannSpeedControl::updateSpeedControl, others)."""
-STEERING_FUNCTION, MOTOR_FUNCTION = 201, 101
 OUTPUTS = 16
-PWM_CENTRE, PWM_RANGE, PWM_DISARMED = 1500, 500, 900
 CONTROLLERS = 5
 """The first flags of a ControlMode: from position to allocation."""
 
@@ -74,6 +83,10 @@ class RoverAckermannControl:
         self._control_mode = mode
         if armed.armed and self._can_run(mode):
             self._was_armed = True
+            direct = topics.offboard_setpoint.direct_actuator
+            if status.nav_state is NavState.OFFBOARD and direct is not None:
+                self._obey(now_us, direct, locked=armed.kill)
+                return
             self._drive(now_us, status.nav_state, mode)
             self._publish(now_us, locked=armed.kill)
             return
@@ -121,6 +134,21 @@ class RoverAckermannControl:
         if mode.allocation:
             actuators.update(parameters, setpoints, dt_s)
 
+    def _obey(self, now_us: int, direct: DirectActuator, *, locked: bool) -> None:
+        """OFFBOARD by direct actuators, in which no controller runs; what nobody has told there stays as it was."""
+        topics, actuators = self._topics, self._actuators
+        motors, servos = direct
+        if not is_of_mode(motors.timestamp, topics.vehicle_status):
+            motors = ActuatorMotors(0, (actuators.motor,), int(self._parameters.reversible))
+        if not is_of_mode(servos.timestamp, topics.vehicle_status):
+            servos = ActuatorServos(0, (actuators.servo,))
+        actuators.told(motors.control[0], servos.control[0])
+        if locked:
+            self._publish(now_us, locked=True)
+            return
+        outputs = direct_outputs(now_us, self._functions, DirectActuator(motors, servos), unchanged)
+        topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+
     def _state(self) -> RoverState:
         parameters, local = self._parameters, self._topics.vehicle_local_position
         heading = local.heading
@@ -139,9 +167,9 @@ class RoverAckermannControl:
         motor = self._actuators.motor
         if not self._parameters.reversible:
             motor = max(motor, 0.0)
-        values = {STEERING_FUNCTION: self._actuators.servo, MOTOR_FUNCTION: max(-1.0, min(1.0, motor))}
+        values = {FIRST_SERVO: self._actuators.servo, FIRST_MOTOR: max(-1.0, min(1.0, motor))}
         controls = tuple(values.get(function, 0.0) for function in self._functions)
-        pwm = tuple(round(PWM_CENTRE + PWM_RANGE * value) for value in controls)
+        pwm = tuple(round(CENTRED_PWM + CENTRED_PWM_RANGE * value) for value in controls)
         outputs = ActuatorOutputs(now_us, controls, pwm)
         self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
 
@@ -149,7 +177,7 @@ class RoverAckermannControl:
         self._version = self._source.version
         self._parameters = rover_parameters(self._source)
         functions = [int(self._source[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)]
-        used = [function in (STEERING_FUNCTION, MOTOR_FUNCTION) for function in functions]
+        used = [is_motor(function) or is_servo(function) for function in functions]
         self._functions = functions = functions[: last_used(functions, used)]
         self._stopped = (0.0,) * len(functions)
         self._stopped_pwm = (PWM_DISARMED,) * len(functions)

@@ -9,6 +9,7 @@ LNDMC_ROT_MAX, LNDMC_ALT_GND.
 import math
 from typing import Final
 
+from sitl_emu.autopilot.commander.control_mode import asked_for
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.flight_mode import modes_where
 from sitl_emu.autopilot.land_detector.held import Held
@@ -121,7 +122,7 @@ class MulticopterLandDetector:
         """flag_control_climb_rate_enabled of the mode."""
         nav_state = self._topics.vehicle_status.nav_state
         if nav_state is NavState.OFFBOARD:
-            return self._topics.offboard_setpoint.trajectory is not None
+            return asked_for(self._topics.offboard_setpoint).climb_rate
         return nav_state not in NO_CLIMB_RATE
 
     def _hover(self) -> float:
@@ -130,11 +131,19 @@ class MulticopterLandDetector:
         )
 
     def _thrust(self, now_us: int) -> float:
-        """Thrust that is asked for, 0..1; none from before the vehicle was armed; NaN where nobody asks any more."""
-        setpoint = self._topics.vehicle_rates_setpoint
-        if setpoint.timestamp < self._topics.vehicle_status.armed_time:
+        """Thrust that is asked for, 0..1; NaN where nobody asks any more.
+
+        Our own controllers are silent while disarmed, when PX4's ask for none. Where OFFBOARD goes round them, nobody
+        speaks then in PX4 either.
+        """
+        setpoint, status = self._topics.vehicle_thrust_setpoint, self._topics.vehicle_status
+        if setpoint.timestamp < status.armed_time and not self._goes_round_controllers():
             return 0.0
-        return -setpoint.thrust_body[2] if now_us - setpoint.timestamp < FRESH_US else math.nan
+        return -setpoint.xyz[2] if now_us - setpoint.timestamp < FRESH_US else math.nan
+
+    def _goes_round_controllers(self) -> bool:
+        nav_state, offboard = self._topics.vehicle_status.nav_state, self._topics.offboard_setpoint
+        return nav_state is NavState.OFFBOARD and not asked_for(offboard).rates
 
     def _thrust_is_low(self, now_us: int) -> bool:
         estimate = self._topics.hover_thrust_estimate

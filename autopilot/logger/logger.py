@@ -51,6 +51,7 @@ FAST = frozenset(
         "vehicle_attitude",
         "vehicle_attitude_setpoint",
         "vehicle_rates_setpoint",
+        "vehicle_thrust_setpoint",
         "actuator_outputs",
     }
 )

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.flight_mode import NOTHING, ControlMode
 from sitl_emu.autopilot.topics.values import NAN
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
@@ -42,6 +43,8 @@ class VehicleStatus(NamedTuple):
     parachute_system_healthy: bool = False
     traffic_avoidance_system_present: bool = False
     rc_calibration_in_progress: bool = False
+    control_mode: ControlMode = NOTHING
+    """vehicle_control_mode, which PX4 tells at the same moments."""
 
 
 class HealthReport(NamedTuple):

@@ -73,6 +73,13 @@ class VehicleRatesSetpoint(NamedTuple):
     thrust_body: Vector3 = (0.0, 0.0, 0.0)
 
 
+class VehicleThrustSetpoint(NamedTuple):
+    """Writer: mc_rate_control: what the allocation is asked for, normalised, along the body's axes."""
+
+    timestamp: int = 0
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+
+
 class VehicleTorqueSetpoint(NamedTuple):
     """Writer: mc_rate_control, at 50 Hz, for the log: normalised torque about the body's axes."""
 
@@ -150,21 +157,55 @@ class GotoSetpoint(NamedTuple):
     max_heading_rate: float = NAN
 
 
+class ThrustAndTorque(NamedTuple):
+    """What ROS 2 asks of the allocation, in place of the rate controller."""
+
+    thrust: VehicleThrustSetpoint = VehicleThrustSetpoint()
+    torque: VehicleTorqueSetpoint = VehicleTorqueSetpoint()
+
+
+class ActuatorMotors(NamedTuple):
+    """Thrust of each motor, 0 to 1, or -1 to 1 where its bit of `reversible_flags` is set; NaN stops it."""
+
+    timestamp: int = 0
+    control: tuple[float, ...] = ()
+    reversible_flags: int = 0
+
+
+class ActuatorServos(NamedTuple):
+    """Place of each servo, -1 to 1; NaN leaves it to its disarmed place."""
+
+    timestamp: int = 0
+    control: tuple[float, ...] = ()
+
+
+class DirectActuator(NamedTuple):
+    """What ROS 2 tells the outputs, in place of all controllers."""
+
+    motors: ActuatorMotors = ActuatorMotors()
+    servos: ActuatorServos = ActuatorServos()
+
+
 class RoverSetpoint(NamedTuple):
     """What ROS 2 tells a rover's controllers: when it did so last (0: never), and the value; NaN moves nothing."""
 
+    speed: tuple[int, float] = (0, NAN)
+    """m/s, forward."""
     yaw: tuple[int, float] = (0, NAN)
     """rad, from north."""
     yaw_rate: tuple[int, float] = (0, NAN)
     """rad/s."""
     throttle: tuple[int, float] = (0, NAN)
     """-1 to 1."""
+    steering: tuple[int, float] = (0, NAN)
+    """-1 to 1."""
 
 
 class OffboardSetpoint(NamedTuple):
     """Last SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET, or ROS 2's: offboard_control_mode and its setpoint in one.
 
-    One of trajectory, attitude or rates is set; none where ROS 2 asks for what is not flown (timestamp 0).
+    One of trajectory, attitude, rates, thrust_and_torque and direct_actuator is set, the one that is asked for; where
+    nobody has told it yet, its own time is 0. None is where nothing is asked for (timestamp 0).
     """
 
     timestamp: int = 0
@@ -174,7 +215,10 @@ class OffboardSetpoint(NamedTuple):
     goto: GotoSetpoint | None = None
     """Where ROS 2 gives a place instead of a trajectory; `trajectory` then has that place."""
     rover: RoverSetpoint | None = None
-    """Where ROS 2 speaks to a rover's controllers; `attitude` or `rates` then says which of them run."""
+    """What ROS 2 tells a rover's controllers, of which those run that the setpoint asks for; None where OFFBOARD tells
+    them itself, of a trajectory's position or velocity."""
+    thrust_and_torque: ThrustAndTorque | None = None
+    direct_actuator: DirectActuator | None = None
 
 
 class ActuatorTest(NamedTuple):

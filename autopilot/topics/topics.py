@@ -33,6 +33,7 @@ from sitl_emu.autopilot.topics.control import (
     VehicleConstraints,
     VehicleLocalPositionSetpoint,
     VehicleRatesSetpoint,
+    VehicleThrustSetpoint,
     VehicleTorqueSetpoint,
 )
 from sitl_emu.autopilot.topics.estimator import (
@@ -208,6 +209,7 @@ class Topics:
         self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
         self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()
         self.vehicle_rates_setpoint = VehicleRatesSetpoint()
+        self.vehicle_thrust_setpoint = VehicleThrustSetpoint()
         self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
         self.rate_ctrl_status = RateCtrlStatus()
         self.actuator_outputs = ActuatorOutputs()

@@ -3,11 +3,11 @@
 As in PX4, offboard_control_mode says what is controlled (commander/ModeUtil/control_mode.cpp: the first that is set, in
 the order of its fields), and its time alone says whether control goes on (COM_OF_LOSS_T); the setpoints come on topics
 of their own. A setpoint of before OFFBOARD was entered does not count there, as none does to a controller that has only
-just begun to listen. thrust_and_torque and direct_actuator are not flown: they count as no signal.
+just begun to listen.
 
-A number that is none leaves its axis free in a trajectory, and in rates it keeps the present one (as in
-MulticopterRateControl.cpp). An attitude without a direction and a thrust that is no number are not taken, where PX4
-would hand them on to its motors.
+A number that is none leaves its axis free in a trajectory, in rates it keeps the present one (as in
+MulticopterRateControl.cpp), and it stops a motor or servo (ActuatorMotors.msg). An attitude without a direction, and a
+thrust or torque that is no number, are not taken, where PX4 would stop motors by them.
 """
 
 import math
@@ -16,16 +16,21 @@ from typing import Any
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
+    ActuatorMotors,
+    ActuatorServos,
+    DirectActuator,
     GotoSetpoint,
     OffboardSetpoint,
     RoverSetpoint,
+    ThrustAndTorque,
     Topics,
     TrajectorySetpoint,
     Vector3,
     VehicleAttitudeSetpoint,
     VehicleRatesSetpoint,
+    VehicleThrustSetpoint,
+    VehicleTorqueSetpoint,
 )
-from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 LIMITS = ("max_horizontal_speed", "max_vertical_speed", "max_heading_rate")
 TRAJECTORY = ("position", "velocity", "acceleration")
@@ -40,8 +45,10 @@ class Offboard:
         self._topics = topics
         self._mode: Fields = {}
         self._trajectory = TrajectorySetpoint()
-        self._attitude: VehicleAttitudeSetpoint | None = None
-        self._rates: VehicleRatesSetpoint | None = None
+        self._attitude = VehicleAttitudeSetpoint()
+        self._rates = VehicleRatesSetpoint()
+        self._thrust_and_torque = ThrustAndTorque()
+        self._direct_actuator = DirectActuator()
         self._goto: GotoSetpoint | None = None
         self._rover = RoverSetpoint()
 
@@ -79,6 +86,11 @@ class Offboard:
         )
         self._write()
 
+    def rover_speed_setpoint(self, now_us: int, fields: Fields) -> None:
+        """How fast a rover is to drive."""
+        self._rover = self._rover._replace(speed=(fields["timestamp"], _number(fields["speed_body_x"])))
+        self._write()
+
     def rover_attitude_setpoint(self, now_us: int, fields: Fields) -> None:
         """Where a rover is to head."""
         self._rover = self._rover._replace(yaw=(fields["timestamp"], _number(fields["yaw_setpoint"])))
@@ -94,6 +106,13 @@ class Offboard:
         throttle = _number(fields["throttle_body_x"])
         clamped = math.nan if math.isnan(throttle) else max(-1.0, min(1.0, throttle))
         self._rover = self._rover._replace(throttle=(fields["timestamp"], clamped))
+        self._write()
+
+    def rover_steering_setpoint(self, now_us: int, fields: Fields) -> None:
+        """How far a rover is to steer, -1 to 1."""
+        steering = _number(fields["normalized_steering_setpoint"])
+        clamped = math.nan if math.isnan(steering) else max(-1.0, min(1.0, steering))
+        self._rover = self._rover._replace(steering=(fields["timestamp"], clamped))
         self._write()
 
     def vehicle_attitude_setpoint(self, now_us: int, fields: Fields) -> None:
@@ -119,6 +138,32 @@ class Offboard:
         self._rates = VehicleRatesSetpoint(fields["timestamp"], (roll, pitch, yaw), thrust)
         self._write()
 
+    def vehicle_thrust_setpoint(self, now_us: int, fields: Fields) -> None:
+        """Along the body's axes."""
+        if math.isfinite(sum(fields["xyz"])):
+            thrust = VehicleThrustSetpoint(fields["timestamp"], fields["xyz"])
+            self._thrust_and_torque = self._thrust_and_torque._replace(thrust=thrust)
+            self._write()
+
+    def vehicle_torque_setpoint(self, now_us: int, fields: Fields) -> None:
+        """About the body's axes."""
+        if math.isfinite(sum(fields["xyz"])):
+            torque = VehicleTorqueSetpoint(fields["timestamp"], fields["xyz"])
+            self._thrust_and_torque = self._thrust_and_torque._replace(torque=torque)
+            self._write()
+
+    def actuator_motors(self, now_us: int, fields: Fields) -> None:
+        """Thrust of each motor."""
+        motors = ActuatorMotors(fields["timestamp"], fields["control"], fields["reversible_flags"])
+        self._direct_actuator = self._direct_actuator._replace(motors=motors)
+        self._write()
+
+    def actuator_servos(self, now_us: int, fields: Fields) -> None:
+        """Place of each servo."""
+        servos = ActuatorServos(fields["timestamp"], fields["control"])
+        self._direct_actuator = self._direct_actuator._replace(servos=servos)
+        self._write()
+
     def _write(self) -> None:
         mode = self._mode
         if not mode:
@@ -127,23 +172,19 @@ class Offboard:
         if any(mode[name] for name in TRAJECTORY):
             goto = self._current_goto()
             trajectory = TrajectorySetpoint(goto.timestamp, goto.position) if goto else self._current_trajectory()
-            setpoint = OffboardSetpoint(time_us, trajectory, None, None, goto)
-        elif self._topics.vehicle_status.vehicle_kind is VehicleKind.ROVER_ACKERMANN:
-            setpoint = self._rover_setpoint(time_us)
+            rover = None if mode["position"] or mode["velocity"] else self._rover
+            setpoint = OffboardSetpoint(time_us, trajectory, goto=goto, rover=rover)
         elif mode["attitude"]:
-            setpoint = OffboardSetpoint(time_us if self._attitude else 0, None, self._attitude, None)
+            setpoint = OffboardSetpoint(time_us, attitude=self._attitude, rover=self._rover)
         elif mode["body_rate"]:
-            setpoint = OffboardSetpoint(time_us if self._rates else 0, None, None, self._rates)
+            setpoint = OffboardSetpoint(time_us, rates=self._rates, rover=self._rover)
+        elif mode["thrust_and_torque"]:
+            setpoint = OffboardSetpoint(time_us, rover=self._rover, thrust_and_torque=self._thrust_and_torque)
+        elif mode["direct_actuator"]:
+            setpoint = OffboardSetpoint(time_us, direct_actuator=self._direct_actuator)
         else:
             setpoint = OffboardSetpoint()
         self._topics.offboard_setpoint = setpoint
-
-    def _rover_setpoint(self, time_us: int) -> OffboardSetpoint:
-        if self._mode["attitude"]:
-            return OffboardSetpoint(time_us, None, VehicleAttitudeSetpoint(), None, rover=self._rover)
-        if self._mode["body_rate"]:
-            return OffboardSetpoint(time_us, None, None, VehicleRatesSetpoint(), rover=self._rover)
-        return OffboardSetpoint()
 
     def _current_trajectory(self) -> TrajectorySetpoint:
         return TrajectorySetpoint() if self._is_of_before(self._trajectory.timestamp) else self._trajectory

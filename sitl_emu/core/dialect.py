@@ -7012,22 +7012,22 @@ class MAVLink_set_attitude_target_message(MAVLink_message):
 
     id = MAVLINK_MSG_ID_SET_ATTITUDE_TARGET
     msgname = "SET_ATTITUDE_TARGET"
-    fieldnames = ["time_boot_ms", "target_system", "target_component", "type_mask", "q", "body_roll_rate", "body_pitch_rate", "body_yaw_rate", "thrust"]
-    ordered_fieldnames = ["time_boot_ms", "q", "body_roll_rate", "body_pitch_rate", "body_yaw_rate", "thrust", "target_system", "target_component", "type_mask"]
-    fieldtypes = ["uint32_t", "uint8_t", "uint8_t", "uint8_t", "float", "float", "float", "float", "float"]
+    fieldnames = ["time_boot_ms", "target_system", "target_component", "type_mask", "q", "body_roll_rate", "body_pitch_rate", "body_yaw_rate", "thrust", "thrust_body"]
+    ordered_fieldnames = ["time_boot_ms", "q", "body_roll_rate", "body_pitch_rate", "body_yaw_rate", "thrust", "target_system", "target_component", "type_mask", "thrust_body"]
+    fieldtypes = ["uint32_t", "uint8_t", "uint8_t", "uint8_t", "float", "float", "float", "float", "float", "float"]
     fielddisplays_by_name: Dict[str, str] = {"type_mask": "bitmask"}
     fieldenums_by_name: Dict[str, str] = {"type_mask": "ATTITUDE_TARGET_TYPEMASK"}
     fieldunits_by_name: Dict[str, str] = {"time_boot_ms": "ms", "body_roll_rate": "rad/s", "body_pitch_rate": "rad/s", "body_yaw_rate": "rad/s"}
-    native_format = bytearray(b"<IfffffBBB")
-    orders = [0, 6, 7, 8, 1, 2, 3, 4, 5]
-    lengths = [1, 4, 1, 1, 1, 1, 1, 1, 1]
-    array_lengths = [0, 4, 0, 0, 0, 0, 0, 0, 0]
+    native_format = bytearray(b"<IfffffBBBf")
+    orders = [0, 6, 7, 8, 1, 2, 3, 4, 5, 9]
+    lengths = [1, 4, 1, 1, 1, 1, 1, 1, 1, 3]
+    array_lengths = [0, 4, 0, 0, 0, 0, 0, 0, 0, 3]
     crc_extra = 49
-    unpacker = struct.Struct("<I4fffffBBB")
+    unpacker = struct.Struct("<I4fffffBBB3f")
     instance_field = None
     instance_offset = -1
 
-    def __init__(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float):
+    def __init__(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float, thrust_body: Sequence[float] = (0, 0, 0)):
         MAVLink_message.__init__(self, MAVLink_set_attitude_target_message.id, MAVLink_set_attitude_target_message.msgname)
         self._fieldnames = MAVLink_set_attitude_target_message.fieldnames
         self._instance_field = MAVLink_set_attitude_target_message.instance_field
@@ -7041,9 +7041,10 @@ class MAVLink_set_attitude_target_message(MAVLink_message):
         self.body_pitch_rate = body_pitch_rate
         self.body_yaw_rate = body_yaw_rate
         self.thrust = thrust
+        self.thrust_body = thrust_body
 
     def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
-        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_boot_ms, self.q[0], self.q[1], self.q[2], self.q[3], self.body_roll_rate, self.body_pitch_rate, self.body_yaw_rate, self.thrust, self.target_system, self.target_component, self.type_mask), force_mavlink1=force_mavlink1)
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_boot_ms, self.q[0], self.q[1], self.q[2], self.q[3], self.body_roll_rate, self.body_pitch_rate, self.body_yaw_rate, self.thrust, self.target_system, self.target_component, self.type_mask, self.thrust_body[0], self.thrust_body[1], self.thrust_body[2]), force_mavlink1=force_mavlink1)
 
 
 # Define name on the class for backwards compatibility (it is now msgname).
@@ -18397,7 +18398,7 @@ class MAVLink(object):
         """
         self.send(self.manual_setpoint_encode(time_boot_ms, roll, pitch, yaw, thrust, mode_switch, manual_override_switch), force_mavlink1=force_mavlink1)
 
-    def set_attitude_target_encode(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float) -> MAVLink_set_attitude_target_message:
+    def set_attitude_target_encode(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float, thrust_body: Sequence[float] = (0, 0, 0)) -> MAVLink_set_attitude_target_message:
         """
         Sets a desired vehicle attitude. Used by an external controller to
         command the vehicle (manual controller or other system).
@@ -18411,11 +18412,12 @@ class MAVLink(object):
         body_pitch_rate           : Body pitch rate [rad/s] (type:float)
         body_yaw_rate             : Body yaw rate [rad/s] (type:float)
         thrust                    : Collective thrust, normalized to 0 .. 1 (-1 .. 1 for vehicles capable of reverse thrust) (type:float)
+        thrust_body               : Thrust, body axes. (type:float)
 
         """
-        return MAVLink_set_attitude_target_message(time_boot_ms, target_system, target_component, type_mask, q, body_roll_rate, body_pitch_rate, body_yaw_rate, thrust)
+        return MAVLink_set_attitude_target_message(time_boot_ms, target_system, target_component, type_mask, q, body_roll_rate, body_pitch_rate, body_yaw_rate, thrust, thrust_body)
 
-    def set_attitude_target_send(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float, force_mavlink1: bool = False) -> None:
+    def set_attitude_target_send(self, time_boot_ms: int, target_system: int, target_component: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float, thrust_body: Sequence[float] = (0, 0, 0), force_mavlink1: bool = False) -> None:
         """
         Sets a desired vehicle attitude. Used by an external controller to
         command the vehicle (manual controller or other system).
@@ -18429,9 +18431,10 @@ class MAVLink(object):
         body_pitch_rate           : Body pitch rate [rad/s] (type:float)
         body_yaw_rate             : Body yaw rate [rad/s] (type:float)
         thrust                    : Collective thrust, normalized to 0 .. 1 (-1 .. 1 for vehicles capable of reverse thrust) (type:float)
+        thrust_body               : Thrust, body axes. (type:float)
 
         """
-        self.send(self.set_attitude_target_encode(time_boot_ms, target_system, target_component, type_mask, q, body_roll_rate, body_pitch_rate, body_yaw_rate, thrust), force_mavlink1=force_mavlink1)
+        self.send(self.set_attitude_target_encode(time_boot_ms, target_system, target_component, type_mask, q, body_roll_rate, body_pitch_rate, body_yaw_rate, thrust, thrust_body), force_mavlink1=force_mavlink1)
 
     def attitude_target_encode(self, time_boot_ms: int, type_mask: int, q: Sequence[float], body_roll_rate: float, body_pitch_rate: float, body_yaw_rate: float, thrust: float) -> MAVLink_attitude_target_message:
         """

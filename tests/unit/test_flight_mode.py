@@ -23,7 +23,9 @@ from sitl_emu.autopilot.flight_mode import (
 from sitl_emu.autopilot.modes.flight_modes import FlightModes
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
+    DirectActuator,
     OffboardSetpoint,
+    ThrustAndTorque,
     Topics,
     TrajectorySetpoint,
     VehicleAttitudeSetpoint,
@@ -96,6 +98,12 @@ def test_manual_stabilizes_a_multicopter_and_not_a_rover() -> None:
             OffboardSetpoint(1, trajectory=TrajectorySetpoint(velocity=(1.0, 2.0, NAN))),
             TRAJECTORY._replace(position=False),
         ),
+        (
+            OffboardSetpoint(1, trajectory=TrajectorySetpoint(acceleration=(0.0, NAN, NAN))),
+            TRAJECTORY._replace(position=False, altitude=False, climb_rate=False),
+        ),
+        (OffboardSetpoint(1, thrust_and_torque=ThrustAndTorque()), THRUST_AND_TORQUE),
+        (OffboardSetpoint(1, direct_actuator=DirectActuator()), NOTHING),
         (OffboardSetpoint(1, attitude=VehicleAttitudeSetpoint()), ATTITUDE),
         (OffboardSetpoint(1, rates=VehicleRatesSetpoint()), RATES),
         (NO_SETPOINT, NOTHING),

@@ -15,8 +15,8 @@ from sitl_emu.autopilot.topics import (
     TrajectorySetpoint,
     VehicleGlobalPosition,
     VehicleLocalPosition,
-    VehicleRatesSetpoint,
     VehicleStatus,
+    VehicleThrustSetpoint,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
@@ -43,12 +43,12 @@ class Descending:
         if dist_bottom is not None:
             local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True)
         self.topics.vehicle_local_position = local
-        self.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(self.now_us, (0.0,) * 3, (0.0, 0.0, -thrust))
+        self.topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(self.now_us, (0.0, 0.0, -thrust))
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 1e6 / STEP_US)):
             self.now_us += STEP_US
-            self.topics.vehicle_rates_setpoint = self.topics.vehicle_rates_setpoint._replace(timestamp=self.now_us)
+            self.topics.vehicle_thrust_setpoint = self.topics.vehicle_thrust_setpoint._replace(timestamp=self.now_us)
             self.detector.update(self.now_us)
 
     def state(self) -> tuple[bool, bool, bool]:
@@ -140,10 +140,10 @@ def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
     detector = LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
     topics.actuator_armed = ActuatorArmed(True)
     topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
-    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(20_000)
+    topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(20_000)
     detector.update(20_000)
     assert topics.vehicle_land_detected.landed
-    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(40_000, (0.0,) * 3, (0.0, 0.0, -0.3))
+    topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(40_000, (0.0, 0.0, -0.3))
     detector.update(40_000)
     assert not topics.vehicle_land_detected.landed
 
@@ -153,7 +153,7 @@ def test_arming_alone_is_no_takeoff() -> None:
     topics = Topics()
     detector = LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
     topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
-    topics.vehicle_rates_setpoint = VehicleRatesSetpoint(1_000_000, (0.0,) * 3, (0.0, 0.0, -0.3))
+    topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(1_000_000, (0.0, 0.0, -0.3))
     detector.update(9_980_000)
     topics.actuator_armed = ActuatorArmed(True)
     topics.vehicle_status = VehicleStatus(10_000_000, True, 10_000_000)

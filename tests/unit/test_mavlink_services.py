@@ -16,6 +16,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSwitches,
     MissionResult,
     RcParameter,
+    VehicleAngularVelocity,
     VehicleCommand,
     VehicleStatus,
 )
@@ -658,6 +659,24 @@ def test_attitude_and_rates() -> None:
     peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0x80, [1, 0, 0, 0], 0.1, 0.2, 0.3, 0.5))
     assert peer.topics.offboard_setpoint.rates is not None
     assert peer.topics.offboard_setpoint.rates.rates == pytest.approx((0.1, 0.2, 0.3))
+
+
+@pytest.mark.parametrize("mask", [0x40, 0x80 | 0x40, 0x80 | 0x1, 0x80 | 0x7])
+def test_an_attitude_target_without_thrust_or_without_roll_or_pitch_is_none(mask: int) -> None:
+    """mavlink_receiver.cpp, handle_message_set_attitude_target."""
+    peer = Peer()
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], 0.1, 0.2, 0.3, 0.5))
+    assert peer.topics.offboard_setpoint.timestamp == 0
+
+
+def test_thrust_along_all_axes_and_the_present_yaw_rate() -> None:
+    peer = Peer()
+    peer.topics.vehicle_angular_velocity = VehicleAngularVelocity(1, (0.0, 0.0, 0.7))
+    told = [0.0, 0.2, -0.6]
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0x80 | 0x20 | 0x4, [1, 0, 0, 0], 0, 0, 9, 0, told))
+    rates = peer.topics.offboard_setpoint.rates
+    assert rates is not None
+    assert rates.thrust_body == pytest.approx(told) and rates.rates == (0.0, 0.0, 0.7)
 
 
 def test_a_joystick_is_an_input() -> None:

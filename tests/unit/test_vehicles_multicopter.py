@@ -49,6 +49,15 @@ def test_hover_thrust_equals_weight(model: str) -> None:
     assert (body.p_rad_s, body.q_rad_s, body.r_rad_s) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
+def test_rotors_that_turn_backwards_push_down() -> None:
+    body, vehicle = in_the_air("iris")
+    lift_off(body)
+    u = -hover_control(vehicle)
+    body.speeds = [u] * len(body.speeds)
+    body.step((u,) * len(body.speeds), 0.0, 0.0, 0.0)
+    assert body.az_m_s2 == pytest.approx(G, rel=0.01) and body.power_w > 0.0
+
+
 def test_free_fall_without_air() -> None:
     air = dataclasses.replace(
         present(vehicles.load("iris").aerodynamics), linear_n_s_m=(0.0,) * 3, quadratic_n_s2_m2=(0.0,) * 3

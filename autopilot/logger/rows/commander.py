@@ -4,7 +4,6 @@ from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VAL
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import Event
-from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
@@ -87,7 +86,7 @@ def vehicle_status(system_id: int) -> Row:
 @row("vehicle_control_mode")
 def vehicle_control_mode(pack: Pack, record: VehicleStatus) -> bytes:
     """Which controllers the mode asks for."""
-    control = FLIGHT_MODES[record.nav_state].control
+    control = record.control_mode
     by_position = control.altitude or control.climb_rate or control.position or control.velocity
     return pack(
         record.timestamp,

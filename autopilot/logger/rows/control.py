@@ -18,6 +18,7 @@ from sitl_emu.autopilot.topics import (
     VehicleConstraints,
     VehicleLocalPositionSetpoint,
     VehicleRatesSetpoint,
+    VehicleThrustSetpoint,
     VehicleTorqueSetpoint,
 )
 
@@ -49,9 +50,9 @@ def vehicle_rates_setpoint(pack: Pack, record: VehicleRatesSetpoint) -> bytes:
 
 
 @row("vehicle_thrust_setpoint")
-def vehicle_thrust_setpoint(pack: Pack, record: VehicleRatesSetpoint) -> bytes:
+def vehicle_thrust_setpoint(pack: Pack, record: VehicleThrustSetpoint) -> bytes:
     """What the allocation is asked for, along the body's axes."""
-    return pack(record.timestamp, record.timestamp, *record.thrust_body)
+    return pack(record.timestamp, record.timestamp, *record.xyz)
 
 
 @row("vehicle_torque_setpoint")
@@ -99,8 +100,8 @@ def offboard_control_mode(pack: Pack, record: OffboardSetpoint) -> bytes:
         given(trajectory and trajectory.acceleration),
         record.attitude is not None or (trajectory is not None and math.isfinite(trajectory.yaw)),
         record.rates is not None or (trajectory is not None and math.isfinite(trajectory.yawspeed)),
-        False,
-        False,
+        record.thrust_and_torque is not None,
+        record.direct_actuator is not None,
     )
 
 

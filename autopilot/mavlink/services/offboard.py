@@ -28,7 +28,9 @@ YAW_IGNORE = 0x400
 YAW_RATE_IGNORE = 0x800
 """POSITION_TARGET_TYPEMASK; bits 0..8 are x, y, z, vx, vy, vz, ax, ay, az."""
 ATTITUDE_IGNORE = 0x80
-BODY_RATE_IGNORE = 0x7
+ROLL_OR_PITCH_RATE_IGNORE = 0x3
+YAW_RATE_OF_BODY_IGNORE = 0x4
+THRUST_BODY_SET = 0x20
 THROTTLE_IGNORE = 0x40
 """ATTITUDE_TARGET_TYPEMASK."""
 
@@ -56,7 +58,7 @@ class Offboard:
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET:
-            setpoint = attitude_setpoint(now_us, message)
+            setpoint = attitude_setpoint(now_us, message, self._topics.vehicle_angular_velocity.xyz)
         elif message.type_mask & FORCE:
             return
         elif message_id == mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED:
@@ -133,19 +135,24 @@ def trajectory(
     mask = message.type_mask
     yaw = NAN if mask & YAW_IGNORE else finite_or_nan(message.yaw)
     yawspeed = NAN if mask & YAW_RATE_IGNORE else finite_or_nan(message.yaw_rate)
-    return OffboardSetpoint(
-        now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed), None, None
-    )
+    return OffboardSetpoint(now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed))
 
 
-def attitude_setpoint(now_us: int, message: Any) -> OffboardSetpoint | None:
-    """Attitude if it is not ignored, else rates; thrust 0..1 along the body's up. What is not finite counts as 0.
+def attitude_setpoint(now_us: int, message: Any, present: Vector3) -> OffboardSetpoint | None:
+    """Attitude if it is not ignored, else rates, with thrust 0..1 along the body's up, or along all its axes.
 
-    Nothing comes of an attitude without a direction.
+    What is not finite counts as 0; a yaw rate that is ignored is the `present` one. Nothing comes of an attitude
+    without a direction, of rates without roll or pitch, and of either without thrust.
     """
     mask = message.type_mask
-    thrust = 0.0 if mask & THROTTLE_IGNORE or not math.isfinite(message.thrust) else message.thrust
-    thrust_body = (0.0, 0.0, -max(-1.0, min(1.0, thrust)))
+    if mask & THRUST_BODY_SET:
+        told = message.thrust_body
+    elif not mask & THROTTLE_IGNORE:
+        told = (0.0, 0.0, -message.thrust)
+    else:
+        return None
+    x, y, z = (max(-1.0, min(1.0, along)) if math.isfinite(along) else 0.0 for along in told)
+    thrust_body = (x, y, z)
     roll_rate, pitch_rate, yaw_rate = (
         rate if math.isfinite(rate) else 0.0
         for rate in (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
@@ -155,10 +162,9 @@ def attitude_setpoint(now_us: int, message: Any) -> OffboardSetpoint | None:
         if not (math.isfinite(length) and length > 0.0):
             return None
         w, x, y, z = (part / length for part in message.q)
-        attitude = VehicleAttitudeSetpoint(now_us, (w, x, y, z), 0.0 if mask & 0x4 else yaw_rate, thrust_body)
-        return OffboardSetpoint(now_us, None, attitude, None)
-    if mask & BODY_RATE_IGNORE == BODY_RATE_IGNORE:
+        turn = 0.0 if mask & YAW_RATE_OF_BODY_IGNORE else yaw_rate
+        return OffboardSetpoint(now_us, attitude=VehicleAttitudeSetpoint(now_us, (w, x, y, z), turn, thrust_body))
+    if mask & ROLL_OR_PITCH_RATE_IGNORE:
         return None
-    return OffboardSetpoint(
-        now_us, None, None, VehicleRatesSetpoint(now_us, (roll_rate, pitch_rate, yaw_rate), thrust_body)
-    )
+    rates = (roll_rate, pitch_rate, present[2] if mask & YAW_RATE_OF_BODY_IGNORE else yaw_rate)
+    return OffboardSetpoint(now_us, rates=VehicleRatesSetpoint(now_us, rates, thrust_body))

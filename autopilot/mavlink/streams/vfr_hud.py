@@ -18,7 +18,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         return None
     throttle_pct = 0
     if topics.actuator_armed.armed:
-        x, y, z = topics.vehicle_attitude_setpoint.thrust_body
+        x, y, z = topics.vehicle_thrust_setpoint.xyz
         thrust = math.sqrt(x * x + y * y + z * z)
         throttle_pct = truncated(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
     altitude_m = topics.vehicle_global_position.alt

@@ -1,0 +1,76 @@
+"""What an output carries for a motor's or a servo's setpoint: PX4's mixer library (src/lib/mixer_module, v1.18).
+
+Controls are those of HIL_ACTUATOR_CONTROLS as PWMSim tells them, pulses those of SERVO_OUTPUT_RAW.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from sitl_emu.autopilot.topics import ActuatorOutputs, DirectActuator
+
+FIRST_MOTOR: Final = 101
+LAST_MOTOR: Final = 112
+FIRST_SERVO: Final = 201
+LAST_SERVO: Final = 215
+"""PWM_MAIN_FUNCn (output_functions.yaml)."""
+PWM_DISARMED: Final = 900
+MOTOR_PWM_MIN: Final = 1000
+MOTOR_PWM_RANGE: Final = 1000
+CENTRED_PWM: Final = 1500
+CENTRED_PWM_RANGE: Final = 500
+"""PWMSim.hpp."""
+
+
+def is_motor(function: int) -> bool:
+    """Whether an output of this function carries a motor."""
+    return FIRST_MOTOR <= function <= LAST_MOTOR
+
+
+def is_servo(function: int) -> bool:
+    """Whether an output of this function carries a servo."""
+    return FIRST_SERVO <= function <= LAST_SERVO
+
+
+def output(function: int, value: float, curve: Callable[[float], float], *, reversible: bool) -> tuple[float, int]:
+    """Control and pulse of a motor or a servo; `curve` makes a motor's signal of a thrust (THR_MDL_FAC).
+
+    What is no number stands at its disarmed value, and so does a motor that is told to turn backwards and can't.
+    """
+    motor = is_motor(function)
+    if not math.isfinite(value) or (motor and not reversible and value < 0.0):
+        return 0.0, PWM_DISARMED
+    value = max(-1.0, min(1.0, value))
+    if not motor:
+        return value, round(CENTRED_PWM + CENTRED_PWM_RANGE * value)
+    signal = math.copysign(curve(abs(value)), value)
+    if reversible:
+        return signal, round(CENTRED_PWM + CENTRED_PWM_RANGE * signal)
+    return signal, round(MOTOR_PWM_MIN + MOTOR_PWM_RANGE * signal)
+
+
+def unchanged(thrust: float) -> float:
+    """The curve of a motor that has none."""
+    return thrust
+
+
+def direct_outputs(
+    now_us: int, functions: Sequence[int], told: DirectActuator, curve: Callable[[float], float]
+) -> ActuatorOutputs:
+    """All outputs as ROS 2 tells them; those that are neither motor nor servo stand at their disarmed value."""
+
+    def one(function: int) -> tuple[float, int]:
+        if is_motor(function):
+            number = function - FIRST_MOTOR
+            reversible = bool(told.motors.reversible_flags >> number & 1)
+            return output(function, _at(told.motors.control, number), curve, reversible=reversible)
+        place = _at(told.servos.control, function - FIRST_SERVO) if is_servo(function) else math.nan
+        return output(function, place, curve, reversible=False)
+
+    outputs = [one(function) for function in functions]
+    return ActuatorOutputs(now_us, tuple(control for control, _ in outputs), tuple(pwm for _, pwm in outputs))
+
+
+def _at(values: Sequence[float], number: int) -> float:
+    """NaN for what was not told."""
+    return values[number] if number < len(values) else math.nan

@@ -1,0 +1,41 @@
+"""What an output carries for a setpoint (PX4's mixer_module.cpp, FunctionMotors.hpp, PWMSim.cpp)."""
+
+import math
+
+import pytest
+
+from sitl_emu.autopilot.control.mixer import direct_outputs, output, unchanged
+from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorServos, DirectActuator
+
+NAN, INF = math.nan, math.inf
+MOTOR, SERVO = 101, 201
+OFF = (0.0, 900)
+
+
+@pytest.mark.parametrize(
+    ("function", "value", "reversible", "told"),
+    [
+        (MOTOR, 0.25, False, (0.5, 1500)),
+        (MOTOR, 7.0, False, (1.0, 2000)),
+        (MOTOR, 0.0, False, (0.0, 1000)),
+        (MOTOR, -0.25, False, OFF),
+        (MOTOR, NAN, False, OFF),
+        (MOTOR, INF, True, OFF),
+        (MOTOR, -0.25, True, (-0.5, 1250)),
+        (MOTOR, 0.0, True, (0.0, 1500)),
+        (SERVO, -0.5, False, (-0.5, 1250)),
+        (SERVO, -3.0, False, (-1.0, 1000)),
+        (SERVO, NAN, False, OFF),
+    ],
+)
+def test_an_output(function: int, value: float, reversible: bool, told: tuple[float, int]) -> None:
+    """With THR_MDL_FAC 1 a quarter of the thrust is half of the signal; servos have no curve."""
+    assert output(function, value, math.sqrt, reversible=reversible) == told
+
+
+def test_each_output_finds_its_motor_or_servo() -> None:
+    told = DirectActuator(ActuatorMotors(1, (0.1, 0.2), 0b10), ActuatorServos(1, (0.3,)))
+    outputs = direct_outputs(7, [102, 201, 101, 0, 103, 202], told, unchanged)
+    assert outputs.timestamp == 7
+    assert outputs.controls == (0.2, 0.3, 0.1, 0.0, 0.0, 0.0)
+    assert outputs.pwm == (1600, 1650, 1100, 900, 900, 900)
