@@ -71,8 +71,11 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
 - **Domain**: `ROS_DOMAIN_ID`, else 0, as PX4's start script takes it. Cyclone's own settings (`CYCLONEDDS_URI`) hold.
 - **QoS** as PX4's client asks for it: published best effort, transient local, last 1; taken best effort, volatile.
 - **Times** are moved to the computer's clock, as by PX4's default UXRCE_DDS_SYNCT 1: what is published bears Unix time,
-  and in what is taken 0 is now and nothing is later than now. At another `--speed` than 1 they follow the clock, too.
-  In a `run` they bear the scenario's date, so that the same seed tells the same times.
+  and in what is taken 0 is now and nothing is later than now. At another `--speed` than 1 time is simulated: the date
+  at which the launch began, and what has passed in the simulation since, for all its vehicles. In a `run` it is so at
+  any speed, from the scenario's date, so that the same seed tells the same times.
+- **`/clock`** (`rosgraph_msgs/Clock`, 50 Hz of simulated time) tells that time, for nodes with `use_sim_time`: a launch
+  file of yours is the same at any speed. Of a launch in several processes it is the first one's.
 - **Service** `/fmu/vehicle_command` (`px4_msgs/srv/VehicleCommand`): the reply is the first answer to the command; as
   in PX4 one request is waited for at a time, the newest, and one for another system is never answered. How replies
   find who asked is each rmw's own: spoken is rmw_cyclonedds's way, so clients need
@@ -131,7 +134,8 @@ PX4's do; what nobody has subscribed to is not made. Names that are ours are mar
   `/clock`, `/tf` and `/tf_static` as rclcpp and tf2_ros have them.
 - The process takes 4 % of a core and 72 MB while nobody listens, 7 % where all is heard of an iris with a camera
   (640 × 480, 5 Hz, raw and compressed), a depth camera and a lidar; every frame and every time came, at a load of 8.
-- `launch` has none of this: its time is the computer's, and its cameras draw pictures when they are asked for.
+- `launch` has `/clock` alone of these: its cameras draw pictures when they are asked for. A scenario without a
+  `companion:` is a world whose sensors ROS 2 hears, for as long as its `time_limit_s` says.
 """
 
 

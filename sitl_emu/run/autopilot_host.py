@@ -35,7 +35,7 @@ from sitl_emu.core.simulator_api import (
 )
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel
 from sitl_emu.run import components
-from sitl_emu.run.dds_socket import DdsSocket
+from sitl_emu.run.dds_socket import DdsSocket, clock_sample
 from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import LinkSockets, Poll, PrivateSocket
 from sitl_emu.run.loss_timeouts import loss_timeouts
@@ -48,6 +48,8 @@ ONBOARD, PAYLOAD = 1, 2
 DDS = -1
 """What stands for the line to the DDS agent, where the links have their index."""
 TICK_US = 4000
+CLOCK_US = 20_000
+"""How often ROS 2 is told the time, as in a run (50 Hz)."""
 STANDBY = 3
 BOOT_LIMIT_US = 20_000_000
 """An autopilot that is not armable after so much time counts as booted all the same."""
@@ -88,6 +90,8 @@ class Hosted:
     """Links whose datagrams are announced, and read by number: lockstep."""
     dds: DdsSocket | None = None
     """The line to the DDS agent; None: it does not speak to ROS 2."""
+    tells_clock: bool = False
+    """Whether ROS 2 hears /clock from it."""
     isolated: Mapping[str, PrivateSocket] | None = None
     """In an isolated run: the sockets of the links that have somebody at their other end. None: all, on PX4's ports."""
 
@@ -107,7 +111,11 @@ class AutopilotHost:
         self._card = Card(hosted.root, *makers) if hosted.pictures and hosted.root is not None else None
         self._began_us: int | None = 0
         """The simulator's time at this boot; None until the first tick after a reboot tells it."""
-        self._power_on(0)
+        self._lived_us = 0
+        """Simulated time before this boot."""
+        self._clock_us = 0
+        """When ROS 2 was told the time last, since this boot."""
+        self._power_on()
         links = self.autopilot.mavlink.links
         self._sockets = LinkSockets(links, hosted.gcs, hosted.isolated)
         for index, fileno in self._sockets.filenos().items():
@@ -158,7 +166,8 @@ class AutopilotHost:
         """What goes by the clock, in real time: to be called often. Not for logs that have to repeat."""
         measure_load(self.autopilot, self._hosted.mates)
         if self.autopilot.uxrce_dds_client is not None:
-            self.autopilot.uxrce_dds_client.synchronize(self.autopilot.now_us, unix_time_us())
+            if self._hosted.start_us is None:
+                self.autopilot.uxrce_dds_client.synchronize(self.autopilot.now_us, unix_time_us())
             self._flush_dds()
         for device in self._devices:
             device.keep_alive(clock_s())
@@ -201,12 +210,12 @@ class AutopilotHost:
                 self._logs.close()
                 self._logs = None
 
-    def _power_on(self, since_start_us: int) -> None:
+    def _power_on(self) -> None:
         hosted = self._hosted
         self.autopilot = Autopilot(hosted.airframe, hosted.instance, hosted.root)
         for name, value in loss_timeouts(hosted.speed).items():
             self.autopilot.parameters.set(name, value)
-        boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + since_start_us
+        boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + self._lived_us
         self.autopilot.mavlink.context.boot_unix_us = self._boot_unix_us = boot_us
         video = VideoStream(ports.video(hosted.instance)) if hosted.video else None
         self._devices = components.plug_in(hosted, self.autopilot, self._card, video)
@@ -224,10 +233,10 @@ class AutopilotHost:
         self.boots += 1
 
     def _reboot(self) -> None:
-        now_us = (self._began_us or 0) + self.autopilot.now_us
+        self._lived_us += self.autopilot.now_us
         self.autopilot.close()
-        self._power_on(now_us)
-        self._began_us = None
+        self._power_on()
+        self._began_us, self._clock_us = None, 0
         self._sockets.restart(self.autopilot.mavlink.links)
 
     def _power_off(self) -> None:
@@ -317,8 +326,13 @@ class AutopilotHost:
         """Send what ROS 2 is to hear, that of all ticks of a waking at once: to wake the agent costs as much again."""
         self._dds_ticks = 0
         client = self.autopilot.uxrce_dds_client
-        if client is not None and self._hosted.dds is not None and not self.off:
-            self._hosted.dds.send(client.outbox)
+        if client is None or self._hosted.dds is None or self.off:
+            return
+        now_us = self.autopilot.now_us
+        if self._hosted.tells_clock and now_us - self._clock_us >= CLOCK_US:
+            self._clock_us = now_us
+            client.outbox.append(clock_sample(now_us + client.time_offset_us))
+        self._hosted.dds.send(client.outbox)
 
     def _log(self, link: int, datagram: bytes) -> None:
         if self._logs is not None:

@@ -33,7 +33,10 @@ from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
 )
 from sitl_emu.run import dds_types
 from sitl_emu.run.dds_service import OfferedService
-from sitl_emu.run.dds_socket import LARGEST_PACKET_BYTES, packet, samples
+from sitl_emu.run.dds_socket import CLOCK, LARGEST_PACKET_BYTES, TIME, packet, samples
+from sitl_emu.run.ros.messages import stamp
+from sitl_emu.run.ros.publisher import CLOCK as CLOCK_QOS
+from sitl_emu.run.ros.publisher import Publisher
 
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
 WRITER = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1), PLAIN_CDR)
@@ -48,11 +51,28 @@ def reader_qos(queue: int) -> Qos:
     return Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(2 * queue), PLAIN_CDR)
 
 
+class Clock:
+    """/clock, as some vehicles tell it: it never goes back, and begins with the first that does."""
+
+    def __init__(self, participant: DomainParticipant) -> None:
+        self._participant = participant
+        self._publisher: Publisher | None = None
+        self._told_us = 0
+
+    def tell(self, time_us: int) -> None:
+        """The time at one of the vehicles, since 1970."""
+        if self._publisher is None:
+            self._publisher = Publisher(self._participant, "clock", "rosgraph_msgs/Clock", CLOCK_QOS)
+        if time_us > self._told_us:
+            self._told_us = time_us
+            self._publisher.publish({"clock": stamp(time_us)})
+
+
 class Vehicle:
     """One autopilot's side of DDS."""
 
-    def __init__(self, participant: DomainParticipant, instance: int, opened: socket.socket) -> None:
-        self._socket = opened
+    def __init__(self, participant: DomainParticipant, instance: int, opened: socket.socket, clock: Clock) -> None:
+        self._socket, self._clock = opened, clock
         within = dds_topics.namespace(instance)
         self._kinds = [dds_types.carried(topic.type) for topic in PUBLICATIONS]
         self._writers = [
@@ -85,6 +105,8 @@ class Vehicle:
         for topic, message in samples(data):
             if topic == REPLY:
                 self._service.reply(message)
+            elif topic == CLOCK:
+                self._clock.tell(*TIME.unpack(message))
             else:
                 self._writers[topic].write(dds_types.sample(self._kinds[topic], message))
         return bool(data)
@@ -124,12 +146,15 @@ def main() -> int:
     """Serve until all autopilots have gone; the exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     domain, vehicles = int(sys.argv[1]), dict[int, Vehicle]()
+    clock: Clock | None = None
     selector = selectors.DefaultSelector()
     try:
         for text in sys.argv[2:]:
             instance, fd = (int(part) for part in text.split(":"))
             opened = socket.socket(fileno=fd)
-            vehicles[fd] = Vehicle(DomainParticipant(domain), instance, opened)
+            participant = DomainParticipant(domain)
+            clock = clock or Clock(participant)
+            vehicles[fd] = Vehicle(participant, instance, opened, clock)
             selector.register(fd, selectors.EVENT_READ)
     except DDSException as error:
         print(f"sitl-emu: DDS domain {domain}: {error}", file=sys.stderr)

@@ -12,12 +12,15 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
-from sitl_emu.autopilot.uxrce_dds_client.dds_topics import Sample
+from sitl_emu.autopilot.uxrce_dds_client.dds_topics import REPLY, Sample
 from sitl_emu.run.trouble import Trouble
 
 HEADER = struct.Struct("<HH")
 LARGEST_PACKET_BYTES = 1 << 16
 BUFFER_BYTES = 1 << 20
+CLOCK = REPLY + 1
+"""Number of the sample that is no message of PX4's: the time for /clock, µs since 1970."""
+TIME = struct.Struct("<Q")
 AT_ONCE = 32
 """Packets that are taken before it is another's turn, or time for a tick: a flood must not stop time."""
 LAST_DOMAIN = 232
@@ -52,6 +55,11 @@ def samples(data: bytes) -> Iterator[Sample]:
         at += HEADER.size
         yield Sample(topic, data[at : at + length])
         at += length
+
+
+def clock_sample(time_us: int) -> Sample:
+    """The time, for /clock."""
+    return Sample(CLOCK, TIME.pack(time_us))
 
 
 class DdsSocket:

@@ -110,6 +110,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
         state.make(options.tlog)
     from sitl_emu.run import site
     from sitl_emu.run.launched import Crew, Launched
+    from sitl_emu.run.pacing import unix_time_us
 
     here = site.plain(options.home)
     if options.world is not None:
@@ -119,6 +120,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
         for place, (model, instance) in enumerate(wanted)
     ]
     each = options.per_process or (1 if options.world is None else len(launched))
+    start_us = unix_time_us()
     return [
         Crew(
             launched[at : at + each],
@@ -130,6 +132,8 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
             options.video,
             options.parcels,
             options.dds,
+            options.dds and at == 0,
+            None if options.speed == 1.0 else start_us,
         )
         for at in range(0, len(launched), each)
     ]

@@ -67,6 +67,10 @@ class Crew(NamedTuple):
     """Whether those that have a release carry a parcel."""
     dds: bool = False
     """Whether they speak to ROS 2."""
+    tells_clock: bool = False
+    """Whether ROS 2 hears /clock from it."""
+    start_us: int | None = None
+    """The date at which simulated time began; None: the computer's clock is the time."""
 
 
 def preload(model: str) -> None:
@@ -144,7 +148,9 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll, dds: DdsSocket | None =
         tells_gimbal=_is_drawn(crew, data) and data.camera is not None and data.camera.mount == "gimbal",
         pictures=_is_drawn(crew, data),
         video=crew.video and _is_drawn(crew, data),
+        start_us=crew.start_us,
         dds=dds,
+        tells_clock=crew.tells_clock,
     )
     return AutopilotHost(hosted, poll)
 

@@ -15,6 +15,7 @@ from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import Ready, Seen, Start
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.ros import frames
+from sitl_emu.run.ros.messages import stamp
 from sitl_emu.run.ros.publisher import CLOCK, TF, TF_STATIC, Publisher
 from sitl_emu.run.ros.vehicle import RosVehicle
 from sitl_emu.run.trouble import Trouble
@@ -39,7 +40,7 @@ def run(config: RosConfig, control: ControlChannel) -> None:
     while isinstance(told := control.receive(), Seen):
         time_us = config.start_us + told.now_us
         if clock.is_heard:
-            clock.publish({"clock": frames.stamp(time_us)})
+            clock.publish({"clock": stamp(time_us)})
         both = list(zip(vehicles, told.vehicles, strict=True))
         if tf.is_heard:
             moving = [each for vehicle, seen in both for each in vehicle.transforms(seen)]

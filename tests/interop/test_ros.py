@@ -5,6 +5,7 @@ The other side is `rclpy_stand_in`, or a participant of Cyclone DDS's: its code 
 
 import contextlib
 import functools
+import itertools
 import os
 import subprocess
 import sys
@@ -28,8 +29,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from sitl_emu.run import dds_types
+from sitl_emu.run.ros.publisher import CLOCK, described
 
 ROOT = Path(__file__).parents[2]
+YARD = ROOT / "examples" / "own_world" / "yard.yaml"
 STAND_IN = Path(__file__).parent / "rclpy_stand_in"
 INSTANCE = 70
 DOMAIN = 20 + os.getpid() % 80
@@ -87,6 +90,30 @@ def test_a_node_that_dies_ends_offboard() -> None:
         until(lambda: status() is not None and status().nav_state == OFFBOARD)
         node.kill()
         until(lambda: bool(status().failsafe) and status().nav_state != OFFBOARD)
+
+
+@pytest.mark.timeout(300)
+def test_at_another_speed_all_bear_simulated_time_and_clock_tells_it() -> None:
+    """A node with use_sim_time: sensors are 4 ms apart by their stamps, and of the time that /clock tells."""
+    sensors = DomainParticipant(DOMAIN)
+    topic = Topic(sensors, f"rt/px4_{INSTANCE + 1}/fmu/out/sensor_combined", dds_types.described("SensorCombined"))
+    reader = DataReader(sensors, topic, qos=NEWEST + Qos(Policy.History.KeepAll))
+    told = DataReader(sensors, Topic(sensors, "rt/clock", described("rosgraph_msgs/Clock")), qos=CLOCK)
+    began_us, clock_us, stamps_us = time.time_ns() // 1000, list[int](), list[int]()
+
+    def listen() -> bool:
+        for each in told.take(10):
+            clock_us.append(each.clock.sec * 1_000_000 + each.clock.nanosec // 1000)
+        for each in reader.take(1000):
+            stamps_us.append(each.timestamp)
+        return len(stamps_us) > 3000
+
+    with launched("iris:2", "--world", str(YARD), "--dds", "--speed", "4", "--instance", str(INSTANCE)):
+        until(listen)
+    assert clock_us == sorted(set(clock_us)) and stamps_us == sorted(set(stamps_us))
+    assert all((later - earlier) % 4000 == 0 for earlier, later in itertools.pairwise(stamps_us))
+    assert abs(clock_us[-1] - stamps_us[-1]) < 3_000_000
+    assert 0 < clock_us[0] - began_us < 600_000_000
 
 
 @pytest.mark.timeout(300)

@@ -7,7 +7,7 @@ import pytest
 from sitl_emu.core import attitude
 from sitl_emu.core.attitude import Quaternion
 from sitl_emu.run.messages import BodyPose
-from sitl_emu.run.ros import frames
+from sitl_emu.run.ros import frames, messages
 from sitl_emu.run.ros.frames import Transform, Vector
 
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -82,7 +82,7 @@ def test_a_gimbal_holds_its_camera_however_the_vehicle_tilts() -> None:
 
 
 def test_times_are_seconds_and_nanoseconds() -> None:
-    assert frames.stamp(1_700_000_000_123_456) == {"sec": 1_700_000_000, "nanosec": 123_456_000}
+    assert messages.stamp(1_700_000_000_123_456) == {"sec": 1_700_000_000, "nanosec": 123_456_000}
     (told,) = frames.tf_message(2_000_000, [frames.base_link("uas", pose(0, 0, 0))])["transforms"]
     assert told["header"] == {"stamp": {"sec": 2, "nanosec": 0}, "frame_id": "map"}
     assert set(told["transform"]["rotation"]) == set("xyzw")

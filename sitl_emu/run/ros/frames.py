@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from sitl_emu.core.attitude import Quaternion, product
 from sitl_emu.run.messages import BodyPose
+from sitl_emu.run.ros.messages import stamp
 
 MAP = "map"
 Vector = tuple[float, float, float]
@@ -69,12 +70,6 @@ def _flu(frd: Vector) -> Vector:
 def _pitched_down(depression_deg: float) -> Quaternion:
     half = math.radians(depression_deg) / 2.0
     return math.cos(half), 0.0, math.sin(half), 0.0
-
-
-def stamp(time_us: int) -> dict[str, int]:
-    """A time since 1970 as builtin_interfaces/Time."""
-    seconds, rest_us = divmod(time_us, 1_000_000)
-    return {"sec": seconds, "nanosec": rest_us * 1000}
 
 
 def header(time_us: int, frame: str) -> dict[str, Any]:

@@ -112,6 +112,12 @@ def _align(data: bytearray, size: int) -> None:
     data += bytes(-len(data) % size)
 
 
+def stamp(time_us: int) -> dict[str, int]:
+    """A time since 1970 as builtin_interfaces/Time."""
+    seconds, rest_us = divmod(time_us, 1_000_000)
+    return {"sec": seconds, "nanosec": rest_us * 1000}
+
+
 @functools.cache
 def type_hash(message: str) -> str:
     """By which ROS 2 tells versions of a message's type apart (REP 2016, RIHS01)."""
