@@ -131,8 +131,11 @@ def run(
         refuse(f"--isolated and {'--gcs' if gcs is not None else '--video'}: an isolated run has no ground station")
     if isolated and dds:
         refuse("--isolated and --dds: an isolated run speaks to nobody outside")
-    from sitl_emu.run.run_command import run_scenario, scenario_lines
-    from sitl_emu.run.trouble import Trouble
+    from sitl_emu.run import memory
+
+    with memory.all_stays():
+        from sitl_emu.run.run_command import run_scenario, scenario_lines
+        from sitl_emu.run.trouble import Trouble
 
     try:
         if scenario is None:
