@@ -92,6 +92,8 @@ class Flight:
         """Why the parcel was not delivered, the last reason."""
         self.seen: Callable[[str], dict[str, float | int]] = lambda label: {}
         """The frame that showed a label last, and its box, for an event's picture."""
+        self._on_line = ""
+        """Which line it flies, in words."""
         self.below_m = 0.0
         """Height over home of the ground that the parcel is to fall on."""
         self._tried: list[Place] = []
@@ -203,7 +205,8 @@ class Flight:
 
     def fly_line(self, number: int, line: Line) -> Script:
         """From its start to its end, by way of what is found; lines count from 1."""
-        self.onboard.enter("scanning", f"line {number} of {len(self.lines)}")
+        self._on_line = f"line {number} of {len(self.lines)}"
+        self.onboard.enter("scanning", self._on_line)
         yield from self.travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
         yield from self.travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
         self.scanned += 1
@@ -279,7 +282,7 @@ class Flight:
             if self.together.homeward:
                 return
             self.together.check()
-        aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix)
+        aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches)
 
     # Aside
 
@@ -339,10 +342,11 @@ class Flight:
             if not why.reason.of_the_place:
                 raise
             self._abort(why)
-        onboard.enter("scanning", "back to where the line was left")
+        onboard.enter("resuming", "back to where the line was left")
         if self.altitude_m < self.settings.scan_altitude_m - LOWEST_CLIMB_M:
             yield from self.travel(self.here_m, self.settings.scan_altitude_m, ON_LINE_M)
         yield from self.travel(left_m, self.settings.scan_altitude_m, ON_LINE_M)
+        onboard.enter("scanning", self._on_line)
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Stands over a place and looks; the place as it is then."""
@@ -516,12 +520,13 @@ class Flight:
         if path is None:
             return
         try:
-            self.ground.write(path, self.home)
+            ground_m = self.ground.write(path, self.home)
         except OSError as error:
             self.onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
             return
         counts = {"features": survey.features, "ranges": survey.ranges}
-        home = dict(zip(("home_lat_deg", "home_lon_deg", "home_amsl_m"), self.home, strict=True))
+        ground = self.home[0], self.home[1], self.home[2] + ground_m
+        home = dict(zip(("home_lat_deg", "home_lon_deg", "home_amsl_m"), ground, strict=True))
         self.onboard.note("terrain_map", f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
                           file=path.name, **counts, **home)  # fmt: skip
 

@@ -7,7 +7,8 @@ option's `ground_sigma_m`; between mapped cells the height is that of those abou
 
 Corners are mostly those of roofs. The ground is what does not rise above the lowest about it by more than ground does
 (as in the filters of airborne lidar: G. Vosselman, Slope based filtering of laser altimetry data, 2000). Sightings are
-placed on it, and it alone is kept as the terrain map; what is flown over are roofs and trees as well.
+placed on it, and it alone is kept as the terrain map, without the flight's own drift (`companion/terrain/crossover.py`)
+and, between what was measured, as `about` has it; what is flown over are roofs and trees as well.
 """
 
 import math
@@ -38,6 +39,10 @@ STANDS_M = 1.0
 UNDER_M = 2.0
 """What reaches no higher than so much under the vehicle, it may be over; ours: the heights of both are off."""
 LEAST_WEIGHT = 1e-3
+AMONG_M, AMONG = 1.5, 0.02
+"""The same in the map that is kept, and the least weight there: it ends 2.4 m from a single cell; ours."""
+HOME_M = 3.0
+"""What was sounded so near to home is its ground."""
 SIGMAS = 1.0
 """Added to a mapped height that is flown over; ours: the clearance is 20 m."""
 
@@ -88,11 +93,16 @@ class Relief:
         ahead = next_altitude(self.survey.terrain, here_m, course, speed_m_s, altitude_m, dt_s, self._following)
         return ahead.altitude_m if math.isfinite(ahead.wanted_m) else math.nan
 
-    def write(self, path: Path, home: tuple[float, float, float]) -> None:
-        """The ground as GeoTIFF. Raises OSError."""
+    def write(self, path: Path, home: tuple[float, float, float]) -> float:
+        """The ground as GeoTIFF; how high over `home` the ground there is by the lidar, 0 if it told nothing there.
+
+        Raises OSError.
+        """
         self.survey.finish()
-        terrain = self.survey.terrain
-        files.write_geotiff(path, terrain, *home, where=np.isfinite(ground(terrain.means_m())))
+        terrain, soundings = self.survey.adjusted()
+        files.write_geotiff(path, terrain, *home, about(ground(terrain.means_m()), terrain.sigmas_m()))
+        at_home = [one.height_m for one in soundings if math.hypot(one.north_m, one.east_m) <= HOME_M]
+        return float(np.median(at_home)) if at_home else 0.0
 
 
 def ground(means_m: Grid) -> Grid:
@@ -108,6 +118,20 @@ def ground(means_m: Grid) -> Grid:
                 there = around[reach + row :, reach + column :][: known.shape[0], : known.shape[1]]
                 np.minimum(highest, there + STEP_M + SLOPE * away_m, out=highest)
     return np.where(known <= highest, means_m, np.nan)
+
+
+def about(means_m: Grid, sigmas_m: Grid) -> tuple[Grid, Grid]:
+    """Heights and sigmas of cells that are known, or lie among such: weighed means of those about; else NaN."""
+    known = np.isfinite(means_m)
+
+    def near(values: Grid) -> Grid:
+        return np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0), (0, 0), AMONG_M / RESOLUTION_M), np.float64)
+
+    weight = near(np.ones(known.shape))
+    weight = np.where(weight >= AMONG, weight, np.nan)
+    mean = near(means_m) / weight
+    spread_m2 = near(sigmas_m**2 + means_m**2) / weight - mean**2
+    return mean, np.sqrt(np.maximum(spread_m2, 0.0))
 
 
 def spread(means_m: Grid) -> Grid:

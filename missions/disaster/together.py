@@ -49,6 +49,7 @@ OFF_LAYER_M = 3.0
 LOOK_EVERY_US = 500_000
 DOING = {
     "scanning": Doing.SCANNING,
+    "resuming": Doing.SCANNING,
     "waiting": Doing.SCANNING,
     "engaging": Doing.ENGAGING,
     "delivering": Doing.DELIVERING,

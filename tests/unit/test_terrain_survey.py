@@ -1,6 +1,7 @@
 """A terrain map from corners' rays and a lidar's ranges, and corners followed from picture to picture."""
 
 import math
+from collections.abc import Callable
 
 import cv2
 import numpy as np
@@ -13,10 +14,12 @@ from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
 from sitl_emu.missions.companion.geolocation import Intersection, Ray
 from sitl_emu.missions.companion.terrain.crossings import none_yet
+from sitl_emu.missions.companion.terrain.crossover import NONE, drift_of, without
 from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
+from sitl_emu.missions.companion.terrain.soundings import Sounding
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.relief import spread
+from sitl_emu.missions.disaster.relief import about, spread
 
 CAMERA = CameraModel()
 BOUNDS = Bounds(-10.0, -10.0, 40.0, 10.0)
@@ -73,6 +76,55 @@ def test_heights_spread_between_what_is_known_and_no_farther() -> None:
     heights = spread(means)
     assert heights[10, 10] == 2.0 and 2.0 < heights[10, 12] < 4.0
     assert heights[55, 55] == 0.0 and np.isfinite(heights).all()
+
+
+def sounded(drift: Callable[[float], float], noise_m: float = 0.2, every_s: float = 0.05) -> list[Sounding]:
+    """Three lines over hilly ground, each of which sees the half of the one before again, by a height that drifts."""
+    rng, found = np.random.default_rng(4), list[Sounding]()
+    for k in range(round(90.0 / every_s)):
+        time_s = k * every_s
+        line, along = divmod(time_s, 30.0)
+        north = 2.0 * along if line % 2 == 0 else 60.0 - 2.0 * along
+        east = 8.0 * line + rng.uniform(-8.0, 8.0)
+        height = 2.0 * math.sin(north / 15.0) + 0.1 * east + drift(time_s) + rng.normal(scale=noise_m)
+        found.append(Sounding(round(time_s * 1e6), north, east, height, 0.3, 0.5, 1.0))
+    return found
+
+
+@pytest.mark.parametrize("drift", [lambda s: 0.0, lambda s: 0.01 * s, lambda s: 0.6 * math.sin(s / 30.0)])
+def test_a_drift_is_told_by_places_that_were_sounded_twice(drift: Callable[[float], float]) -> None:
+    found = drift_of(sounded(drift))
+    times_s = np.arange(0.0, 90.0, 5.0)
+    wanted = np.array([drift(s) for s in times_s.tolist()])
+    assert np.sqrt(np.mean((found.at_m(np.round(times_s * 1e6).astype(np.int64)) - wanted) ** 2)) < 0.12
+
+
+def test_what_was_there_only_once_tells_no_drift() -> None:
+    """A car that stood on every fifth place when it was first seen."""
+    soundings = [
+        one._replace(height_m=one.height_m + 1.5) if one.time_us < 30e6 and k % 5 == 0 else one
+        for k, one in enumerate(sounded(lambda s: 0.01 * s))
+    ]
+    found = drift_of(soundings)
+    assert found.at_m(np.array([85_000_000])) == pytest.approx(0.85, abs=0.3)
+
+
+def test_a_drift_is_none_where_no_place_was_sounded_twice() -> None:
+    line = [Sounding(k * 1_000_000, 5.0 * k, 0.0, 0.05 * k, 0.3, 0.5, 1.0) for k in range(40)]
+    assert drift_of(line).offsets_m == pytest.approx(0.0, abs=1e-6)
+    assert without(line, drift_of(line)) == [
+        one._replace(height_m=pytest.approx(one.height_m, abs=1e-6)) for one in line
+    ]
+    assert drift_of([]) is NONE and without([], NONE) == []
+
+
+def test_the_kept_map_ends_near_what_was_measured() -> None:
+    means, sigmas = np.full((40, 40), np.nan), np.full((40, 40), np.nan)
+    means[10, 10], means[10, 13], sigmas[10, 10], sigmas[10, 13] = 2.0, 4.0, 0.1, 0.1
+    heights, spread_m = about(means, sigmas)
+    assert heights[10, 8] == pytest.approx(2.0, abs=0.1) and 2.4 < heights[10, 11] < 3.0
+    assert spread_m[10, 11] > 0.8 > 0.3 > spread_m[10, 8]
+    assert np.isnan(heights[10, 6]) and np.isnan(heights[30, 30])
 
 
 def a_picture(shift_px: int) -> npt.NDArray[np.uint8]:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from sitl_emu.gcs.geodesy import from_metres
@@ -21,12 +20,13 @@ UNKNOWN_COLOUR = "#cfcfcf"
 
 def write_geotiff(
     path: Path, terrain: TerrainMap, lat_deg: float, lon_deg: float, alt_amsl_m: float,
-    where: npt.NDArray[np.bool_] | None = None,
+    grids: tuple[Grid, Grid] | None = None,
 ) -> None:  # fmt: skip
     """Heights above mean sea level, and on a second page one sigma of each, as 32-bit floats; NaN where not known.
 
-    `where`: cells (rows, columns) that are written; else all. (`lat_deg`, `lon_deg`, `alt_amsl_m`): the map's origin.
-    The map's plane is that of `gcs.geodesy`, in which degrees are evenly spaced, so nothing is resampled.
+    (`lat_deg`, `lon_deg`, `alt_amsl_m`): the map's origin. `grids`: other heights over it, and their sigmas, of the
+    map's cells (rows, columns). The plane is that of `gcs.geodesy`, in which degrees are evenly spaced, so nothing is
+    resampled.
     """
     import tifffile  # takes a tenth of a second, which nobody waits for who writes no map
 
@@ -44,12 +44,9 @@ def write_geotiff(
         (NO_DATA, "s", 0, "nan"),
     ]
     with tifffile.TiffWriter(path) as file:
-        for grid, what in (
-            (terrain.means_m() + alt_amsl_m, "height above mean sea level, m"),
-            (terrain.sigmas_m(), "one sigma, m"),
-        ):
-            shown = grid if where is None else np.where(where, grid, np.nan)
-            file.write(shown[::-1].astype(np.float32), extratags=tags, description=what, metadata=None)
+        heights_m, sigmas_m = grids or (terrain.means_m(), terrain.sigmas_m())
+        for grid, what in ((heights_m + alt_amsl_m, "height above mean sea level, m"), (sigmas_m, "one sigma, m")):
+            file.write(grid[::-1].astype(np.float32), extratags=tags, description=what, metadata=None)
 
 
 def draw_heights(axes: Any, terrain: TerrainMap) -> None:

@@ -4,6 +4,9 @@ A TF-Luna sees 8 m: it tells of take-off, landing and what is flown below that. 
 each corner that is followed is seen from places metres apart, and its rays cross at it (`crossings.py`).
 A corner's height is taken once, when its rays have crossed at `CROSSED_DEG`, or at `LEAST_DEG` when it is lost; not
 where the rays pass by each other wider than their noise says, as those of what moves do.
+
+In flight the map has heights as they were told. `adjusted` is the map without the drift of the vehicle's own height,
+which the whole flight tells (`crossover.py`).
 """
 
 import math
@@ -13,6 +16,7 @@ import numpy as np
 
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point, Quaternion
 from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
+from sitl_emu.missions.companion.terrain import crossover
 from sitl_emu.missions.companion.terrain.crossings import Crossings, none_yet
 from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.soundings import TF_LUNA, Beam, Sounding, believed, of_feature, of_range
@@ -30,11 +34,13 @@ class Survey:
     """Takes corners and ranges, fills a `TerrainMap`. Metres NED from the caller's origin, at home's height."""
 
     def __init__(self, bounds: Bounds, camera: CameraModel, resolution_m: float = 1.0, beam: Beam = TF_LUNA) -> None:
-        self.terrain = TerrainMap(bounds, resolution_m)
+        self.terrain, self._bounds = TerrainMap(bounds, resolution_m), bounds
         self._camera, self._beam = camera, beam
         self._open = none_yet()
         self._done: set[int] = set()
         self._ranges: list[Sounding] = []
+        self.soundings: list[Sounding] = []
+        """All that the map holds."""
         self.features = self.ranges = 0
         """How many of each were believed."""
 
@@ -56,7 +62,7 @@ class Survey:
         self._open = self._open.part(~np.isin(self._open.numbers, list(crossed)))
         believed_now = [*made.values(), *crossed.values()]
         self.features += len(believed_now)
-        self.terrain.add(sorted(believed_now))
+        self._take(sorted(believed_now))
 
     def on_range(
         self, time_us: int, range_m: float, position_ned_m: Point, q: Quaternion, eph_m: float, epv_m: float
@@ -73,8 +79,19 @@ class Survey:
         """Takes in what waits for its neighbours."""
         good = believed(self._ranges)
         self.ranges += len(good)
-        self.terrain.add(good)
+        self._take(good)
         self._ranges = []
+
+    def adjusted(self) -> tuple[TerrainMap, list[Sounding]]:
+        """The map without the drift of the vehicle's height, and the soundings that it then holds."""
+        soundings = crossover.without(self.soundings, crossover.drift_of(self.soundings))
+        terrain = TerrainMap(self._bounds, self.terrain.resolution_m)
+        terrain.add(soundings)
+        return terrain, soundings
+
+    def _take(self, soundings: list[Sounding]) -> None:
+        self.soundings += soundings
+        self.terrain.add(soundings)
 
     def _soundings(
         self, of: Crossings, time_us: int, least_deg: float, pose: CameraPose, eph_m: float, epv_m: float
