@@ -154,6 +154,8 @@ class Telemetry:
         """The same of the height."""
         self.has_fix = False
         """Whether the receiver has a position (GPS_RAW_INT.fix_type from 3D on)."""
+        self.gps_glitches = 0
+        """How many ESTIMATOR_STATUS in a row have told of one: the receiver's place lies beyond its gate."""
         self.wind: Wind | None = None
         """As the autopilot estimates it; None where it does not (PX4: EKF2_DRAG_CTRL, of a multicopter)."""
         self.ranges: deque[Range] = deque(maxlen=HISTORY)
@@ -244,6 +246,8 @@ class Telemetry:
             self.eph_m = msg.h_acc / 1000.0 if msg.h_acc else None
             self.epv_m = msg.v_acc / 1000.0 if msg.v_acc else None
             self.has_fix = msg.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
+        elif kind == "ESTIMATOR_STATUS":
+            self.gps_glitches = self.gps_glitches + 1 if msg.flags & mavlink.ESTIMATOR_GPS_GLITCH else 0
         elif kind == "WIND_COV":
             self.wind = Wind(msg.wind_x, msg.wind_y)
         elif kind == "SYSTEM_TIME" and msg.time_unix_usec:

@@ -15,6 +15,8 @@ MOST_EPH_M = 5.0
 """That the receiver states of itself; ours: twice what an M8N has under an open sky."""
 MOST_WIND_M_S = 12.0
 """Up to which drops were measured (tools/measure_parcel.py)."""
+MOST_GLITCHES = 1
+"""In a row, of a message that comes once a second; ours: one alone is an outlier."""
 LEAST_BATTERY_PERCENT = 25
 """With which the vehicle goes home; ours: above PX4's BAT_LOW_THR (15 %), whose failsafe is the last word."""
 OBSTACLE_M = 2.0
@@ -50,7 +52,9 @@ class Aborted(Exception):
         self.reason = reason
 
 
-def check_vehicle(battery_percent: int | None, eph_m: float | None, satellites_ok: bool = True) -> None:
+def check_vehicle(
+    battery_percent: int | None, eph_m: float | None, satellites_ok: bool = True, gps_glitches: int = 0
+) -> None:
     """Raises Aborted where the vehicle itself should go home."""
     if battery_percent is not None and battery_percent < LEAST_BATTERY_PERCENT:
         raise Aborted(Reason.LOW_BATTERY, f"{battery_percent} %, less than {LEAST_BATTERY_PERCENT}")
@@ -58,6 +62,8 @@ def check_vehicle(battery_percent: int | None, eph_m: float | None, satellites_o
         raise Aborted(Reason.GPS, "no fix")
     if eph_m is not None and eph_m > MOST_EPH_M:
         raise Aborted(Reason.GPS, f"the receiver states {eph_m:.1f} m, more than {MOST_EPH_M:g}")
+    if gps_glitches > MOST_GLITCHES:
+        raise Aborted(Reason.GPS, "the estimator tells of a glitch")
 
 
 def check_location(sigma_m: float) -> None:

@@ -338,3 +338,12 @@ def test_a_tlog_holds_big_endian_times_and_raw_frames(tmp_path: Path) -> None:
     assert (tmp_path / "x.tlog").read_bytes() == bytes.fromhex("00060a24181e4001") + b"\xfd\x00"
     with pytest.raises(OSError, match=r"no/x\.tlog.*choose another folder"):
         TlogWriter(tmp_path / "no" / "x.tlog")
+
+
+def test_glitches_of_the_receiver_count_as_long_as_the_estimator_tells_of_them() -> None:
+    telemetry = Telemetry(1)
+    counts = []
+    for flags in (831, 831 | mavlink.ESTIMATOR_GPS_GLITCH, 831 | mavlink.ESTIMATOR_GPS_GLITCH, 831):
+        telemetry.on_message(0, on_the_wire(mavlink.MAVLink_estimator_status_message(0, flags, *[0.0] * 8), 1, 1))
+        counts.append(telemetry.gps_glitches)
+    assert counts == [0, 1, 2, 0]

@@ -53,7 +53,7 @@ FAULTS = (
     Fault(
         "GPS 30 m wrong",
         [_at("target_confirmed", 2.0, gps_offset_m=[30.0, 0.0, 0.0])],
-        ["GPS degraded", "drift", "detection did not persist", "no safe place", "geofence"],
+        ["GPS degraded"],
     ),
     Fault("lidar off", [_at("target_confirmed", 2.0, sensor="lidar")], ["no safe place", "obstacle", "drift"]),
     Fault("barometer off", [_at("target_confirmed", 2.0, sensor="baro")], ["no safe place", "obstacle", "drift"]),
