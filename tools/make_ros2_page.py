@@ -49,6 +49,9 @@ BECOMES = {
     "vehicle_torque_setpoint": "torque, where OFFBOARD controls thrust and torque, multicopters; each moves the motors",
     "actuator_motors": "motors, where OFFBOARD controls direct actuators; NaN stops one",
     "actuator_servos": "servos, where OFFBOARD controls direct actuators",
+    "aux_global_position": "a place for EKF2 (EKF2_AGP*n*_CTRL; EKF2_AGP*n*_ID has to be set at the start)",
+    "onboard_computer_status": "a warning where the companion is hot (COM_CC_TEMP_WARN)",
+    "telemetry_status": "heartbeats of a ground station, a companion, a parachute and others, heard by a link of yours",
     "vehicle_command": "a command as over MAVLink; the answer is `/fmu/out/vehicle_command_ack_v1`",
     "vehicle_visual_odometry": "a pose and velocity for EKF2 (EKF2_EV_CTRL)",
     "obstacle_distance": "obstacles for collision prevention (CP_DIST)",
@@ -59,6 +62,27 @@ BECOMES = {
     "setpoint_config": "a refusal: there is no such mode",
     "message_format_request": "the message's hash, of the messages in these tables",
 }
+WITHOUT_EFFECT = {
+    "no mode of one's own is registered (commander/ModeManagement.cpp)": (
+        "unregister_ext_component",
+        "config_overrides_request",
+        "arming_check_reply",
+        "mode_completed",
+        "vehicle_command_mode_executor",
+    ),
+    "in PX4 attitude_estimator_q and local_position_estimator alone read it, which don't run where EKF2 does": (
+        "vehicle_mocap_odometry",
+    ),
+    "for fixed wings (fw_lateral_longitudinal_control)": (
+        "fixed_wing_longitudinal_setpoint",
+        "fixed_wing_lateral_setpoint",
+        "longitudinal_control_configuration",
+        "lateral_control_configuration",
+    ),
+    "OFFBOARD writes it over itself, by trajectory_setpoint (AckermannOffboardMode.cpp)": ("rover_position_setpoint",),
+    "no output of ours carries a landing gear (FunctionLandingGear.hpp, PWM_MAIN_FUNC*n* 400)": ("landing_gear",),
+}
+"""Of what is taken and changes nothing, why."""
 HEAD = f"""# ROS 2
 
 Made by `tools/make_ros2_page.py`; topics and messages by {SOURCE}.
@@ -91,9 +115,8 @@ What was tried: Cyclone DDS on the other side, by types of its own, and `example
 be had where this was made; the service's layout is rmw_cyclonedds's by its source. Not there: registered modes.
 """
 
-NOTES = """`rover_position_setpoint` a real PX4 writes over itself in OFFBOARD, by trajectory_setpoint
-(AckermannOffboardMode.cpp). A mode of one's own (`register_ext_component_request`) is answered as PX4 answers where no
-slot is free: no success, ids of -1.
+NOTES = """A mode of one's own (`register_ext_component_request`) is answered as PX4 answers where no slot is free: no
+success, ids of -1.
 
 In OFFBOARD a setpoint counts that came since the mode was entered; until then the last one goes on, as in PX4, where
 `offboard_control_mode` alone is the signal. By direct actuators nobody asks for thrust: a multicopter then counts as in
@@ -194,7 +217,7 @@ def row(topic: Topic, said: set[str]) -> str:
 def page(published: Mapping[str, set[str]]) -> str:
     """The page, with what `flown` found."""
     silent = [topic.name for topic in PUBLICATIONS if topic.name not in published]
-    unheard = [topic.name for topic in SUBSCRIPTIONS if topic.name not in BECOMES]
+    assert {topic.name for topic in SUBSCRIPTIONS} == BECOMES.keys() | set().union(*WITHOUT_EFFECT.values())
     lines = [
         HEAD,
         "## Published",
@@ -219,7 +242,9 @@ def page(published: Mapping[str, set[str]]) -> str:
             if topic.name in BECOMES
         ),
         "",
-        f"Taken without effect: {names(unheard)}.",
+        "Taken without effect, in PX4 on these vehicles as here, but for the landing gear:",
+        "",
+        *(f"- {names(topics)}: {why}" for why, topics in WITHOUT_EFFECT.items()),
         "",
         NOTES,
         SENSORS.rstrip(),

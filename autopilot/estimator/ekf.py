@@ -482,7 +482,7 @@ class Ekf:
     def horizontal_position_aids(self) -> int:
         """How many sources of horizontal position are in use."""
         flags = self.flags
-        return flags.gnss_pos + flags.ev_pos
+        return flags.gnss_pos + flags.ev_pos + flags.aux_gpos
 
     def horizontal_velocity_aids(self) -> int:
         """How many sources of horizontal velocity are in use."""
@@ -493,7 +493,8 @@ class Ekf:
     def horizontal_aiding(self) -> bool:
         """Something aids horizontally."""
         flags = self.flags
-        return flags.gnss_vel or flags.gnss_pos or flags.opt_flow or flags.ev_pos or flags.ev_vel
+        vision = flags.ev_pos or flags.ev_vel
+        return flags.gnss_vel or flags.gnss_pos or flags.opt_flow or vision or flags.aux_gpos
 
     def other_horizontal_aid(self, flag: bool) -> bool:
         """Something aids horizontally besides the source that this flag stands for."""
@@ -518,7 +519,8 @@ class Ekf:
     def north_east_aiding(self) -> bool:
         """What aids horizontally knows where north is."""
         flags = self.flags
-        return flags.gnss_pos or flags.gnss_vel or (self.ne_vision and (flags.ev_pos or flags.ev_vel))
+        vision = self.ne_vision and (flags.ev_pos or flags.ev_vel)
+        return flags.gnss_pos or flags.gnss_vel or vision or flags.aux_gpos
 
     # --- what is known -------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ It hands samples of all sensors to the filter (fusion.py), which runs as far beh
 publishes what the output predictor makes of it at present. The state is predicted with every second IMU sample
 (125 Hz), the covariance every 64 ms; what is fused, and how, is a file for each sensor (aid_sources/).
 
-Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary positions and velocities, several instances.
+Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary velocities, several instances.
 """
 
 import math
@@ -16,6 +16,7 @@ from sitl_emu.autopilot.estimator.fusion import Fusion
 from sitl_emu.autopilot.estimator.publication import IMU_HZ, Publication
 from sitl_emu.autopilot.estimator.records import Records
 from sitl_emu.autopilot.estimator.samples import (
+    AuxiliarySample,
     BaroSample,
     FlowSample,
     GnssSample,
@@ -73,6 +74,7 @@ class Estimator:
         self._mag, self._baro = topics.vehicle_magnetometer, topics.vehicle_air_data
         self._gps, self._range = topics.sensor_gps, topics.distance_sensor
         self._flow, self._vision = topics.vehicle_optical_flow, topics.vehicle_visual_odometry
+        self._auxiliary = topics.aux_global_position
         self._status, self._land = topics.vehicle_status, topics.vehicle_land_detected
         self._mag_calibration = self._baro_calibration = -1
         self._declination_saved = False
@@ -128,6 +130,8 @@ class Estimator:
         if topics.vehicle_visual_odometry is not self._vision:
             self._vision = topics.vehicle_visual_odometry
             self._on_vision(now_us, self._vision)
+        if topics.aux_global_position is not self._auxiliary:
+            self._on_auxiliary(now_us)
         if topics.vehicle_optical_flow is not self._flow:
             self._on_flow(now_us)
         if topics.sensor_gps is not self._gps:
@@ -239,6 +243,21 @@ class Estimator:
             odometry.quality,
         )
         self.fusion.vision.buffer.push(now_us, sample, self.fusion.observation_interval_us)
+
+    def _on_auxiliary(self, now_us: int) -> None:
+        """Those of all sources that have come since; where no slot had an id at the start, nobody listens."""
+        before, self._auxiliary = self._auxiliary, self._topics.aux_global_position
+        if not self.fusion.auxiliary.sources:
+            return
+        for told in self._auxiliary:
+            if told not in before:
+                sample = AuxiliarySample(
+                    told.timestamp_sample, told.lat, told.lon, told.alt, told.eph, told.epv, told.lat_lon_reset_counter
+                )
+                self.fusion.auxiliary.on_sample(now_us, told.id, sample, self._claim)
+
+    def _claim(self, parameter: str, number: int) -> None:
+        self._parameters.set(parameter, number, notify=False)
 
     def _on_system(self, now_us: int) -> None:
         """On the ground or in the air, at rest or not; EKF2_POS_LOCK holds the position of who is landed."""

@@ -7,6 +7,7 @@ import math
 from collections import deque
 from typing import Final
 
+from sitl_emu.autopilot.estimator.aid_sources.aux_global_position import AuxGlobalPosition
 from sitl_emu.autopilot.estimator.aid_sources.baro_height import BaroHeight
 from sitl_emu.autopilot.estimator.aid_sources.drag import Drag
 from sitl_emu.autopilot.estimator.aid_sources.external_vision import ExternalVision
@@ -47,7 +48,7 @@ class Fusion:
         self._imu: deque[ImuSample] = deque(maxlen=ekf.imu_buffer_length)
         self.system_flags: SampleBuffer[SystemFlags] = SampleBuffer(ekf.observation_buffer_length)
         self.magnetometer, self.flow, self.gnss = Magnetometer(ekf), OpticalFlow(ekf), Gnss(ekf)
-        self.drag, self.baro = Drag(ekf), BaroHeight(ekf)
+        self.auxiliary, self.drag, self.baro = AuxGlobalPosition(ekf), Drag(ekf), BaroHeight(ekf)
         self.gnss_height, self.range = GnssHeight(ekf, self.gnss), RangeHeight(ekf)
         self.gravity, self.vision = Gravity(ekf), ExternalVision(ekf)
         self.zero_velocity, self.zero_gyro = ZeroVelocity(ekf), ZeroGyro(ekf)
@@ -122,6 +123,8 @@ class Fusion:
         if self.gnss.buffer.due(time_us, late_us):
             self.gnss.control(imu)
             self.gnss_height.control()
+        if self.auxiliary.sources:
+            self.auxiliary.control(imu)
         if time_us >= self.drag.buffer.next_us:
             self.drag.control(imu)
         if self.baro.buffer.due(time_us, late_us):

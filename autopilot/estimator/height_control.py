@@ -85,7 +85,8 @@ class DeadReckoning:
     def _update_horizontal(self, flow: AidSource, *, flow_intended: bool, still_us: int) -> None:
         ekf, flags, recent = self._ekf, self._ekf.flags, self._ekf.recent
         velocity = (flags.gnss_vel or flags.ev_vel) and recent(ekf.hor_vel_fused_us, NO_AID_TIMEOUT_US)
-        position = (flags.gnss_pos or flags.ev_pos) and recent(ekf.hor_pos_fused_us, NO_AID_TIMEOUT_US)
+        places = flags.gnss_pos or flags.ev_pos or flags.aux_gpos
+        position = places and recent(ekf.hor_pos_fused_us, NO_AID_TIMEOUT_US)
         lost = not velocity and not position
         if flags.opt_flow and recent(flow.time_last_fuse, NO_AID_TIMEOUT_US):
             lost = False

@@ -40,7 +40,6 @@ BIAS_CHANGE: Final = 1e-3
 VALID_VARIANCE: Final = 0.1
 MAG_VARIANCE: Final = 0.02
 MAG_BIAS_LIMIT_GA: Final = 0.5
-AUXILIARY_POSITION: Final = 3
 AIRSPEED: Final = 7
 RANGING_BEACON: Final = 8
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE's sources that no vehicle of ours has."""
@@ -294,7 +293,7 @@ def _fusion_control(fusion: Fusion, now_us: int) -> EstimatorFusionControl:
         gps_intended=(fusion.gnss.intended, False),
         of_intended=fusion.flow.intended,
         ev_intended=fusion.vision.intended,
-        agp_intended=_auxiliary_positions(fusion.ekf),
+        agp_intended=fusion.auxiliary.intended(),
         baro_intended=fusion.baro.intended,
         rng_intended=fusion.range.intended,
         mag_intended=fusion.magnetometer.intended,
@@ -303,17 +302,11 @@ def _fusion_control(fusion: Fusion, now_us: int) -> EstimatorFusionControl:
         gps_active=(flags.gnss_pos or flags.gps_hgt or flags.gnss_vel, False),
         of_active=flags.opt_flow,
         ev_active=flags.ev_pos or flags.ev_hgt or flags.ev_vel or flags.ev_yaw,
-        agp_active=(False,) * 4,
+        agp_active=fusion.auxiliary.active(),
         baro_active=flags.baro_hgt,
         rng_active=flags.rng_hgt,
         mag_active=flags.mag,
     )
-
-
-def _auxiliary_positions(ekf: Ekf) -> tuple[bool, ...]:
-    """Which are wanted; none of them is there."""
-    enabled = AUXILIARY_POSITION not in ekf.disabled
-    return tuple(enabled and bool(int(ekf.settings[f"EKF2_AGP{number}_CTRL"])) for number in range(4))
 
 
 def _innovations(fusion: Fusion, now_us: int, horizon_us: int, what: str) -> EstimatorInnovations:
@@ -367,6 +360,8 @@ def _position_ratio(fusion: Fusion) -> float:
         ratio = fusion.gnss.pos.largest_ratio()
     if flags.ev_pos:
         ratio = max(ratio, fusion.vision.pos.aid.largest_ratio())
+    if flags.aux_gpos:
+        ratio = max(ratio, fusion.auxiliary.largest_ratio())
     return _root(ratio)
 
 
@@ -420,7 +415,7 @@ def _solution(fusion: Fusion) -> int:
         (POS_VERT_AGL, ekf.hagl_valid),
         (CONST_POS_MODE, flags.fake_pos or flags.valid_fake_pos or flags.vehicle_at_rest),
         (PRED_POS_HORIZ_REL, ekf.horizontal_aiding),
-        (PRED_POS_HORIZ_ABS, flags.gnss_pos),
+        (PRED_POS_HORIZ_ABS, flags.gnss_pos or flags.aux_gpos),
         (GPS_GLITCH, glitch),
         (ACCEL_ERROR, ekf.faults.bad_acc_vertical or ekf.faults.bad_acc_clipping),
     )

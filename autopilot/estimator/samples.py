@@ -42,6 +42,18 @@ class GnssSample(NamedTuple):
     """Where the antenna is in the body (m)."""
 
 
+class AuxiliarySample(NamedTuple):
+    """A place by other means than GNSS: degrees, m AMSL (NaN: unknown); accuracies are 1 sigma (NaN: unknown)."""
+
+    time_us: int
+    lat: float
+    lon: float
+    alt: float
+    eph: float
+    epv: float
+    reset_counter: int
+
+
 class MagSample(NamedTuple):
     """Field in the body frame (gauss); `reset`: another sensor or another calibration than before."""
 

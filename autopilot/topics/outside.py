@@ -24,6 +24,29 @@ class VehicleOdometry(NamedTuple):
     quality: int = 0
 
 
+class AuxGlobalPosition(NamedTuple):
+    """Where a source other than GNSS says that the vehicle is: degrees, m AMSL; NaN where something is not told."""
+
+    timestamp: int
+    timestamp_sample: int
+    id: int
+    """Of the source."""
+    lat: float
+    lon: float
+    alt: float = NAN
+    eph: float = NAN
+    epv: float = NAN
+    lat_lon_reset_counter: int = 0
+
+
+class OnboardComputerStatus(NamedTuple):
+    """What a companion computer says of itself, as far as anybody asks: the temperature of its board, °C."""
+
+    timestamp: int = 0
+    temperature_board: int = 127
+    """127: unknown."""
+
+
 class VehicleOpticalFlow(NamedTuple):
     """Flow about the body's x and y axes, rad/s, free of rotation: moving forward flows +y, moving right -x."""
 

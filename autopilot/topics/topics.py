@@ -80,6 +80,7 @@ from sitl_emu.autopilot.topics.navigator import (
     VehicleRoi,
 )
 from sitl_emu.autopilot.topics.outside import (
+    AuxGlobalPosition,
     DebugArray,
     DebugKeyValue,
     DebugValue,
@@ -88,6 +89,7 @@ from sitl_emu.autopilot.topics.outside import (
     GcsHeartbeats,
     LandingTargetPose,
     ObstacleDistance,
+    OnboardComputerStatus,
     TransponderReport,
     VehicleOdometry,
     VehicleOpticalFlow,
@@ -218,6 +220,9 @@ class Topics:
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()
+        self.aux_global_position: tuple[AuxGlobalPosition, ...] = ()
+        """The newest of each source, of four at most."""
+        self.onboard_computer_status = OnboardComputerStatus()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
         self.obstacle_distance_fused = ObstacleDistance()

@@ -13,9 +13,12 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     SOURCE_MAVLINK_0,
+    AuxGlobalPosition,
     DistanceSensorSample,
+    GcsHeartbeats,
     ManualControlInput,
     ObstacleDistance,
+    OnboardComputerStatus,
     Topics,
     VehicleCommand,
     VehicleOdometry,
@@ -33,6 +36,19 @@ AUTOPILOT: Final = 1
 DOWNWARD: Final = 25
 """distance_sensor.orientation."""
 LONGEST_FLOW_S: Final = 1.0
+HEARTBEATS: Final = {
+    "gcs": "gcs_us",
+    "onboard_controller": "onboard_us",
+    "parachute": "parachute_us",
+    "open_drone_id": "open_drone_id_us",
+    "adsb": "adsb_us",
+    "flarm": "adsb_us",
+}
+"""Of telemetry_status.heartbeat_type_*, what each is to GcsHeartbeats."""
+SYSTEMS: Final = ("parachute", "open_drone_id")
+"""Those that say whether they are well."""
+MOST_SOURCES: Final = 4
+"""Of aux_global_position (dds_topics.yaml, max_instances)."""
 UNREADABLE: Final = 0
 """distance_sensor.signal_quality of a measurement that is none."""
 
@@ -72,6 +88,9 @@ class Subscriptions:
             "actuator_motors": offboard.actuator_motors,
             "actuator_servos": offboard.actuator_servos,
             "vehicle_command": self._vehicle_command,
+            "telemetry_status": self._telemetry_status,
+            "onboard_computer_status": self._onboard_computer_status,
+            "aux_global_position": self._aux_global_position,
             "vehicle_visual_odometry": self._vehicle_visual_odometry,
             "obstacle_distance": self._obstacle_distance,
             "distance_sensor": self._distance_sensor,
@@ -115,6 +134,26 @@ class Subscriptions:
 
     def _vehicle_visual_odometry(self, now_us: int, fields: Fields) -> None:
         self._topics.vehicle_visual_odometry = odometry(fields)
+
+    def _telemetry_status(self, now_us: int, fields: Fields) -> None:
+        """Heartbeats that came over a link of ROS 2's (Commander::dataLinkCheck)."""
+        self._topics.gcs_heartbeats = heartbeats(self._topics.gcs_heartbeats, fields)
+
+    def _onboard_computer_status(self, now_us: int, fields: Fields) -> None:
+        told = OnboardComputerStatus(fields["timestamp"], fields["temperature_board"])
+        self._topics.onboard_computer_status = told
+
+    def _aux_global_position(self, now_us: int, fields: Fields) -> None:
+        """Each source keeps its place among the four that came first (dds_topics.yaml, route_field)."""
+        told = aux_global_position(fields)
+        if told is None:
+            return
+        known = self._topics.aux_global_position
+        if any(each.id == told.id for each in known):
+            known = tuple(told if each.id == told.id else each for each in known)
+        elif len(known) < MOST_SOURCES:
+            known = (*known, told)
+        self._topics.aux_global_position = known
 
     def _obstacle_distance(self, now_us: int, fields: Fields) -> None:
         self._topics.obstacle_distance = obstacle_distance(fields)
@@ -170,6 +209,24 @@ def odometry(fields: Fields) -> VehicleOdometry:
         fields["reset_counter"],
         fields["quality"],
     )
+
+
+def heartbeats(last: GcsHeartbeats, fields: Fields) -> GcsHeartbeats:
+    """Who was heard, and who of them is well; who was not keeps his time."""
+    time_us: int = fields["timestamp"]
+    told: dict[str, Any] = {name: time_us for flag, name in HEARTBEATS.items() if fields[f"heartbeat_type_{flag}"]}
+    for system in SYSTEMS:
+        if f"{system}_us" in told:
+            told[f"{system}_healthy"] = fields[f"{system}_system_healthy"]
+    return last._replace(**told)
+
+
+def aux_global_position(fields: Fields) -> AuxGlobalPosition | None:
+    """A place; None for what is none."""
+    lat, lon = fields["lat"], fields["lon"]
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        return None
+    return AuxGlobalPosition(**{name: fields[name] for name in AuxGlobalPosition._fields})
 
 
 def obstacle_distance(fields: Fields) -> ObstacleDistance:

@@ -484,6 +484,38 @@ def test_formats_of_messages_are_told() -> None:
     assert (reply["success"], reply["protocol_version"]) == (False, 1)
 
 
+def test_without_gps_it_knows_its_place_by_auxiliary_positions() -> None:
+    """Of four sources; a fifth, and what is no place, change nothing."""
+    pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_AGP0_ID=40, EKF2_AGP0_CTRL=1)
+    node = Node(pilot)
+
+    def see() -> None:
+        pose = pilot.truth
+        places = [(40, pose.lat_deg), (40, math.nan), (40, 91.0), *((number, 0.0) for number in (1, 2, 3, 4))]
+        for number, lat in places:
+            node.send("aux_global_position", id=number, lat=lat, lon=pose.lon_deg, alt=489.4, eph=0.5, epv=1.0)
+
+    pilot.every(10.0, see)
+    pilot.run(12.0)
+    here = pilot.topics.vehicle_global_position
+    assert here.valid and here.lat == pytest.approx(pilot.truth.lat_deg, abs=1e-5)
+    assert [each.id for each in pilot.topics.aux_global_position] == [40, 1, 2, 3]
+
+
+def test_heartbeats_and_the_temperature_of_a_companion_are_heard() -> None:
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.run(1.0)
+    heard = {"heartbeat_type_parachute": True, "parachute_system_healthy": True, "heartbeat_type_flarm": True}
+    node.send("telemetry_status", **heard)
+    node.send("onboard_computer_status", temperature_board=85)
+    pilot.run(0.5)
+    *_, status = node.hear("vehicle_status")
+    assert status["parachute_system_present"] and status["parachute_system_healthy"]
+    assert status["traffic_avoidance_system_present"] and not status["open_drone_id_system_present"]
+    assert pilot.topics.onboard_computer_status.temperature_board == 85
+
+
 def test_without_gps_it_knows_its_place_by_visual_odometry() -> None:
     pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_EV_CTRL=15)
     node = Node(pilot)

@@ -7,9 +7,16 @@ from collections.abc import Callable
 import pytest
 
 from sitl_emu.autopilot.commander import arming_checks
+from sitl_emu.autopilot.commander.arming_checks import companion_computer
 from sitl_emu.autopilot.commander.arming_checks.checks import AFTER_ESTIMATOR, BEFORE_ESTIMATOR
 from sitl_emu.autopilot.commander.arming_checks.estimator import EstimatorCheck
-from sitl_emu.autopilot.commander.arming_checks.findings import GPS, LOGGING, PREARM_CHECK, XY_POSITION_CONTROL
+from sitl_emu.autopilot.commander.arming_checks.findings import (
+    GPS,
+    LOGGING,
+    PREARM_CHECK,
+    XY_POSITION_CONTROL,
+    Findings,
+)
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
@@ -22,6 +29,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
     MissionResult,
     OffboardSetpoint,
+    OnboardComputerStatus,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -36,7 +44,8 @@ from sitl_emu.autopilot.topics import (
 from .navigation_fake import FakeVehicle, item
 
 Spoil = Callable[[Topics], None]
-NOT_CHECKS = {"__init__", "findings", "checks", "logger"}
+NOT_CHECKS = {"__init__", "findings", "checks", "logger", "companion_computer"}
+"""The last two forbid nothing."""
 FORBIDS: dict[str, tuple[str, object]] = {
     "imu": ("sensor_combined", SensorCombined()),
     "magnetometer": ("sensor_mag", SensorMag()),
@@ -98,7 +107,7 @@ def test_every_check_stands_in_the_list_and_here() -> None:
     in_list = {
         function.__module__.rsplit(".", 1)[1] for function in (*BEFORE_ESTIMATOR, EstimatorCheck, *AFTER_ESTIMATOR)
     }
-    assert files | {"logger"} == in_list
+    assert files | {"logger", "companion_computer"} == in_list
     assert files == FORBIDS.keys() | FLAGS.keys()
 
 
@@ -290,6 +299,28 @@ def test_a_log_is_present_while_it_is_written_and_three_seconds_longer() -> None
     vehicle.topics.logger_status = LoggerStatus(vehicle.now_us - 3_000_000, True)
     check(vehicle)
     assert not vehicle.topics.health_report.present & LOGGING
+
+
+@pytest.mark.parametrize(
+    ("degrees", "limit", "told_us", "warns"),
+    [
+        (80, 80.0, 9_000_000, True),
+        (79, 80.0, 9_000_000, False),
+        (127, 80.0, 9_000_000, False),
+        (90, 80.0, 4_900_000, False),
+        (90, 80.0, 0, False),
+        (90, -1.0, 9_000_000, False),
+    ],
+)
+def test_a_hot_companion_is_a_warning_that_forbids_nothing(
+    degrees: int, limit: float, told_us: int, warns: bool
+) -> None:
+    vehicle = FakeVehicle(COM_CC_TEMP_WARN=limit)
+    vehicle.topics.onboard_computer_status = OnboardComputerStatus(told_us, degrees)
+    findings = Findings()
+    companion_computer.check(10_000_000, vehicle.topics, vehicle.commander._checks._settings, findings)
+    assert [failure.arguments for failure in findings.failures] == [(degrees,)] * warns
+    assert bool(findings.health_warning) is warns and not findings.arming_forbidden
 
 
 def test_texts_come_at_most_every_two_seconds_and_once() -> None:

@@ -12,6 +12,7 @@ from typing import Final
 from sitl_emu.autopilot.commander.arming_checks import (
     baro,
     battery,
+    companion_computer,
     estimator,
     failure_detector,
     flight_time,
@@ -61,7 +62,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated
 from sitl_emu.autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
-BEFORE_ESTIMATOR: tuple[Check, ...] = (imu.check, baro.check, gps.check)
+BEFORE_ESTIMATOR: tuple[Check, ...] = (imu.check, baro.check, companion_computer.check, gps.check)
 AFTER_ESTIMATOR: tuple[Check, ...] = (
     logger.check,
     magnetometer.check,
@@ -197,4 +198,5 @@ def _settings(parameters: Parameters) -> Settings:
         com_parachute=int(parameters["COM_PARACHUTE"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
+        com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),
     )

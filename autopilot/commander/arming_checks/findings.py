@@ -84,6 +84,7 @@ class Settings(NamedTuple):
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     com_rc_in_mode: int
+    com_cc_temp_warn: float
 
 
 class Findings:
