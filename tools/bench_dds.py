@@ -49,7 +49,7 @@ QOS: Final = Qos(
     Policy.Reliability.BestEffort,
     Policy.Durability.Volatile,
     Policy.History.KeepLast(1),
-    Policy.DataRepresentation(use_cdrv0_representation=True),
+    dds_types.PLAIN_CDR,
 )
 
 

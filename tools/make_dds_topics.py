@@ -71,10 +71,11 @@ def format_hash(fields: str, messages: Mapping[str, Message]) -> int:
 
 
 def topic(row: Mapping[str, Any]) -> dict[str, str | int]:
-    """Name, type and interval of a row of dds_topics.yaml."""
+    """Name, type and interval of a row of dds_topics.yaml, and how many sources of it are told apart."""
     name, rate_hz = row["topic"].rpartition("/")[2], row.get("rate_limit")
     interval_ms = POLL_INTERVAL_MS if rate_hz is None else round(1000 / rate_hz)
-    return {"topic": name, "type": row["type"].rpartition("::")[2], "interval_ms": interval_ms}
+    told = {"topic": name, "type": row["type"].rpartition("::")[2], "interval_ms": interval_ms}
+    return told | ({"instances": row["max_instances"]} if "max_instances" in row else {})
 
 
 def table(source: str, topics: str, definition: Callable[[str], str]) -> dict[str, Any]:

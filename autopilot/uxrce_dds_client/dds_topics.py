@@ -42,6 +42,8 @@ class Topic(NamedTuple):
     type: str
     interval_us: int = 0
     """It is published at most so often."""
+    instances: int = 1
+    """Of uORB: so many sources of it are told apart."""
 
 
 class Service(NamedTuple):
@@ -69,7 +71,9 @@ MESSAGES: Mapping[str, Message] = {
 PUBLICATIONS: tuple[Topic, ...] = tuple(
     Topic(row["topic"], row["type"], row["interval_ms"] * 1000) for row in _TABLE["publications"]
 )
-SUBSCRIPTIONS: tuple[Topic, ...] = tuple(Topic(row["topic"], row["type"]) for row in _TABLE["subscriptions"])
+SUBSCRIPTIONS: tuple[Topic, ...] = tuple(
+    Topic(row["topic"], row["type"], instances=row.get("instances", 1)) for row in _TABLE["subscriptions"]
+)
 VEHICLE_COMMAND = Service("vehicle_command", "VehicleCommand", "VehicleCommand", "VehicleCommandAck")
 """The service of PX4's client, its only one (vehicle_command_srv.cpp)."""
 REQUEST, REPLY = len(SUBSCRIPTIONS), len(PUBLICATIONS)

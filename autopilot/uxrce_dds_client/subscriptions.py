@@ -47,8 +47,7 @@ HEARTBEATS: Final = {
 """Of telemetry_status.heartbeat_type_*, what each is to GcsHeartbeats."""
 SYSTEMS: Final = ("parachute", "open_drone_id")
 """Those that say whether they are well."""
-MOST_SOURCES: Final = 4
-"""Of aux_global_position (dds_topics.yaml, max_instances)."""
+MOST_SOURCES: Final = next(topic.instances for topic in SUBSCRIPTIONS if topic.name == "aux_global_position")
 UNREADABLE: Final = 0
 """distance_sensor.signal_quality of a measurement that is none."""
 

@@ -34,11 +34,11 @@ from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
 from sitl_emu.run import dds_types
 from sitl_emu.run.dds_service import OfferedService
 from sitl_emu.run.dds_socket import CLOCK, LARGEST_PACKET_BYTES, TIME, packet, samples
+from sitl_emu.run.dds_types import PLAIN_CDR
 from sitl_emu.run.ros.messages import stamp
 from sitl_emu.run.ros.publisher import CLOCK as CLOCK_QOS
 from sitl_emu.run.ros.publisher import Publisher
 
-PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
 WRITER = Qos(Policy.Reliability.BestEffort, Policy.Durability.TransientLocal, Policy.History.KeepLast(1), PLAIN_CDR)
 """PX4's writers (utilities.hpp, create_data_writer)."""
 ANY = SampleState.Any | ViewState.Any | InstanceState.Any
@@ -46,9 +46,16 @@ LOOK_S = 0.5
 """How often the thread that waits for ROS 2 looks whether it is still wanted."""
 
 
-def reader_qos(queue: int) -> Qos:
-    """PX4's readers (create_data_reader), which keep twice what uORB's queue holds."""
-    return Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(2 * queue), PLAIN_CDR)
+def depth(topic: dds_topics.Topic) -> int:
+    """Samples that PX4's reader of a topic keeps: what uORB's queues hold, but twice that of a single one."""
+    return MESSAGES[topic.type].queue * (topic.instances if topic.instances > 1 else 2)
+
+
+def reader_qos(topic: dds_topics.Topic) -> Qos:
+    """PX4's readers (create_data_reader)."""
+    return Qos(
+        Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(depth(topic)), PLAIN_CDR
+    )
 
 
 class Clock:
@@ -83,7 +90,7 @@ class Vehicle:
             DataReader(
                 participant,
                 Topic(participant, dds_topics.dds_name(topic, "in", within), dds_types.carried(topic.type)),
-                qos=reader_qos(MESSAGES[topic.type].queue),
+                qos=reader_qos(topic),
             )
             for topic in SUBSCRIPTIONS
         ]
@@ -132,10 +139,10 @@ class Vehicle:
 def _take(number: int, reader: DataReader[Any]) -> list[Sample]:
     """What came on a topic, whole messages alone: those of another layout or byte order are not for PX4."""
     topic = SUBSCRIPTIONS[number]
-    length, depth = cdr.size(topic.type), 2 * MESSAGES[topic.type].queue
+    length = cdr.size(topic.type)
     return [
         Sample(number, each.data[len(cdr.HEADER) :][:length])
-        for each in reader.take(depth)
+        for each in reader.take(depth(topic))
         if isinstance(each, dds_types.Carried)
         and each.data[:2] == cdr.HEADER[:2]
         and len(each.data) >= len(cdr.HEADER) + length

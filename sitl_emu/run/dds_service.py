@@ -29,7 +29,7 @@ QOS: Final = Qos(
     Policy.Reliability.Reliable(duration(infinite=True)),
     Policy.Durability.Volatile,
     Policy.History.KeepLast(10),
-    Policy.DataRepresentation(use_cdrv0_representation=True),
+    dds_types.PLAIN_CDR,
 )
 """As ROS 2 has services (rmw_qos_profile_services_default); of what PX4's client asks for, XRCE tells nothing."""
 MATCH_S: Final = 0.1

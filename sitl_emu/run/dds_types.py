@@ -5,10 +5,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from cyclonedds.idl import IdlStruct, make_idl_struct, types
+from cyclonedds.qos import Policy
 
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, Service
 
+PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
+"""How all samples are laid out, as ROS 2 and PX4's agent have it."""
 KINDS: dict[str, Any] = {
     **{f"int{bits}": getattr(types, f"int{bits}") for bits in (8, 16, 32, 64)},
     **{f"uint{bits}": getattr(types, f"uint{bits}") for bits in (8, 16, 32, 64)},

@@ -55,14 +55,16 @@ def test_a_definition_becomes_a_row() -> None:
 
 
 def test_a_table_is_made_from_topics_and_definitions() -> None:
-    rows = YAML.replace("subscriptions_multi:", "subscriptions_multi: []")
+    many = {"topic": "/fmu/in/many", "type": "px4_msgs::msg::Inner", "route_field": "id", "max_instances": 4}
+    rows = YAML.replace("subscriptions_multi:", f"subscriptions_multi: [{many}]")
     table = make_dds_topics.table("here", rows, {"Outer": DEFINITION, "Inner": INNER}.__getitem__)
     assert table["source"] == "here"
     assert table["publications"] == [
         {"topic": "outer", "type": "Outer", "interval_ms": 20},
         {"topic": "other", "type": "Inner", "interval_ms": 4},
     ]
-    assert table["subscriptions"] == [{"topic": "inner", "type": "Inner"}]
+    inner = {"topic": "inner", "type": "Inner"}
+    assert table["subscriptions"] == [inner, {"topic": "many", "type": "Inner", "instances": 4}]
     assert list(table["messages"]) == ["Inner", "Outer"]
 
 

@@ -13,10 +13,10 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from sitl_emu.run import dds_types
+from sitl_emu.run.dds_types import PLAIN_CDR
 from sitl_emu.run.ros import messages
 from sitl_emu.run.ros.messages import MESSAGES, ONE, SEQUENCE
 
-PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
 RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
 """It waits for readers that asked for it at most so long, then it goes on without them (DDS's default)."""
 SENSOR: Final = Qos(RELIABLE, Policy.Durability.Volatile, Policy.History.KeepLast(5), PLAIN_CDR)

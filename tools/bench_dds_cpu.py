@@ -1,0 +1,77 @@
+"""What `--dds` costs: processor time of an iris that hovers with it, beside one that hovers without, in real time.
+
+    python tools/bench_dds_cpu.py [SECONDS] [INSTANCE]      # needs pip install 'sitl-emu[ros2]'
+
+Two launches side by side, INSTANCE (40) with `--dds` and the next without; both take off, and the processor time that
+their processes take is counted for SECONDS (60) of hovering, that of the DDS agent apart. Nobody listens on DDS: all is
+written then, and nothing sent.
+"""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # for tests.launched and tools.bench_memory
+
+from sitl_emu import compiled
+from tests.launched import launched
+from tools.bench_memory import ACTIVE, STANDBY, Station, cpu_s, family
+
+READY_LIMIT_S = 120.0
+CLIMB_S = 20.0
+LOOK_S = 0.1
+BEAT_S = 1.0
+
+
+def wait(stations: list[Station], seconds: float) -> None:
+    """Keep the links alive for a time."""
+    end_s, beat_s = time.monotonic() + seconds, 0.0
+    while time.monotonic() < end_s:
+        if time.monotonic() >= beat_s:
+            beat_s = time.monotonic() + BEAT_S
+            for station in stations:
+                station.heartbeat()
+        for station in stations:
+            station.listen()
+        time.sleep(LOOK_S)
+
+
+def until(stations: list[Station], state: int) -> None:
+    """Wait until all are in a state; ends the process where they don't get there."""
+    end_s = time.monotonic() + READY_LIMIT_S
+    while any(station.state < state for station in stations):
+        wait(stations, BEAT_S)
+        if state == ACTIVE:
+            for station in stations:
+                if station.state < state:
+                    station.take_off()
+        if time.monotonic() > end_s:
+            sys.exit("they do not fly")
+
+
+def main(seconds: float, instance: int) -> None:
+    """Measure and print."""
+    with (
+        launched("iris", "--dds", "--instance", str(instance)) as told,
+        launched("iris", "--instance", str(instance + 1)) as silent,
+    ):
+        stations = [Station(instance), Station(instance + 1)]
+        until(stations, STANDBY)
+        until(stations, ACTIVE)
+        wait(stations, CLIMB_S)
+        agents = [pid for pid in family([told.pid]) if pid != told.pid]
+        before = cpu_s([told.pid]), cpu_s(agents), cpu_s([silent.pid])
+        began_s = time.monotonic()
+        wait(stations, seconds)
+        took_s = time.monotonic() - began_s
+        after = cpu_s([told.pid]), cpu_s(agents), cpu_s([silent.pid])
+    both, agent, without = (100.0 * (end - begin) / took_s for begin, end in zip(before, after, strict=True))
+    how = "compiled" if compiled.in_use() else "plain Python"
+    print(f"{how}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(f"without --dds: {without:.1f} % of a core")
+    print(f"with --dds: {both - agent:.1f} %, and its agent {agent:.1f} %")
+
+
+if __name__ == "__main__":
+    main(*(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0, int(sys.argv[2]) if len(sys.argv) > 2 else 40))
