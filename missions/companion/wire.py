@@ -26,7 +26,6 @@ STREAMS_NOT_READ = frozenset(
         87,  # POSITION_TARGET_GLOBAL_INT
         105,  # HIGHRES_IMU
         141,  # ALTITUDE
-        230,  # ESTIMATOR_STATUS
         241,  # VIBRATION
         290,  # ESC_INFO
         291,  # ESC_STATUS

@@ -1,6 +1,8 @@
 """The client half of each service against a stand-in for PX4, over links that lose what a pattern says."""
 
+import inspect
 import itertools
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +12,7 @@ import pytest
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs import heartbeat, modes, offboard, parameter, statustext
+from sitl_emu.gcs import telemetry as telemetry_module
 from sitl_emu.gcs.command import Command, arm
 from sitl_emu.gcs.mission import (
     FENCE,
@@ -22,6 +25,7 @@ from sitl_emu.gcs.mission import (
 from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.telemetry import Range, Telemetry
 from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.wire import STREAMS_NOT_READ
 from tests.unit.companion_px4 import MissionServer, on_the_wire
 
 US = 1_000_000
@@ -347,3 +351,11 @@ def test_glitches_of_the_receiver_count_as_long_as_the_estimator_tells_of_them()
         telemetry.on_message(0, on_the_wire(mavlink.MAVLink_estimator_status_message(0, flags, *[0.0] * 8), 1, 1))
         counts.append(telemetry.gps_glitches)
     assert counts == [0, 1, 2, 0]
+
+
+def test_a_companion_s_link_decodes_all_that_telemetry_reads() -> None:
+    source = inspect.getsource(telemetry_module)
+    read = re.findall(r'"([A-Z][A-Z_]+)"', source)
+    ids = {name: getattr(mavlink, f"MAVLINK_MSG_ID_{name}", None) for name in read}
+    assert {"ESTIMATOR_STATUS", "GPS_RAW_INT", "HEARTBEAT"} <= ids.keys() and None not in ids.values()
+    assert not {name for name, number in ids.items() if number in STREAMS_NOT_READ}
