@@ -160,7 +160,7 @@ class Mavlink:
                 modules.set_current_mission_item,
                 modules.mission_changed,
             ),
-            offboard.Offboard(topics, system_id),
+            offboard.Offboard(topics, system_id, texts.of("mavlink")),
             landing_target.LandingTarget(topics, texts.say),
             obstacle_distance.ObstacleDistance(topics),
             odometry.Odometry(topics, system_id),

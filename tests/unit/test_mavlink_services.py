@@ -629,12 +629,53 @@ def test_local_setpoints() -> None:
     assert peer.topics.offboard_setpoint.trajectory.velocity == pytest.approx((2.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("mask", [0x200 | 0xDF8, 0xDF8])
-def test_forces_are_ignored(mask: int) -> None:
+LOCAL_REFUSED = "SET_POSITION_TARGET_LOCAL_NED "
+
+
+@pytest.mark.parametrize(
+    ("mask", "frame", "text"),
+    [
+        (0xDF8, 1, ""),
+        (0x200 | 0xDF8, 1, ""),
+        (0x200 | 0xC38, 1, "force not supported"),
+        (0xDFF, 1, "invalid"),
+        (0xDC7, 8, ""),
+        (0xDCF, 8, "invalid"),
+        (0xDF8, 7, "coordinate frame 7 unsupported"),
+    ],
+)
+def test_what_px4_refuses_of_local_setpoints(mask: int, frame: int, text: str) -> None:
+    """A place; a force without acceleration; with it; nothing; a velocity of the body, whole and not; an offset."""
     peer = Peer()
     peer.now_us = 1000
-    peer.send(position_target(mask))
-    assert (peer.topics.offboard_setpoint.timestamp == 0) == bool(mask & 0x200)
+    peer.send(position_target(mask, frame))
+    assert (peer.topics.offboard_setpoint.timestamp == 0) == bool(text)
+    assert [each.text for each in peer.texts.recent] == ([f"{LOCAL_REFUSED}{text}\t"] if text else [])
+
+
+@pytest.mark.parametrize(
+    ("frame", "mask", "down_m", "text"),
+    [
+        (5, 0xDF8, ALT_M - 10.0, ""),
+        (6, 0xDF8, -10.0, ""),
+        (11, 0xDF8, None, ""),
+        (3, 0xDF8, None, "SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame 3\t"),
+        (3, 0xDC7, math.nan, ""),
+        (6, 0xDFF, None, ""),
+    ],
+)
+def test_frames_of_global_setpoints(frame: int, mask: int, down_m: float | None, text: str) -> None:
+    """AMSL, above home, above unknown ground, in a frame not of PX4's; a velocity, where it does not count; nothing."""
+    peer = Peer()
+    peer.run(0.1)
+    peer.fly()
+    place = (round(LAT_DEG * 1e7), round(LON_DEG * 1e7), 10.0)
+    peer.send(mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, frame, mask, *place, *(0.0,) * 8))
+    told = peer.topics.offboard_setpoint.trajectory
+    assert (told is None) == (down_m is None)
+    if told is not None:
+        assert told.position[2] == pytest.approx(down_m, abs=0.01, nan_ok=True)
+    assert [each.text for each in peer.texts.recent] == [text] * bool(text)
 
 
 def test_global_setpoints() -> None:

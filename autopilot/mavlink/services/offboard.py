@@ -1,13 +1,15 @@
 """Offboard setpoints: SET_POSITION_TARGET_LOCAL_NED, _GLOBAL_INT and SET_ATTITUDE_TARGET into topics.offboard_setpoint.
 
-As PX4's mavlink_receiver.cpp: an axis is controlled when its bit in the type mask is clear; frames LOCAL_NED, BODY_NED,
-LOCAL_OFFSET_NED of positions, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT and GLOBAL_TERRAIN_ALT_INT (as above home) of places;
-force setpoints are refused (ignored).
+As PX4's mavlink_receiver.cpp: an axis is controlled when its bit in the type mask is clear; frames are LOCAL_NED and
+BODY_NED (velocity and acceleration), of places GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT and GLOBAL_TERRAIN_ALT_INT.
 """
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+from sitl_emu.autopilot.commander.control_mode import has_any
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import finite_or_nan, is_for
 from sitl_emu.autopilot.topics import (
@@ -22,6 +24,7 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import geodesy
+from sitl_emu.core.attitude import rotated, rotation
 
 FORCE = 0x200
 YAW_IGNORE = 0x400
@@ -33,6 +36,31 @@ YAW_RATE_OF_BODY_IGNORE = 0x4
 THRUST_BODY_SET = 0x20
 THROTTLE_IGNORE = 0x40
 """ATTITUDE_TARGET_TYPEMASK."""
+
+
+Vectors = tuple[Vector3, Vector3, Vector3]
+"""Position, velocity and acceleration, NED."""
+
+
+class Refusals(NamedTuple):
+    """Text and event for a frame, a force, and for what asks for nothing."""
+
+    frame: tuple[str, str]
+    force: tuple[str, str]
+    invalid: tuple[str, str]
+
+
+LOCAL = Refusals(
+    ("SET_POSITION_TARGET_LOCAL_NED coordinate frame {} unsupported", "mavlink_rcv_sp_target_unsup_coord"),
+    ("SET_POSITION_TARGET_LOCAL_NED force not supported", "mavlink_rcv_sp_target_unsup_force"),
+    ("SET_POSITION_TARGET_LOCAL_NED invalid", "mavlink_rcv_sp_target_invalid"),
+)
+GLOBAL = Refusals(
+    ("SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {}", "mavlink_rcv_sp_target_gl_invalid_coord"),
+    ("SET_POSITION_TARGET_GLOBAL_INT force not supported", "mavlink_rcv_sp_target_gl_unsup_force"),
+    ("", ""),
+)
+"""Of a global one that asks for nothing PX4 tells nothing."""
 
 
 class Offboard:
@@ -47,71 +75,97 @@ class Offboard:
     )
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, system_id: int) -> None:
-        """Writes into `topics`."""
-        self._topics = topics
-        self._system_id = system_id
+    def __init__(self, topics: Topics, system_id: int, say: Say) -> None:
+        """Writes into `topics`; `say` tells what is refused."""
+        self._topics, self._system_id, self._say = topics, system_id, say
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """Setpoints for others, in unknown frames or of forces change nothing."""
+        """Setpoints for others change nothing, and those that PX4 refuses, which are told."""
         if not is_for(message, self._system_id, broadcast=True):
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET:
             setpoint = attitude_setpoint(now_us, message, self._topics.vehicle_angular_velocity.xyz)
-        elif message.type_mask & FORCE:
-            return
         elif message_id == mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED:
-            setpoint = self._local(now_us, message)
+            setpoint = self._trajectory(now_us, message, LOCAL, self._local(message))
         else:
-            setpoint = self._global(now_us, message)
+            setpoint = self._trajectory(now_us, message, GLOBAL, self._global(message))
         if setpoint is not None:
             self._topics.offboard_setpoint = setpoint
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do: the commander notices when setpoints stop."""
 
-    def _local(self, now_us: int, message: Any) -> OffboardSetpoint | None:
+    def _trajectory(
+        self, now_us: int, message: Any, refusals: Refusals, told: Vectors | None
+    ) -> OffboardSetpoint | None:
+        """The setpoint with the message's yaw, unless it asks for a force or for nothing."""
+        if told is None:
+            return None
+        position, velocity, acceleration = told
+        if message.type_mask & FORCE and has_any(acceleration):
+            self._refuse(*refusals.force)
+            return None
+        if not any(map(has_any, told)):
+            self._refuse(*refusals.invalid)
+            return None
+        mask = message.type_mask
+        yaw = NAN if mask & YAW_IGNORE else finite_or_nan(message.yaw)
+        yawspeed = NAN if mask & YAW_RATE_IGNORE else finite_or_nan(message.yaw_rate)
+        return OffboardSetpoint(now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed))
+
+    def _refuse(self, text: str, event: str, *arguments: float) -> None:
+        """PX4's text is critical, its event an error; where there is no text, there is neither."""
+        if not text:
+            return
+        self._say(Severity.CRITICAL, f"{text}\t")
+        self._say(Severity.ERROR, "", event, *arguments)
+
+    def _local(self, message: Any) -> Vectors | None:
         position, velocity, acceleration = vectors(message, (message.x, message.y, message.z))
         frame = message.coordinate_frame
-        here = self._topics.vehicle_local_position
+        if frame == mavlink.MAV_FRAME_LOCAL_NED:
+            return position, velocity, acceleration
         if frame == mavlink.MAV_FRAME_BODY_NED:
-            velocity, acceleration = turned(velocity, here.heading), turned(acceleration, here.heading)
-            position = NAN3
-        elif frame == mavlink.MAV_FRAME_LOCAL_OFFSET_NED:
-            position = (position[0] + here.x, position[1] + here.y, position[2] + here.z)
-        elif frame != mavlink.MAV_FRAME_LOCAL_NED:
-            return None
-        return trajectory(now_us, message, position, velocity, acceleration)
+            attitude = self._topics.vehicle_attitude
+            heading = attitude.euler[2]
+            return NAN3, turned(velocity, heading), rotated(rotation(attitude.q), acceleration)
+        text, event = LOCAL.frame
+        self._refuse(text.format(frame), event, frame)
+        return None
 
-    def _global(self, now_us: int, message: Any) -> OffboardSetpoint | None:
-        frame = message.coordinate_frame
-        here, home = self._topics.vehicle_local_position, self._topics.home_position
-        if not math.isfinite(here.ref_lat):
+    def _global(self, message: Any) -> Vectors | None:
+        """Without a place on the globe that is told whole, the frame does not count."""
+        here, frame = self._topics.vehicle_local_position, message.coordinate_frame
+        position, velocity, acceleration = vectors(message, (0.0, 0.0, 0.0))
+        if not all(axis == axis for axis in position):
+            return NAN3, velocity, acceleration
+        if not math.isfinite(here.ref_lat + here.ref_alt):
             return None
-        if frame in (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT):
-            altitude_m = message.alt
-        elif frame in RELATIVE_FRAMES:
-            altitude_m = message.alt + home.alt
-        else:
+        altitude_m = self._altitude_m(frame, message.alt)
+        if altitude_m is None:
+            text, event = GLOBAL.frame
+            self._refuse(text.format(frame), event, frame)
+            return None
+        if not math.isfinite(altitude_m):
             return None
         projection = geodesy.MapProjection(here.ref_lat, here.ref_lon)
         north, east = projection.project(message.lat_int * 1e-7, message.lon_int * 1e-7)
-        place = (north, east, here.ref_alt - altitude_m)
-        return trajectory(now_us, message, *vectors(message, place))
+        return (north, east, here.ref_alt - altitude_m), velocity, acceleration
+
+    def _altitude_m(self, frame: int, told_m: float) -> float | None:
+        """AMSL; NaN where what it counts from is not known, None in a frame that PX4 does not know."""
+        home, here = self._topics.home_position, self._topics.vehicle_global_position
+        if frame == mavlink.MAV_FRAME_GLOBAL_INT:
+            return told_m
+        if frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT:
+            return told_m + home.alt if home.valid else NAN
+        if frame == mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT:
+            return told_m + here.terrain_alt if here.terrain_alt_valid else NAN
+        return None
 
 
-RELATIVE_FRAMES = frozenset(
-    {
-        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
-        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
-        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT,
-        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
-    }
-)
-
-
-def vectors(message: Any, place: Vector3) -> tuple[Vector3, Vector3, Vector3]:
+def vectors(message: Any, place: Vector3) -> Vectors:
     """Position, velocity, acceleration with NaN where the type mask ignores an axis."""
     mask = message.type_mask
     values = (*place, message.vx, message.vy, message.vz, message.afx, message.afy, message.afz)
@@ -122,20 +176,12 @@ def vectors(message: Any, place: Vector3) -> tuple[Vector3, Vector3, Vector3]:
 
 
 def turned(vector: Vector3, heading: float) -> Vector3:
-    """A vector of the heading's frame in NED; if one horizontal axis is free, both are."""
+    """A vector of the heading's frame in NED; where one axis is free, all are."""
     forward, right, down = vector
+    if not math.isfinite(forward + right + down):
+        return NAN3
     cosine, sine = math.cos(heading), math.sin(heading)
     return (cosine * forward - sine * right, sine * forward + cosine * right, down)
-
-
-def trajectory(
-    now_us: int, message: Any, position: Vector3, velocity: Vector3, acceleration: Vector3
-) -> OffboardSetpoint:
-    """The setpoint with the message's yaw."""
-    mask = message.type_mask
-    yaw = NAN if mask & YAW_IGNORE else finite_or_nan(message.yaw)
-    yawspeed = NAN if mask & YAW_RATE_IGNORE else finite_or_nan(message.yaw_rate)
-    return OffboardSetpoint(now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed))
 
 
 def attitude_setpoint(now_us: int, message: Any, present: Vector3) -> OffboardSetpoint | None:
