@@ -160,6 +160,8 @@ class Telemetry:
         """As the autopilot estimates it; None where it does not (PX4: EKF2_DRAG_CTRL, of a multicopter)."""
         self.ranges: deque[Range] = deque(maxlen=HISTORY)
         """Distances measured, in the order they came; what was out of the sensor's range is left out."""
+        self.range_heard_us: int | None = None
+        """When a range finder spoke last, by the vehicle's boot time, in its range or not; None: none has."""
         self.boot_time_us = 0
         self._unix_ahead_us: int | None = None
         self._places: deque[Place] = deque(maxlen=HISTORY)
@@ -240,6 +242,7 @@ class Telemetry:
         elif kind == "MISSION_ITEM_REACHED":
             self.mission_reached = msg.seq
         elif kind == "DISTANCE_SENSOR":
+            self.range_heard_us = msg.time_boot_ms * 1000
             if msg.min_distance <= msg.current_distance <= msg.max_distance:
                 self.ranges.append(Range(msg.time_boot_ms * 1000, msg.current_distance / 100.0, msg.orientation))
         elif kind == "GPS_RAW_INT":

@@ -19,6 +19,8 @@ MOST_GLITCHES = 1
 """In a row, of a message that comes once a second; ours: one alone is an outlier."""
 LEAST_BATTERY_PERCENT = 25
 """With which the vehicle goes home; ours: above PX4's BAT_LOW_THR (15 %), whose failsafe is the last word."""
+LONGEST_SILENCE_S = 1.0
+"""Of a range finder, which speaks ten times a second, in its range or not; ours."""
 OBSTACLE_M = 2.0
 """What stands so much higher than the ground under the vehicle is no ground to drop on; ours."""
 
@@ -33,6 +35,7 @@ class Reason(StrEnum):
     LOW_BATTERY = "low battery"
     GEOFENCE = "geofence"
     GPS = "GPS degraded"
+    RANGE_FINDER = "range finder silent"
     OBSTACLE = "obstacle"
     NO_PLACE = "no safe place"
     PEER = "peer's claim"
@@ -41,7 +44,7 @@ class Reason(StrEnum):
     @property
     def of_the_place(self) -> bool:
         """Whether it concerns one place alone, and the scan goes on."""
-        return self not in (Reason.LOW_BATTERY, Reason.GPS, Reason.ALONE)
+        return self not in (Reason.LOW_BATTERY, Reason.GPS, Reason.RANGE_FINDER, Reason.ALONE)
 
 
 class Aborted(Exception):
@@ -76,6 +79,12 @@ def check_wind(wind_m_s: float | None) -> None:
     """Raises Aborted for a wind in which drops were not measured; None: not known."""
     if wind_m_s is not None and wind_m_s > MOST_WIND_M_S:
         raise Aborted(Reason.WIND, f"{wind_m_s:.1f} m/s, more than {MOST_WIND_M_S:g}")
+
+
+def check_range_finder(silent_s: float) -> None:
+    """Raises Aborted where nothing measures the height over ground: a descent would be blind."""
+    if silent_s > LONGEST_SILENCE_S:
+        raise Aborted(Reason.RANGE_FINDER, f"nothing heard for {silent_s:.1f} s")
 
 
 def check_below(met_m: float, highest_m: float) -> None:

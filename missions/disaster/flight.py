@@ -423,6 +423,8 @@ class Flight:
         while True:
             if self.onboard.now_us - since_us > DESCENT_S * 1e6:
                 raise Aborted(Reason.DRIFT, f"not over the place after {DESCENT_S:.0f} s")
+            if self.settings.release_height_m <= LIDAR_REACH_M:
+                aborts.check_range_finder(self._lidar_silent_s)
             seen_m = self._lidar_m()
             if seen_m is not None:
                 aborts.check_below(seen_m, guess_m + GROUND_SIGMAS * sigma_m)
@@ -439,6 +441,12 @@ class Flight:
                 sent_m = height_m
             self.check()
             yield
+
+    @property
+    def _lidar_silent_s(self) -> float:
+        telemetry = self.onboard.telemetry
+        heard_us = telemetry.range_heard_us
+        return math.inf if heard_us is None else (telemetry.boot_time_us - heard_us) / 1e6
 
     def _lidar_m(self) -> float | None:
         """The height over home of what the lidar meets under the vehicle; None where it meets nothing."""

@@ -293,10 +293,13 @@ def test_a_vehicle_that_should_go_home_is_told_why(
     aborts.check_vehicle(25, 5.0, gps_glitches=1)
 
 
-def test_what_stands_under_the_vehicle_and_a_storm_are_told() -> None:
+def test_what_stands_under_the_vehicle_a_silent_lidar_and_a_storm_are_told() -> None:
     with pytest.raises(aborts.Aborted, match=r"obstacle: something 6\.0 m higher"):
         aborts.check_below(7.0, 1.0)
     aborts.check_below(2.9, 1.0)
+    with pytest.raises(aborts.Aborted, match="range finder silent: nothing heard for inf s"):
+        aborts.check_range_finder(math.inf)
+    aborts.check_range_finder(0.5)
     with pytest.raises(aborts.Aborted, match=r"wind: 13\.0 m/s"):
         aborts.check_wind(13.0)
     aborts.check_wind(None)

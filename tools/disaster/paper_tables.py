@@ -55,7 +55,7 @@ FAULTS = (
         [_at("target_confirmed", 2.0, gps_offset_m=[30.0, 0.0, 0.0])],
         ["GPS degraded"],
     ),
-    Fault("lidar off", [_at("target_confirmed", 2.0, sensor="lidar")], ["no safe place", "obstacle", "drift"]),
+    Fault("lidar off", [_at("target_confirmed", 2.0, sensor="lidar")], ["range finder silent"]),
     Fault("barometer off", [_at("target_confirmed", 2.0, sensor="baro")], ["no safe place", "obstacle", "drift"]),
     Fault("magnetometer off", [_at("target_confirmed", 2.0, sensor="mag")], ["drift"]),
 )
