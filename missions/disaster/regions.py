@@ -116,7 +116,7 @@ class RegionMap:
         self.shape = rows, columns
         self.labels, self._camera, self.wanted = tuple(labels), camera, wanted
         self._whole_from_m = whole_from_m
-        self._project, self._scattered = PROJECTIONS[location], frozenset(scattered)
+        self._project, self.scattered = PROJECTIONS[location], frozenset(scattered)
         row, column = np.mgrid[0:rows, 0:columns]
         self.north_m: Grid = south + (row + 0.5) * RESOLUTION_M
         self.east_m: Grid = west + (column + 0.5) * RESOLUTION_M
@@ -161,9 +161,9 @@ class RegionMap:
         areas = detections.areas if isinstance(detections, Detections) else None
         high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
         for layer, label in enumerate(self.labels):
-            if areas is not None and label not in self._scattered:
+            if areas is not None and label not in self.scattered:
                 self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep))
-            elif high or label not in self._scattered:
+            elif high or label not in self.scattered:
                 self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]), BOX)
 
     def regions(self) -> list[Region]:
