@@ -56,8 +56,8 @@ VIDEO = "H.264 video, UDP 5600 + instance (QGroundControl finds it by itself). N
 
 
 DDS = (
-    "Publish and take PX4's topics in ROS 2 (/fmu/out/…, /fmu/in/…; /px4_I/fmu/… for instance I), without an agent; "
-    "domain ROS_DOMAIN_ID. Needs Cyclone DDS."
+    "Publish and take PX4's topics in ROS 2 (/fmu/out/…, /fmu/in/…; /px4_I/fmu/… for instance I), without an agent, "
+    "and the world's sensors as ROS's own messages; domain ROS_DOMAIN_ID. Needs Cyclone DDS."
 )
 
 

@@ -114,7 +114,7 @@ class AutopilotHost:
         self._lived_us = 0
         """Simulated time before this boot."""
         self._clock_us = 0
-        """When ROS 2 was told the time last, since this boot."""
+        """When it was time last to tell ROS 2 the time, since this boot."""
         self._power_on()
         links = self.autopilot.mavlink.links
         self._sockets = LinkSockets(links, hosted.gcs, hosted.isolated)
@@ -130,6 +130,12 @@ class AutopilotHost:
         """Whether it is armable, or has had time enough for that."""
         autopilot = self.autopilot
         return autopilot.topics.vehicle_status.system_status >= STANDBY or autopilot.now_us > BOOT_LIMIT_US
+
+    @property
+    def dds_start_us(self) -> int | None:
+        """The date of the simulator's time 0, as ROS 2 is told it; None where nothing is told, and while it reboots."""
+        client = self.autopilot.uxrce_dds_client
+        return client.time_offset_us - self._began_us if client is not None and self._began_us is not None else None
 
     def tick(self, channel: AutopilotChannel) -> None:
         """Step the autopilot: from what the simulator has sent to the answer. Raises ChannelClosed."""
@@ -330,7 +336,7 @@ class AutopilotHost:
             return
         now_us = self.autopilot.now_us
         if self._hosted.tells_clock and now_us - self._clock_us >= CLOCK_US:
-            self._clock_us = now_us
+            self._clock_us = now_us - now_us % CLOCK_US
             client.outbox.append(clock_sample(now_us + client.time_offset_us))
         self._hosted.dds.send(client.outbox)
 

@@ -70,7 +70,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
                     ring.write(asked.time_us, image)
                 control.send(Rendered(asked.index))
                 video.show(image)
-                if ring is not None:
+                if ring is not None and config.keeps:
                     kept.offer(asked.index, asked.time_us, image)
     finally:
         video.set_running(False)

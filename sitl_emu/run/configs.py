@@ -295,7 +295,9 @@ class CameraConfig(ProcessConfig):
     """The world's file, in the run's folder."""
     camera: CameraDescription
     ring: RingData | None
-    """None: nobody reads its frames; it takes pictures alone."""
+    """None: nobody reads its frames."""
+    keeps: bool = True
+    """Whether a frame a second of those in the ring is kept in the run's folder (`kept_frames`)."""
     card: str = ""
     """The folder that stands for the autopilot's file system, in which its pictures are kept."""
     shared_fd: int | None = None
@@ -345,6 +347,8 @@ class RosConfig(ProcessConfig):
     """For the process that tells ROS 2 of clock, sensors and frames."""
 
     vehicles: tuple[RosVehicleData, ...]
+    tells_clock: bool = True
+    """Whether /clock is its to tell."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

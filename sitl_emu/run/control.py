@@ -49,12 +49,15 @@ class ControlChannel:
         Raises ProcessLostError.
         """
         body = encoded(message)
+        self._socket.setblocking(False)  # with a time-out Python waits for room first, MSG_DONTWAIT or not
         try:
-            self._socket.send(LENGTH.pack(len(body)) + body, socket.MSG_DONTWAIT)
+            self._socket.send(LENGTH.pack(len(body)) + body)
         except BlockingIOError:
             return False
         except OSError as error:
             raise ProcessLostError(f"{self.other} has gone ({error.strerror or error})") from None
+        finally:
+            self._socket.settimeout(BARRIER_LIMIT_S)
         return True
 
     def receive(self) -> Message:

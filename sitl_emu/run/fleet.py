@@ -24,6 +24,7 @@ from sitl_emu.core.simulator_api import (
     HilActuatorControls,
     MemoryChannel,
     PictureTaken,
+    SimulatorMessage,
     SimulatorParameter,
     VideoState,
 )
@@ -66,6 +67,14 @@ class Photographer(Protocol):
     def film(self, flying: Collection[int], controls: Controls) -> None: ...  # noqa: D102
 
 
+class Ros(Protocol):
+    """Who tells ROS 2 of the world (`ros_line`)."""
+
+    def begin(self) -> None: ...  # noqa: D102
+    def sensed(self, sensed: Sequence[Sequence[SimulatorMessage]]) -> None: ...  # noqa: D102
+    def tell(self) -> None: ...  # noqa: D102
+
+
 class Wait(Protocol):
     """The wait for all sockets (`link_sockets.Poll`)."""
 
@@ -94,12 +103,14 @@ class Fleet:
         wait: Wait,
         say: Callable[[str], None],
         photographer: Photographer | None = None,
+        ros: Ros | None = None,
     ) -> None:
         """`simulation` holds the simulators of `members`, in their order; `say` tells who ended or crashed.
 
-        `photographer`: who draws the pictures that their cameras take, if anybody does.
+        `photographer`: who draws the pictures that their cameras take, if anybody does. `ros`: who tells ROS 2 of the
+        world, if anybody does: while all goes at the asked speed.
         """
-        self._photographer = photographer
+        self._photographer, self._ros = photographer, ros
         self._simulation, self._wait, self._say = simulation, wait, say
         self._flying = dict(enumerate(members))
         self._names = [member.name for member in members]
@@ -120,12 +131,16 @@ class Fleet:
             elif not paced and all(member.host.booted for member in self._flying.values()):
                 paced = True
                 pacer.start()
+                if self._ros is not None:
+                    self._ros.begin()
             if paced:
                 self._serve(pacer)
 
     def tick(self) -> None:
         """4 ms: all simulators, then all autopilots."""
         sensed = self._simulation.tick(self._controls)
+        if self._ros is not None:
+            self._ros.sensed(sensed)
         for impact in self._simulation.impacts():
             self._say(told(impact, self._names))
         for news in self._simulation.parcels_told():
@@ -182,6 +197,8 @@ class Fleet:
             return
         for member in self._flying.values():
             member.host.keep_time()
+        if self._ros is not None:
+            self._ros.tell()
         left = pacer.remaining_s()
         while True:
             for host, link in filter(None, self._wait.wait(left)):

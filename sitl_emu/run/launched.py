@@ -19,17 +19,21 @@ from sitl_emu.run.dds_socket import Agent, DdsSocket
 from sitl_emu.run.fleet import Fleet, Member
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.memory import trim_heap
-from sitl_emu.run.pacing import Pacer
+from sitl_emu.run.pacing import Pacer, clock_s, unix_time_us
 from sitl_emu.run.site import Site
 from sitl_emu.vehicles import Vehicle, with_parcel
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
 if TYPE_CHECKING:
+    from sitl_emu.run.configs import RosVehicleData
     from sitl_emu.run.photographer import Photographer
+    from sitl_emu.run.ros_line import RosLine
 
 
 LOOPBACK = "127.0.0.1"
+RING_SLOTS = 8
+"""Frames that a camera's memory holds: half a second of 15 Hz; ROS 2's process reads each as it is told of it."""
 
 
 class Launched(NamedTuple):
@@ -120,7 +124,10 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         photographer = _photographer(crew, simulation)
         if photographer is not None:
             stack.enter_context(contextlib.closing(photographer))
-        fleet = Fleet(members, simulation, poll, say, photographer)
+        ros = _ros(crew, simulation, hosts, photographer, say)
+        if ros is not None:
+            stack.enter_context(contextlib.closing(ros))
+        fleet = Fleet(members, simulation, poll, say, photographer, ros)
         try:
             fleet.fly(Pacer(crew.speed), lambda: bool(asked_to_end) or launcher not in (None, os.getppid()))
         finally:
@@ -165,7 +172,7 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
     data = [models.load(vehicle.model) for vehicle in crew.vehicles]
     if crew.site.world is None or not any(_is_drawn(crew, each) for each in data):
         return None
-    from sitl_emu.run.configs import VideoData
+    from sitl_emu.run.configs import RingData, VideoData
     from sitl_emu.run.photographer import Photographer, Sitter
 
     host = crew.gcs[0] if crew.gcs is not None else LOOPBACK
@@ -173,8 +180,60 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
     for (model, instance, _, root), each in zip(crew.vehicles, data, strict=True):
         films = crew.video and _is_drawn(crew, each)
         video = VideoData(host=host, port=ports.video(instance)) if films else None
-        sitters.append(Sitter(f"{each.model}-{instance}", model, each, root, video))
-    return Photographer(crew.site.world, simulation, sitters)
+        ring = RingData(name=_ring(instance), slots=RING_SLOTS) if films and crew.dds else None
+        sitters.append(Sitter(_name(each, instance), model, each, root, video, ring))
+    # what ROS 2 hears comes as often in simulated time as a camera has it
+    clock = (lambda: simulation.simulators[0].time_usec * 1e-6) if crew.dds else clock_s
+    return Photographer(crew.site.world, simulation, sitters, clock)
+
+
+def _ros(
+    crew: Crew,
+    simulation: Simulation,
+    hosts: Sequence[AutopilotHost],
+    photographer: "Photographer | None",
+    say: Callable[[str], None],
+) -> "RosLine | None":
+    """Who tells ROS 2 of the world that a crew shares; None where it shares none, or does not speak to ROS 2.
+
+    Raises OSError.
+    """
+    if crew.site.world is None or not crew.dds:
+        return None
+    from sitl_emu.run.ros_line import RosLine
+
+    vehicles = [_ros_vehicle(crew, each) for each in crew.vehicles]
+    start_us = crew.start_us if crew.start_us is not None else unix_time_us()
+
+    def time_0_us() -> int | None:
+        return next((host.dds_start_us for host in hosts if not host.off), None)
+
+    return RosLine(vehicles, simulation, photographer, start_us, time_0_us, say)
+
+
+def _ros_vehicle(crew: Crew, vehicle: Launched) -> "RosVehicleData":
+    from sitl_emu.run import cameras
+    from sitl_emu.run.configs import RosVehicleData
+
+    data = models.load(vehicle.model)
+    films = crew.video and _is_drawn(crew, data)
+    return RosVehicleData(
+        name=_name(data, vehicle.instance),
+        instance=vehicle.instance,
+        range_finder=data.sensors.lidar is not None,
+        camera=cameras.of_data(data) if films else None,
+        rings={"camera": _ring(vehicle.instance)} if films else {},
+    )
+
+
+def _name(data: Vehicle, instance: int) -> str:
+    """A vehicle's, in pictures of others, and before its frames in ROS 2."""
+    return f"{data.model}-{instance}"
+
+
+def _ring(instance: int) -> str:
+    """The shared memory of a vehicle's camera."""
+    return f"sitl_emu-{os.getpid()}-{instance}-camera"
 
 
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:

@@ -1,8 +1,8 @@
-"""What the cameras of a launch in a world see, as pictures and as video: a process per camera draws it.
+"""What the cameras of a launch in a world see, as pictures, as video and for ROS 2: a process per camera draws it.
 
 Drawing takes longer than a tick, and a world may take seconds to be painted: the vehicles fly on meanwhile. The
-autopilot is told when a picture is there; of video a frame is drawn when the one before is done. A process is started
-at a camera's first picture, or at once where its video is sent.
+autopilot is told when a picture is there; a frame, of video and for ROS 2 alike, is drawn when the one before is done.
+A process is started at a camera's first picture, or at once where its frames are wanted.
 """
 
 import contextlib
@@ -15,12 +15,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sitl_emu.components.card import FOLDER
+from sitl_emu.core import frame_ring
 from sitl_emu.core.simulator_api import CameraZoom, GimbalState, HilActuatorControls, PictureTaken
 from sitl_emu.run import cameras, poses, worlds
 from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_process
-from sitl_emu.run.configs import CameraConfig, VideoData
+from sitl_emu.run.configs import CameraConfig, RingData, VideoData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
-from sitl_emu.run.messages import End, Photograph, Photographed, Ready, Render, Rendered, SendVideo, VehicleAt
+from sitl_emu.run.messages import (
+    End,
+    FrameTaken,
+    Photograph,
+    Photographed,
+    Ready,
+    Render,
+    Rendered,
+    SendVideo,
+    VehicleAt,
+)
 from sitl_emu.run.pacing import clock_s
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.simulation import Simulation
@@ -40,6 +51,8 @@ class Sitter(NamedTuple):
     """The folder that stands for its autopilot's file system."""
     video: VideoData | None = None
     """Where its camera's video goes; None: it sends none."""
+    ring: RingData | None = None
+    """The shared memory that its camera's frames go to; None: nobody reads them."""
 
     @property
     def on_gimbal(self) -> bool:
@@ -58,7 +71,9 @@ class _Studio:
     asked: list[int] = field(default_factory=list)
     """Pictures that are not there yet."""
     frames: int = 0
-    """Of its video, asked for."""
+    """Asked for."""
+    taken_us: int = 0
+    """When the last of them was, in simulated time."""
     busy: bool = True
     """It is being set up, or draws a frame."""
     due_s: float = 0.0
@@ -77,7 +92,7 @@ class Photographer:
     ) -> None:
         """`sitters` in the order of the simulation. Raises OSError where the world can't be kept for a while.
 
-        `clock`: by which frames of video are drawn, s; people see them.
+        `clock`: by which frames are drawn, s.
         """
         self._simulation, self._sitters, self._clock = simulation, sitters, clock
         self._folder = tempfile.TemporaryDirectory(prefix="sitl_emu-")
@@ -86,6 +101,9 @@ class Photographer:
         self._shared = os.fdopen(os.memfd_create("sitl_emu-cameras"), "rb")
         self._studios: dict[int, _Studio] = {}
         self._filmed = set[int]()
+        self._rings = {place: sitter.ring for place, sitter in enumerate(sitters) if sitter.ring is not None}
+        self.frames: list[tuple[int, FrameTaken]] = []
+        """Frames that lie in the rings, with their vehicles' places; emptied by who reads them."""
         self.gimbals: dict[int, GimbalState] = {}
         """Where gimbals look, by the places of their vehicles."""
         self.zooms: dict[int, CameraZoom] = {}
@@ -93,7 +111,7 @@ class Photographer:
         self.complaints: list[str] = []
         """Why pictures could not be drawn, for people; emptied by who tells them."""
         for place, sitter in enumerate(sitters):
-            if sitter.video is not None:
+            if sitter.video is not None or sitter.ring is not None:
                 self._open(place)
 
     def take(self, place: int, number: int, controls: Sequence[HilActuatorControls | None]) -> None:
@@ -115,11 +133,14 @@ class Photographer:
                         found.append((place, PictureTaken(message.number, True)))
                     elif isinstance(message, Ready | Rendered):
                         studio.busy = False
+                        if isinstance(message, Rendered) and place in self._rings:
+                            self.frames.append((place, FrameTaken("camera", message.index, studio.taken_us)))
             except ProcessLostError:
                 found += [(place, PictureTaken(number, False)) for number in studio.asked]
                 del self._studios[place]
                 studio.control.close()
                 studio.child.process.wait(STOP_S)
+                self._remove_ring(place)
                 self.complaints.append(obituary(studio.child))
         return found
 
@@ -134,21 +155,26 @@ class Photographer:
             with contextlib.suppress(ProcessLostError):
                 studio.control.send(SendVideo(running))
 
+    def forget_frames(self) -> None:
+        """Nobody reads frames any more."""
+        self._rings.clear()
+        self.frames.clear()
+
     def film(self, flying: Collection[int], controls: Sequence[HilActuatorControls | None]) -> None:
-        """Have the frames of video drawn that are due, of vehicles that are on; each tick."""
-        if not self._filmed:
+        """Have the frames drawn that are due, of vehicles that are on; each tick."""
+        if not self._filmed and not self._rings:
             return
         now_s = self._clock()
-        for place in self._filmed:
+        for place in self._filmed | self._rings.keys():
             studio = self._studios.get(place)
             if studio is None or studio.busy or now_s < studio.due_s or place not in flying:
                 continue
             in_beat = now_s - studio.due_s < studio.every_s
             studio.due_s = (studio.due_s if in_beat else now_s) + studio.every_s
             studio.busy = True
-            time_us = self._simulation.simulators[place].time_usec
+            studio.taken_us = self._simulation.simulators[place].time_usec
             with contextlib.suppress(ProcessLostError):
-                studio.control.send(Render(studio.frames, time_us, *self._seen_from(place, controls)))
+                studio.control.send(Render(studio.frames, studio.taken_us, *self._seen_from(place, controls)))
             studio.frames += 1
 
     def close(self) -> None:
@@ -159,8 +185,16 @@ class Photographer:
             studio.control.close()
         end_all([studio.child for studio in self._studios.values()], STOP_S)
         self._studios.clear()
+        for place in range(len(self._sitters)):
+            self._remove_ring(place)
         self._shared.close()
         self._folder.cleanup()
+
+    def _remove_ring(self, place: int) -> None:
+        """Of a camera whose process has ended: one that began anew would write to another, which nobody reads."""
+        self._rings.pop(place, None)
+        if (ring := self._sitters[place].ring) is not None:
+            frame_ring.remove_if_left(ring.name)
 
     def _seen_from(self, place: int, controls: Sequence[HilActuatorControls | None]) -> poses.SeenFrom:
         pose = self._simulation.simulators[place].pose()
@@ -188,7 +222,8 @@ class Photographer:
             name=sitter.name,
             world=str(self._world),
             camera=camera,
-            ring=None,
+            ring=self._rings.get(place),
+            keeps=False,
             card=str(sitter.root),
             shared_fd=self._shared.fileno(),
             video=sitter.video,

@@ -1,5 +1,7 @@
 """What a launch's cameras are asked for. Their processes are fakes; the world and the vehicles are real."""
 
+import contextlib
+import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,12 +10,13 @@ from typing import Any
 import pytest
 
 from sitl_emu import vehicles
+from sitl_emu.core.frame_ring import FOLDER, Encoding, Format, Kind, RingWriter
 from sitl_emu.core.simulator_api import CameraZoom, HilActuatorControls, PictureTaken
 from sitl_emu.run import photographer, site
 from sitl_emu.run.children import Child
-from sitl_emu.run.configs import CameraConfig, VideoData
+from sitl_emu.run.configs import CameraConfig, RingData, VideoData
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.messages import End, Message, Photograph, Photographed, Ready, Render, Rendered, SendVideo
+from sitl_emu.run.messages import End, FrameTaken, Message, Photograph, Photographed, Ready, Render, Rendered, SendVideo
 from sitl_emu.run.photographer import Photographer, Sitter
 from sitl_emu.world.simulation import Simulation
 
@@ -37,7 +40,8 @@ class Ended:
 class Bench:
     """An iris with a camera whose video is sent, and a rover that has none."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, *, read: bool = False) -> None:
+        """`read`: whether somebody reads its frames."""
         self.now_s = 100.0
         self.configs: list[CameraConfig] = []
         self.cameras: list[ControlChannel] = []
@@ -53,10 +57,14 @@ class Bench:
         assert here.world is not None
         data = [vehicles.load(model) for model in ("iris", "rover")]
         simulators = [here.simulator(each, place, place, each.model) for place, each in enumerate(data)]
+        self.ring = RingData(name=f"sitl_emu-test-{os.getpid()}-photographer", slots=8)
         self.simulation = Simulation(simulators, here.solids, here.areas)
         self.simulation.tick([None, None])
         videos = (VideoData(host="127.0.0.1", port=5600), None)
-        sitters = [Sitter(each.model, each.model, each, folder, to) for each, to in zip(data, videos, strict=True)]
+        sitters = [
+            Sitter(each.model, each.model, each, folder, to, ring)
+            for each, to, ring in zip(data, videos, (self.ring if read else None, None), strict=True)
+        ]
         self.photographer = Photographer(here.world, self.simulation, sitters, lambda: self.now_s)
 
     def heard(self, camera: int = 0) -> list[Message]:
@@ -72,13 +80,25 @@ class Bench:
         return self.heard()
 
 
-@pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    made = Bench(tmp_path, monkeypatch)
+@contextlib.contextmanager
+def opened(made: Bench) -> Iterator[Bench]:
     yield made
     made.photographer.close()
     for camera in made.cameras:
         camera.close()
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    with opened(Bench(tmp_path, monkeypatch)) as made:
+        yield made
+
+
+@pytest.fixture
+def read_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    """Somebody reads the frames of the iris."""
+    with opened(Bench(tmp_path, monkeypatch, read=True)) as made:
+        yield made
 
 
 def test_a_camera_whose_video_is_sent_is_set_up_before_the_vehicle_flies(bench: Bench) -> None:
@@ -162,6 +182,39 @@ def test_a_camera_that_dies_ends_its_video_and_is_told_once(bench: Bench) -> Non
     for _ in range(3):
         bench.photographer.film((0, 1), [None, None])
         assert bench.photographer.taken() == []
+
+
+def test_frames_that_are_read_are_drawn_without_video_and_told_when_they_are_there(read_bench: Bench) -> None:
+    (config,) = read_bench.configs
+    assert config.ring == read_bench.ring and not config.keeps
+    read_bench.cameras[0].send(Ready())
+    (asked,) = read_bench.film()
+    assert isinstance(asked, Render) and asked.time_us == 4000
+    assert read_bench.photographer.frames == []
+    read_bench.simulation.tick([None, None])
+    read_bench.cameras[0].send(Rendered(0))
+    read_bench.film()
+    assert read_bench.photographer.frames == [(0, FrameTaken("camera", 0, 4000))]
+    read_bench.photographer.forget_frames()
+    read_bench.now_s += FRAME_S
+    assert read_bench.film() == [] and read_bench.photographer.frames == []
+
+
+def test_a_camera_that_begins_anew_has_frames_that_nobody_reads(read_bench: Bench) -> None:
+    (Path(read_bench.configs[0].card) / "log").write_text("no memory\n")
+    left = RingWriter(read_bench.ring.name, Format(Kind.IMAGE, Encoding.BGR8, 2, 2))
+    os.close(left._file)
+    del left  # as a process that was killed leaves it
+    read_bench.cameras.pop(0).close()
+    read_bench.photographer.taken()
+    assert not (FOLDER / read_bench.ring.name).exists()
+    read_bench.photographer.take(0, 1, [None, None])
+    read_bench.cameras[0].send(Ready())
+    assert read_bench.configs[-1].ring is None
+    read_bench.photographer.taken()
+    read_bench.heard()
+    read_bench.now_s += FRAME_S
+    assert read_bench.film() == []
 
 
 def test_at_the_end_each_process_is_told(bench: Bench) -> None:

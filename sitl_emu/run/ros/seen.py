@@ -1,22 +1,37 @@
-"""The world process's side of ROS 2: what it tells, at every barrier, the process that publishes it.
+"""The world's side of ROS 2: what it tells, at every barrier, the process that publishes it.
 
-Nobody waits for that process: where it can't follow, a barrier is left out, with the frames that arrived then.
+Nobody waits for that process: where it can't follow, a barrier is left out, with the frames that arrived then. A launch
+has no barriers, and tells it as often (`ros_line`).
 """
 
 import math
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from sitl_emu.core.simulator_api import DistanceSensor, SimulatorMessage
+from sitl_emu.core.simulator_api import CameraZoom, DistanceSensor, GimbalState, SimulatorMessage
 from sitl_emu.run import poses
-from sitl_emu.run.conductor import VehicleInRun
 from sitl_emu.run.messages import FrameTaken, Message, RangeSeen, Seen, VehicleSeen
+
+if TYPE_CHECKING:
+    from sitl_emu.run.conductor import VehicleInRun
 
 
 class Channel(Protocol):
     """A control channel that takes what there is room for."""
 
     def offer(self, message: Message) -> bool: ...  # noqa: D102
+
+
+class Shown(NamedTuple):
+    """A vehicle as it is at a barrier."""
+
+    pose: poses.MovingPose
+    on_gimbal: bool
+    """Whether its gimbal carries a feed."""
+    gimbal: GimbalState | None
+    zoom: CameraZoom | None
+    frames: tuple[FrameTaken, ...]
+    """Those that have arrived since the last."""
 
 
 class SeenByRos:
@@ -34,20 +49,35 @@ class SeenByRos:
                 if isinstance(message, DistanceSensor):
                     self._distances[place] = range_seen(message)
 
-    def barrier(self, now_us: int, vehicles: Sequence[VehicleInRun], arrived: Sequence[tuple[FrameTaken, ...]]) -> None:
-        """A barrier, with the frames that have reached each vehicle's companion."""
-        seen = tuple(
-            self._seen(place, vehicle, frames)
-            for place, (vehicle, frames) in enumerate(zip(vehicles, arrived, strict=True))
+    def barrier(
+        self, now_us: int, vehicles: "Sequence[VehicleInRun]", arrived: Sequence[tuple[FrameTaken, ...]]
+    ) -> None:
+        """A barrier, with the frames that have reached each vehicle's companion. Raises ProcessLostError."""
+        self.tell(
+            now_us,
+            (
+                Shown(each.simulator.pose(), any(feed.on_gimbal for feed in each.feeds), each.gimbal, each.zoom, frames)
+                for each, frames in zip(vehicles, arrived, strict=True)
+            ),
         )
-        self._channel.offer(Seen(now_us, seen))
 
-    def _seen(self, place: int, vehicle: VehicleInRun, frames: tuple[FrameTaken, ...]) -> VehicleSeen:
-        pose = poses.body(vehicle.simulator.pose())
-        carried = any(feed.on_gimbal for feed in vehicle.feeds)
-        head = poses.head_of(vehicle.gimbal, pose.q) if carried else None
+    def tell(self, now_us: int, vehicles: Iterable[Shown], ahead_us: int = 0) -> None:
+        """What is so now. Raises ProcessLostError.
+
+        `ahead_us`: by how much the date has gone on more than simulated time has; all times are told so much later.
+        """
+        seen = tuple(self._seen(place, vehicle, ahead_us) for place, vehicle in enumerate(vehicles))
+        self._channel.offer(Seen(now_us + ahead_us, seen))
+
+    def _seen(self, place: int, vehicle: Shown, ahead_us: int) -> VehicleSeen:
+        pose = poses.body(vehicle.pose)
+        head = poses.head_of(vehicle.gimbal, pose.q) if vehicle.on_gimbal else None
         zoom = vehicle.zoom.percent if vehicle.zoom is not None else 0.0
-        return VehicleSeen(pose, head, zoom, self._distances.pop(place, None), frames)
+        distance = self._distances.pop(place, None)
+        if distance is not None:
+            distance = distance._replace(time_us=distance.time_us + ahead_us)
+        frames = tuple(each._replace(time_us=each.time_us + ahead_us) for each in vehicle.frames)
+        return VehicleSeen(pose, head, zoom, distance, frames)
 
 
 def range_seen(told: DistanceSensor) -> RangeSeen:

@@ -108,7 +108,7 @@ class RosVehicle:
     """One vehicle."""
 
     def __init__(self, participant: DomainParticipant, data: RosVehicleData, start_us: int) -> None:
-        """`start_us`: the date of the run's time 0. Raises RingError where a feed's memory can't be found."""
+        """`start_us`: the date of the run's time 0."""
         self._data, self._start_us = data, start_us
         topics = Topics(participant, data.instance)
         self._camera = Camera(topics, data.name, data.camera) if data.camera is not None else None
@@ -120,7 +120,8 @@ class RosVehicle:
             self._feeds["depth"] = DepthCamera(topics, data.name, data.depth)
         if data.lidar is not None:
             self._feeds["lidar"] = Lidar(topics, data.name, data.lidar)
-        self._rings = {feed: RingReader(data.rings[feed]) for feed in self._feeds}
+        self._rings: dict[str, RingReader] = {}
+        """By feed, from its first frame on: a launch flies on while its cameras are set up."""
 
     def static_transforms(self) -> list[Transform]:
         """Where its sensors are, those apart that a gimbal carries."""
@@ -145,7 +146,7 @@ class RosVehicle:
         return found
 
     def publish(self, now_us: int, seen: VehicleSeen) -> None:
-        """What is told of it at a barrier."""
+        """What is told of it at a barrier. Raises RingError where the memory of a frame can't be found."""
         if self._camera is not None:
             self._camera.zoomed(now_us, seen.zoom_percent)
         if seen.distance is not None and self._range is not None and self._range.is_heard:
@@ -155,10 +156,13 @@ class RosVehicle:
             self._publish_frame(frame)
 
     def _publish_frame(self, frame: FrameTaken) -> None:
-        """From its feed's memory, unless it was overwritten there meanwhile."""
-        sample = self._rings[frame.feed].at(frame.index)
+        """From its feed's memory, unless it was overwritten there meanwhile; with the time that is told of it."""
+        ring = self._rings.get(frame.feed)
+        if ring is None:
+            ring = self._rings[frame.feed] = RingReader(self._data.rings[frame.feed])
+        sample = ring.at(frame.index)
         if sample is not None:
-            self._feeds[frame.feed].publish(self._start_us + sample.time_us, sample)
+            self._feeds[frame.feed].publish(self._start_us + frame.time_us, sample._replace(time_us=frame.time_us))
 
     def _cameras(self) -> list[tuple[str, CameraDescription]]:
         depth = self._data.depth.camera if self._data.depth is not None else None

@@ -1,0 +1,111 @@
+"""A launch's line to the process that tells ROS 2 of its world: `ros_process`, as a run has it.
+
+As in a run nobody waits for that process; what it is told are dates, as PX4's topics bear them there: simulated time,
+moved to the computer's clock at the speed 1 (`AutopilotHost.dds_start_us`). It is told nothing while the vehicles run
+unthrottled: their clocks jump when that ends. When it has died the launch flies on, and says so.
+"""
+
+import socket
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from sitl_emu.core.simulator_api import SimulatorMessage
+from sitl_emu.run.children import STOP_S, end_all, obituary, start_process
+from sitl_emu.run.configs import RosConfig, RosVehicleData
+from sitl_emu.run.control import ControlChannel, ProcessLostError
+from sitl_emu.run.messages import Start
+from sitl_emu.run.photographer import Photographer
+from sitl_emu.run.ros.seen import SeenByRos, Shown
+from sitl_emu.world.simulation import Simulation
+
+EVERY_US = 20_000
+"""A run's barriers."""
+TITLE = "ros"
+
+
+class RosLine:
+    """Tells it, every 20 ms, of the vehicles that share a world."""
+
+    def __init__(
+        self,
+        vehicles: Sequence[RosVehicleData],
+        simulation: Simulation,
+        photographer: Photographer | None,
+        start_us: int,
+        time_0_us: Callable[[], int | None],
+        say: Callable[[str], None],
+    ) -> None:
+        """Start the process. Raises OSError.
+
+        `vehicles` in the order of the simulation; `photographer` has frames drawn for those that have a camera.
+        `start_us`: the date now; `time_0_us` tells that of simulated time 0, None where it is not known at the moment.
+        """
+        self._vehicles, self._simulation, self._photographer = vehicles, simulation, photographer
+        self._start_us, self._time_0_us, self._say = start_us, time_0_us, say
+        self._due_us = self._began_us = 0
+        self._ready = self._lost = False
+        self._folder = tempfile.TemporaryDirectory(prefix="sitl_emu-")
+        (Path(self._folder.name) / "logs").mkdir()
+        config = RosConfig(
+            folder=self._folder.name, start_us=start_us, seed=0, vehicles=tuple(vehicles), tells_clock=False
+        )
+        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with its:
+            self._child = start_process(TITLE, "ros_process", config, its, Path(self._folder.name))
+        self._control = ControlChannel(ours, TITLE)
+        self._seen = SeenByRos(self._control)
+        self._control.offer(Start())
+
+    def begin(self) -> None:
+        """From now on time goes at the asked speed."""
+        self._began_us = self._now_us
+
+    def sensed(self, sensed: Sequence[Sequence[SimulatorMessage]]) -> None:
+        """What each vehicle's sensors have said in a tick."""
+        if not self._lost:
+            self._seen.sensed(sensed)
+
+    def tell(self) -> None:
+        """Tell what is so now, if that is due."""
+        now_us = self._now_us
+        if self._lost or now_us < self._due_us or (time_0_us := self._time_0_us()) is None:
+            return
+        self._due_us = max(self._due_us, now_us - EVERY_US) + EVERY_US
+        shown = [self._shown(place) for place in range(len(self._vehicles))]
+        try:
+            self._ready = self._ready or self._control.poll() is not None  # its Ready: else it would hear of old times
+            if self._ready:
+                self._seen.tell(now_us, shown, time_0_us - self._start_us)
+        except ProcessLostError:
+            self._lose()
+        if self._photographer is not None:
+            self._photographer.frames.clear()
+
+    def close(self) -> None:
+        """End the process. May be called twice."""
+        self._control.close()
+        end_all([self._child], STOP_S)
+        self._folder.cleanup()
+
+    @property
+    def _now_us(self) -> int:
+        return self._simulation.simulators[0].time_usec
+
+    def _shown(self, place: int) -> Shown:
+        pose, camera = self._simulation.simulators[place].pose(), self._vehicles[place].camera
+        if self._photographer is None or camera is None:
+            return Shown(pose, False, None, None, ())
+        gimbal, zoom = self._photographer.gimbals.get(place), self._photographer.zooms.get(place)
+        taken = [frame for whose, frame in self._photographer.frames if whose == place]
+        frames = tuple(frame for frame in taken if frame.time_us >= self._began_us)
+        return Shown(pose, camera.on_gimbal, gimbal, zoom, frames)
+
+    def _lose(self) -> None:
+        """The process has died: say so, and have nothing drawn for it."""
+        self._lost = True
+        self._control.close()
+        self._child.process.wait(STOP_S)
+        self._say(f"ROS 2 hears nothing of the world any more: {obituary(self._child)}")
+        if self._photographer is not None:
+            self._photographer.forget_frames()
