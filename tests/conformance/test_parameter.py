@@ -68,12 +68,13 @@ def has_no_answer(station: Any, name: str = "", index: int = -1, target: tuple[i
 
 
 def refused(station: Any, name: str = "", index: int = -1) -> int | None:
-    """The error of the next PARAM_ERROR, if it is ours and about that name or index; None if a PARAM_VALUE comes first.
+    """The error of the next PARAM_ERROR, if it is ours and about that name or index; None if none comes.
 
     The index of a name that was asked for, and the name of an index, are unset memory in PX4.
     """
-    message = station.receive(["PARAM_VALUE", *ERROR])
-    if message is None or message.get_type() == "PARAM_VALUE":
+    # Values that come first say nothing: what has changed meanwhile is told to all, and may be late on a busy machine.
+    message = station.receive(ERROR)
+    if message is None:
         return None
     frame = bytes(message.get_msgbuf())
     payload = frame[HEADER_BYTES : HEADER_BYTES + frame[1]].ljust(21, b"\0")
