@@ -82,7 +82,8 @@ def test_mavproxy_loads_all_parameters_and_lists_a_mission(mavproxy: MavProxy, t
     assert int(received[1]) == IRIS_PARAMETERS
     (tmp_path / "mission.txt").write_text(MISSION)
     mavproxy.say(f"wp load {tmp_path / 'mission.txt'}")
-    mavproxy.expect(r"Sent all|Loaded \d+ waypoints")
+    # Until then PX4 is busy with it: "wp list" is another transfer.
+    mavproxy.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
     mavproxy.say("wp list")
     mavproxy.expect(r"22 6 47\.39774\d* 8\.5455\d* 10\.0")
 
