@@ -109,8 +109,8 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
 - **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
 - **Latency**: from a node's `write` a setpoint takes 3 ms to the autopilot and 9 to the motors (medians; nine of ten
   within 9 to 13, and 14 to 21), on two cores with a load of 7 (`tools/bench_dds.py 100`, three times).
-- **Processor**: a hovering iris took 13.6 % of a core, and one beside it with `--dds` 14.8 %, and its agent 1.8 %
-  (`tools/bench_dds_cpu.py 45`; plain Python, two cores with a load of 6, nobody listening).
+- **Processor**: a hovering iris took 12.3 % of a core, and one beside it with `--dds` 15.6 %, and its agent 2.5 %
+  (`tools/bench_dds_cpu.py 30`; two cores with a load of 4, nobody listening).
 
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` and
 `examples/ros2_detector.py` with a stand-in for rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to
