@@ -306,12 +306,13 @@ def test_a_training_begins_with_what_an_exported_network_gives(tmp_path: Path) -
     torch.save(kept | {"history": []}, tmp_path / "last.pt")
     export.export(tmp_path / "last.pt", tmp_path / "network.onnx")
     for path in (tmp_path / "last.pt", tmp_path / "network.onnx"):
-        new = Network(3, 0.25, True)
-        start.begin(path, new, labels, images)
-        with torch.no_grad():
-            for before, now in zip(Deployed(old.eval(), 64, 64)(x), Deployed(new.eval(), 64, 64)(x), strict=True):
-                assert torch.allclose(before, now, atol=1e-3)
+        for width in (0.25, 0.5):
+            new = Network(3, width, True)
+            start.begin(path, new, labels, images)
+            with torch.no_grad():
+                for before, now in zip(Deployed(old.eval(), 64, 64)(x), Deployed(new.eval(), 64, 64)(x), strict=True):
+                    assert torch.allclose(before, now, atol=1e-3)
     for has_areas in (True, False):  # the layers below the classes' scores
         start.begin(tmp_path / "network.onnx", Network(2, 0.25, has_areas), ["d", "e"], images)
     with pytest.raises(ValueError, match="it can't begin a network of width"):
-        start.begin(tmp_path / "network.onnx", Network(3, 0.5), labels, images)
+        start.begin(tmp_path / "network.onnx", Network(3, 1.0), labels, images)

@@ -69,7 +69,9 @@ def _train(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=0, help="processes that change pictures")
-    parser.add_argument("--start", type=Path, help="what to begin with: a checkpoint or ONNX file of a network as wide")
+    parser.add_argument(
+        "--start", type=Path, help="what to begin with: a checkpoint or ONNX file of a network as wide or half"
+    )
     parser.add_argument("--areas-only", action="store_true", help="only what says how much of each part shows a class")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
     parser.set_defaults(run=_run_train)

@@ -52,7 +52,7 @@ class Settings(NamedTuple):
     seed: int = 1
     workers: int = 0
     start: Path | None = None
-    """A network as wide, of any input size, to begin with instead of chance: a checkpoint or an exported one."""
+    """To begin with instead of chance: a checkpoint or exported network, as wide or half as wide, of any input size."""
     areas_only: bool = False
     minutes: float = math.inf
     """A sitting ends after the epoch in which they are over."""
@@ -101,6 +101,7 @@ class Sitting:
         torch.manual_seed(settings.seed)
         cv2.setNumThreads(1)  # or the workers, which are forked, wait for threads that they don't have
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self.has_bf16 = self.device.type == "cuda" or bool(torch.cpu.get_capabilities().get("avx512_bf16"))
         size = settings.input_width, settings.input_height
         self.train, self.val = (data.load(settings.data, name, *size) for name in ("train", "val"))
         classes, layout = len(self.train.labels), torch.channels_last  # a sixth faster on a CPU than the usual one
@@ -170,7 +171,7 @@ class Sitting:
         x = (images.float() / 255.0).contiguous(memory_format=torch.channels_last)
         network, areas_only = self.network, self.settings.areas_only
         total, parts = torch.zeros((), device=self.device), torch.zeros(4, device=self.device)
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda"):
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.has_bf16):
             with torch.set_grad_enabled(not areas_only):
                 features = network.features(x)
             raw = None if areas_only else network.anchored(features)
