@@ -20,7 +20,17 @@ from sitl_emu.run.configs import CameraDescription
 from sitl_emu.vehicles import image_sensor
 from sitl_emu.vehicles.image_sensor import ImageSensor
 from sitl_emu.world.camera import Camera, Pose
-from sitl_emu.world.lens import MAST, NADIR, Distortion, Intrinsics, LensError, Mount, source_of, undistorted
+from sitl_emu.world.lens import (
+    MAST,
+    NADIR,
+    Distortion,
+    Intrinsics,
+    LensError,
+    Mount,
+    source_of,
+    undistorted,
+    zoomed_source,
+)  # fmt: skip
 from tests.typed import present
 from tests.unit.test_scenario_settings import scenario
 
@@ -109,6 +119,21 @@ def test_a_zoomed_picture_is_where_the_calibration_says_with_so_many_times_its_f
         zoomed = told._replace(fx=zoom * told.fx, fy=zoom * told.fy)
         assert math.dist(at, present(project(zoomed, seen_from, (*dot, 0.0)))) < 0.35
         assert math.dist(at, present(project(told, seen_from, (*dot, 0.0)))) > 40.0
+
+
+@pytest.mark.parametrize("lens", [WIDE, PINCUSHION, Distortion(k1=-0.3, k2=0.09, p1=0.003)])
+@pytest.mark.parametrize("zoom", [1.01, 1.7, 4.0])
+def test_a_zoomed_pictures_source_is_as_exact_as_one_that_is_worked_out_pixel_by_pixel(
+    lens: Distortion, zoom: float
+) -> None:
+    seen_by = Intrinsics(640, 480, 80.0, lens)
+    whole = source_of(seen_by)
+    focal, source = zoomed_source(seen_by, zoom, (whole.width, whole.height))
+    exact = source_of(seen_by.zoomed(zoom))
+    assert 0.9 * zoom < focal <= zoom, "that of the source, which may hold less than a pincushion needs"
+    miss_x = (source.map_x - (source.width - 1) / 2.0) * (zoom / focal) - (exact.map_x - (exact.width - 1) / 2.0)
+    miss_y = (source.map_y - (source.height - 1) / 2.0) * (zoom / focal) - (exact.map_y - (exact.height - 1) / 2.0)
+    assert float(np.hypot(miss_x, miss_y).max()) < 0.05
 
 
 @pytest.mark.parametrize("lens", [WIDE, PINCUSHION])

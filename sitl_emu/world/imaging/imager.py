@@ -72,7 +72,7 @@ class Imager:
         self.source: tuple[int, int] = (drawn[0] + 2 * margin, drawn[1] + 2 * margin)
         self._has_lens = any(intrinsics.distortion)
         self._intrinsics, self._margin, self._unzoomed = intrinsics, margin, rays_of(map_x, map_y, drawn, focal)
-        self._lens_size = drawn
+        self._lens_size, self._zoomed = drawn, (1.0, self._unzoomed)
         self._middle = np.array(((self.source[0] - 1) / 2.0, (self.source[1] - 1) / 2.0), np.float32)
         off_axis2 = self._unzoomed.x.astype(np.float64) ** 2 + self._unzoomed.y.astype(np.float64) ** 2
         falloff = (1.0 + off_axis2) ** (-2.0 * sensor.vignetting)
@@ -95,6 +95,11 @@ class Imager:
     def _rays(self, zoom: float) -> Rays:
         if zoom == 1.0:
             return self._unzoomed
+        if zoom != self._zoomed[0]:
+            self._zoomed = zoom, self._rays_at(zoom)
+        return self._zoomed[1]
+
+    def _rays_at(self, zoom: float) -> Rays:
         if self._has_lens:
             focal, (_, _, map_x, map_y) = zoomed_source(self._intrinsics, zoom, self._lens_size)
             return rays_of(map_x, map_y, self._lens_size, focal * self._intrinsics.focal_px)
