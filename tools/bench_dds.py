@@ -1,6 +1,6 @@
 """How long a setpoint takes from a ROS 2 node's `write` to the motors, through DDS, the agent's process and a tick.
 
-    python tools/bench_dds.py [COUNT]        # needs pip install 'sitl-emu[ros2]'
+    python tools/bench_dds.py [COUNT]        # --help explains it; needs pip install 'sitl-emu[ros2]'
 
 An iris stands armed in OFFBOARD, in real time, in this process; so does the node, a participant of its own. Each
 setpoint (vehicle_attitude_setpoint) asks for another thrust than the one before. `taken` ends when the autopilot has
@@ -8,6 +8,7 @@ read it, `motors` when the first tick is over whose motors follow it; an attitud
 which does not run in every tick. ROS_DOMAIN_ID chooses the domain.
 """
 
+import argparse
 import math
 import os
 import select
@@ -99,7 +100,7 @@ class Node:
         }
 
     def _writer(self, topic: dds_topics.Topic) -> DataWriter[Any]:
-        name = dds_topics.dds_name(topic, "in", dds_topics.namespace(INSTANCE))
+        name = dds_topics.dds_name(topic, "in", dds_socket.namespace(INSTANCE))
         return DataWriter(self._participant, DdsTopic(self._participant, name, dds_types.carried(topic.type)), qos=QOS)
 
     @property
@@ -185,8 +186,11 @@ def told(name: str, times_s: list[float]) -> str:
     return f"{name}: median {statistics.median(ordered):.2f} ms, nine of ten within {ninety:.2f}, all {ordered[-1]:.2f}"
 
 
-def main(count: int) -> None:
+def main() -> None:
     """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int, nargs="?", default=200, help="setpoints, 200")
+    count = parser.parse_args().count
     agent = dds_socket.Agent([INSTANCE])
     vehicle, node = Vehicle(agent.sockets[INSTANCE]), Node()
     for _ in range(round(SETTLED_S / TICK_S)):
@@ -208,4 +212,4 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    main()

@@ -7,6 +7,7 @@ their processes take is counted for SECONDS (60) of hovering, that of the DDS ag
 written then, and nothing sent.
 """
 
+import argparse
 import os
 import sys
 import time
@@ -50,8 +51,13 @@ def until(stations: list[Station], state: int) -> None:
             sys.exit("they do not fly")
 
 
-def main(seconds: float, instance: int) -> None:
+def main() -> None:
     """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("seconds", type=float, nargs="?", default=60.0, help="of hovering, 60")
+    parser.add_argument("instance", type=int, nargs="?", default=40, help="of the one with --dds, 40")
+    wanted = parser.parse_args()
+    seconds, instance = wanted.seconds, wanted.instance
     with (
         launched("iris", "--dds", "--instance", str(instance)) as told,
         launched("iris", "--instance", str(instance + 1)) as silent,
@@ -74,4 +80,4 @@ def main(seconds: float, instance: int) -> None:
 
 
 if __name__ == "__main__":
-    main(*(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0, int(sys.argv[2]) if len(sys.argv) > 2 else 40))
+    main()

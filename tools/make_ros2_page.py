@@ -91,8 +91,10 @@ Made by `tools/make_ros2_page.py`; topics and messages by {SOURCE}.
 each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent to start.
 
 - **Names** are `/fmu/out/…` and `/fmu/in/…`, for instance *I* above 0 `/px4_I/fmu/…`, with `_vN` where a message has a
-  version. Types are those of `px4_msgs` for this version of PX4.
-- **Domain**: `ROS_DOMAIN_ID`, else 0, as PX4's start script takes it. Cyclone's own settings (`CYCLONEDDS_URI`) hold.
+  version. `PX4_UXRCE_DDS_NS` names another namespace, or (empty) none, of the one vehicle there is. Types are those of
+  `px4_msgs` for this version of PX4.
+- **Domain**: `ROS_DOMAIN_ID`, else 0: PX4's start script (rcS) sets UXRCE_DDS_DOM_ID so at each start, whatever it was.
+  Cyclone's own settings (`CYCLONEDDS_URI`) hold.
 - **QoS** as PX4's client asks for it: published best effort, transient local, last 1; taken best effort, volatile.
 - **Times** are moved to the computer's clock, as by PX4's default UXRCE_DDS_SYNCT 1: what is published bears Unix time,
   and in what is taken 0 is now and nothing is later than now. At another `--speed` than 1 time is simulated: the date
@@ -161,8 +163,9 @@ vehicle. `--camera` sends video, too, and needs PyAV (`pip install 'sitl-emu[ros
   (`latency_s`), in a launch when it is drawn, and bears the time at which it was taken. A launch does not wait for
   its cameras: where one is not drawn in time, the next frame is left out. It tells nothing before its vehicles are
   armable, and while one that is alone reboots: until then time goes faster than asked for.
-  At the speed 1 on a machine that can't follow, PX4's time synchronisation jumps (by 0.1 s and more), and stamps with
-  it, back as well; `/clock` alone never goes back.
+  At the speed 1 on a machine that can't follow, PX4's time synchronisation jumps (by 0.1 s and more), and the stamps of
+  its topics with it, back as well. `/clock` stands still then, and those of the sensors and of `/tf` go on by a
+  twentieth of the time, until it has caught up: they never go back.
 - **Axes**: `map` is east, north, up from the world's origin, bodies are forward, left, up (REP 103, 105). `/tf` is the
   simulator's truth, as Gazebo's poses are; what the vehicle knows of itself is `/fmu/out/vehicle_odometry`.
 - **QoS**: sensors reliable, volatile, last 5, so that best effort readers hear them as well as others (REP 2003);

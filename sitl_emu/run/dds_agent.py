@@ -33,7 +33,7 @@ from sitl_emu.autopilot.uxrce_dds_client.dds_topics import (
 )
 from sitl_emu.run import dds_types
 from sitl_emu.run.dds_service import OfferedService
-from sitl_emu.run.dds_socket import CLOCK, LARGEST_PACKET_BYTES, TIME, packet, samples
+from sitl_emu.run.dds_socket import CLOCK, LARGEST_PACKET_BYTES, TIME, namespace, packet, samples
 from sitl_emu.run.dds_types import PLAIN_CDR
 from sitl_emu.run.ros.messages import stamp
 from sitl_emu.run.ros.publisher import CLOCK as CLOCK_QOS
@@ -80,7 +80,7 @@ class Vehicle:
 
     def __init__(self, participant: DomainParticipant, instance: int, opened: socket.socket, clock: Clock) -> None:
         self._socket, self._clock = opened, clock
-        within = dds_topics.namespace(instance)
+        within = namespace(instance)
         self._kinds = [dds_types.carried(topic.type) for topic in PUBLICATIONS]
         self._writers = [
             DataWriter(participant, Topic(participant, dds_topics.dds_name(topic, "out", within), kind), qos=WRITER)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
+from sitl_emu.autopilot.uxrce_dds_client import dds_topics
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import REPLY, Sample
 from sitl_emu.run.trouble import Trouble
 
@@ -23,6 +24,8 @@ CLOCK = REPLY + 1
 TIME = struct.Struct("<Q")
 AT_ONCE = 32
 """Packets that are taken before it is another's turn, or time for a tick: a flood must not stop time."""
+NAMESPACE = "PX4_UXRCE_DDS_NS"
+"""Of the environment; empty: none."""
 LAST_DOMAIN = 232
 """With more, RTPS's port numbers would pass 65535."""
 
@@ -35,11 +38,18 @@ def domain() -> int:
     return int(told)
 
 
-def check() -> None:
-    """Raise Trouble where nobody could speak DDS."""
+def namespace(instance: int) -> str:
+    """The namespace of an instance, as PX4's start script takes it: PX4_UXRCE_DDS_NS, else that of its number."""
+    return os.environ.get(NAMESPACE, dds_topics.namespace(instance))
+
+
+def check(vehicles: int) -> None:
+    """Raise Trouble where nobody could speak DDS for so many vehicles."""
     if importlib.util.find_spec("cyclonedds") is None:
         raise Trouble("--dds needs Cyclone DDS: pip install 'sitl-emu[ros2]'")
     domain()
+    if vehicles > 1 and NAMESPACE in os.environ:
+        raise Trouble(f"--dds: {NAMESPACE} is one vehicle's namespace, and there are {vehicles} vehicles")
 
 
 def packet(samples: Iterable[Sample]) -> bytes:

@@ -105,7 +105,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     if options.dds:
         from sitl_emu.run import dds_socket
 
-        dds_socket.check()
+        dds_socket.check(len(wanted))
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run import site
@@ -180,10 +180,9 @@ def _preload(models: set[str]) -> None:
 
 
 def _ros_line(wanted: Sequence[Wanted]) -> str:
-    from sitl_emu.autopilot.uxrce_dds_client import dds_topics
     from sitl_emu.run import dds_socket
 
-    topics = ["/" + "/".join(filter(None, (dds_topics.namespace(each.instance), "fmu"))) for each in wanted]
+    topics = ["/" + "/".join(filter(None, (dds_socket.namespace(each.instance), "fmu"))) for each in wanted]
     return f"ROS 2: domain {dds_socket.domain()}, {', '.join(topics)}"
 
 

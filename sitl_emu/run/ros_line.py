@@ -1,14 +1,18 @@
 """A launch's line to the process that tells ROS 2 of its world: `ros_process`, as a run has it.
 
 As in a run nobody waits for that process; what it is told are dates, as PX4's topics bear them there: simulated time,
-moved to the computer's clock at the speed 1 (`AutopilotHost.dds_start_us`). It is told nothing while the vehicles run
-unthrottled: their clocks jump when that ends. When it has died the launch flies on, and says so.
+moved to the computer's clock at the speed 1 (`AutopilotHost.dds_start_us`); but where these jump back, here they go on
+(`Dates`). It is told nothing while the vehicles run unthrottled: their clocks jump when that ends. When it has died the
+launch flies on, and says so.
 """
 
+import bisect
 import socket
 import tempfile
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from sitl_emu.core.simulator_api import SimulatorMessage
 from sitl_emu.run.children import STOP_S, end_all, obituary, start_process
@@ -22,6 +26,44 @@ from sitl_emu.world.simulation import Simulation
 EVERY_US = 20_000
 """A run's barriers."""
 TITLE = "ros"
+SLOWEST = 20
+"""A date goes on by a twentieth of simulated time at least, until the clock that has jumped back is there, too."""
+DATES_KEPT = 256
+"""Five seconds of tellings: no frame is drawn as long."""
+
+
+class Date(NamedTuple):
+    """What a simulated time was told as."""
+
+    time_us: int
+    told_us: int
+
+
+class Dates:
+    """The dates of simulated times, by a clock that may jump; they themselves never go back.
+
+    tf2 empties its buffer, and filters drop their state, where the time of a node goes back.
+    """
+
+    def __init__(self) -> None:
+        self._known = deque[Date](maxlen=DATES_KEPT)
+
+    def follow(self, now_us: int, clock_us: int) -> None:
+        """That clock says `clock_us` now."""
+        if self._known:
+            last = self._known[-1]
+            clock_us = max(clock_us, last.told_us + (now_us - last.time_us) // SLOWEST)
+        self._known.append(Date(now_us, clock_us))
+
+    def told_us(self, time_us: int) -> int:
+        """The date of a time, once `follow` was called; between two of these calls it goes evenly."""
+        place = bisect.bisect_left(self._known, time_us, key=lambda each: each.time_us)
+        if place in (0, len(self._known)):
+            nearest = self._known[max(0, place - 1)]
+            return nearest.told_us + time_us - nearest.time_us
+        before, after = self._known[place - 1], self._known[place]
+        share_us = (after.told_us - before.told_us) * (time_us - before.time_us)
+        return before.told_us + share_us // (after.time_us - before.time_us)
 
 
 class RosLine:
@@ -43,6 +85,7 @@ class RosLine:
         """
         self._vehicles, self._simulation, self._photographer = vehicles, simulation, photographer
         self._start_us, self._time_0_us, self._say = start_us, time_0_us, say
+        self._dates = Dates()
         self._due_us = self._began_us = 0
         self._ready = self._lost = False
         self._folder = tempfile.TemporaryDirectory(prefix="sitl_emu-")
@@ -72,11 +115,12 @@ class RosLine:
         if self._lost or now_us < self._due_us or (time_0_us := self._time_0_us()) is None:
             return
         self._due_us = max(self._due_us, now_us - EVERY_US) + EVERY_US
+        self._dates.follow(now_us, now_us + time_0_us - self._start_us)
         shown = [self._shown(place) for place in range(len(self._vehicles))]
         try:
             self._ready = self._ready or self._control.poll() is not None  # its Ready: else it would hear of old times
             if self._ready:
-                self._seen.tell(now_us, shown, time_0_us - self._start_us)
+                self._seen.tell(now_us, shown, self._dates.told_us)
         except ProcessLostError:
             self._lose()
         if self._photographer is not None:

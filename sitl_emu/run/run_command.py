@@ -54,7 +54,7 @@ def run_scenario(
     if video:
         preflight.check_video(scenario)
     if dds:
-        dds_socket.check()
+        dds_socket.check(len(scenario.vehicles))
     folder = make_folder(out, scenario.name)
     wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video, dds, isolated)
     console = Console()

@@ -1,5 +1,6 @@
 """What a launch tells the process that publishes its world to ROS 2. That process is a fake; the vehicle is real."""
 
+import itertools
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from sitl_emu.run.children import Child
 from sitl_emu.run.configs import RosConfig, RosVehicleData
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.messages import FrameTaken, RangeSeen, Ready, Seen, Start
-from sitl_emu.run.ros_line import RosLine
+from sitl_emu.run.ros_line import EVERY_US, Dates, RosLine
 from sitl_emu.world.home import Home
 from sitl_emu.world.simulation import Simulation
 
@@ -111,16 +112,49 @@ def test_all_times_follow_the_clock_that_px4_s_topics_follow(bench: Bench) -> No
     bench.tick(10)
     bench.heard()
     bench.time_0_us = START_US + 300_000
-    bench.photographer.frames.append((0, FrameTaken("camera", 5, 80_000)))
-    bench.tick(6, DistanceSensor(80, 10, 4000, 1234, 0, 0, 25, 4, 0.0, 0.0, LEVEL, 100))
+    bench.tick(6)
+    (told,) = bench.heard()
+    assert told.now_us == bench.simulation.simulators[0].time_usec + 300_000
+    now_ms = bench.simulation.simulators[0].time_usec // 1000
+    bench.photographer.frames.append((0, FrameTaken("camera", 5, 1000 * now_ms)))
+    bench.tick(6, DistanceSensor(now_ms, 10, 4000, 1234, 0, 0, 25, 4, 0.0, 0.0, LEVEL, 100))
     (told,) = bench.heard()
     (seen,) = told.vehicles
-    assert told.now_us == bench.simulation.simulators[0].time_usec + 300_000
-    assert seen.frames == (FrameTaken("camera", 5, 380_000),)
-    assert seen.distance == RangeSeen(380_000, 12.34, 0.1, 40.0, 0.0, 4e-4)
+    assert seen.frames == (FrameTaken("camera", 5, 1000 * now_ms + 300_000),)
+    assert seen.distance == RangeSeen(1000 * now_ms + 300_000, 12.34, 0.1, 40.0, 0.0, 4e-4)
     bench.time_0_us = None
     bench.tick(20)
     assert bench.heard() == [], "while it reboots the date is not known"
+
+
+def test_no_time_goes_back_where_px4_s_does(bench: Bench) -> None:
+    """A machine that can't follow: PX4's clock jumps, back as well; frames that come late are between the others."""
+    bench.tick(10)
+    bench.heard()
+    jumps_us = (0, 150_000, -40_000, 90_000, -110_000, -400_000, 0, 0)
+    for place, jump_us in enumerate(jumps_us):
+        bench.time_0_us = START_US + jump_us
+        for _ in range(4):
+            late_us = bench.simulation.simulators[0].time_usec - 8_000 * (place % 3)
+            bench.photographer.frames.append((0, FrameTaken("camera", place, late_us)))
+            bench.tick(10)
+    heard = bench.heard()
+    assert len(heard) > 50
+    for times_us in (
+        [each.now_us for each in heard],
+        [frame.time_us for each in heard for frame in each.vehicles[0].frames],
+    ):
+        assert all(later > earlier for earlier, later in itertools.pairwise(times_us))
+    assert heard[-1].now_us == bench.simulation.simulators[0].time_usec - EVERY_US + 20_000, "it is caught up with"
+
+
+def test_dates_between_two_tellings_go_evenly() -> None:
+    dates = Dates()
+    dates.follow(20_000, 1_020_000)
+    dates.follow(40_000, 1_080_000)
+    dates.follow(60_000, 900_000)
+    told = [dates.told_us(time_us) for time_us in (16_000, 20_000, 24_000, 40_000, 44_000, 60_000, 64_000)]
+    assert told == [1_016_000, 1_020_000, 1_032_000, 1_080_000, 1_080_200, 1_081_000, 1_085_000]
 
 
 def test_a_frame_of_before_the_asked_speed_is_left_out(bench: Bench) -> None:

@@ -267,4 +267,18 @@ def test_a_domain_that_there_is_not_is_named(monkeypatch: pytest.MonkeyPatch) ->
 def test_without_cyclone_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
     with pytest.raises(Trouble, match=r"pip install 'sitl-emu\[ros2\]'"):
-        dds_socket.check()
+        dds_socket.check(1)
+
+
+def test_a_namespace_is_one_s_own_or_of_the_instance_s_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: True)
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    monkeypatch.delenv("PX4_UXRCE_DDS_NS", raising=False)
+    assert [dds_socket.namespace(instance) for instance in (0, 3)] == ["", "px4_3"]
+    dds_socket.check(2)
+    for told in ("scout", ""):
+        monkeypatch.setenv("PX4_UXRCE_DDS_NS", told)
+        assert dds_socket.namespace(3) == told
+        dds_socket.check(1)
+        with pytest.raises(Trouble, match="PX4_UXRCE_DDS_NS is one vehicle's namespace, and there are 2 vehicles"):
+            dds_socket.check(2)

@@ -5,7 +5,7 @@ has no barriers, and tells it as often (`ros_line`).
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from sitl_emu.core.simulator_api import CameraZoom, DistanceSensor, GimbalState, SimulatorMessage
@@ -61,22 +61,22 @@ class SeenByRos:
             ),
         )
 
-    def tell(self, now_us: int, vehicles: Iterable[Shown], ahead_us: int = 0) -> None:
+    def tell(self, now_us: int, vehicles: Iterable[Shown], told_us: Callable[[int], int] = int) -> None:
         """What is so now. Raises ProcessLostError.
 
-        `ahead_us`: by how much the date has gone on more than simulated time has; all times are told so much later.
+        `told_us`: as what a simulated time is told, where that is another.
         """
-        seen = tuple(self._seen(place, vehicle, ahead_us) for place, vehicle in enumerate(vehicles))
-        self._channel.offer(Seen(now_us + ahead_us, seen))
+        seen = tuple(self._seen(place, vehicle, told_us) for place, vehicle in enumerate(vehicles))
+        self._channel.offer(Seen(told_us(now_us), seen))
 
-    def _seen(self, place: int, vehicle: Shown, ahead_us: int) -> VehicleSeen:
+    def _seen(self, place: int, vehicle: Shown, told_us: Callable[[int], int]) -> VehicleSeen:
         pose = poses.body(vehicle.pose)
         head = poses.head_of(vehicle.gimbal, pose.q) if vehicle.on_gimbal else None
         zoom = vehicle.zoom.percent if vehicle.zoom is not None else 0.0
         distance = self._distances.pop(place, None)
         if distance is not None:
-            distance = distance._replace(time_us=distance.time_us + ahead_us)
-        frames = tuple(each._replace(time_us=each.time_us + ahead_us) for each in vehicle.frames)
+            distance = distance._replace(time_us=told_us(distance.time_us))
+        frames = tuple(each._replace(time_us=told_us(each.time_us)) for each in vehicle.frames)
         return VehicleSeen(pose, head, zoom, distance, frames)
 
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from cyclonedds.domain import DomainParticipant
 
-from sitl_emu.autopilot.uxrce_dds_client import dds_topics
 from sitl_emu.core.frame_ring import RingReader, Sample
 from sitl_emu.run import cameras
 from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescription, RosVehicleData
+from sitl_emu.run.dds_socket import namespace
 from sitl_emu.run.messages import FrameTaken, VehicleSeen
 from sitl_emu.run.ros import frames, sensors
 from sitl_emu.run.ros.frames import Transform
@@ -26,7 +26,7 @@ class Topics:
     """Publishers in a vehicle's namespace."""
 
     def __init__(self, participant: DomainParticipant, instance: int) -> None:
-        self._participant, self._within = participant, dds_topics.namespace(instance)
+        self._participant, self._within = participant, namespace(instance)
 
     def publisher(self, topic: str, message: str) -> Publisher:
         """Of a topic in the namespace."""
