@@ -51,8 +51,6 @@ def build(
             folder = Path()
         described = made.description
         if options.get(THINGS):
-            if hasattr(kinds.kind(source), "scene"):
-                raise WorldError(f"world {source}: {THINGS}: its painter draws its own things alone")
             more = description.things_of(options[THINGS], f"world {source}")
             described = dataclasses.replace(described, things=described.things + more)
         if changes.wind is not None:

@@ -21,6 +21,7 @@ class LightChange:
     elevation_deg: float | None = None
     gain: float | None = None
     warmth: float | None = None
+    visibility_m: float | None = None
 
     @property
     def given(self) -> dict[str, Any]:

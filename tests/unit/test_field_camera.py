@@ -15,8 +15,8 @@ from sitl_emu.run import views
 from sitl_emu.run.export import Eyes
 from sitl_emu.run.views import Look
 from sitl_emu.world.camera import Camera, OtherVehicle, Pose, ShowsVehicles, body_to_ned, camera_to_body
-from sitl_emu.world.description import Thing, Waypoint
-from sitl_emu.world.kinds.corn_field import kind
+from sitl_emu.world.description import Light, Thing, Waypoint
+from sitl_emu.world.kinds.corn_field import haze, kind
 from sitl_emu.world.kinds.corn_field.field import CornField, build
 from sitl_emu.world.kinds.corn_field.painter import Layers, orthophoto
 from sitl_emu.world.kinds.corn_field.renderer import Renderer
@@ -287,3 +287,54 @@ def test_a_thing_with_a_path_is_seen_where_it_is_then() -> None:
         changed = scene.renderer(320, 240, 160.0).draw(*at, time_s) != empty
         rows.append(np.nonzero(changed.any(axis=2))[0].mean())
     assert np.diff(rows) == pytest.approx(-4.0 * 160.0 / 15.5, abs=3.0), "4 m to the north, a little above the ground"
+
+
+# --- haze -------------------------------------------------------------------------------------------------------------
+
+
+def in_air(world: World, visibility_m: float) -> World:
+    described = replace(world.description, light=replace(world.description.light, visibility_m=visibility_m))
+    return World(described, world.folder, world.terrain)
+
+
+def test_a_stop_sign_has_its_letters() -> None:
+    sign = Thing("stop_sign", 40.0, 40.0, 0.4, height_m=2.4, heading_deg=180.0)
+    world = with_things(sign)
+    look = views.view_of(world, Look("", 38.0, 40.0, 2.0, 0.0, 0.0), 0.0)
+    seen = world.scene().renderer(320, 240, 160.0).draw(look.place_ned_m, look.camera_to_ned, 0.0)
+    blue, green, red = (channel.astype(int) for channel in cv2.split(seen[90:150, 130:190]))
+    face = (red > 60) & (red > 3 * green)
+    rows, columns = np.nonzero(face)
+    within = slice(rows.min() + 6, rows.max() - 5), slice(columns.min() + 6, columns.max() - 5)
+    is_print = (abs(red - blue) < 40) & (red > 60)
+    assert 0.1 < is_print[within].mean() < 0.4, "within its rim"
+
+
+def test_haze_lies_before_ground_plants_and_things_as_their_distance_says() -> None:
+    truck = Thing("truck", 60.0, 40.0, 3.5, height_m=3.0)
+    world, visibility_m = with_things(truck), 90.0
+    clear, hazy = (in_air(world, each).scene().renderer(320, 240, 160.0) for each in (1e6, visibility_m))
+    horizon = haze.of(kind.field_of(in_air(world, visibility_m))).bgr.astype(float) ** 2
+    low, high = Look("", 46.0, 40.0, 2.0, 0.0, 0.0), Look("", 50.0, 50.0, 40.0, 0.0, 90.0)
+    for look, part, away_m in (
+        (low, np.s_[110:118, 155:165], 60.0 - 3.5 - 46.0),
+        (low, np.s_[220:240, 100:220], 2.0 / math.sin(math.atan(110 / 160))),
+        (high, np.s_[110:130, 150:170], 40.0),
+    ):
+        view = views.view_of(world, look, 0.0)
+        here, there = (
+            each.draw(view.place_ned_m, view.camera_to_ned, 0.0)[part].astype(float) ** 2 for each in (clear, hazy)
+        )
+        left = (there - horizon).mean() / (here - horizon).mean()
+        x = 3.0 * away_m / visibility_m
+        assert left == pytest.approx(1.0 / (1.0 + x + x**2 / 2.0 + x**3 / 6.0), abs=0.04), look
+
+
+def test_a_survey_on_a_clear_day_sees_none_of_it() -> None:
+    world = with_things()
+    view = views.view_of(world, Look("", 40.0, 40.0, 15.0, 0.0, 90.0), 0.0)
+    clear, hazy = (
+        in_air(world, each).scene().renderer(320, 240, 160.0).draw(view.place_ned_m, view.camera_to_ned, 0.0)
+        for each in (1e6, Light().visibility_m)
+    )
+    assert np.array_equal(clear, hazy)

@@ -117,5 +117,4 @@ def test_things_of_ones_own_stand_in_a_generated_world() -> None:
         worlds.build("flat", 1, {"things": [{"label": "car", "north_m": 1, "east_m": 2}]})
     with pytest.raises(worlds.WorldError, match="world flat: things = 5 must be a list"):
         worlds.build("flat", 1, {"things": 5})
-    with pytest.raises(worlds.WorldError, match="world corn_field: things: its painter draws its own things alone"):
-        worlds.build("corn_field", 1, {"things": mine})
+    assert worlds.build("corn_field", 1, {"things": mine}).description.things[-1].name == "mine"

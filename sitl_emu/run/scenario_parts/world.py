@@ -30,7 +30,7 @@ class WindPart(Part):
 
 
 class LightPart(Part):
-    """The sun and the exposure; what is left out stays the world's."""
+    """The sun, the exposure and the air; what is left out stays the world's."""
 
     azimuth_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
     """Where the sun stands, from north over east."""
@@ -40,6 +40,8 @@ class LightPart(Part):
     """Brightness of the picture; 1 exposes it as it should be."""
     warmth: Annotated[float, Field(ge=0.5, le=2)] | None = None
     """Red over blue; above 1 is a low, warm sun."""
+    visibility_m: Annotated[float, Field(ge=20, le=1e6)] | None = None
+    """Meteorological optical range: mist has less than 5000 m, fog less than 1000 m."""
 
     @property
     def change(self) -> LightChange:

@@ -110,13 +110,16 @@ class Wind:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """The sun, and the exposure it leaves a camera with."""
+    """The sun, the exposure it leaves a camera with, and how far one sees."""
 
     azimuth_deg: Annotated[float, Limits(-360.0, 360.0)] = 135.0
     elevation_deg: Annotated[float, Limits(0.0, 90.0)] = 50.0
     gain: Annotated[float, Limits(0.01, 10.0)] = 1.2
     warmth: Annotated[float, Limits(0.1, 10.0)] = 1.0
     """Red over blue balance: above 1 is a low, warm sun."""
+    visibility_m: Annotated[float, Limits(20.0, 1e6)] = 7500.0
+    """Meteorological optical range: how far a light goes until the air leaves a twentieth of it (WMO-No. 8). The
+    default, a summer's day over land, is ours."""
 
 
 @dataclass(frozen=True, slots=True)

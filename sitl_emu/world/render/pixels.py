@@ -147,7 +147,7 @@ def memory() -> Memory:
 
 
 @inlined
-def _texture_of(drawn: Drawn, meshes: Meshes, things: Instances, slot: int, number: int, p: F32) -> None:
+def texture_of(drawn: Drawn, meshes: Meshes, things: Instances, slot: int, number: int, p: F32) -> None:
     """How a triangle's texture lies, and its normal for the light: see FIGURES."""
     at, first = drawn.first_corner[slot], meshes.levels[drawn.level[slot], 0]
     ia, ib, ic = meshes.triangles[number]
@@ -173,7 +173,7 @@ def _texture_of(drawn: Drawn, meshes: Meshes, things: Instances, slot: int, numb
 
 
 @inlined
-def _plane_of(drawn: Drawn, meshes: Meshes, slot: int, number: int, p: F32) -> None:
+def plane_of(drawn: Drawn, meshes: Meshes, slot: int, number: int, p: F32) -> None:
     """A triangle's plane in camera axes: see FIGURES."""
     at = drawn.first_corner[slot]
     ia, ib, ic = meshes.triangles[number]
@@ -237,9 +237,9 @@ def sort_pixels(
                 p = known.figures[place]
                 if known.met[place, 0] != number or known.met[place, 1] != slot:
                     known.met[place, 0], known.met[place, 1] = number, slot
-                    _plane_of(drawn, meshes, slot, number, p)
+                    plane_of(drawn, meshes, slot, number, p)
                     if kind != GROUND:
-                        _texture_of(drawn, meshes, things, slot, number, p)
+                        texture_of(drawn, meshes, things, slot, number, p)
                 nx, ny, nz, offset, by_normal = p[15], p[16], p[17], p[18], p[19]
             along = nx * x + ny * y + nz
             z, facing = offset / along, abs(along) * by_normal

@@ -9,8 +9,8 @@ from sitl_emu.world.description import Light
 from sitl_emu.world.render.kernel import F32, ONE, ZERO, f4, i4, inlined, u4
 from sitl_emu.world.render.maps import Textures, grey
 
-HAZE_M = 2500.0
-"""Distance at which haze hides two thirds: clear summer air over land (ours)."""
+LEFT = 3.0
+"""Extinction times `Light.visibility_m`: exp(-3) is a twentieth."""
 CLOUDS = i4(1)
 """The texture that clouds are made of."""
 
@@ -44,7 +44,7 @@ def air_of(light: Light, time_s: float = 0.0) -> Air:
     horizon = day * (np.array((0.66, 0.74, 0.84)) * (1.0 - glow) + glow * np.array((1.15, 0.78, 0.55)) * warm)
     zenith = day * np.array((0.105, 0.235, 0.52))
     rows = np.array((to_sun, direct * 0.83, above, below, horizon, zenith), np.float32)
-    return Air(rows, 1.0 / HAZE_M, light.gain**2, time_s)
+    return Air(rows, LEFT / light.visibility_m, light.gain**2, time_s)
 
 
 @inlined

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl_emu.world.description import Light
+from sitl_emu.world.kinds.corn_field import haze
 from sitl_emu.world.kinds.corn_field.field import CornField
+from sitl_emu.world.kinds.corn_field.haze import Haze, veiled
 from sitl_emu.world.render.kernel import F32, F64, HALF, ONE, U8, ZERO, f4, inlined, kernel
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.sky import Air, air_of, developed, fading, sky_light
@@ -34,8 +36,7 @@ class Backdrop(NamedTuple):
     palette: F32
     """(n, 3), BGR, with the light's tint."""
     woods: F32
-    haze: F32
-    """BGR of the horizon."""
+    haze: Haze
     bounds_px: F32
     """Columns and rows of the painted field: what lies within is not ours."""
     seed: np.int64
@@ -44,12 +45,11 @@ class Backdrop(NamedTuple):
 def of(field: CornField, tint: F64, columns: int, rows: int) -> Backdrop:
     """For a field, whose painted picture has so many columns and rows."""
     air = air_of(Light(*field.light))
-    horizon = np.sqrt(np.clip(air.rows[4][::-1] * air.exposure, 0.0, 1.0)) * 255.0
     return Backdrop(
         air,
         (PALETTE * tint).astype(np.float32),
         (WOODS_BGR * tint).astype(np.float32),
-        horizon.astype(np.float32),
+        haze.of(field),
         np.array((columns, rows), np.float32),
         np.int64(field.seed),
     )
@@ -134,8 +134,7 @@ def paint(coordinates: F32, camera: Pinhole, height_m: float, scene: Backdrop, a
             grain = f4(0.9) + f4(0.2) * _wavy(seed, north / f4(23.0), east / f4(23.0))
             if away < f4(400.0):
                 grain *= f4(0.94) + f4(0.12) * _wavy(seed, north / f4(1.7), east / f4(1.7))
-            clear = fading(away * f4(scene.air.haze))
+            clear = fading(away * scene.haze.per_m)
             for k in range(3):
                 colour = scene.woods[k] * (f4(0.75) + HALF * grain) if is_wood else scene.palette[kind, k] * grain
-                colour = scene.haze[k] + (colour - scene.haze[k]) * clear
-                out[row, column, k] = np.uint8(min(max(colour, ZERO), f4(255.0)))
+                out[row, column, k] = np.uint8(min(veiled(scene.haze, max(colour, ZERO), k, clear), f4(255.0)))

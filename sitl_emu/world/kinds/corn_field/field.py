@@ -44,13 +44,14 @@ class Wind(NamedTuple):
 
 
 class Light(NamedTuple):
-    """The sun and the exposure it leaves the camera with."""
+    """The sun, the exposure it leaves the camera with, and the air: see description.Light."""
 
     azimuth_deg: float
     elevation_deg: float
     gain: float
     warmth: float
     """Red over blue balance: above 1 is a low, warm sun."""
+    visibility_m: float = 7500.0
 
 
 class Place(NamedTuple):

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.kinds.corn_field import backdrop, standing
+from sitl_emu.world.kinds.corn_field import backdrop, haze, standing
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.mosaic import TILE_GSD_M, Mosaic
 from sitl_emu.world.kinds.corn_field.painter import Layers, Painter, Planted, plant, tint_of
@@ -115,6 +115,7 @@ class Renderer:
         self._focal_px = float(focal_px)
         rows, columns = self._whole.layers.canopy.shape[:2]
         self._backdrop = backdrop.of(field, tint_of(field), columns, rows)
+        self._haze = haze.of(field)
 
     def draw(
         self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0, zoom: float = 1.0
@@ -130,6 +131,7 @@ class Renderer:
         seen = self._from_high(view) if view.seen_from_m > FINE_M else self._from_low(view)
         if view.is_flat:
             self._soften(seen, view)
+        self._veil(seen, view)
         if view.is_flat or _leaves(box, layers):
             self._put_backdrop(seen, view)
         return self._put_standing(seen, view, time_s)
@@ -181,6 +183,13 @@ class Renderer:
             beyond = self._beyond(view, view.surfaces[0], math.sqrt(from_m * view.above_m * view.zoom))
             if beyond is not None:
                 cv2.copyTo(cv2.blur(seen, size), beyond, seen)
+
+    def _veil(self, seen: Image, view: View) -> None:
+        """Haze before the painted field."""
+        near = haze.nearness(*view.surfaces[0], view.position, view.above_m)
+        if self._haze.is_seen(haze.farthest_m(near)):
+            full = self._drawn_out(near.astype(np.float32).reshape(self._grid_shape))
+            haze.veil(np.ascontiguousarray(full), self._haze, seen)
 
     def _beyond(self, view: View, surface: Surface, reach_m: float) -> Image | None:
         """A mask (height, width) of what lies further off than so much over the ground; None: nothing."""

@@ -5,13 +5,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.kinds.corn_field import plant_mesh
+from sitl_emu.world.kinds.corn_field import haze, plant_mesh
 from sitl_emu.world.kinds.corn_field.field import CornField
+from sitl_emu.world.kinds.corn_field.haze import Haze, slant, veiled
 from sitl_emu.world.kinds.corn_field.objects import outline_factor
 from sitl_emu.world.kinds.corn_field.painter import BUCKET_M, Planted, tint_of
 from sitl_emu.world.kinds.corn_field.sprites import Image
-from sitl_emu.world.render.kernel import F32, I32, U8, f4, kernel
+from sitl_emu.world.render.kernel import F32, I32, ONE, U8, ZERO, f4, kernel
 from sitl_emu.world.render.raster import Buffers, Drawn, Instances, Pinhole, project, rasterise, select
+from sitl_emu.world.render.sky import fading
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -25,7 +27,9 @@ SHADE_LIGHT = (0.58, 0.50, 0.45)
 
 
 @kernel
-def paint(seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instances, camera: Pinhole, out: U8) -> None:
+def paint(
+    seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instances, camera: Pinhole, haze: Haze, out: U8
+) -> None:
     """The colour of every pixel that a triangle was drawn to; the others stay as they are."""
     for row in range(camera.height):
         for column in range(camera.width):
@@ -40,8 +44,12 @@ def paint(seen: Buffers, drawn: Drawn, normals: F32, lit: F32, things: Instances
                 + (camera.position[2] - things.place[i, 2]) * normals[number, 2]
             )
             side = 0 if towards > 0.0 else 1
+            clear = ONE
+            if haze.per_m > ZERO:
+                clear = fading(haze.per_m * slant(camera, row, column) / seen.nearness[at])
             for k in range(3):
-                out[row, column, k] = np.uint8(min(lit[number, side, k] * things.tint[i, k], f4(255.0)))
+                colour = min(lit[number, side, k] * things.tint[i, k], f4(255.0))
+                out[row, column, k] = np.uint8(veiled(haze, colour, k, clear) if clear < ONE else colour)
 
 
 @kernel
@@ -67,6 +75,11 @@ def soften(slot: I32, colour: U8, out: U8) -> None:
                 out[row, column, k] = np.uint8((np.int32(4) * np.int32(colour[row, column, k]) + around + 4) >> 3)
 
 
+def farthest_m(things: Instances, camera: Pinhole) -> float:
+    """From a camera to the middle of what stands farthest from it."""
+    return float(np.linalg.norm(things.place - camera.position, axis=1).max())
+
+
 class Standing:
     """The plants of one field, for pictures of one size."""
 
@@ -83,6 +96,7 @@ class Standing:
             np.float32
         )
         self._shade(field)
+        self._haze = haze.of(field)
         pixels = width * height
         self._buffers = Buffers(np.zeros(pixels, np.float32), np.zeros(pixels, np.int32), np.zeros(pixels, np.int32))
         self._room = 0
@@ -116,7 +130,10 @@ class Standing:
         self.count = count
         project(meshes, things, camera, drawn, count)
         rasterise(meshes, things, camera, drawn, count, self._buffers, np.empty((4, 3)))
-        paint(self._buffers, drawn, meshes.normals, self._kinds.lit, things, camera, background)
+        paint(
+            self._buffers, drawn, meshes.normals, self._kinds.lit, things, camera,
+            self._haze.within(farthest_m(things, camera)), background,
+        )  # fmt: skip
         out = background.copy()
         soften(self._buffers.slot, background, out)
         return out

@@ -1,8 +1,8 @@
 """Vehicles and things in a corn field's pictures, with their shadows, by the general rasteriser.
 
-They stand before the painted field, and behind the plants that stand nearer. Their faces are plain, of their textures'
-mean colour; ground that rises between camera and vehicle does not hide it. Things are cars, trucks, persons, trees,
-signs and whatever else a world file adds to the field's own patches, which are part of the painting.
+They stand before the painted field, and behind the plants that stand nearer. Things have their textures, vehicles plain
+faces; ground that rises between camera and vehicle does not hide it. Things are cars, trucks, persons, trees, signs and
+whatever else a world adds to the field's own patches, which are part of the painting.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,17 @@ import numpy.typing as npt
 
 from sitl_emu.world.camera import OtherVehicle
 from sitl_emu.world.description import Light, Thing
+from sitl_emu.world.kinds.corn_field import haze
+from sitl_emu.world.kinds.corn_field.dress import PLAIN, Cloth, dress
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.objects import PAINTED
 from sitl_emu.world.kinds.corn_field.sprites import Image
-from sitl_emu.world.kinds.corn_field.standing import ERROR_PX, SHADE_LIGHT, paint, soften
-from sitl_emu.world.render import material, textures, things
+from sitl_emu.world.kinds.corn_field.standing import ERROR_PX, SHADE_LIGHT, farthest_m
+from sitl_emu.world.render import edges, material, textures, things
 from sitl_emu.world.render.guests import Guests
-from sitl_emu.world.render.kernel import F32, I32
+from sitl_emu.world.render.kernel import F32
+from sitl_emu.world.render.maps import Textures
+from sitl_emu.world.render.pixels import FIGURES, Picture
 from sitl_emu.world.render.raster import HIDDEN, Buffers, Drawn, Instances, Meshes, Pinhole, project, rasterise, select
 from sitl_emu.world.render.sky import air_of
 from sitl_emu.world.render.stage import Stage
@@ -43,22 +47,11 @@ def is_painted(thing: Thing) -> bool:
     return thing.label in PAINTED and thing.height_m == 0.0
 
 
-def plain(seed: int, materials: I32, tints: F32) -> F32:
-    """The mean colours (t, 3) of faces with materials (t,) and tints (t, 3); `seed`: of the textures."""
-    layers = material.table().layer
-    colours = tints.copy()
-    for number in np.unique(materials):
-        mean = textures.draw(seed, int(layers[number])).reshape(-1, 4).mean(axis=0) / 255.0
-        own = materials == number
-        colours[own] = mean[:3] * (1.0 + (tints[own] - 1.0) * mean[3])
-    return colours
-
-
 class Visitors:
     """All things and all vehicles that were ever told of, in one field."""
 
     def __init__(self, field: CornField, described: Sequence[Thing] = ()) -> None:
-        self._field, self._air = field, air_of(Light(*field.light))
+        self._field, self._air, self._haze = field, air_of(Light(*field.light)), haze.of(field)
         self._stage = Stage()
         own = [(number, thing) for number, thing in enumerate(described) if not is_painted(thing)]
         movers = [things.add(self._stage, thing, field.terrain, field.seed + number) for number, thing in own]
@@ -69,8 +62,11 @@ class Visitors:
         self._packed: tuple[Meshes, Instances] | None = None
         self._of_triangle: npt.NDArray[np.int32] = np.zeros(0, np.int32)
         """The instance of each triangle: every vehicle and thing has meshes of its own."""
-        self._colours: F32 = np.zeros((0, 3), np.float32)
-        """Of triangles."""
+        self._materials = material.table()
+        self._layers: npt.NDArray[np.int32] = np.zeros(0, np.int32)
+        """The texture of each."""
+        self._textures = Textures(*textures.empty())
+        self._are_drawn: set[int] = set()
 
     @property
     def move(self) -> bool:
@@ -98,9 +94,11 @@ class Visitors:
         for row, (first, count) in enumerate(zip(placed.first_level, placed.level_count, strict=True)):
             for level in range(first, first + count):
                 self._of_triangle[slice(*meshes.levels[level, 2:4])] = row
-        self._colours = meshes.tints.copy()
-        own = self._of_triangle < self._things
-        self._colours[own] = plain(self._field.seed, meshes.materials[own], meshes.tints[own])
+        is_thing = self._of_triangle < self._things
+        self._layers = np.where(is_thing, self._materials.layer[meshes.materials], PLAIN).astype(np.int32)
+        for number in sorted(set(np.unique(self._layers).tolist()) - self._are_drawn - {PLAIN}):
+            textures.add(self._textures, number, textures.draw(self._field.seed, number))
+            self._are_drawn.add(number)
         return meshes, placed
 
     def shade(self, seen: Image, camera: Pinhole, vehicles: tuple[Meshes, Instances]) -> None:
@@ -122,7 +120,15 @@ class Visitors:
         visible = _drawn(meshes, laid, camera)
         if visible is not None:
             dark = visible.buffers.triangle.reshape(seen.shape[:2]) >= 0
-            seen[dark] = (seen[dark] * np.array(SHADE_LIGHT, np.float32)).astype(np.uint8)
+            left = np.array(SHADE_LIGHT, np.float32)
+            if not self._haze.is_seen(farthest_m(laid, camera)):
+                seen[dark] = (seen[dark] * left).astype(np.uint8)
+                return
+            # Haze has been put before the ground: it is not darkened with it
+            near = visible.buffers.nearness.reshape(seen.shape[:2])[dark][:, None]
+            veil = self._haze.bgr**2 * (1.0 - np.exp(-self._haze.per_m / near))
+            light = np.maximum(seen[dark].astype(np.float32) ** 2 - veil, 0.0)
+            seen[dark] = np.sqrt(light * left**2 + veil).astype(np.uint8)
 
     def draw(self, seen: Image, camera: Pinhole, vehicles: tuple[Meshes, Instances], nearer: F32 | None) -> Image:
         """A picture with the vehicles in it; `nearer`: 1 / distance of plants that may hide them, by pixel."""
@@ -135,15 +141,18 @@ class Visitors:
             hidden = nearer > buffers.nearness
             buffers.triangle[hidden] = -1
             buffers.slot[hidden] = -1
+        cloth = Cloth(self._layers, self._textures, self._light(meshes, placed))
+        air, figures = self._haze.within(farthest_m(placed, camera)), np.empty(FIGURES, np.float32)
+        dress(buffers, visible.drawn, meshes, placed, cloth, camera, air, figures, seen)
+        nothing, shape = np.full_like(buffers.nearness, np.inf), seen.shape[:2]
+        depth = np.divide(1.0, buffers.nearness, where=buffers.triangle >= 0, out=nothing)
+        picture = Picture(seen, depth.reshape(shape), buffers.slot.reshape(shape))
+        return edges.smoothed(buffers, visible.drawn, meshes, self._materials.kind, picture)
+
+    def _light(self, meshes: Meshes, placed: Instances) -> F32:
+        """See Cloth."""
         turns = placed.rotation[self._of_triangle]
         normals = np.einsum("tij,tj->ti", turns, meshes.normals).astype(np.float32)
-        paint(buffers, visible.drawn, normals, self._lit(normals, self._colours), placed, camera, seen)
-        out = seen.copy()
-        soften(buffers.slot, seen, out)
-        return out
-
-    def _lit(self, normals: F32, tints: F32) -> F32:
-        """(t, 2, 3): colour of triangles on the side of their normal and on the other; BGR, 0 to 255."""
         _, direct, above, below, *_ = self._air.rows
         lambert = normals @ self._air.rows[0]
         up = 0.5 - 0.5 * normals[:, 2]
@@ -151,8 +160,8 @@ class Visitors:
         for side in (1.0, -1.0):
             sky = np.outer(up if side > 0.0 else 1.0 - up, above) + np.outer(1.0 - up if side > 0.0 else up, below)
             light = np.outer(np.maximum(side * lambert, 0.0), direct) + sky
-            sides.append(np.sqrt(tints * tints * light * self._air.exposure) * 255.0)
-        return np.ascontiguousarray(np.clip(np.stack(sides, axis=1)[:, :, ::-1], 0.0, 255.0), np.float32)
+            sides.append(np.sqrt(light * self._air.exposure) * 255.0)
+        return np.ascontiguousarray(np.stack(sides, axis=1), np.float32)
 
 
 def _drawn(meshes: Meshes, placed: Instances, camera: Pinhole) -> Visible | None:
