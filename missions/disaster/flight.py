@@ -8,8 +8,8 @@ the line, stands over the place, looks again, and asks whether region and place 
 It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more
 whether the place still is one, and stands where `release_point.py` says, by the wind that the autopilot estimates
 (WIND_COV; calm where it estimates none). It lets go when the parcel, let go now, would meet the ground within
-`AIMED_M` of the place; and tells where that should be. Then it climbs, goes back to where it left the line, and goes
-on.
+`AIMED_M` of the place; and tells where that should be, and where it then sees the parcel (`drop.py`). Then it climbs,
+goes back to where it left the line, and goes on.
 
 **Together** with others (`together.py`) its lines are part of a common area, a region is served by one of all, and it
 flies at its own height; the air that others need is kept clear of.
@@ -40,6 +40,7 @@ from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.detectors import SCATTERED
+from sitl_emu.missions.disaster.drop import View, find
 from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
@@ -92,6 +93,8 @@ class Flight:
         """Why the parcel was not delivered, the last reason."""
         self.seen: Callable[[str], dict[str, float | int]] = lambda label: {}
         """The frame that showed a label last, and its box, for an event's picture."""
+        self.view: View | None = None
+        """The last frame."""
         self._on_line = ""
         """Which line it flies, in words."""
         self.below_m = 0.0
@@ -270,6 +273,11 @@ class Flight:
         assert place is not None
         return place.alt_amsl_m - self.home[2]
 
+    @property
+    def over_ground_m(self) -> float:
+        """Above the ground that the parcel falls on; above home before that is known."""
+        return self.altitude_m - self.below_m
+
     def _there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
         return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
 
@@ -382,17 +390,17 @@ class Flight:
         yield from steps.pause(onboard, SOON_S)
         self._see_once_more(place)
         yield from self._aim(place)
-        place_deg, here_deg = self.place_deg(place.place_m), self.place_deg(self.here_m)
+        place_deg, here_deg, before = self.place_deg(place.place_m), self.place_deg(self.here_m), self.view
         wind = onboard.telemetry.wind
         onboard.note(
             "released",
-            f"parcel let go from {self.altitude_m - self.below_m:.1f} m for the edge of {place.label}",
+            f"parcel let go from {self.over_ground_m:.1f} m for the edge of {place.label}",
             label=place.label,
             lat_deg=here_deg[0],
             lon_deg=here_deg[1],
             place_lat_deg=place_deg[0],
             place_lon_deg=place_deg[1],
-            height_m=round(self.altitude_m - self.below_m, 2),
+            height_m=round(self.over_ground_m, 2),
             wind_known=int(wind is not None),
             wind_north_m_s=round(wind.north_m_s, 2) if wind else 0.0,
             wind_east_m_s=round(wind.east_m_s, 2) if wind else 0.0,
@@ -403,6 +411,23 @@ class Flight:
             self.together.served()
         onboard.say(f"Parcel let go at the edge of {place.label}")
         yield from steps.pause(onboard, FALLEN_S)
+        self._see_it_lie(place.place_m, before)
+
+    def _see_it_lie(self, place_m: Corner, before: View | None) -> None:
+        """Tells where the parcel lies, by the frame before it was let go and the last one."""
+        onboard, after = self.onboard, self.view
+        if before is None or after is None or after.time_us == before.time_us:
+            lies_m = None
+        else:
+            lies_m = find(before, after, self.settings.camera, place_m, -self.below_m)
+        if lies_m is None:
+            onboard.say("Parcel not seen on the ground", WARNING)
+            onboard.note("parcel_unseen", "the camera does not see the parcel")
+            return
+        lat_deg, lon_deg = self.place_deg(lies_m)
+        text = f"Parcel seen {math.dist(lies_m, place_m):.1f} m from its place"
+        onboard.say(text)
+        onboard.note("parcel_seen", text, lat_deg=lat_deg, lon_deg=lon_deg)
 
     def _see_once_more(self, place: Place) -> None:
         """From low: whether the place is still one. It stays put: a house may stand beside it. Raises Aborted."""

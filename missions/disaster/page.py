@@ -88,10 +88,12 @@ def _delivery(figures: Figures) -> Table:
 
 def _parcels(parcels: Sequence[Mapping[str, Any]]) -> Table:
     rows = [
-        (one["vehicle"], one["time_s"], one["to_target_m"], one["to_place_m"], "yes" if one["safe"] else one["unsafe"])
+        (one["vehicle"], one["time_s"], one["to_target_m"], one["to_place_m"],
+         "not seen" if one["to_seen_m"] is None else one["to_seen_m"], "yes" if one["safe"] else one["unsafe"])
         for one in parcels
-    ]
-    return Table(("parcel of", "at rest, s", "to the area, m", "to its place, m", "safe"), rows)
+    ]  # fmt: skip
+    head = ("parcel of", "at rest, s", "to the area, m", "to its place, m", "to where the camera saw it, m", "safe")
+    return Table(head, rows)
 
 
 def _targets(targets: Sequence[Mapping[str, Any]]) -> Table:

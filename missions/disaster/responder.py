@@ -30,6 +30,7 @@ from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, position
+from sitl_emu.missions.disaster.drop import View
 from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
 from sitl_emu.missions.disaster.sight import Eye, Sight
@@ -88,7 +89,7 @@ class Responder:
         flight, rate_hz = self.flight, self.settings.perception.look_rate_hz
         if not flight.looking or (rate_hz and frame_time_us < self._look_us):
             return None
-        if self._onboard.telemetry.pose_at(frame_time_us) is None or flight.altitude_m < LOOKS_FROM_M:
+        if self._onboard.telemetry.pose_at(frame_time_us) is None or flight.over_ground_m < LOOKS_FROM_M:
             return None
         if rate_hz:
             self._look_us = max(self._look_us + round(1e6 / rate_hz), frame_time_us)
@@ -114,6 +115,8 @@ class Responder:
             telemetry = self._onboard.telemetry
             eph_m, epv_m = telemetry.eph_m or 0.0, telemetry.epv_m or 0.0
             flight.ground.on_features(frame_time_us, pose, detections.features, eph_m, epv_m)
+            if detections.gray is not None:
+                flight.view = View(frame_time_us, detections.gray, pose)
         flight.regions.update(pose, flight.ground.heights_m(now_us), detections, edges)
         return []
 

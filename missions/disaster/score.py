@@ -7,8 +7,9 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   "aborted" (it stayed on board for a reason), "nothing found", or "unfinished" (the flight did not end by itself);
   `abort_reason`: `aborts.Reason` of the last abort while a parcel was on board; `aborts`: all of them in order.
 - `delivered`, `deliveries`: how many parcels lie well; of each: where it rests and was to lie (north, east),
-  `to_target_m` (to the nearest true area's edge, 0 in it), `to_place_m` (to where it was to lie, truly), `target` (its
-  index), `safe` and, where it is not, `unsafe` (in water, in the area, on a person, on a roof, …).
+  `to_target_m` (to the nearest true area's edge, 0 in it), `to_place_m` (to where it was to lie, truly), `to_seen_m`
+  (to where the vehicle's camera saw it lie), `target` (its index), `safe` and, where it is not, `unsafe` (in water, in
+  the area, on a person, on a roof, …).
 - `targets_total`, `targets_found`, `targets`: each with label, true area, `found`, and `iou` of what was mapped of it
   with the truth, both within the scanned area.
 - `regions_total`, `regions_false`: what was mapped, and of it what overlaps no true area of its label within 2 m.
@@ -65,6 +66,8 @@ class Parcel(NamedTuple):
     north_m: float
     east_m: float
     to_place_m: float | None
+    to_seen_m: float | None
+    """None: the camera did not see it."""
     to_target_m: float | None
     target: int | None
     safe: bool
@@ -166,8 +169,20 @@ def _parcel(record: RunRecord, event: EventLine) -> Parcel:
         to_place_m = math.dist(_metres(record, released[-1], "place_"), (place.x, place.y))
     unsafe = _unsafe(record, event, place, to_target_m)
     return Parcel(
-        event["vehicle"], event["time_s"], place.x, place.y, to_place_m, to_target_m, target, not unsafe, unsafe
-    )
+        event["vehicle"], event["time_s"], place.x, place.y, to_place_m, _to_seen_m(record, event, place),
+        to_target_m, target, not unsafe, unsafe,
+    )  # fmt: skip
+
+
+def _to_seen_m(record: RunRecord, event: EventLine, place: Point) -> float | None:
+    """How far from where it lies the camera saw it: the first thing that its vehicle told after it was let go."""
+    kinds = "released", "parcel_seen", "parcel_unseen"
+    told = [one for one in record.events if one["event"] in kinds and one["vehicle"] == event["vehicle"]]
+    before = [k for k, one in enumerate(told) if one["event"] == "released" and one["time_s"] <= event["time_s"]]
+    after = told[before[-1] + 1 : before[-1] + 2] if before else []
+    if not after or after[0]["event"] != "parcel_seen":
+        return None
+    return math.dist(_metres(record, after[0]), (place.x, place.y))
 
 
 def _unsafe(record: RunRecord, event: EventLine, place: Point, to_target_m: float | None) -> str:
@@ -311,7 +326,8 @@ def _lines(figures: dict[str, Any]) -> list[str]:
     ]
     for one in figures["deliveries"]:
         lies = f"{_shown(one['to_target_m'])} from the area, {_shown(one['to_place_m'])} from its place"
-        told.append(f"parcel of {one['vehicle']}: {lies}; {'safe' if one['safe'] else one['unsafe']}")
+        seen = "not seen there" if one["to_seen_m"] is None else f"seen {_shown(one['to_seen_m'])} from there"
+        told.append(f"parcel of {one['vehicle']}: {lies}, {seen}; {'safe' if one['safe'] else one['unsafe']}")
     told += [f"aborted: {reason}" for reason in figures["aborts"]]
     if (terrain := figures["terrain"]) is not None and terrain["rms_m"] is not None:
         told.append(f"terrain: RMS error {terrain['rms_m']:.2f} m, {terrain['known_share']:.0%} of the area mapped")

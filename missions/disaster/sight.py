@@ -24,11 +24,13 @@ WEAK, STRONG = 60, 150
 
 
 class Sight(Detections):
-    """The detections of a frame, with `edges`, the share of edges in its parts (rows, columns), and corners."""
+    """The detections of a frame, with `edges`, the share of edges in its parts (rows, columns), corners, and itself."""
 
-    def __init__(self, detections: list[Detection], edges: Edges, features: Sequence[Feature] = ()) -> None:
+    def __init__(
+        self, detections: list[Detection], edges: Edges, features: Sequence[Feature] = (), gray: Gray | None = None
+    ) -> None:
         super().__init__(detections, detections.areas if isinstance(detections, Detections) else None)
-        self.edges, self.features = edges, features
+        self.edges, self.features, self.gray = edges, features, gray
 
 
 class Eye:
@@ -40,7 +42,7 @@ class Eye:
     def look(self, image: Image, gsd_m: float) -> Sight:
         """All that a frame gives."""
         gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        return Sight(self._detector.detect(image, gsd_m or None), edges_of(gray), self._tracker.follow(gray))
+        return Sight(self._detector.detect(image, gsd_m or None), edges_of(gray), self._tracker.follow(gray), gray)
 
 
 def edges_of(gray: Gray) -> Edges:

@@ -75,6 +75,15 @@ def test_a_parcel_at_the_edge_is_delivered() -> None:
     assert page(got).sections and all(row.good for row in rows([got]))
 
 
+def test_where_the_camera_saw_the_parcel_is_held_against_where_it_lies() -> None:
+    lat, lon = deg((7.5, 16.2))
+    seen = {"event": "parcel_seen", "time_s": 34.0, "vehicle": "uas", "lat_deg": lat, "lon_deg": lon}
+    unseen = {"event": "parcel_unseen", "time_s": 34.0, "vehicle": "uas"}
+    for told, wanted in ((seen, pytest.approx(1.2, abs=0.01)), (unseen, None), (seen | {"vehicle": "uas2"}, None)):
+        got = scored(confirmed(), released((7.0, 15.0)), rests(7.5, 15.0), told, MAPPED)
+        assert got["deliveries"][0]["to_seen_m"] == wanted and page(got).sections
+
+
 @pytest.mark.parametrize(
     ("where", "said"),
     [((15.0, 15.0), "in the area"), ((4.0, 15.0), ""), ((7.5, 15.0), "on a person")],
