@@ -139,8 +139,10 @@ lie in the vehicle's namespace, as PX4's do; what nobody has subscribed to is no
 so are all frames' prefixes: NAME is the vehicle's in the scenario, in a launch MODEL-INSTANCE.
 
 **In a launch** there are `/clock`, with `--world` `/tf`, `/tf_static` and `range` as well, and with `--camera` those of
-`camera/…`, at the rate of the vehicle's data. Not there: depth camera and lidar, which only a scenario can give a
-vehicle. `--camera` sends video, too, and needs PyAV (`pip install 'sitl-emu[ros2,video]'`).
+`camera/…`, at the rate of the vehicle's data. `--camera` sends video, too, and needs PyAV (`pip install
+'sitl-emu[ros2,video]'`). A vehicle of your own whose vehicle.toml has a table `[depth]` or `[lidar]`, with the figures
+that a scenario gives them, has `depth_camera/…` and `lidar/…` with `--world`; in a launch they tell ROS 2 alone, and
+the autopilot of no obstacles. None of ours lists any.
 
 | topic | message | Hz | frame |
 | --- | --- | --- | --- |
@@ -161,8 +163,8 @@ vehicle. `--camera` sends video, too, and needs PyAV (`pip install 'sitl-emu[ros
   stamped as PX4's topics there (Times, above). A node with `use_sim_time` runs at the run's speed; the run does not
   wait for it, so one that must hear every frame wants `--speed 1`. A frame comes when it reaches a companion
   (`latency_s`), in a launch when it is drawn, and bears the time at which it was taken. A launch does not wait for
-  its cameras: where one is not drawn in time, the next frame is left out. It tells nothing before its vehicles are
-  armable, and while one that is alone reboots: until then time goes faster than asked for.
+  its cameras and lidars: where a frame is not there in time, the next is left out. It tells nothing before its
+  vehicles are armable, and while one that is alone reboots: until then time goes faster than asked for.
   At the speed 1 on a machine that can't follow, PX4's time synchronisation jumps (by 0.1 s and more), and the stamps of
   its topics with it, back as well. `/clock` stands still then, and those of the sensors and of `/tf` go on by a
   twentieth of the time, until it has caught up: they never go back.

@@ -320,12 +320,22 @@ class RangeConfig(ProcessConfig):
     ring: RingData
     depth: DepthDescription | None = None
     lidar: LidarDescription | None = None
+    keeps: bool = True
+    """Whether a frame a second is kept in the run's folder (`kept_frames`)."""
 
     @property
     def tells_obstacles(self) -> bool:
         """Whether the autopilot is told of obstacles."""
         described = self.depth or self.lidar
         return described is not None and described.tells_obstacles
+
+    @property
+    def rate_hz(self) -> float:
+        """Of its frames."""
+        if self.depth is not None:
+            return self.depth.camera.rate_hz
+        assert self.lidar is not None, "one of the two is described"
+        return self.lidar.rate_hz
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -340,6 +350,12 @@ class RosVehicleData:
     lidar: LidarDescription | None = None
     rings: Mapping[str, Any]
     """Names of its feeds' shared memory, by feed."""
+
+    @property
+    def on_gimbal(self) -> bool:
+        """Whether its gimbal carries a feed."""
+        cameras = (self.camera, self.depth.camera if self.depth is not None else None)
+        return any(camera is not None and camera.on_gimbal for camera in cameras)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -106,6 +106,11 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
         from sitl_emu.run import dds_socket
 
         dds_socket.check(len(wanted))
+    if options.dds and options.world is not None:
+        from sitl_emu.run import range_feeds
+
+        for model in names:
+            range_feeds.of_data(models.load(model))
     if options.tlog is not None:
         state.make(options.tlog)
     from sitl_emu.run import site

@@ -180,7 +180,7 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
     for (model, instance, _, root), each in zip(crew.vehicles, data, strict=True):
         films = crew.video and _is_drawn(crew, each)
         video = VideoData(host=host, port=ports.video(instance)) if films else None
-        ring = RingData(name=_ring(instance), slots=RING_SLOTS) if films and crew.dds else None
+        ring = RingData(name=_ring(instance, "camera"), slots=RING_SLOTS) if films and crew.dds else None
         sitters.append(Sitter(_name(each, instance), model, each, root, video, ring))
     # what ROS 2 hears comes as often in simulated time as a camera has it
     clock = (lambda: simulation.simulators[0].time_usec * 1e-6) if crew.dds else clock_s
@@ -200,6 +200,7 @@ def _ros(
     """
     if crew.site.world is None or not crew.dds:
         return None
+    from sitl_emu.run.range_feeds import RangeFeeds
     from sitl_emu.run.ros_line import RosLine
 
     vehicles = [_ros_vehicle(crew, each) for each in crew.vehicles]
@@ -208,21 +209,27 @@ def _ros(
     def time_0_us() -> int | None:
         return next((host.dds_start_us for host in hosts if not host.off), None)
 
-    return RosLine(vehicles, simulation, photographer, start_us, time_0_us, say)
+    measures = any(each.depth is not None or each.lidar is not None for each in vehicles)
+    ranges = RangeFeeds(vehicles, simulation, crew.site.world) if measures else None
+    return RosLine(vehicles, simulation, photographer, start_us, time_0_us, say, ranges)
 
 
 def _ros_vehicle(crew: Crew, vehicle: Launched) -> "RosVehicleData":
-    from sitl_emu.run import cameras
+    from sitl_emu.run import cameras, range_feeds
     from sitl_emu.run.configs import RosVehicleData
 
     data = models.load(vehicle.model)
     films = crew.video and _is_drawn(crew, data)
+    depth, lidar = range_feeds.of_data(data)
+    feeds = {"camera": films, range_feeds.DEPTH: depth is not None, range_feeds.LIDAR: lidar is not None}
     return RosVehicleData(
         name=_name(data, vehicle.instance),
         instance=vehicle.instance,
         range_finder=data.sensors.lidar is not None,
         camera=cameras.of_data(data) if films else None,
-        rings={"camera": _ring(vehicle.instance)} if films else {},
+        depth=depth,
+        lidar=lidar,
+        rings={feed: _ring(vehicle.instance, feed) for feed, there in feeds.items() if there},
     )
 
 
@@ -231,9 +238,9 @@ def _name(data: Vehicle, instance: int) -> str:
     return f"{data.model}-{instance}"
 
 
-def _ring(instance: int) -> str:
-    """The shared memory of a vehicle's camera."""
-    return f"sitl_emu-{os.getpid()}-{instance}-camera"
+def _ring(instance: int, feed: str) -> str:
+    """The shared memory of a vehicle's feed."""
+    return f"sitl_emu-{os.getpid()}-{instance}-{feed}"
 
 
 def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:

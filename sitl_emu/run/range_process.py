@@ -42,9 +42,8 @@ def _scanning_lidar(world: Rays, lidar: LidarDescription, noise: Noise) -> tuple
 
 def _kept(config: RangeConfig) -> KeptFrames:
     if config.depth is not None:
-        return KeptFrames(config, "depth", config.depth.camera.rate_hz, depth_file)
-    assert config.lidar is not None, "one of the two is described"
-    return KeptFrames(config, "lidar", config.lidar.rate_hz, points_file)
+        return KeptFrames(config, "depth", config.rate_hz, depth_file)
+    return KeptFrames(config, "lidar", config.rate_hz, points_file)
 
 
 def run(config: RangeConfig, control: ControlChannel) -> None:
@@ -66,7 +65,8 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
             ring.write(asked.time_us, measured)
             seen = sensor.obstacles(measured, asked.pose, asked.head) if config.tells_obstacles else None
             control.send(Rendered(asked.index, ObstaclesSeen._make(seen) if seen is not None else None))
-            kept.offer(asked.index, asked.time_us, measured)
+            if config.keeps:
+                kept.offer(asked.index, asked.time_us, measured)
     finally:
         ring.close()
 

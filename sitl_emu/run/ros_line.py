@@ -18,8 +18,9 @@ from sitl_emu.core.simulator_api import SimulatorMessage
 from sitl_emu.run.children import STOP_S, end_all, obituary, start_process
 from sitl_emu.run.configs import RosConfig, RosVehicleData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
-from sitl_emu.run.messages import Start
+from sitl_emu.run.messages import FrameTaken, Start
 from sitl_emu.run.photographer import Photographer
+from sitl_emu.run.range_feeds import RangeFeeds
 from sitl_emu.run.ros.seen import SeenByRos, Shown
 from sitl_emu.world.simulation import Simulation
 
@@ -77,14 +78,16 @@ class RosLine:
         start_us: int,
         time_0_us: Callable[[], int | None],
         say: Callable[[str], None],
+        ranges: RangeFeeds | None = None,
     ) -> None:
         """Start the process. Raises OSError.
 
-        `vehicles` in the order of the simulation; `photographer` has frames drawn for those that have a camera.
+        `vehicles` in the order of the simulation; `photographer` has frames drawn for those that have a camera,
+        `ranges` measured for those that have a depth camera or a lidar, and is closed with the line.
         `start_us`: the date now; `time_0_us` tells that of simulated time 0, None where it is not known at the moment.
         """
         self._vehicles, self._simulation, self._photographer = vehicles, simulation, photographer
-        self._start_us, self._time_0_us, self._say = start_us, time_0_us, say
+        self._start_us, self._time_0_us, self._say, self._ranges = start_us, time_0_us, say, ranges
         self._dates = Dates()
         self._due_us = self._began_us = 0
         self._ready = self._lost = False
@@ -116,19 +119,22 @@ class RosLine:
             return
         self._due_us = max(self._due_us, now_us - EVERY_US) + EVERY_US
         self._dates.follow(now_us, now_us + time_0_us - self._start_us)
-        shown = [self._shown(place) for place in range(len(self._vehicles))]
+        frames = self._frames()
+        shown = [self._shown(place, frames) for place in range(len(self._vehicles))]
         try:
             self._ready = self._ready or self._control.poll() is not None  # its Ready: else it would hear of old times
             if self._ready:
                 self._seen.tell(now_us, shown, self._dates.told_us)
         except ProcessLostError:
             self._lose()
-        if self._photographer is not None:
-            self._photographer.frames.clear()
+        if self._ranges is not None and self._ready and not self._lost:
+            self._ranges.ask(now_us, self._photographer.gimbals if self._photographer is not None else {})
 
     def close(self) -> None:
         """End the process. May be called twice."""
         self._control.close()
+        if self._ranges is not None:
+            self._ranges.close()
         end_all([self._child], STOP_S)
         self._folder.cleanup()
 
@@ -136,14 +142,24 @@ class RosLine:
     def _now_us(self) -> int:
         return self._simulation.simulators[0].time_usec
 
-    def _shown(self, place: int) -> Shown:
-        pose, camera = self._simulation.simulators[place].pose(), self._vehicles[place].camera
-        if self._photographer is None or camera is None:
-            return Shown(pose, False, None, None, ())
-        gimbal, zoom = self._photographer.gimbals.get(place), self._photographer.zooms.get(place)
-        taken = [frame for whose, frame in self._photographer.frames if whose == place]
-        frames = tuple(frame for frame in taken if frame.time_us >= self._began_us)
-        return Shown(pose, camera.on_gimbal, gimbal, zoom, frames)
+    def _frames(self) -> list[tuple[int, FrameTaken]]:
+        """Those that were drawn or measured since this was asked last, with their vehicles' places."""
+        frames = list[tuple[int, FrameTaken]]()
+        if self._photographer is not None:
+            frames += self._photographer.frames
+            self._photographer.frames.clear()
+        if self._ranges is not None:
+            frames += self._ranges.measured()
+            while self._ranges.complaints:
+                self._say(self._ranges.complaints.pop())
+        return [(place, frame) for place, frame in frames if frame.time_us >= self._began_us]
+
+    def _shown(self, place: int, frames: Sequence[tuple[int, FrameTaken]]) -> Shown:
+        pose, on_gimbal = self._simulation.simulators[place].pose(), self._vehicles[place].on_gimbal
+        gimbal, zoom = None, None
+        if self._photographer is not None:
+            gimbal, zoom = self._photographer.gimbals.get(place), self._photographer.zooms.get(place)
+        return Shown(pose, on_gimbal, gimbal, zoom, tuple(frame for whose, frame in frames if whose == place))
 
     def _lose(self) -> None:
         """The process has died: say so, and have nothing drawn for it."""
@@ -153,3 +169,5 @@ class RosLine:
         self._say(f"ROS 2 hears nothing of the world any more: {obituary(self._child)}")
         if self._photographer is not None:
             self._photographer.forget_frames()
+        if self._ranges is not None:
+            self._ranges.close()

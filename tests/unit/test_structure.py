@@ -38,6 +38,7 @@ SOCKET_FILES = {
     "sitl_emu/run/wiring.py",
     "sitl_emu/run/children.py",
     "sitl_emu/run/photographer.py",
+    "sitl_emu/run/range_feeds.py",
     "sitl_emu/run/ros_line.py",
     "sitl_emu/run/preflight.py",
     "sitl_emu/run/world_process.py",

@@ -1,8 +1,9 @@
 """What a vehicle sees by: a camera, a depth camera, a scanning lidar, and where each is mounted."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, Tag, field_validator
+from pydantic import Field, PlainValidator, Tag, ValidationError, field_validator
 
 from sitl_emu.run import cameras
 from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescription
@@ -175,3 +176,14 @@ class LidarPart(Part):
         place, _ = _mount(self.mount)
         figures = self.model_dump(exclude={"mount"})
         return LidarDescription(**figures, place_m=place[:3], depression_deg=place.depression_deg)
+
+
+def checked(part: type[DepthPart | LidarPart], figures: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """A feed's figures from a vehicle's data. Raises ValueError for the first that can't be."""
+    try:
+        part.model_validate(figures)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(each) for each in first["loc"] if each not in (NAME, NUMBERS))
+        raise ValueError(f"{where}.{place}: {first['msg'].removeprefix('Value error, ')}") from None
+    return dict(figures)

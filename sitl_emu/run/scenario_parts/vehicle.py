@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, Tag, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
 
 from sitl_emu import vehicles
 from sitl_emu.run.configs import CameraDescription, DepthDescription, LidarDescription, ModelData
-from sitl_emu.run.scenario_parts.feeds import CameraPart, DepthPart, LidarPart
+from sitl_emu.run.scenario_parts.feeds import CameraPart, DepthPart, LidarPart, checked
 from sitl_emu.run.scenario_parts.part import NAME, NAME_OR_NUMBERS, NUMBERS, Part, Place
 
 MOST = 40
@@ -93,7 +93,7 @@ class VehiclePart(Part):
         own: dict[str, tuple[type[DepthPart] | type[LidarPart], Mapping[str, Any] | None]]
         own = {"depth": (DepthPart, data.depth), "lidar": (LidarPart, data.lidar)}
         return given | {
-            name: _checked(part, figures, f"{data.model}/{vehicles.TOML}: {name}") | given[name]
+            name: checked(part, figures, f"{data.model}/{vehicles.TOML}: {name}") | given[name]
             for name, (part, figures) in own.items()
             if figures is not None and isinstance(given.get(name), dict)
         }
@@ -167,14 +167,3 @@ def _found(model: str, info: ValidationInfo) -> str:
     folder = info.context["folder"] / model if info.context else Path(model)
     is_own = model not in vehicles.models() and (vehicles.is_folder(folder) or "/" in model)
     return str(folder.resolve()) if is_own else model
-
-
-def _checked(part: type[DepthPart | LidarPart], figures: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """A feed's figures from a vehicle's data. Raises ValueError for the first that can't be."""
-    try:
-        part.model_validate(figures)
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(each) for each in first["loc"] if each not in (NAME, NUMBERS))
-        raise ValueError(f"{where}.{place}: {first['msg'].removeprefix('Value error, ')}") from None
-    return dict(figures)
