@@ -248,8 +248,8 @@ def page(published: Mapping[str, set[str]]) -> str:
         *(row(topic, published[topic.name]) for topic in PUBLICATIONS if topic.name in published),
         "",
         f"Announced, and silent in that flight: {names(silent)}. Of these come when there is something to tell: "
-        "`manual_control_setpoint`, `input_rc`, `transponder_report`, `gimbal_device_attitude_status`, `wind`, the "
-        "replies, and in real time `timesync_status`, once a second. The others never do.",
+        "`manual_control_setpoint`, `input_rc`, `transponder_report`, `gimbal_device_attitude_status`, `wind`, "
+        "the replies, and in real time `timesync_status`, once a second. The others never do.",
         "",
         "## Taken",
         "",

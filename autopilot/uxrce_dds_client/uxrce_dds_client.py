@@ -10,9 +10,10 @@ is told that clock; until it is, the date at boot stands for it.
 import struct
 from collections.abc import Callable, Iterable
 from operator import attrgetter
-from typing import Any
+from typing import Any, Final
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.logger.logged_topics import STATE_MS, LoggedTopic
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
@@ -35,6 +36,16 @@ SOURCE_PROTOCOL_DDS = 2
 WRAP = 1 << 64
 STAMP = struct.Struct("<Q")
 VEHICLE_COMMAND = next(number for number, topic in enumerate(SUBSCRIPTIONS) if topic.name == "vehicle_command")
+TELLS_COMPLETION: Final = frozenset(
+    (
+        NavState.AUTO_TAKEOFF,
+        NavState.AUTO_VTOL_TAKEOFF,
+        NavState.AUTO_MISSION,
+        NavState.AUTO_RTL,
+        NavState.AUTO_LAND,
+    )
+)
+"""Modes of the navigator that tell mode_completed when they have done their work (Navigator::mode_completed)."""
 LOOK_US = 20_000
 """How often it looks whether a state has changed: commander and others write them so often."""
 
@@ -95,7 +106,7 @@ class UxrceDdsClient:
         self.outbox: list[Sample] = []
         self.time_offset_us = boot_unix_us
         """The clock of DDS's side less ours."""
-        self._synchronized, self._timesync_due_us = False, 0
+        self._synchronized, self._timesync_due_us, self._completion_due_us = False, 0, 0
         chosen = publications(logged, topics, system_id)
         self._records = attrgetter(*(each.source for each in chosen))
         self._entries = [_Entry(each, record) for each, record in zip(chosen, self._records(topics), strict=True)]
@@ -147,6 +158,20 @@ class UxrceDdsClient:
             elif entry.state:
                 entry.due_us = now_us + LOOK_US
         self._publish_queues()
+        self._publish_completion(now_us)
+
+    def _publish_completion(self, now_us: int) -> None:
+        """That the mode has done its work, as soon as it has and twice a second while it stays.
+
+        PX4's navigator tells it in each of its runs.
+        """
+        if not self._topics.mission_result.finished:
+            self._completion_due_us = 0
+        elif now_us >= self._completion_due_us:
+            self._completion_due_us = now_us + STATE_MS * 1000
+            mode = self._topics.navigator_status.nav_state
+            if mode in TELLS_COMPLETION:
+                self._reply(now_us, Reply("mode_completed", {"nav_state": mode}))
 
     def _publish_queues(self) -> None:
         """Answers to commands, and aircraft nearby: each that came."""

@@ -14,7 +14,7 @@ from sitl_emu.autopilot.uxrce_dds_client.dds_topics import MESSAGES, PUBLICATION
 
 from .pilot import Pilot
 
-SET_MODE, ARM, TAKEOFF = 176, 400, 22
+SET_MODE, ARM, TAKEOFF, LAND = 176, 400, 22, 21
 OFFBOARD_MODE = (1.0, 6.0)
 """DO_SET_MODE: custom mode enabled, PX4's OFFBOARD."""
 FREE = (math.nan, math.nan, math.nan)
@@ -383,6 +383,28 @@ def test_it_climbs_by_attitude_and_by_rates() -> None:
         assert pilot.topics.vehicle_status.nav_state is NavState.OFFBOARD
 
 
+def test_a_mode_that_has_done_its_work_says_so() -> None:
+    """As px4_ros2's executors await it: after take-off, while it goes over to HOLD, and after landing."""
+    pilot = Pilot("iris")
+    node = Node(pilot)
+    pilot.until_armable()
+    nan = math.nan
+    node.command(TAKEOFF, 0.0, 0.0, 0.0, nan, nan, nan, nan)
+    node.command(ARM, 1.0)
+    for nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_LOITER):
+        pilot.until(lambda nav_state=nav_state: pilot.topics.vehicle_status.nav_state is nav_state, 30.0)  # type: ignore[misc]
+    pilot.run(1.0)
+    completed = {(told["nav_state"], told["result"]) for told in node.hear("mode_completed")}
+    assert completed == {(NavState.AUTO_TAKEOFF, 0)}
+    node.command(LAND, 0.0, 0.0, 0.0, nan, nan, nan, nan)
+    pilot.until(lambda: not pilot.topics.vehicle_status.armed, 30.0)
+    pilot.run(1.0)
+    times_us = [told["timestamp"] for told in node.hear("mode_completed") if told["nav_state"] == NavState.AUTO_LAND]
+    assert 2 <= len(times_us) <= 6, "twice a second until it is disarmed (COM_DISARM_LAND, 2 s)"
+    pilot.run(1.0)
+    assert not list(node.hear("mode_completed"))
+
+
 def test_commands_for_others_are_not_heard() -> None:
     pilot = Pilot("iris")
     node = Node(pilot)
@@ -414,6 +436,12 @@ def test_numbers_that_are_none_change_nothing() -> None:
     node.send("sensor_optical_flow", pixel_flow=(nan, inf), integration_timespan_us=2**32 - 1)
     node.send("manual_control_input", valid=True, data_source=2, roll=nan)
     node.command(SET_MODE, nan, inf)
+    for topic in SUBSCRIPTIONS:
+        for none in (nan, inf, -inf):
+            floats = [each for each in cdr.places(topic.type) if each.code in "fd"]
+            told = {each.path: none if each.length == 1 else (none,) * each.length for each in floats}
+            node.send(topic.name, **told)
+    pilot.run(0.2)
     for number, topic in enumerate(SUBSCRIPTIONS):
         node.client.on_sample(pilot.autopilot.now_us, Sample(number, b""))
         node.client.on_sample(pilot.autopilot.now_us, Sample(number, bytes(cdr.size(topic.type) - 1)))
@@ -479,6 +507,10 @@ def test_formats_of_messages_are_told() -> None:
         (reply,) = node.hear("message_format_response")
         assert reply["success"] is success
         assert reply["message_hash"] == (MESSAGES["VehicleCommand"].hash if success else 0)
+    for topic in (*PUBLICATIONS, *SUBSCRIPTIONS):  # px4_ros2 asks for many of them before it registers a mode
+        node.send("message_format_request", protocol_version=1, topic_name=f"/px4_1/fmu/out/{topic.name}".encode())
+        (reply,) = node.hear("message_format_response")
+        assert (reply["success"], reply["message_hash"]) == (True, MESSAGES[topic.type].hash)
     node.send("message_format_request", protocol_version=2, topic_name=b"/fmu/in/vehicle_command")
     (reply,) = node.hear("message_format_response")
     assert (reply["success"], reply["protocol_version"]) == (False, 1)
