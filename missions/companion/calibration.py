@@ -2,8 +2,9 @@
 
 A file of OpenCV's FileStorage (YAML, XML or JSON), as its calibration programs write it: `image_width` and
 `image_height` (or `cameraResolution`), `camera_matrix` (3 x 3), `distortion_coefficients` (or `dist_coeffs`: k1, k2,
-p1, p2, k3; or the first four). Ours is `mount`, which may be left out: forward_m, right_m, down_m, depression_deg, and
-on_gimbal: 1 for a camera on a gimbal's head, which tells where it looks. A simulated run writes one for each camera
+p1, p2, k3; or the first four). Ours are two that may be left out: `mount` (forward_m, right_m, down_m, depression_deg,
+and on_gimbal: 1 for a camera on a gimbal's head, which tells where it looks), and `readout_s` of a rolling shutter, its
+rows times the line's time, by the sensor's data sheet or driver. A simulated run writes one for each camera
 into its folder; on hardware it is what calibrating the real camera gave. It is that of a camera that has not zoomed:
 for one that has, fx and fy are so many times as large (docs/cameras.md).
 """
@@ -21,6 +22,8 @@ MATRIX = """{name}: !!opencv-matrix
    data: [ {data} ]
 """
 SKEW_LIMIT = 1e-6
+READOUT_LIMIT_S = 1.0
+"""As of image sensors in `vehicles/image_sensor.py`."""
 
 
 class Calibration(NamedTuple):
@@ -41,6 +44,7 @@ def write(path: Path, camera: CameraModel, mount: Mount) -> None:
         f"image_width: {camera.width}\nimage_height: {camera.height}\n"
         + _matrix("camera_matrix", 3, 3, matrix)
         + _matrix("distortion_coefficients", 5, 1, camera.distortion)
+        + (f"readout_s: {camera.readout_s!r}\n" if camera.readout_s else "")
         + "".join(["mount:\n", *(f"   {name}: {value!r}\n" for name, value in figures.items())])
     )
 
@@ -63,6 +67,8 @@ def read(path: Path) -> Calibration:
         matrix = _numbers(path, storage, ("camera_matrix",), (9,))
         lens = _numbers(path, storage, ("distortion_coefficients", "dist_coeffs"), (4, 5))
         width, height = _size(path, storage)
+        readout = storage.getNode("readout_s")
+        readout_s = 0.0 if readout.empty() else readout.real()
         mount = storage.getNode("mount")
         place = None if mount.empty() else _mount(mount)
     finally:
@@ -72,7 +78,9 @@ def read(path: Path) -> Calibration:
         raise ValueError(
             f"{path}: camera_matrix: {matrix}; allowed: [fx, 0, cx, 0, fy, cy, 0, 0, 1], fx and fy above 0"
         )
-    return Calibration(CameraModel(width, height, fx, fy, cx, cy, Distortion(*lens)), place)
+    if not 0.0 <= readout_s <= READOUT_LIMIT_S:
+        raise ValueError(f"{path}: readout_s: {readout_s!r}; allowed: 0 (a global shutter) to {READOUT_LIMIT_S:g}")
+    return Calibration(CameraModel(width, height, fx, fy, cx, cy, Distortion(*lens), readout_s), place)
 
 
 def of(given: Options, mount: Mount) -> tuple[CameraModel, Mount]:

@@ -41,6 +41,8 @@ class CameraModel(NamedTuple):
     cx: float = 319.5
     cy: float = 239.5
     distortion: Distortion = Distortion()
+    readout_s: float = 0.0
+    """From the first row's exposure to the last one's, of a rolling shutter; a frame's time is its middle row's."""
 
     @property
     def focal_px(self) -> float:
@@ -110,6 +112,26 @@ class CameraPose(NamedTuple):
 
     position_m: FloatArray
     to_ned: FloatArray
+
+
+class Sweep(NamedTuple):
+    """Where the camera was when its first and its last row were read: of a global shutter the same."""
+
+    first: CameraPose
+    last: CameraPose
+
+    def origins_m(self, shares: FloatArray) -> FloatArray:
+        """Where it was (n, 3) at rows, given as shares (n,) of the way from the first to the last."""
+        return self.first.position_m + shares[:, None] * (self.last.position_m - self.first.position_m)
+
+    def directions(self, rays: FloatArray, shares: FloatArray) -> FloatArray:
+        """Unit vectors NED (n, 3) of directions (n, 3) in camera axes, that were seen in those rows.
+
+        Between the two attitudes it goes evenly: they differ by what a camera turns in a frame.
+        """
+        first, last = rays @ self.first.to_ned.T, rays @ self.last.to_ned.T
+        turned = first + shares[:, None] * (last - first)
+        return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))
 
 
 def body_to_ned(q: Quaternion) -> FloatArray:

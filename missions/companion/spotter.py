@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.telemetry import Pose, Telemetry
-from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, camera_pose, gsd_m
+from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Mount, Point, Sweep, camera_pose, gsd_m
 from sitl_emu.missions.companion.companion import Candidate
 from sitl_emu.missions.companion.confirmation import Confirmation, Target
 from sitl_emu.missions.companion.detector import Detection
@@ -34,6 +34,16 @@ def camera_pose_at(telemetry: Telemetry, frame_time_us: int, mount: Mount, origi
         if head is None:
             return None
     return None if pose is None else camera_pose(position(pose, origin), pose.q, mount, head)
+
+
+def camera_sweep_at(
+    telemetry: Telemetry, frame_time_us: int, camera: CameraModel, mount: Mount, origin: Origin
+) -> Sweep | None:
+    """The camera's poses of a frame's first and last row; None where one of them is not known."""
+    half_us = round(camera.readout_s / 2.0 * 1e6)
+    first = camera_pose_at(telemetry, frame_time_us - half_us, mount, origin)
+    last = camera_pose_at(telemetry, frame_time_us + half_us, mount, origin) if half_us else first
+    return None if first is None or last is None else Sweep(first, last)
 
 
 class Spotter:

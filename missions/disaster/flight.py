@@ -139,6 +139,7 @@ class Flight:
         if self.together is not None:
             yield from self.together.over_home()
         yield from steps.return_home(onboard)
+        self._write_terrain()  # again: home's ground, sounded at both ends, tells how far the height has drifted
         onboard.yielding.expect(())
         onboard.enter("landed", self.outcome)
 

@@ -5,21 +5,25 @@ corners' rays; the lidar adds take-off, each descent to a place, and the landing
 keeps that height above what is mapped ahead, else above home. What is not mapped counts as home's height, with the
 option's `ground_sigma_m`; between mapped cells the height is that of those about, weighed by their distance.
 
-Corners are mostly those of roofs. The ground is what does not rise above the lowest about it by more than ground does
-(as in the filters of airborne lidar: G. Vosselman, Slope based filtering of laser altimetry data, 2000). Sightings are
-placed on it, and it alone is kept as the terrain map, without the flight's own drift (`companion/terrain/crossover.py`)
-and, between what was measured, as `about` has it; what is flown over are roofs and trees as well.
+Corners are mostly those of roofs, and cars. The ground is what does not rise above the lowest about it by more than
+ground does, as in the filters of airborne lidar (G. Vosselman, Slope based filtering of laser altimetry data, 2000;
+T. Pingel, K. Clarke and W. McBride, An improved simple morphological filter, 2013), once what lies alone below all
+about it is gone: a corner that was confused with another, which would be the ground to such a filter (Z. Chen,
+B. Devereux, B. Gao and G. Amable, Upward-fusion urban DTM generating method using airborne lidar data, 2012; PDAL's
+filters.elm). Sightings are placed on the ground, and it alone is kept as the terrain map, without the flight's own
+drift (`companion/terrain/crossover.py`) and, between what was measured, as `about` has it; what is flown over are roofs
+and trees as well.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose
+from sitl_emu.missions.companion.camera_model import CameraModel, Sweep
 from sitl_emu.missions.companion.terrain import files
 from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.following import Following, next_altitude
@@ -31,9 +35,14 @@ from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
 EVERY_US = 1_000_000
 REACH_M = 4.0
 """How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
-ABOUT_M, SLOPE, STEP_M = 12, 0.3, 0.6
-"""How far the lowest may be: no house of ours is wider than twice that; how steep ground is, and what its heights
-are off, at most; ours."""
+ABOUT_M, SLOPE, STEP_M = 18.0, 0.15, 0.5
+"""How far the lowest may be, how steep ground is, and what its heights are off: the window, slope and threshold that
+Pingel's filter has in PDAL (filters.smrf). No house of ours is wider than twice the first."""
+ALONE_M, TOGETHER = 5.0, 3
+"""Fewer cells than that within this distance, where more are known, are no ground, but only low. The first is half the
+window of filters.elm, which takes the lowest alone; ours are two where a corner lies on a border of cells."""
+BESIDE_M = 1.5 * RESOLUTION_M
+"""Nearer than that are the eight cells about one."""
 STANDS_M = 1.0
 """What is mapped so high over the ground stands: a wall, a car, a tree; ours."""
 UNDER_M = 2.0
@@ -65,11 +74,9 @@ class Relief:
         """None as long as nothing is mapped."""
         self._due_us = 0
 
-    def on_features(
-        self, time_us: int, pose: CameraPose, features: Sequence[Feature], eph_m: float, epv_m: float
-    ) -> None:
+    def on_features(self, time_us: int, sweep: Sweep, features: Sequence[Feature], eph_m: float, epv_m: float) -> None:
         """See Survey."""
-        self.survey.on_features(time_us, pose, features, eph_m, epv_m)
+        self.survey.on_features(time_us, sweep, features, eph_m, epv_m)
 
     def heights_m(self, now_us: int) -> Grid | float:
         """Heights of the ground over home, of the map's cells, to place sightings by."""
@@ -106,18 +113,35 @@ class Relief:
 
 
 def ground(means_m: Grid) -> Grid:
-    """Heights of the cells that are ground; NaN where none is known, or something stands."""
-    reach = round(ABOUT_M / RESOLUTION_M)
+    """Heights of the cells that are ground; NaN where none is known, something stands, or one is low alone."""
+    means_m = _without_low(means_m)
     known = np.where(np.isfinite(means_m), means_m, np.inf)
-    around = np.pad(known, reach, constant_values=np.inf)
-    highest = np.full(known.shape, np.inf)
+    # a cone of that slope over each cell, grown from cell to cell (G. Borgefors, Distance transformations, 1986)
+    highest = known
+    for _ in range(round(ABOUT_M / RESOLUTION_M)):
+        highest = np.minimum.reduce([beside + SLOPE * away_m for beside, away_m in _shifted(highest, BESIDE_M)])
+    return np.where(known <= highest + STEP_M, means_m, np.nan)
+
+
+def _without_low(means_m: Grid) -> Grid:
+    """Without cells from which ground would have to rise too steeply to all but a few about them."""
+    known = np.where(np.isfinite(means_m), means_m, np.inf)
+    about_it, within_reach = np.zeros(known.shape, np.int64), np.zeros(known.shape, np.int64)
+    for there, away_m in _shifted(known, ALONE_M):
+        about_it += np.isfinite(there)
+        within_reach += np.isfinite(there) & (there <= known + STEP_M + SLOPE * away_m)
+    return np.where((within_reach < TOGETHER) & (about_it > TOGETHER), np.nan, means_m)
+
+
+def _shifted(heights_m: Grid, within_m: float) -> Iterator[tuple[Grid, float]]:
+    """What each cell has at a place beside it, infinity beyond the map, and how far that is; itself among them."""
+    reach = math.floor(within_m / RESOLUTION_M)
+    around = np.pad(heights_m, reach, constant_values=np.inf)
     for row in range(-reach, reach + 1):
         for column in range(-reach, reach + 1):
             away_m = RESOLUTION_M * math.hypot(row, column)
-            if away_m <= ABOUT_M:
-                there = around[reach + row :, reach + column :][: known.shape[0], : known.shape[1]]
-                np.minimum(highest, there + STEP_M + SLOPE * away_m, out=highest)
-    return np.where(known <= highest, means_m, np.nan)
+            if away_m <= within_m:
+                yield around[reach + row :, reach + column :][: heights_m.shape[0], : heights_m.shape[1]], away_m
 
 
 def about(means_m: Grid, sigmas_m: Grid) -> tuple[Grid, Grid]:

@@ -29,7 +29,7 @@ from sitl_emu.missions.companion.companion import PEER_LINK, Event, Outgoing, St
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
-from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, position
+from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, camera_sweep_at, position
 from sitl_emu.missions.disaster.drop import View
 from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
@@ -103,7 +103,8 @@ class Responder:
         """Puts a frame's detections into the map."""
         self._onboard.now_us = now_us
         flight = self.flight
-        pose = camera_pose_at(self._onboard.telemetry, frame_time_us, self.settings.mount, Origin(*flight.home))
+        settings, telemetry, home = self.settings, self._onboard.telemetry, Origin(*flight.home)
+        pose = camera_pose_at(telemetry, frame_time_us, settings.mount, home)
         if pose is None or flight.regions is None:
             return []
         self._frames += 1
@@ -112,9 +113,10 @@ class Responder:
         edges = None
         if isinstance(detections, Sight):
             edges = detections.edges
-            telemetry = self._onboard.telemetry
             eph_m, epv_m = telemetry.eph_m or 0.0, telemetry.epv_m or 0.0
-            flight.ground.on_features(frame_time_us, pose, detections.features, eph_m, epv_m)
+            sweep = camera_sweep_at(telemetry, frame_time_us, settings.camera, settings.mount, home)
+            if sweep is not None:
+                flight.ground.on_features(frame_time_us, sweep, detections.features, eph_m, epv_m)
             if detections.gray is not None:
                 flight.view = View(frame_time_us, detections.gray, pose)
         flight.regions.update(pose, flight.ground.heights_m(now_us), detections, edges)

@@ -24,10 +24,11 @@ SHOWN_CELLS = 60
 
 
 def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
-    """Figures of the first map that a vehicle of a run has written; None where there is none, or no truth."""
-    told = next((event for event in record.events if event["event"] == "terrain_map"), None)
-    if told is None or record.folder is None or record.ground_m is None:
+    """Figures of the last map of the first vehicle that has written one; None where there is none, or no truth."""
+    all_told = [event for event in record.events if event["event"] == "terrain_map"]
+    if not all_told or record.folder is None or record.ground_m is None:
         return None
+    told = [event for event in all_told if event["vehicle"] == all_told[0]["vehicle"]][-1]
     path = record.folder / told["file"]
     if not path.is_file():
         return None

@@ -78,7 +78,13 @@ def model(camera: CameraDescription) -> CameraModel:
     seen = intrinsics(camera)
     middle = (seen.width - 1) / 2.0, (seen.height - 1) / 2.0
     return CameraModel(
-        seen.width, seen.height, seen.focal_px, seen.focal_px, *middle, ModelDistortion(*seen.distortion)
+        seen.width,
+        seen.height,
+        seen.focal_px,
+        seen.focal_px,
+        *middle,
+        ModelDistortion(*seen.distortion),
+        camera.sensor.readout_s if camera.sensor is not None else 0.0,
     )
 
 

@@ -247,6 +247,13 @@ def test_what_is_left_out_is_as_in_the_vehicles_data(tmp_path: Path) -> None:
     assert isinstance(ugv.camera_description, CameraDescription)
 
 
+@pytest.mark.parametrize(("sensor", "readout_s"), [("plain", 0.0), ("ov5648", 0.0326)])
+def test_a_companion_is_told_how_long_its_camera_s_rows_take(tmp_path: Path, sensor: str, readout_s: float) -> None:
+    uas = scenario(tmp_path, {"camera": {"sensor": sensor}}).vehicles[0]
+    cameras.write_calibration(tmp_path / "uas-camera.yaml", present(uas.camera_description))
+    assert calibration.read(tmp_path / "uas-camera.yaml").camera.readout_s == readout_s
+
+
 def test_files_of_opencvs_own_programs_are_read(tmp_path: Path) -> None:
     """interactive-calibration writes XML with cameraResolution and dist_coeffs, and knows no mount."""
     path = tmp_path / "calibrated.xml"

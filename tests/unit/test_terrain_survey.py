@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_pose, project
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, Point, Sweep, camera_pose, project
 from sitl_emu.missions.companion.geolocation import Intersection, Ray
 from sitl_emu.missions.companion.terrain.crossings import none_yet
 from sitl_emu.missions.companion.terrain.crossover import NONE, drift_of, without
@@ -19,7 +19,7 @@ from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
 from sitl_emu.missions.companion.terrain.soundings import Sounding
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.relief import about, spread
+from sitl_emu.missions.disaster.relief import about, ground, spread
 
 CAMERA = CameraModel()
 BOUNDS = Bounds(-10.0, -10.0, 40.0, 10.0)
@@ -28,18 +28,39 @@ PLACES = [(12.0, -3.0, 2.0), (15.0, 4.0, -1.5), (18.0, 0.0, 0.0)]
 """North, east, height of corners."""
 
 
-def flown(survey: Survey, *, drift_m_s: float = 0.0, noise_px: float = 0.0) -> None:
-    """A line to the north 20 m up at 5 m/s, five frames a second; what is seen may drift to the east."""
+def pose_at(time_s: float) -> CameraPose:
+    """On a line to the north, 20 m up at 5 m/s, that begins 20 m before the places."""
+    return camera_pose((5.0 * time_s, 0.0, -20.0), quaternion(0.0, -0.05, 0.0), NADIR)
+
+
+def pixel_of(point: Point, time_s: float, readout_s: float = 0.0) -> tuple[float, float] | None:
+    """Where a place appears in a frame: in the row that is read when it is seen there."""
+    row = (CAMERA.height - 1) / 2.0
+    for _ in range(5):
+        pixel = project(CAMERA, pose_at(time_s + (row / (CAMERA.height - 1) - 0.5) * readout_s), point)
+        if pixel is None or not (0 <= pixel[0] < CAMERA.width and 0 <= pixel[1] < CAMERA.height):
+            return None
+        row = pixel[1]
+    return pixel
+
+
+def sweep_at(time_s: float, readout_s: float = 0.0) -> Sweep:
+    return Sweep(pose_at(time_s - readout_s / 2.0), pose_at(time_s + readout_s / 2.0))
+
+
+def flown(
+    survey: Survey, *, drift_m_s: float = 0.0, noise_px: float = 0.0, readout_s: float = 0.0, told_s: float = 0.0
+) -> None:
+    """A line, five frames a second; what is seen may drift to the east. `told_s`: how long rows are said to take."""
     rng = np.random.default_rng(3)
     for k in range(40):
-        pose = camera_pose((float(k), 0.0, -20.0), quaternion(0.0, -0.05, 0.0), NADIR)
-        seen = []
+        time_s, seen = 0.2 * k, []
         for number, (north, east, up) in enumerate(PLACES):
-            pixel = project(CAMERA, pose, (north, east + drift_m_s * 0.2 * k, -up))
-            if pixel is not None and 0 <= pixel[0] < CAMERA.width and 0 <= pixel[1] < CAMERA.height:
+            pixel = pixel_of((north, east + drift_m_s * time_s, -up), time_s, readout_s)
+            if pixel is not None:
                 x, y = np.array(pixel) + rng.normal(scale=noise_px, size=2)
                 seen.append(Feature(number, float(x), float(y)))
-        survey.on_features(k * 200_000, pose, seen, 0.5, 1.0)
+        survey.on_features(k * 200_000, sweep_at(time_s, told_s), seen, 0.5, 1.0)
 
 
 def test_corners_tell_the_ground_and_home_s_height_does_not() -> None:
@@ -51,6 +72,17 @@ def test_corners_tell_the_ground_and_home_s_height_does_not() -> None:
         near = [survey.terrain.height_m(north + n, east + e).mean_m for n in (-1.0, 0.0, 1.0) for e in (-1.0, 0.0, 1.0)]
         known = [each for each in near if math.isfinite(each)]
         assert known and min(abs(each - up) for each in known) < 0.3, height
+
+
+@pytest.mark.parametrize(("told_s", "off_m"), [(0.0, 0.15), (0.0326, 0.0)])
+def test_a_rolling_shutter_s_rows_are_seen_from_where_the_camera_was_when_they_were_read(
+    told_s: float, off_m: float
+) -> None:
+    """Taken for one moment, 20 m of height and 33 ms are 0.15 m: the way is longer than it seems."""
+    survey = Survey(BOUNDS, CAMERA)
+    flown(survey, readout_s=0.0326, told_s=told_s)
+    above = [min((one.height_m - up for *_, up in PLACES), key=abs) for one in survey.soundings]
+    assert above == pytest.approx([off_m] * len(PLACES), abs=0.04)
 
 
 def test_what_moves_is_no_ground() -> None:
@@ -109,6 +141,17 @@ def test_what_was_there_only_once_tells_no_drift() -> None:
     assert found.at_m(np.array([85_000_000])) == pytest.approx(0.85, abs=0.3)
 
 
+def test_a_roof_and_the_street_below_it_tell_no_drift() -> None:
+    """In a town: two in five soundings are of roofs 6 m up, of another share each time that a place is seen."""
+    rng = np.random.default_rng(6)
+    soundings = [
+        one._replace(height_m=one.height_m + 6.0) if rng.random() < (0.3 if one.time_us < 30e6 else 0.5) else one
+        for one in sounded(lambda s: 0.01 * s, every_s=0.02)
+    ]
+    times_us = np.arange(0, 90_000_000, 5_000_000)
+    assert drift_of(soundings).at_m(times_us) == pytest.approx(1e-8 * times_us, abs=0.3)
+
+
 def test_a_drift_is_none_where_no_place_was_sounded_twice() -> None:
     line = [Sounding(k * 1_000_000, 5.0 * k, 0.0, 0.05 * k, 0.3, 0.5, 1.0) for k in range(40)]
     assert drift_of(line).offsets_m == pytest.approx(0.0, abs=1e-6)
@@ -124,6 +167,44 @@ def test_the_kept_map_ends_near_what_was_measured() -> None:
     assert heights[10, 8] == pytest.approx(2.0, abs=0.1) and 2.4 < heights[10, 11] < 3.0
     assert spread_m[10, 11] > 0.8 > 0.3 > spread_m[10, 8]
     assert np.isnan(heights[10, 6]) and np.isnan(heights[30, 30])
+
+
+def sloping(rng: np.random.Generator) -> npt.NDArray[np.float64]:
+    """40 m of ground that rises by 0.1, half of it mapped."""
+    return np.where(rng.random((40, 40)) < 0.5, 0.1 * np.arange(40.0) + rng.normal(scale=0.1, size=(40, 40)), np.nan)
+
+
+def test_sloping_ground_is_ground() -> None:
+    means = sloping(np.random.default_rng(7))
+    assert np.array_equal(ground(means), means, equal_nan=True)
+
+
+@pytest.mark.parametrize("low", [[(20, 20)], [(20, 20), (20, 21)]])
+def test_what_lies_alone_below_all_about_it_is_no_ground_and_that_beside_it_is(low: list[tuple[int, int]]) -> None:
+    means = sloping(np.random.default_rng(7))
+    for row, column in low:
+        means[row, column] -= 4.0
+    found = ground(means)
+    assert all(np.isnan(found[at]) for at in low)
+    assert np.isfinite(found).sum() == np.isfinite(means).sum() - len(low)
+
+
+@pytest.mark.parametrize(("size_m", "height_m"), [(4, 1.5), (30, 6.0)])
+def test_a_car_and_a_house_are_no_ground(size_m: int, height_m: float) -> None:
+    means = sloping(np.random.default_rng(7))
+    stands = np.zeros(means.shape, bool)
+    stands[4 : 4 + size_m, 4 : 4 + size_m] = True
+    means[stands] += height_m
+    found = ground(means)
+    assert np.isnan(found[stands]).all()
+    assert np.array_equal(found[~stands], means[~stands], equal_nan=True)
+
+
+def test_ground_that_lies_low_together_is_ground() -> None:
+    """A hole of 3 m across."""
+    means = sloping(np.random.default_rng(7))
+    means[20:23, 20:23] = -2.0
+    assert np.isfinite(ground(means)[20:23, 20:23]).all()
 
 
 def a_picture(shift_px: int) -> npt.NDArray[np.uint8]:
@@ -153,11 +234,11 @@ def test_crossings_of_many_corners_are_those_of_each(seed: int) -> None:
     for _ in range(4):
         numbers = np.sort(rng.choice(6, size=rng.integers(1, 5), replace=False)).astype(np.int64)
         single = {number: single.get(number, Intersection(0.0)) for number in numbers.tolist()}
-        origin = np.array((*rng.uniform(-5.0, 5.0, 2), rng.uniform(-30.0, -10.0)))
+        origins = rng.uniform((-5.0, -5.0, -30.0), (5.0, 5.0, -10.0), (len(numbers), 3))
         rays = rng.normal(size=(len(numbers), 3)) + np.array((0.0, 0.0, 3.0))
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        open_ = open_.with_rays(numbers, origin, rays)
-        for number, ray in zip(numbers.tolist(), rays, strict=True):
+        open_ = open_.with_rays(numbers, origins, rays)
+        for number, origin, ray in zip(numbers.tolist(), origins, rays, strict=True):
             single[number].add(Ray(origin, ray), 0.0)
     for row, number in enumerate(open_.numbers.tolist()):
         one = single[number]

@@ -54,23 +54,23 @@ class Crossings(NamedTuple):
         squares = across - 2.0 * np.einsum("ni,ni->n", self.pulled, points) + self.squares
         return np.asarray(np.sqrt(np.maximum(squares, 0.0) / self.weights))
 
-    def with_rays(self, numbers: Numbers, origin_m: FloatArray, directions: FloatArray) -> "Crossings":
-        """Of these corners, each with one more ray: (3,) from, (n, 3) unit vectors. Others are left out."""
+    def with_rays(self, numbers: Numbers, origins_m: FloatArray, directions: FloatArray) -> "Crossings":
+        """Of these corners, each with one more ray: (n, 3) from, (n, 3) unit vectors. Others are left out."""
         at = {number: row for row, number in enumerate(self.numbers.tolist())}
         rows = np.array([at.get(number, -1) for number in numbers.tolist()], np.int64)
         both: Iterator[tuple[Any, Any]] = zip(self, none_yet(1), strict=True)
         before = Crossings(*(np.concatenate(pair) for pair in both)).part(rows)
-        range_m = np.maximum(-origin_m[2] / np.maximum(directions[:, 2], LEAST_DROP), LEAST_RANGE_M)
+        range_m = np.maximum(-origins_m[:, 2] / np.maximum(directions[:, 2], LEAST_DROP), LEAST_RANGE_M)
         weights = 1.0 / (range_m * RAY_SIGMA_RAD) ** 2
         across = weights[:, None, None] * (np.eye(3) - directions[:, :, None] * directions[:, None, :])
-        pulled = across @ origin_m
+        pulled = np.einsum("nij,nj->ni", across, origins_m)
         firsts = np.where(before.counts[:, None] == 0, directions, before.firsts)
         cosines = np.clip(np.einsum("ni,ni->n", directions, firsts), -1.0, 1.0)
         return Crossings(
             numbers,
             before.normal + across,
             before.pulled + pulled,
-            before.squares + pulled @ origin_m,
+            before.squares + np.einsum("ni,ni->n", pulled, origins_m),
             before.weights + weights,
             before.counts + 1,
             firsts,

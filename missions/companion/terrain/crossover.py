@@ -3,8 +3,10 @@
 A barometer drifts by decimetres in minutes, and with it all heights that a flight tells. Where lines overlap, a place
 is sounded at two times, and the difference is that of the drifts: what satellite altimetry and airborne lidar adjust
 their tracks by. The drift is a line from knot to knot, begins with 0, and is held by the walk that a barometer is
-expected to make; soundings that fit to none of a place's others (a car has left, a roof's edge) count the less the
-farther they are off (Huber's weights).
+expected to make. Soundings that do not fit to their place's others (a car has left, a roof and the street below it)
+count for nothing: Tukey's biweight (A. E. Beaton and J. W. Tukey, The fitting of power series, 1974), begun from the
+places' medians. Weights that only bound what such a sounding moves (Huber's) do not do: in a town so many lie on one
+side that the drift was told 0.5 m wrong.
 """
 
 from collections.abc import Sequence
@@ -24,8 +26,10 @@ KNOT_S = 10.0
 WALK_M = 0.03
 """One sigma of the drift after a second, growing with time's root: 6 Pa that are lost in 600 s (a barometer of the
 class of the MS5611, vehicles/responder) are 0.35 Pa in a second, 0.03 m."""
-HUBER = 1.5
-ROUNDS = 6
+TUKEY = 4.685
+"""In sigmas: what is farther off counts for nothing (95 % as good as least squares where all is normal)."""
+LEAST_TRUST = 1e-3
+ROUNDS = 10
 ZERO = 1e-3
 """One sigma, m, of the drift at the beginning."""
 
@@ -63,16 +67,30 @@ def drift_of(soundings: Sequence[Sounding]) -> Drift:
     walk = np.diff(np.eye(len(knots_s)), axis=0) / (WALK_M * np.sqrt(KNOT_S))
     prior = walk.T @ walk
     prior[0, 0] += 1.0 / ZERO**2
-    offsets, trust = np.zeros(len(knots_s)), np.ones(len(data))
+    offsets = np.zeros(len(knots_s))
+    off = data[:, 2] - _medians(data[:, 2], place)[place]
     for _ in range(ROUNDS):
-        weights = noise * trust
+        weights = noise * _trust(off * np.sqrt(noise))
         across = _about_means(hat, place, weights)
         heights = _about_means(data[:, 2:3], place, weights)[:, 0]
         normal = across.T @ (weights[:, None] * across) + prior
         offsets = np.linalg.solve(normal, across.T @ (weights * heights))
-        off = np.abs(heights - across @ offsets) * np.sqrt(noise)
-        trust = np.minimum(1.0, HUBER / np.maximum(off, 1e-9))
+        off = heights - across @ offsets
     return Drift(knots_s, offsets, began_us)
+
+
+def _trust(off_sigmas: Floats) -> Floats:
+    """Tukey's biweight."""
+    return np.asarray(np.maximum(1.0 - (off_sigmas / TUKEY) ** 2, LEAST_TRUST) ** 2)
+
+
+def _medians(values: Floats, place: npt.NDArray[np.intp]) -> Floats:
+    """Of each place."""
+    order = np.lexsort((values, place))
+    ends = np.cumsum(np.bincount(place))
+    counts = np.diff(ends, prepend=0)
+    low, high = ends - counts + (counts - 1) // 2, ends - counts + counts // 2
+    return np.asarray((values[order][low] + values[order][high]) / 2.0)
 
 
 def without(soundings: Sequence[Sounding], drift: Drift) -> list[Sounding]:

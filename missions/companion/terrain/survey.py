@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, Point, Quaternion
+from sitl_emu.missions.companion.camera_model import CameraModel, FloatArray, Point, Quaternion, Sweep
 from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
 from sitl_emu.missions.companion.terrain import crossover
 from sitl_emu.missions.companion.terrain.crossings import Crossings, none_yet
@@ -44,20 +44,18 @@ class Survey:
         self.features = self.ranges = 0
         """How many of each were believed."""
 
-    def on_features(
-        self, time_us: int, pose: CameraPose, features: Sequence[Feature], eph_m: float, epv_m: float
-    ) -> None:
-        """A frame's corners, at the camera's pose, with what the receiver states of that."""
+    def on_features(self, time_us: int, sweep: Sweep, features: Sequence[Feature], eph_m: float, epv_m: float) -> None:
+        """A frame's corners, with the camera's poses while it was read, and what the receiver states of these."""
         open_ = [one for one in features if one.number not in self._done]
         numbers = np.array([one.number for one in open_], np.int64)
         lost = self._open.part(~np.isin(self._open.numbers, numbers))
         self._done &= {one.number for one in features}
-        made = self._soundings(lost, time_us, LEAST_DEG, pose, eph_m, epv_m)
-        pixels = [self._camera.ray(one.x, one.y) for one in open_]
-        rays = np.array(pixels).reshape(-1, 3) @ pose.to_ned.T
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        self._open = self._open.with_rays(numbers, pose.position_m, rays)
-        crossed = self._soundings(self._open, time_us, CROSSED_DEG, pose, eph_m, epv_m)
+        here_m = sweep.first.position_m
+        made = self._soundings(lost, time_us, LEAST_DEG, here_m, eph_m, epv_m)
+        rays = np.array([self._camera.ray(one.x, one.y) for one in open_]).reshape(-1, 3)
+        shares = np.array([one.y / (self._camera.height - 1) for one in open_])
+        self._open = self._open.with_rays(numbers, sweep.origins_m(shares), sweep.directions(rays, shares))
+        crossed = self._soundings(self._open, time_us, CROSSED_DEG, here_m, eph_m, epv_m)
         self._done |= crossed.keys()
         self._open = self._open.part(~np.isin(self._open.numbers, list(crossed)))
         believed_now = [*made.values(), *crossed.values()]
@@ -94,13 +92,13 @@ class Survey:
         self.terrain.add(soundings)
 
     def _soundings(
-        self, of: Crossings, time_us: int, least_deg: float, pose: CameraPose, eph_m: float, epv_m: float
+        self, of: Crossings, time_us: int, least_deg: float, here_m: FloatArray, eph_m: float, epv_m: float
     ) -> dict[int, Sounding]:
         """The heights of corners whose rays have crossed, by their numbers; of none whose rays pass by each other."""
         of = of.part((of.counts >= LEAST_RAYS) & (of.cosines <= math.cos(math.radians(least_deg))))
         points = of.points()
-        range_m = np.linalg.norm(points - pose.position_m, axis=1)
-        good = (of.residuals_m() <= PASSES_SIGMAS * RAY_SIGMA_RAD * range_m) & (points[:, 2] >= pose.position_m[2])
+        range_m = np.linalg.norm(points - here_m, axis=1)
+        good = (of.residuals_m() <= PASSES_SIGMAS * RAY_SIGMA_RAD * range_m) & (points[:, 2] >= here_m[2])
         made = {}
         for number, (north, east, down), c in zip(
             of.numbers[good].tolist(), points[good].tolist(), of.covariances()[good].tolist(), strict=True
