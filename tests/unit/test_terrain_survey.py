@@ -102,6 +102,18 @@ def test_ranges_are_sifted_and_taken_at_the_end() -> None:
     assert survey.terrain.height_m(0.4, 0.0).mean_m == pytest.approx(0.0, abs=0.01)
 
 
+def test_a_long_flight_keeps_so_many_soundings_of_all_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sitl_emu.missions.companion.terrain.survey.MOST_SOUNDINGS", 100)
+    survey = Survey(BOUNDS, CAMERA)
+    for k in range(1000):
+        survey.on_range(k * 20_000, 5.0, (0.02 * k, 0.0, -5.0), LEVEL, 0.5, 1.0)
+    survey.finish()
+    times_s = [one.time_us / 1e6 for one in survey.soundings]
+    assert survey.ranges == 1000 and len(times_s) == 63
+    assert np.diff(times_s) == pytest.approx(16 * 0.02)
+    assert np.isfinite(survey.adjusted()[0].means_m()).sum() == np.isfinite(survey.terrain.means_m()).sum()
+
+
 def test_heights_spread_between_what_is_known_and_no_farther() -> None:
     means = np.full((60, 60), np.nan)
     means[10, 10], means[10, 14] = 2.0, 4.0

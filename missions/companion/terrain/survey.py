@@ -26,6 +26,9 @@ CROSSED_DEG, LEAST_DEG = 45.0, 25.0
 PASSES_SIGMAS = 2.0
 """A corner whose rays pass by by more than so many sigmas of a ray moves, or was confused with another; ours."""
 LEAST_RAYS = 5
+MOST_SOUNDINGS = 20_000
+"""Kept for `adjusted`: a flight of 25 min gives so many. Of more every second is kept, then every fourth, of the whole
+flight alike; the map that is flown by has all of them. Ours."""
 BATCH_US = 2_000_000
 """Ranges are sifted by their neighbours (`soundings.believed`): so many together."""
 
@@ -40,7 +43,8 @@ class Survey:
         self._done: set[int] = set()
         self._ranges: list[Sounding] = []
         self.soundings: list[Sounding] = []
-        """All that the map holds."""
+        """What the map holds, of long flights a part of it."""
+        self._told, self._every = 0, 1
         self.features = self.ranges = 0
         """How many of each were believed."""
 
@@ -88,7 +92,11 @@ class Survey:
         return terrain, soundings
 
     def _take(self, soundings: list[Sounding]) -> None:
-        self.soundings += soundings
+        first = -self._told % self._every
+        self._told += len(soundings)
+        self.soundings += soundings[first :: self._every]
+        while len(self.soundings) > MOST_SOUNDINGS:
+            self.soundings, self._every = self.soundings[::2], 2 * self._every
         self.terrain.add(soundings)
 
     def _soundings(
