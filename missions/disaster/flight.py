@@ -28,7 +28,6 @@ from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.mission import FENCE, MissionItem
 from sitl_emu.gcs.parameter import ParameterSet
 from sitl_emu.gcs.set_mode import set_mode
-from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import body_to_ned
@@ -37,11 +36,10 @@ from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.release_point import Wind, fall
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster import aborts, places
+from sitl_emu.missions.disaster import aborts, places, telling
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.drop import View, find
-from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
@@ -114,7 +112,7 @@ class Flight:
         yield from steps.ready(onboard, self.settings.ready_timeout_s)
         self._lay_lines()
         onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
-        self._tell_plan()
+        telling.plan(onboard, self.settings, self.lines, self.place_deg)
         yield from steps.upload(onboard, self._fence(), FENCE)
         for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
             yield from onboard.do(AUTOPILOT_LINK, ParameterSet(system, name, self.settings.scan_altitude_m))
@@ -134,7 +132,8 @@ class Flight:
                 self.together.leave()
         self.looking = False
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
-        self._tell_regions()
+        assert self.regions is not None
+        telling.regions(onboard, self.regions, self.place_deg)
         self._write_terrain()
         if self.together is not None:
             yield from self.together.over_home()
@@ -142,6 +141,14 @@ class Flight:
         self._write_terrain()  # again: home's ground, sounded at both ends, tells how far the height has drifted
         onboard.yielding.expect(())
         onboard.enter("landed", self.outcome)
+
+    def _abort(self, why: Aborted) -> None:
+        self.aborted = why
+        telling.aborted(self.onboard, why, delivered=self.delivered)
+
+    def _write_terrain(self) -> None:
+        if self.settings.terrain_map is not None:
+            telling.terrain_map(self.onboard, self.settings.terrain_map, self.ground, self.home)
 
     @property
     def whole(self) -> bool:
@@ -338,7 +345,8 @@ class Flight:
         """To a place, with the parcel, and back to where it left its line."""
         onboard = self.onboard
         self._tried.append(place)
-        self._tell_target(place)
+        number, sigma_m = len(self._tried), self.settings.ground_sigma_m
+        telling.target(onboard, place, number, self.altitude_m, sigma_m, self.place_deg, self.seen(place.label))
         onboard.enter("engaging", f"{place.label}, {math.dist(left_m, place.place_m):.0f} m away")
         try:
             place = yield from self._over(place)
@@ -391,21 +399,8 @@ class Flight:
         yield from steps.pause(onboard, SOON_S)
         self._see_once_more(place)
         yield from self._aim(place)
-        place_deg, here_deg, before = self.place_deg(place.place_m), self.place_deg(self.here_m), self.view
-        wind = onboard.telemetry.wind
-        onboard.note(
-            "released",
-            f"parcel let go from {self.over_ground_m:.1f} m for the edge of {place.label}",
-            label=place.label,
-            lat_deg=here_deg[0],
-            lon_deg=here_deg[1],
-            place_lat_deg=place_deg[0],
-            place_lon_deg=place_deg[1],
-            height_m=round(self.over_ground_m, 2),
-            wind_known=int(wind is not None),
-            wind_north_m_s=round(wind.north_m_s, 2) if wind else 0.0,
-            wind_east_m_s=round(wind.east_m_s, 2) if wind else 0.0,
-        )
+        before = self.view
+        telling.releases(onboard, place, self.here_m, self.over_ground_m, self.place_deg)
         yield from steps.command(onboard, gripper(onboard.system_id, open_it=True), "gripper")
         self.delivered = True
         if self.together is not None:
@@ -416,19 +411,12 @@ class Flight:
 
     def _see_it_lie(self, place_m: Corner, before: View | None) -> None:
         """Tells where the parcel lies, by the frame before it was let go and the last one."""
-        onboard, after = self.onboard, self.view
+        after = self.view
         if before is None or after is None or after.time_us == before.time_us:
             lies_m = None
         else:
             lies_m = find(before, after, self.settings.camera, place_m, -self.below_m)
-        if lies_m is None:
-            onboard.say("Parcel not seen on the ground", WARNING)
-            onboard.note("parcel_unseen", "the camera does not see the parcel")
-            return
-        lat_deg, lon_deg = self.place_deg(lies_m)
-        text = f"Parcel seen {math.dist(lies_m, place_m):.1f} m from its place"
-        onboard.say(text)
-        onboard.note("parcel_seen", text, lat_deg=lat_deg, lon_deg=lon_deg)
+        telling.lies(self.onboard, lies_m, place_m, self.place_deg)
 
     def _see_once_more(self, place: Place) -> None:
         """From low: whether the place is still one. It stays put: a house may stand beside it. Raises Aborted."""
@@ -510,74 +498,3 @@ class Flight:
         wind = Wind(*told, height_m) if told is not None else Wind(0.0, 0.0)
         falls = fall(parcel, height_m, (place.v_north, place.v_east, place.v_down), wind)
         return self.here_m[0] + falls.north_m, self.here_m[1] + falls.east_m
-
-    # What is told
-
-    def _tell_plan(self) -> None:
-        """The area and the lines over it, for the score and the map."""
-        settings = self.settings
-        lines = [[self.place_deg(end) for end in line] for line in self.lines]
-        area = as_text([settings.corners_deg, *settings.holes_deg])
-        altitude_m = settings.scan_altitude_m
-        self.onboard.note("plan", f"{len(lines)} lines", area=area, lines=as_text(lines), scan_altitude_m=altitude_m)
-
-    def _abort(self, why: Aborted) -> None:
-        """Says why the parcel stays on board."""
-        self.aborted = why
-        stays = "" if self.delivered else "; the parcel stays on board"
-        self.onboard.say(f"Aborted: {why}{stays}", WARNING)
-        kind = "scan_aborted" if self.delivered else "delivery_aborted"
-        self.onboard.note(kind, str(why), reason=str(why.reason))
-
-    def _tell_target(self, place: Place) -> None:
-        onboard, eph_m = self.onboard, self.onboard.telemetry.eph_m or 0.0
-        edge_deg, place_deg = self.place_deg(place.edge_m), self.place_deg(place.place_m)
-        onboard.say(f"Target: {place.label}, score {place.score:.2f}, {place.area_m2:.0f} m2 seen")
-        onboard.note(
-            "target_confirmed",
-            f"target {len(self._tried)}: {place.label}",
-            target=len(self._tried),
-            label=place.label,
-            score=round(place.score, 3),
-            lat_deg=edge_deg[0],
-            lon_deg=edge_deg[1],
-            place_lat_deg=place_deg[0],
-            place_lon_deg=place_deg[1],
-            sigma_m=round(places.sigma_m(place, self.altitude_m, self.settings.ground_sigma_m, eph_m), 3),
-            area_m2=round(place.area_m2, 1),
-            **self.seen(place.label),
-        )
-
-    def _write_terrain(self) -> None:
-        """Keeps the terrain map, and says how much it holds."""
-        path, survey = self.settings.terrain_map, self.ground.survey
-        if path is None:
-            return
-        try:
-            ground_m = self.ground.write(path, self.home)
-        except OSError as error:
-            self.onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
-            return
-        counts = {"features": survey.features, "ranges": survey.ranges}
-        ground = self.home[0], self.home[1], self.home[2] + ground_m
-        home = dict(zip(("home_lat_deg", "home_lon_deg", "home_amsl_m"), ground, strict=True))
-        self.onboard.note("terrain_map", f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
-                          file=path.name, **counts, **home)  # fmt: skip
-
-    def _tell_regions(self) -> None:
-        """All that was found, with outlines, for the score and the map."""
-        assert self.regions is not None
-        for number, region in enumerate(self.regions.regions(), 1):
-            lat_deg, lon_deg = self.place_deg(region.middle_m)
-            rings = [[self.place_deg(corner) for corner in ring] for ring in self.regions.outlines(region)]
-            self.onboard.note(
-                "region",
-                f"{region.label}, {region.area_m2:.0f} m2",
-                number=number,
-                label=region.label,
-                score=round(region.score, 3),
-                area_m2=round(region.area_m2, 1),
-                lat_deg=lat_deg,
-                lon_deg=lon_deg,
-                outlines=as_text(rings),
-            )

@@ -1,0 +1,134 @@
+"""What a flight of the disaster mission tells: events for log, score and report, STATUSTEXT for a ground station."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from sitl_emu.gcs.statustext import WARNING
+from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.coverage import Line
+from sitl_emu.missions.companion.onboard import Onboard
+from sitl_emu.missions.disaster import places
+from sitl_emu.missions.disaster.aborts import Aborted
+from sitl_emu.missions.disaster.outlines import as_text
+from sitl_emu.missions.disaster.places import Place
+from sitl_emu.missions.disaster.regions import RegionMap
+from sitl_emu.missions.disaster.relief import Relief
+from sitl_emu.missions.disaster.settings import Settings
+
+InDegrees = Callable[[Corner], Corner]
+"""From metres north and east of home to latitude and longitude."""
+
+
+def plan(onboard: Onboard, settings: Settings, lines_m: Sequence[Line], deg: InDegrees) -> None:
+    """The area and the lines over it, for the score and the map."""
+    lines = [[deg(end) for end in line] for line in lines_m]
+    area = as_text([settings.corners_deg, *settings.holes_deg])
+    altitude_m = settings.scan_altitude_m
+    onboard.note("plan", f"{len(lines)} lines", area=area, lines=as_text(lines), scan_altitude_m=altitude_m)
+
+
+def target(
+    onboard: Onboard,
+    place: Place,
+    number: int,
+    height_m: float,
+    ground_sigma_m: float,
+    deg: InDegrees,
+    seen: Mapping[str, float | int],
+) -> None:
+    """The line is left for a place. `height_m`: of the camera above the ground; `seen`: frame and box that show it."""
+    eph_m = onboard.telemetry.eph_m or 0.0
+    edge_deg, place_deg = deg(place.edge_m), deg(place.place_m)
+    onboard.say(f"Target: {place.label}, score {place.score:.2f}, {place.area_m2:.0f} m2 seen")
+    onboard.note(
+        "target_confirmed",
+        f"target {number}: {place.label}",
+        target=number,
+        label=place.label,
+        score=round(place.score, 3),
+        lat_deg=edge_deg[0],
+        lon_deg=edge_deg[1],
+        place_lat_deg=place_deg[0],
+        place_lon_deg=place_deg[1],
+        sigma_m=round(places.sigma_m(place, height_m, ground_sigma_m, eph_m), 3),
+        area_m2=round(place.area_m2, 1),
+        **seen,
+    )
+
+
+def releases(onboard: Onboard, place: Place, here_m: Corner, height_m: float, deg: InDegrees) -> None:
+    """The parcel is let go, `height_m` above the ground."""
+    place_deg, here_deg = deg(place.place_m), deg(here_m)
+    wind = onboard.telemetry.wind
+    onboard.note(
+        "released",
+        f"parcel let go from {height_m:.1f} m for the edge of {place.label}",
+        label=place.label,
+        lat_deg=here_deg[0],
+        lon_deg=here_deg[1],
+        place_lat_deg=place_deg[0],
+        place_lon_deg=place_deg[1],
+        height_m=round(height_m, 2),
+        wind_known=int(wind is not None),
+        wind_north_m_s=round(wind.north_m_s, 2) if wind else 0.0,
+        wind_east_m_s=round(wind.east_m_s, 2) if wind else 0.0,
+    )
+
+
+def lies(onboard: Onboard, lies_m: Corner | None, place_m: Corner, deg: InDegrees) -> None:
+    """Where the camera sees the parcel lie; None where it does not."""
+    if lies_m is None:
+        onboard.say("Parcel not seen on the ground", WARNING)
+        onboard.note("parcel_unseen", "the camera does not see the parcel")
+        return
+    lat_deg, lon_deg = deg(lies_m)
+    text = f"Parcel seen {math.dist(lies_m, place_m):.1f} m from its place"
+    onboard.say(text)
+    onboard.note("parcel_seen", text, lat_deg=lat_deg, lon_deg=lon_deg)
+
+
+def aborted(onboard: Onboard, why: Aborted, *, delivered: bool) -> None:
+    """Why the parcel stays on board; of one that was `delivered`, why the scan ends."""
+    stays = "" if delivered else "; the parcel stays on board"
+    onboard.say(f"Aborted: {why}{stays}", WARNING)
+    kind = "scan_aborted" if delivered else "delivery_aborted"
+    onboard.note(kind, str(why), reason=str(why.reason))
+
+
+def terrain_map(onboard: Onboard, path: Path, relief: Relief, home: tuple[float, float, float]) -> None:
+    """Writes the map as it is now, and says how much it holds."""
+    survey = relief.survey
+    try:
+        ground_m = relief.write(path, home)
+    except OSError as error:
+        onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
+        return
+    onboard.note(
+        "terrain_map",
+        f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
+        file=path.name,
+        features=survey.features,
+        ranges=survey.ranges,
+        home_lat_deg=home[0],
+        home_lon_deg=home[1],
+        home_amsl_m=home[2] + ground_m,
+    )
+
+
+def regions(onboard: Onboard, found: RegionMap, deg: InDegrees) -> None:
+    """All that was found, with outlines, for the score and the map."""
+    for number, region in enumerate(found.regions(), 1):
+        lat_deg, lon_deg = deg(region.middle_m)
+        rings = [[deg(corner) for corner in ring] for ring in found.outlines(region)]
+        onboard.note(
+            "region",
+            f"{region.label}, {region.area_m2:.0f} m2",
+            number=number,
+            label=region.label,
+            score=round(region.score, 3),
+            area_m2=round(region.area_m2, 1),
+            lat_deg=lat_deg,
+            lon_deg=lon_deg,
+            outlines=as_text(rings),
+        )
