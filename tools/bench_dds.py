@@ -158,11 +158,11 @@ class Stopwatch:
     def measure(self, thrust: float) -> None:
         """One setpoint."""
         next_s = time.perf_counter() + EVERY_S
-        before, status = self._vehicle.motors, self._vehicle.autopilot.topics
-        known = status.offboard_setpoint.attitude
         while time.perf_counter() < next_s:  # within the tick's wait, not at its beginning
             if next_s > self._tick_s + TICK_S:
                 self.tick()
+        before, status = self._vehicle.motors, self._vehicle.autopilot.topics
+        known = status.offboard_setpoint.attitude
         began_s = time.perf_counter()
         self._node.push(thrust)
         taken = list[float]()
@@ -200,9 +200,10 @@ def main() -> None:
     watch.until(lambda: node.is_heard, lambda: None)
     watch.until(lambda: topics.offboard_setpoint.attitude is not None, lambda: node.push(THRUSTS[0]))
     watch.until(lambda: topics.vehicle_status.nav_state is NavState.OFFBOARD, lambda: node.ask(176, 1.0, 6.0))
-    watch.until(lambda: topics.vehicle_status.armed, lambda: node.ask(400, 1.0))
-    watch.until(lambda: vehicle.motors > 0.0, lambda: node.push(THRUSTS[0]))
     for number in range(count):
+        # it disarms itself after a while on the ground (COM_DISARM_PRFLT)
+        watch.until(lambda: topics.vehicle_status.armed, lambda: node.ask(400, 1.0))
+        watch.until(lambda: vehicle.motors > 0.0, lambda: node.push(THRUSTS[0]))
         watch.measure(THRUSTS[(number + 1) % 2])
     load = os.getloadavg()[0]
     print(f"{len(watch.motors_s)} of {count} setpoints arrived; load {load:.1f} on {os.cpu_count()} cores")

@@ -109,10 +109,10 @@ each vehicle speak DDS as a PX4 with its uXRCE-DDS agent does; there is no agent
   that it is not understood. On either rmw `/fmu/in/vehicle_command` works, and `/fmu/out/vehicle_command_ack_v1` has
   the answer.
 - **Rates** are PX4's upper limits; a state comes when it changes, and twice a second.
-- **Latency**: from a node's `write` a setpoint takes 3 ms to the autopilot and 9 to the motors (medians; nine of ten
-  within 9 to 13, and 14 to 21), on two cores with a load of 7 (`tools/bench_dds.py 100`, three times).
-- **Processor**: a hovering iris took 12.3 % of a core, and one beside it with `--dds` 15.6 %, and its agent 2.5 %
-  (`tools/bench_dds_cpu.py 30`; two cores with a load of 4, nobody listening).
+- **Latency**: from a node's `write` a setpoint takes 2 to 4 ms to the autopilot and 7 to 9 to the motors (medians; nine
+  of ten within 9 to 13, and 17 to 21), on two cores with a load of 7 (`tools/bench_dds.py 100`, four times).
+- **Processor**: a hovering iris took 8.3 % of a core, and one beside it with `--dds` 9.9 %, and its agent 1.9 %
+  (`tools/bench_dds_cpu.py`, in real time; compiled, two cores with a load of 7, nobody listening).
 
 What was tried: Cyclone DDS on the other side, by types of its own, and `examples/ros2_offboard.py` and
 `examples/ros2_detector.py` with a stand-in for rclpy (`tests/interop/rclpy_stand_in`). A ROS 2 installation was not to
@@ -176,6 +176,8 @@ the autopilot of no obstacles. None of ours lists any.
   (640 × 480, 5 Hz, raw and compressed), a depth camera and a lidar; every frame and every time came, at a load of 8.
   Of a launched iris with `--camera` (640 × 480, 15 Hz) it takes 1.6 % and 71 MB, and 6.5 % and 78 MB where all is
   heard, which was 15.0 pictures and 50 times `/tf` a second (20 s, two cores at a load of 4).
+- A launch's depth camera (64 × 48) and lidar (16 × 180) at 5 Hz take 2.5 % and 65 MB each, and came 4.9 times a second
+  (20 s, two cores at a load of 8).
 - When that process dies, a run ends; a launch says so in a line, and its vehicles fly on.
 - A scenario without a `companion:` is a world whose sensors ROS 2 hears, for as long as its `time_limit_s` says.
 """
