@@ -20,7 +20,6 @@ from sitl_emu.run import views, worlds
 from sitl_emu.run.views import Look
 from sitl_emu.world import kinds
 from sitl_emu.world.description import Light
-from sitl_emu.world.render.scene import MeshScene
 from sitl_emu.world.world import World
 
 Picture = npt.NDArray[np.uint8]
@@ -29,8 +28,8 @@ SIZE, FOCAL_PX = (640, 480), 320.0
 CELL, COLUMNS = (420, 315), 3
 JPEG_QUALITY = 76
 SEED, TIME_S = 1, 40.0
-CLEAR = 1.0 / 2500.0
-"""Haze of a clear day, per metre (render/sky.py)."""
+HAZY_M = 750.0
+"""How far one sees in haze (Light.visibility_m)."""
 NIGHT = Light(azimuth_deg=290.0, elevation_deg=0.0, gain=0.6, warmth=0.75)
 """What is left of the light long after sunset."""
 
@@ -42,7 +41,6 @@ class Shot(NamedTuple):
     look: Look
     light: Light | None = None
     """None: the world's own."""
-    haze_1_m: float = CLEAR
     time_s: float = TIME_S
 
 
@@ -65,7 +63,12 @@ def nadir(north: float, east: float) -> list[Shot]:
 def lights(look: Look, own: Light) -> list[Shot]:
     """The same at dusk, when a camera opens up for a low sun, and in haze."""
     low = dataclasses.replace(own, elevation_deg=6.0, gain=1.75, warmth=1.35)
-    return [Shot("dusk", look, low), Shot("haze, 400 m", look, None, 1.0 / 250.0)]
+    return [Shot("dusk", look, low), hazy(look, own)]
+
+
+def hazy(look: Look, own: Light) -> Shot:
+    """The same in haze."""
+    return Shot(f"visibility {HAZY_M:.0f} m", look, dataclasses.replace(own, visibility_m=HAZY_M))
 
 
 def urban_flood(world: World) -> list[Shot]:
@@ -108,7 +111,6 @@ def corn_field(world: World) -> list[Shot]:
     n, e = min(patches, key=lambda each: math.dist(each, (0.5 * (south + north), 0.5 * (west + east))))
     oblique, mast = towards(n, e, 20.0, 14.0, 14.0, 45.0), towards(n, e, 0.0, 2.2, 2.0, 40.0)
     among = towards(n, e, 0.0, 6.0, 0.8, 6.0)
-    low = dataclasses.replace(world.description.light, elevation_deg=12.0, gain=1.3, warmth=1.08)
     # Its painter has the gain for how bright a field is, whatever the sun's height
     dusk = dataclasses.replace(world.description.light, elevation_deg=7.0, gain=0.8, warmth=1.14)
     return [
@@ -116,7 +118,7 @@ def corn_field(world: World) -> list[Shot]:
         Shot("oblique", oblique),
         Shot("from a mast, 2 m", mast),
         Shot("among the rows", among),
-        Shot("low sun", oblique, low),
+        hazy(towards(n, e, 20.0, 24.0, 13.0, 17.0), world.description.light),
         Shot("dusk", towards(n, e, 20.0, 24.0, 13.0, 17.0), dusk),
     ]
 
@@ -132,12 +134,7 @@ LISTS: dict[str, Callable[[World], list[Shot]]] = {
 def drawn(world: World, shot: Shot, scene: Any) -> Picture:
     """(480, 640, 3) BGR."""
     view = views.view_of(world, shot.look, shot.time_s)
-    renderer = scene.renderer(*SIZE, FOCAL_PX)
-    picture: Picture
-    if isinstance(scene, MeshScene):
-        picture = renderer.look(view.place_ned_m, view.camera_to_ned, shot.time_s, shot.haze_1_m).picture
-    else:
-        picture = renderer.draw(view.place_ned_m, view.camera_to_ned, shot.time_s)
+    picture: Picture = scene.renderer(*SIZE, FOCAL_PX).draw(view.place_ned_m, view.camera_to_ned, shot.time_s)
     return picture
 
 

@@ -19,7 +19,7 @@ from sitl_emu.missions.companion import camera_model
 from sitl_emu.world.camera import Camera, OtherVehicle, Pose, ShowsVehicles, body_to_ned, camera_to_body
 from sitl_emu.world.description import read
 from sitl_emu.world.lens import Distortion, Intrinsics, Mount
-from sitl_emu.world.render import furniture, model, surface_mesh, terrain_mesh, vehicle_mesh
+from sitl_emu.world.render import edges, furniture, model, surface_mesh, terrain_mesh, vehicle_mesh
 from sitl_emu.world.render.scene import MeshRenderer, MeshScene
 from sitl_emu.world.terrain import HeightMap, hills
 from sitl_emu.world.world import World
@@ -293,6 +293,25 @@ def test_edges_are_smooth() -> None:
     slope, start = np.polyfit(columns, covered, 1)
     assert abs(slope) == pytest.approx(math.tan(math.radians(5.0)), abs=0.005)
     assert np.abs(covered - slope * columns - start).max() < 0.2, "no stairs"
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_edges_are_nearer_to_a_picture_of_sixteen_times_the_pixels(
+    scene: MeshScene, view: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At borders, root of mean square; what they are and how far away, is of centres still."""
+    place, axes = looking(*VIEWS[view])
+    looker = scene.renderer(320, 240, 160.0)
+    smooth = looker.look(place, axes, 0.0)
+    fine = scene.renderer(1280, 960, 640.0).look(place, axes, 0.0)
+    monkeypatch.setattr(edges, "smoothed", lambda seen, drawn, meshes, kinds, picture: picture.colour)
+    hard = looker.look(place, axes, 0.0)
+    exact = cv2.resize(fine.picture, (320, 240), interpolation=cv2.INTER_AREA).astype(float)
+    objects = fine.objects.reshape(240, 4, 320, 4)
+    at_edge = objects.max(axis=(1, 3)) != objects.min(axis=(1, 3))
+    off, before = (np.sqrt(((each.picture - exact)[at_edge] ** 2).mean()) for each in (smooth, hard))
+    assert off < 0.8 * before
+    assert np.array_equal(smooth.objects, hard.objects) and np.array_equal(smooth.depth_m, hard.depth_m)
 
 
 # --- other vehicles ---------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ picture mix left and right neighbours, the others those above and below.
 
 import numpy as np
 
-from sitl_emu.world.render.kernel import F32, HALF, I32, U8, f4, inlined, kernel
+from sitl_emu.world.render.kernel import F32, HALF, I32, U8, f4, i4, inlined, kernel
 from sitl_emu.world.render.maps import LEAF
 from sitl_emu.world.render.pixels import Picture
 from sitl_emu.world.render.raster import NEAR_M, Buffers, Drawn, Meshes
@@ -16,10 +16,14 @@ SAME_COS = f4(0.96)
 
 
 @inlined
-def _is_edge(seen: Buffers, meshes: Meshes, kinds: I32, one: int, other: int) -> bool:
+def _are_leaves(seen: Buffers, meshes: Meshes, kinds: I32, one: int, other: int) -> bool:
     a, b = seen.triangle[one], seen.triangle[other]
-    if a >= 0 and b >= 0 and kinds[meshes.materials[a]] == LEAF and kinds[meshes.materials[b]] == LEAF:
-        return False
+    return bool(a >= 0 and b >= 0 and kinds[meshes.materials[a]] == LEAF and kinds[meshes.materials[b]] == LEAF)
+
+
+@inlined
+def _is_edge(seen: Buffers, meshes: Meshes, one: int, other: int) -> bool:
+    a, b = seen.triangle[one], seen.triangle[other]
     if seen.slot[one] != seen.slot[other]:
         return not (a >= 0 and b >= 0 and meshes.materials[a] == 0 and meshes.materials[b] == 0)
     if a < 0 or b < 0:
@@ -87,9 +91,19 @@ def _mix(
             out[other_row, other_column, k] = np.uint8(min(max(mixed + HALF, f4(0.0)), f4(255.0)))
 
 
+@inlined
+def _blend(one: int, other: int, source: U8, out: U8) -> None:
+    """Take an eighth of each of two pixels to the other: leaves are too small and too many to ask for their edges."""
+    for k in range(3):
+        step = (i4(source[other, k]) - i4(source[one, k])) >> i4(3)
+        out[one, k] = np.uint8(min(max(i4(out[one, k]) + step, i4(0)), i4(255)))
+        out[other, k] = np.uint8(min(max(i4(out[other, k]) - step, i4(0)), i4(255)))
+
+
 @kernel
 def _smooth(seen: Buffers, drawn: Drawn, meshes: Meshes, kinds: I32, depth: F32, source: U8, out: U8) -> None:
     height, width = depth.shape
+    source_row, out_row = source.reshape(-1, 3), out.reshape(-1, 3)
     for row in range(height):
         for column in range(width):
             at = row * width + column
@@ -98,7 +112,11 @@ def _smooth(seen: Buffers, drawn: Drawn, meshes: Meshes, kinds: I32, depth: F32,
                     continue
                 other = at + 1 if is_across else at + width
                 is_same = seen.triangle[at] == seen.triangle[other] and seen.slot[at] == seen.slot[other]
-                if not is_same and _is_edge(seen, meshes, kinds, at, other):
+                if is_same:
+                    continue
+                if _are_leaves(seen, meshes, kinds, at, other):
+                    _blend(at, other, source_row, out_row)
+                elif _is_edge(seen, meshes, at, other):
                     _mix(seen, drawn, meshes, depth, column, row, is_across, width, source, out)
 
 

@@ -17,7 +17,9 @@ def _colour_meshes(b: Block, n: int, textures: Textures) -> bool:
     """Colours and normals of what stands, as it is seen; whether some of it mirrors."""
     mirrors = i4(0)
     for i in range(n):
-        level = level_of(b.footprint[i] * b.repeats[i] * f4(512.0) * b.dither[i])
+        # Of what is seen nearly edge on, a pixel covers so much that what repeats there would be beaten to dots
+        grazing = max(f4(0.0625) / (b.facing[i] * b.facing[i] + f4(1e-6)), ONE)
+        level = level_of(b.footprint[i] * np.sqrt(np.sqrt(grazing)) * b.repeats[i] * f4(512.0) * b.dither[i])
         red, green, blue, takes = texel(textures, b.layer[i], level, b.u[i], b.v[i])
         takes *= BY_BYTE
         b.red[i] = red * BY_BYTE * (ONE + (b.tint_r[i] - ONE) * takes)

@@ -56,10 +56,18 @@ def _light(b: Block, n: int, air: Air) -> None:
         by_length = ONE / np.sqrt(n_ * n_ + e_ * e_ + u_ * u_)
         n_, e_, u_ = n_ * by_length, e_ * by_length, max(u_ * by_length, f4(0.01))
         sky_r, sky_g, sky_b = sky_light(air, n_, e_, u_)
+        # The sun's own image is not to be seen from the shade
+        most = ONE + f4(20.0) * b.sun[i]
+        sky_r, sky_g, sky_b = min(sky_r, most), min(sky_g, most), min(sky_b, most)
         open_ = ONE / (ONE + f4(0.12) * max(b.open[i] + b.down[i], ZERO))
-        glint = max(n_ * rows[0, 0] + e_ * rows[0, 1] - u_ * rows[0, 2] - f4(0.96), ZERO) * f4(25.0)
+        # The ripples of a pixel that covers many are not seen one by one: they widen the sun's image, and dim it
+        far = b.footprint[i] / (b.footprint[i] + f4(0.08))
+        wide, keeps = f4(0.04) + f4(0.05) * far, ONE - f4(0.8) * far
+        towards = (way_n + (n_ - way_n) * keeps) * rows[0, 0] + (way_e + (e_ - way_e) * keeps) * rows[0, 1]
+        towards -= (way_d + (u_ - way_d) * keeps) * rows[0, 2]
+        glint = max(towards - (ONE - wide), ZERO) / wide
         glint = glint * glint
-        glint = glint * glint * f4(7.8) * b.sun[i] * mirror
+        glint = glint * glint * f4(7.8 * 0.04) / wide * b.sun[i] * mirror
         sun, clear, shown = b.sun[i] * high, (ONE - murk) * HALF, ONE - mirror
         sky_share = (HALF + HALF * open_) * mirror
         red, green, blue = b.red[i], b.green[i], b.blue[i]

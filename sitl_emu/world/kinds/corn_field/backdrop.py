@@ -25,6 +25,8 @@ PALETTE = np.array(
 """BGR of corn, soya, tilled soil (twice), grass, stubble and alfalfa, by the painter's measure: ours, by eye."""
 WOODS_BGR = np.array((46.0, 78.0, 50.0), np.float32)
 FAR_M = f4(2500.0)
+FINEST_M = f4(0.9)
+"""Where a pixel covers more of the land than that, it shows neither rows nor clods."""
 TREES_RISE = f4(0.024)
 """How steeply the highest trees at the horizon rise."""
 
@@ -107,6 +109,7 @@ def paint(coordinates: F32, camera: Pinhole, height_m: float, scene: Backdrop, a
     """
     rows, columns = coordinates.shape[0], coordinates.shape[1]
     seed, position, rotation, focal = scene.seed, camera.position, camera.rotation, camera.focal_px
+    per_pixel = f4(1.0 / (focal * max(height_m, 0.1)))
     for row in range(rows):
         y = (row + 0.5 - 0.5 * rows) / focal
         for column in range(columns):
@@ -132,8 +135,13 @@ def paint(coordinates: F32, camera: Pinhole, height_m: float, scene: Backdrop, a
             i, j = np.int64(np.floor(north / PARCEL_M)), np.int64(np.floor(east / PARCEL_M))
             kind = np.int64(_chance(seed, i, j) * f4(7.0))
             grain = f4(0.9) + f4(0.2) * _wavy(seed, north / f4(23.0), east / f4(23.0))
-            if away < f4(400.0):
-                grain *= f4(0.94) + f4(0.12) * _wavy(seed, north / f4(1.7), east / f4(1.7))
+            # What a pixel covers along its ray, over what can be told apart
+            fine = ONE - (away * away + f4(height_m) * f4(height_m)) * per_pixel / FINEST_M
+            if fine > ZERO:
+                along, aside = (north, east) if (i + j) & np.int64(1) == 0 else (east, north)
+                rows = _wavy(seed, along / f4(5.0), aside / f4(0.38)) * HALF
+                rows += _wavy(seed, along / f4(0.7), aside / f4(0.55)) * HALF
+                grain *= ONE + fine * (f4(0.5) * rows - f4(0.25))
             clear = fading(away * scene.haze.per_m)
             for k in range(3):
                 colour = scene.woods[k] * (f4(0.75) + HALF * grain) if is_wood else scene.palette[kind, k] * grain

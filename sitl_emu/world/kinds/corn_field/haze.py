@@ -13,6 +13,10 @@ from sitl_emu.world.render.sky import air_of, fading
 
 UNSEEN = 0.02
 """A veil that is not worth a pass over the picture: about two of 255. A survey's height on a clear day has less."""
+BEYOND = f4(1.0 / 600.0)
+"""Farther away than a field reaches, all is the backdrop's, which has haze of its own."""
+BEFORE = f4(250.0)
+"""So many times nearer than where haze hides two thirds, it does not change a figure."""
 
 
 class Haze(NamedTuple):
@@ -61,7 +65,10 @@ def veil(nearness: F32, haze: Haze, out: U8) -> None:
     """Put haze before every pixel of a picture (h, w, 3); `nearness` (h, w): 1 / distance, m."""
     for row in range(out.shape[0]):
         for column in range(out.shape[1]):
-            clear = fading(haze.per_m / max(nearness[row, column], f4(1e-5)))
+            near = nearness[row, column]
+            if near < BEYOND or near > BEFORE * haze.per_m:
+                continue
+            clear = fading(haze.per_m / near)
             for k in range(3):
                 out[row, column, k] = np.uint8(veiled(haze, f4(out[row, column, k]), k, clear) + HALF)
 

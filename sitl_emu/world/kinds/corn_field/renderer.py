@@ -48,6 +48,8 @@ FINE_M = 24.0
 SOFT = ((40.0, (1, 3)), (90.0, (3, 3)))
 """From the square root of this times its height on, over the ground, a camera that looks ahead sees the ground
 foreshortened to more than the painting's pixels in one of its own; so many pixels are mixed there."""
+SOFT_FROM, SOFT_TO = 0.75, 1.5
+"""Of that reach: where it begins, and where all is mixed, so that no line is seen between."""
 SHELLS = 2
 MAX_RANGE_M = 120.0
 FLAT_SLOPE = 0.2
@@ -116,6 +118,9 @@ class Renderer:
         rows, columns = self._whole.layers.canopy.shape[:2]
         self._backdrop = backdrop.of(field, tint_of(field), columns, rows)
         self._haze = haze.of(field)
+        # Interleaved gradient noise: of any few neighbours, some lie below each share
+        row, column = np.mgrid[0:height, 0:width]
+        self._thresholds = (52.9829189 * ((0.06711056 * column + 0.00583715 * row) % 1.0) % 1.0).astype(np.float32)
 
     def draw(
         self, position_ned_m: FloatArray, camera_to_ned: FloatArray, time_s: float = 0.0, zoom: float = 1.0
@@ -180,7 +185,7 @@ class Renderer:
     def _soften(self, seen: Image, view: View) -> None:
         """Where the ground is so foreshortened that a pixel sees much of it, pixels mix with their neighbours."""
         for from_m, size in SOFT:
-            beyond = self._beyond(view, view.surfaces[0], math.sqrt(from_m * view.above_m * view.zoom))
+            beyond = self._mixed_beyond(view, math.sqrt(from_m * view.above_m * view.zoom))
             if beyond is not None:
                 cv2.copyTo(cv2.blur(seen, size), beyond, seen)
 
@@ -190,6 +195,16 @@ class Renderer:
         if self._haze.is_seen(haze.farthest_m(near)):
             full = self._drawn_out(near.astype(np.float32).reshape(self._grid_shape))
             haze.veil(np.ascontiguousarray(full), self._haze, seen)
+
+    def _mixed_beyond(self, view: View, reach_m: float) -> Image | None:
+        """A mask (height, width) of the more pixels the farther beyond so much the ground lies; None: of none."""
+        away = np.hypot(view.surfaces[0][0] - view.position[0], view.surfaces[0][1] - view.position[1])
+        if float(away.max()) < SOFT_FROM * reach_m:
+            return None
+        share = np.clip((away / reach_m - SOFT_FROM) / (SOFT_TO - SOFT_FROM), 0.0, 1.0).astype(np.float32)
+        return np.asarray(
+            cv2.compare(self._drawn_out(share.reshape(self._grid_shape)), self._thresholds, cv2.CMP_GT), np.uint8
+        )
 
     def _beyond(self, view: View, surface: Surface, reach_m: float) -> Image | None:
         """A mask (height, width) of what lies further off than so much over the ground; None: nothing."""
