@@ -48,6 +48,15 @@ def centre_velocity(body: Multicopter, offset: Vector3) -> Vector3:
     return body.velocity_at(rotated(rotation(body.q), offset))
 
 
+def test_its_estimator_knows_the_drag_of_both() -> None:
+    """EKF2_BCOEF and EKF2_MCOEF: deceleration is v (rho / 2 |v| / BCOEF + MCOEF), with a parcel aboard."""
+    drag, mass_kg, parcel = present(LADEN.aerodynamics), inertia.laden(LADEN).mass_kg, present(LADEN.parcel)
+    for name, axis in (("EKF2_BCOEF_X", 0), ("EKF2_BCOEF_Y", 1)):
+        squared = drag.quadratic_n_s2_m2[axis] + 0.5 * 1.225 * parcel.drag_m2
+        assert RESPONDER.airframe[name] == pytest.approx(0.5 * 1.225 * mass_kg / squared, rel=0.01)
+        assert RESPONDER.airframe["EKF2_MCOEF"] == pytest.approx(drag.linear_n_s_m[axis] / mass_kg, rel=0.01)
+
+
 def test_mass_and_balance_are_those_of_both() -> None:
     parcel, both = present(LADEN.parcel), inertia.laden(LADEN)
     assert both.mass_kg == pytest.approx(RESPONDER.mass_kg + 2.0)
