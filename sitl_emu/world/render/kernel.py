@@ -1,14 +1,17 @@
 """How the renderer's inner loops are compiled: by numba, to the same figures on every machine.
 
 No `fastmath`, and no functions of libm but the square root, which IEEE 754 fixes: the same bytes on every processor.
-Compiled code is kept beside the source, in numba's own user folder where that can't be written, or in NUMBA_CACHE_DIR.
+Compiled code is kept beside the source, in numba's own user folder where that can't be written, or in NUMBA_CACHE_DIR;
+it is compiled anew when the source of any kernel has changed (`STAMP`).
 Single precision throughout: a plain literal would make a sum double, hence the constants.
 
 Kernels make no arrays: what they need is handed to them. So numba need not count references (`_nrt`), which took two
 thirds of the shading's time.
 """
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
@@ -26,6 +29,17 @@ U32 = npt.NDArray[np.uint32]
 
 f4, f8, i4, u4 = np.float32, np.float64, np.int32, np.uint32
 ZERO, HALF, ONE, TWO = f4(0.0), f4(0.5), f4(1.0), f4(2.0)
+
+
+def stamp_of(sources: Iterable[Path]) -> bytes:
+    """By what is in files of kernels; others don't count."""
+    texts = (path.read_bytes() for path in sorted(sources))
+    return hashlib.blake2b(b"".join(text for text in texts if b"render.kernel" in text), digest_size=16).digest()
+
+
+STAMP = stamp_of([*Path(__file__).parents[1].rglob("*.py"), Path(__file__)])
+"""What compiled code is kept with. Numba looks at a function's own file alone, but a kernel holds what it calls, from
+whichever file; and times of files say less than what is in them."""
 
 
 class _Flags(Flags):  # type: ignore[misc]  # numba has no types
@@ -66,7 +80,11 @@ class _Apart(_Compiler):
 
 def _compiled(function: Function, **options: Any) -> Function:
     options = {"pipeline_class": _Compiler, "no_cfunc_wrapper": True} | options
-    return cast(Function, numba.njit(cache=True, error_model="numpy", _nrt=False, **options)(function))
+    made = numba.njit(cache=True, error_model="numpy", _nrt=False, **options)(function)
+    cache = getattr(made, "_cache", None)
+    if cache is not None:  # as with NUMBA_DISABLE_JIT
+        cache._cache_file._source_stamp = STAMP
+    return cast(Function, made)
 
 
 def kernel(function: Function) -> Function:
