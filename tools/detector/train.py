@@ -31,8 +31,6 @@ MOMENTUM, WARM_MOMENTUM = 0.937, 0.8
 LAST_RATE = 0.01
 """Of the first, at the end."""
 AVERAGES_STEPS = 2000.0
-PLAIN_SHARE = 0.1
-"""Of the epochs, at the end, without four pictures in one."""
 MOST_GRADIENT = 10.0
 
 
@@ -127,9 +125,7 @@ class Sitting:
     def batches(self) -> Iterator[Batch]:
         """One epoch's."""
         settings = self.settings
-        plain = self.epoch >= settings.epochs * (1 - PLAIN_SHARE)
-        how = augment.Strength(mosaic=0.0) if plain else augment.Strength()
-        pictures = Pictures(self.train, how, settings.seed)
+        pictures = Pictures(self.train, augment.Strength(), settings.seed)
         order = np.random.default_rng((settings.seed, self.epoch)).permutation(len(pictures))
         return iter(torch.utils.data.DataLoader(
             pictures, settings.batch, sampler=[(self.epoch, int(k)) for k in order], num_workers=settings.workers,
