@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[2]
 YARD = ROOT / "examples" / "own_world" / "yard.yaml"
 STAND_IN = Path(__file__).parent / "rclpy_stand_in"
 INSTANCE = 70
-DOMAIN = 20 + os.getpid() % 80
+DOMAIN = dds.domain()
 LIMIT_S = 240.0
 until = functools.partial(dds.until, limit_s=LIMIT_S)
 OFFBOARD = 14

@@ -34,7 +34,7 @@ from sitl_emu.run.ros.publisher import Publisher, described
 
 ROOT = Path(__file__).parents[2]
 STAND_IN = Path(__file__).parent / "rclpy_stand_in"
-DOMAIN = 20 + os.getpid() % 80
+DOMAIN = dds.domain()
 LIMIT_S = 60.0
 until = functools.partial(dds.until, limit_s=LIMIT_S)
 HEIGHT_M = 15.0

@@ -35,7 +35,7 @@ YARD = Path(__file__).parents[2] / "examples" / "own_world" / "yard.yaml"
 OWN_VEHICLE = Path(__file__).parents[2] / "examples" / "own_vehicle" / "my_quad"
 INSTANCE = 72
 WITHIN = f"px4_{INSTANCE}"
-DOMAIN = 20 + os.getpid() % 80
+DOMAIN = dds.domain()
 SENSOR_DATA = Qos(
     Policy.Reliability.BestEffort, Policy.History.KeepAll, Policy.DataRepresentation(use_cdrv0_representation=True)
 )

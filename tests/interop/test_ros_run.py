@@ -1,6 +1,5 @@
 """`run --dds` as a node finds it: the clock, where the vehicle is, and its sensors, all of one time."""
 
-import os
 import subprocess
 import sys
 import time
@@ -26,7 +25,7 @@ from sitl_emu.run.ros.publisher import TF_STATIC, described
 
 YARD = Path(__file__).parents[2] / "examples" / "own_world" / "yard.yaml"
 INSTANCE = 71
-DOMAIN = 20 + os.getpid() % 80
+DOMAIN = dds.domain()
 START_S = 1_750_000_000
 SCENARIO = f"""
 name: seen_by_ros
