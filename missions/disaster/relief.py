@@ -7,12 +7,12 @@ option's `ground_sigma_m`; between mapped cells the height is that of those abou
 
 Corners are mostly those of roofs, and cars. The ground is what does not rise above the lowest about it by more than
 ground does, as in the filters of airborne lidar (G. Vosselman, Slope based filtering of laser altimetry data, 2000;
-T. Pingel, K. Clarke and W. McBride, An improved simple morphological filter, 2013), once what lies alone below all
-about it is gone: a corner that was confused with another, which would be the ground to such a filter (Z. Chen,
-B. Devereux, B. Gao and G. Amable, Upward-fusion urban DTM generating method using airborne lidar data, 2012; PDAL's
-filters.elm). Sightings are placed on the ground, and it alone is kept as the terrain map, without the flight's own
-drift (`companion/terrain/crossover.py`) and, between what was measured, as `about` has it; what is flown over are roofs
-and trees as well.
+T. Pingel, K. Clarke and W. McBride, An improved simple morphological filter, 2013), once what lies alone, or alone
+below all about it, is gone: a corner that was confused with another, which would be the ground to such a filter (Z.
+Chen, B. Devereux, B. Gao and G. Amable, Upward-fusion urban DTM generating method using airborne lidar data, 2012;
+PDAL's filters.elm, and filters.outlier by radius). Sightings are placed on the ground, and it alone is kept as the
+terrain map, without the flight's own drift (`companion/terrain/crossover.py`) and, between what was measured, as
+`about` has it; what is flown over are roofs and trees as well.
 """
 
 import math
@@ -39,7 +39,7 @@ ABOUT_M, SLOPE, STEP_M = 18.0, 0.15, 0.5
 """How far the lowest may be, how steep ground is, and what its heights are off: the window, slope and threshold that
 Pingel's filter has in PDAL (filters.smrf). No house of ours is wider than twice the first."""
 ALONE_M, TOGETHER = 5.0, 3
-"""Fewer cells than that within this distance, where more are known, are no ground, but only low. The first is half the
+"""Fewer cells than that within this distance, to which ground could rise or fall, are none. The first is half the
 window of filters.elm, which takes the lowest alone; ours are two where a corner lies on a border of cells."""
 BESIDE_M = 1.5 * RESOLUTION_M
 """Nearer than that are the eight cells about one."""
@@ -114,7 +114,7 @@ class Relief:
 
 def ground(means_m: Grid) -> Grid:
     """Heights of the cells that are ground; NaN where none is known, something stands, or one is low alone."""
-    means_m = _without_low(means_m)
+    means_m = _without_lone(means_m)
     known = np.where(np.isfinite(means_m), means_m, np.inf)
     # a cone of that slope over each cell, grown from cell to cell (G. Borgefors, Distance transformations, 1986)
     highest = known
@@ -123,14 +123,13 @@ def ground(means_m: Grid) -> Grid:
     return np.where(known <= highest + STEP_M, means_m, np.nan)
 
 
-def _without_low(means_m: Grid) -> Grid:
-    """Without cells from which ground would have to rise too steeply to all but a few about them."""
+def _without_lone(means_m: Grid) -> Grid:
+    """Without cells from which ground would have to rise too steeply to all but a few about them, and few alone."""
     known = np.where(np.isfinite(means_m), means_m, np.inf)
-    about_it, within_reach = np.zeros(known.shape, np.int64), np.zeros(known.shape, np.int64)
+    within_reach = np.zeros(known.shape, np.int64)
     for there, away_m in _shifted(known, ALONE_M):
-        about_it += np.isfinite(there)
         within_reach += np.isfinite(there) & (there <= known + STEP_M + SLOPE * away_m)
-    return np.where((within_reach < TOGETHER) & (about_it > TOGETHER), np.nan, means_m)
+    return np.where(within_reach < TOGETHER, np.nan, means_m)
 
 
 def _shifted(heights_m: Grid, within_m: float) -> Iterator[tuple[Grid, float]]:

@@ -195,8 +195,8 @@ def test_a_look_from_aslant_that_something_hides_says_little() -> None:
 def test_roofs_are_no_ground() -> None:
     heights = np.full((60, 60), np.nan)
     rng = np.random.default_rng(1)
-    rows, columns = rng.integers(0, 60, (2, 200))
-    heights[rows, columns] = 0.05 * columns + rng.normal(0.0, 0.2, 200)  # a slope of 1 in 20
+    rows, columns = rng.integers(0, 60, (2, 500))
+    heights[rows, columns] = 0.05 * columns + rng.normal(0.0, 0.2, 500)  # a slope of 1 in 20
     roof = (slice(20, 30), slice(20, 36))
     heights[roof] = np.where(np.isfinite(heights[roof]), 9.0, np.nan)
     heights[22, 21:35] = 9.0
@@ -206,6 +206,18 @@ def test_roofs_are_no_ground() -> None:
     outside[roof] = False
     kept = outside & np.isfinite(left)
     assert np.isfinite(left[outside]).mean() > 0.98 and np.array_equal(left[kept], heights[kept])
+
+
+def test_what_lies_alone_or_alone_below_all_about_it_is_no_ground() -> None:
+    heights = np.full((60, 60), np.nan)
+    heights[5:20, 5:20] = 1.0
+    heights[12, 12] = -6.0  # a corner that was confused with another
+    heights[45, 45:47] = -8.0  # two of them, far from all else
+    heights[40:43, 10] = 1.5  # three that agree
+    left = relief.ground(heights)
+    assert np.isnan(left[12, 12]) and np.isnan(left[45, 45:47]).all()
+    known = np.isfinite(heights) & (heights > 0.0)
+    assert np.array_equal(left[known], heights[known])
 
 
 def test_by_the_equations_a_tilted_camera_places_it_beside_itself() -> None:
