@@ -28,6 +28,7 @@ from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.mission import FENCE, MissionItem
 from sitl_emu.gcs.parameter import ParameterSet
 from sitl_emu.gcs.set_mode import set_mode
+from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import body_to_ned
@@ -147,8 +148,16 @@ class Flight:
         telling.aborted(self.onboard, why, delivered=self.delivered)
 
     def _write_terrain(self) -> None:
-        if self.settings.terrain_map is not None:
-            telling.terrain_map(self.onboard, self.settings.terrain_map, self.ground, self.home)
+        path = self.settings.terrain_map
+        if path is None:
+            return
+        try:
+            ground_m = self.ground.write(path, self.home)
+        except OSError as error:
+            self.onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
+            return
+        ground = self.home[0], self.home[1], self.home[2] + ground_m
+        telling.terrain_map(self.onboard, path.name, self.ground.survey, ground)
 
     @property
     def whole(self) -> bool:

@@ -175,14 +175,9 @@ def _parcel(record: RunRecord, event: EventLine) -> Parcel:
 
 
 def _to_seen_m(record: RunRecord, event: EventLine, place: Point) -> float | None:
-    """How far from where it lies the camera saw it: the first thing that its vehicle told after it was let go."""
-    kinds = "released", "parcel_seen", "parcel_unseen"
-    told = [one for one in record.events if one["event"] in kinds and one["vehicle"] == event["vehicle"]]
-    before = [k for k, one in enumerate(told) if one["event"] == "released" and one["time_s"] <= event["time_s"]]
-    after = told[before[-1] + 1 : before[-1] + 2] if before else []
-    if not after or after[0]["event"] != "parcel_seen":
-        return None
-    return math.dist(_metres(record, after[0]), (place.x, place.y))
+    """How far from where it lies the camera of its vehicle, which carries one, saw it."""
+    told = [one for one in record.events if one["event"] == "parcel_seen" and one["vehicle"] == event["vehicle"]]
+    return math.dist(_metres(record, told[0]), (place.x, place.y)) if told else None
 
 
 def _unsafe(record: RunRecord, event: EventLine, place: Point, to_target_m: float | None) -> str:

@@ -2,18 +2,17 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.coverage import Line
 from sitl_emu.missions.companion.onboard import Onboard
+from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.aborts import Aborted
 from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import RegionMap
-from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
 
 InDegrees = Callable[[Corner], Corner]
@@ -96,23 +95,17 @@ def aborted(onboard: Onboard, why: Aborted, *, delivered: bool) -> None:
     onboard.note(kind, str(why), reason=str(why.reason))
 
 
-def terrain_map(onboard: Onboard, path: Path, relief: Relief, home: tuple[float, float, float]) -> None:
-    """Writes the map as it is now, and says how much it holds."""
-    survey = relief.survey
-    try:
-        ground_m = relief.write(path, home)
-    except OSError as error:
-        onboard.say(f"Terrain map {path}: {error.strerror}", WARNING)
-        return
+def terrain_map(onboard: Onboard, name: str, survey: Survey, ground: tuple[float, float, float]) -> None:
+    """How much was kept under a name; `ground`: latitude, longitude and height AMSL of the ground at home."""
     onboard.note(
         "terrain_map",
-        f"{path.name}: {survey.features} corners, {survey.ranges} ranges",
-        file=path.name,
+        f"{name}: {survey.features} corners, {survey.ranges} ranges",
+        file=name,
         features=survey.features,
         ranges=survey.ranges,
-        home_lat_deg=home[0],
-        home_lon_deg=home[1],
-        home_amsl_m=home[2] + ground_m,
+        home_lat_deg=ground[0],
+        home_lon_deg=ground[1],
+        home_amsl_m=ground[2],
     )
 
 

@@ -14,6 +14,7 @@ from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion import camera_model
 from sitl_emu.missions.companion.camera_model import CameraModel, camera_pose, project
 from sitl_emu.world.camera import Camera, Pose
+from sitl_emu.world.description import Light
 from sitl_emu.world.kinds.corn_field import field as corn
 from sitl_emu.world.kinds.corn_field.objects import FieldObject, outline
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
@@ -83,7 +84,7 @@ def field_of(job: Job) -> corn.CornField:
     field = corn.build(seed, targets=TARGETS, distractors=DISTRACTORS, growth_stage=stage)
     rng = np.random.default_rng((seed, 18))
     low, high = ((8.0, 22.0), (1.08, 1.22)) if is_light else ((25.0, 70.0), (0.9, 1.15))
-    light = corn.Light(
+    light = Light(
         azimuth_deg=field.light.azimuth_deg,
         elevation_deg=float(rng.uniform(*low)),
         gain=float(rng.uniform(0.95, 1.45)),

@@ -37,7 +37,7 @@ def stamp_of(sources: Iterable[Path]) -> bytes:
     return hashlib.blake2b(b"".join(text for text in texts if b"render.kernel" in text), digest_size=16).digest()
 
 
-STAMP = stamp_of([*Path(__file__).parents[1].rglob("*.py"), Path(__file__)])
+STAMP = stamp_of(Path(__file__).parents[1].rglob("*.py"))
 """What compiled code is kept with. Numba looks at a function's own file alone, but a kernel holds what it calls, from
 whichever file; and times of files say less than what is in them."""
 
@@ -82,7 +82,7 @@ def _compiled(function: Function, **options: Any) -> Function:
     options = {"pipeline_class": _Compiler, "no_cfunc_wrapper": True} | options
     made = numba.njit(cache=True, error_model="numpy", _nrt=False, **options)(function)
     cache = getattr(made, "_cache", None)
-    if cache is not None:  # as with NUMBA_DISABLE_JIT
+    if cache is not None:  # it is with NUMBA_DISABLE_JIT
         cache._cache_file._source_stamp = STAMP
     return cast(Function, made)
 

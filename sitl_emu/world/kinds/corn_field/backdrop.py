@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.description import Light
 from sitl_emu.world.kinds.corn_field import haze
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.kinds.corn_field.haze import Haze, veiled
@@ -46,7 +45,7 @@ class Backdrop(NamedTuple):
 
 def of(field: CornField, tint: F64, columns: int, rows: int) -> Backdrop:
     """For a field, whose painted picture has so many columns and rows."""
-    air = air_of(Light(*field.light))
+    air = air_of(field.light)
     return Backdrop(
         air,
         (PALETTE * tint).astype(np.float32),

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl_emu.world.description import Light
 from sitl_emu.world.kinds.corn_field.objects import DISTRACTOR_KINDS, GROWS_IN_ROWS, TARGET_KINDS, FieldObject
 from sitl_emu.world.terrain import HeightMap, hills
 
@@ -41,17 +42,6 @@ class Wind(NamedTuple):
     north_m_s: float
     east_m_s: float
     gust_m_s: float
-
-
-class Light(NamedTuple):
-    """The sun, the exposure it leaves the camera with, and the air: see description.Light."""
-
-    azimuth_deg: float
-    elevation_deg: float
-    gain: float
-    warmth: float
-    """Red over blue balance: above 1 is a low, warm sun."""
-    visibility_m: float = 7500.0
 
 
 class Place(NamedTuple):

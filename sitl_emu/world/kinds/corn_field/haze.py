@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl_emu.world.description import Light
 from sitl_emu.world.kinds.corn_field.field import CornField
 from sitl_emu.world.render.kernel import F32, F64, HALF, ONE, U8, ZERO, f4, inlined, kernel
 from sitl_emu.world.render.raster import Pinhole
@@ -38,7 +37,7 @@ class Haze(NamedTuple):
 
 def of(field: CornField) -> Haze:
     """The air over a field."""
-    air = air_of(Light(*field.light))
+    air = air_of(field.light)
     root = np.sqrt(air.rows[4][::-1] * air.exposure)
     over = np.maximum(root - 0.8, 0.0)
     # As sky.developed has it: the haze ends in the sky's own colour at the horizon

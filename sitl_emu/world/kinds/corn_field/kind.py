@@ -1,6 +1,5 @@
 """The corn field as a kind of world: its options, its description, and what cameras and maps see of it."""
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -84,7 +83,7 @@ def description_of(built: CornField) -> d.WorldDescription:
         ),
         crop=d.Crop(built.growth_stage, built.plant_height_m),
         wind=d.Wind(*built.wind),
-        light=d.Light(*built.light),
+        light=built.light,
     )  # fmt: skip
 
 
@@ -114,7 +113,7 @@ def field_of(world: World) -> CornField:
         uas_home=corn_field.Place(home.north_m, home.east_m, home.heading_deg),
         ugv_start=corn_field.Place(ugv.north_m, ugv.east_m, ugv.heading_deg),
         wind=corn_field.Wind(described.wind.north_m_s, described.wind.east_m_s, described.wind.gust_m_s),
-        light=corn_field.Light(*dataclasses.astuple(described.light)),
+        light=described.light,
     )
 
 

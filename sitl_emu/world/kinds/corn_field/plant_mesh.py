@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.world.kinds.corn_field.field import Light
+from sitl_emu.world.description import Light
 from sitl_emu.world.kinds.corn_field.sprites import SPRITES_PER_KIND, Bgr, Blade, draw
 from sitl_emu.world.render.raster import Meshes
 

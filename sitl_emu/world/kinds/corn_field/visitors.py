@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.camera import OtherVehicle
-from sitl_emu.world.description import Light, Thing
+from sitl_emu.world.description import Thing
 from sitl_emu.world.kinds.corn_field import haze
 from sitl_emu.world.kinds.corn_field.dress import PLAIN, Cloth, dress
 from sitl_emu.world.kinds.corn_field.field import CornField
@@ -51,7 +51,7 @@ class Visitors:
     """All things and all vehicles that were ever told of, in one field."""
 
     def __init__(self, field: CornField, described: Sequence[Thing] = ()) -> None:
-        self._field, self._air, self._haze = field, air_of(Light(*field.light)), haze.of(field)
+        self._field, self._air, self._haze = field, air_of(field.light), haze.of(field)
         self._stage = Stage()
         own = [(number, thing) for number, thing in enumerate(described) if not is_painted(thing)]
         movers = [things.add(self._stage, thing, field.terrain, field.seed + number) for number, thing in own]
