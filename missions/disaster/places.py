@@ -11,7 +11,7 @@ ground that
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
-the plainest; of what lies scattered the one nearest to the region, as boxes reach beyond what they hold.
+the plainest; of what lies scattered the one nearest to the region, whose edge is blurred outwards by what lies about.
 **The located point** of an area is its edge there: the cell of the region that is nearest to the place.
 
 `sigma_m` says how well that is located: the cell's size, the rays' angles, the ground's height times the angle from

@@ -4,9 +4,9 @@ The area is a grid of cells, and every frame tells of each cell that it shows, b
 height there, whether that is of a region: an occupancy grid (Moravec and Elfes, High resolution maps from wide angle
 sonar, 1985), one for each label, with log-odds that are added and clamped (Hornung et al., OctoMap, 2013).
 
-A detector that knows areas says it of each part of its picture. One that knows boxes alone, or of what lies scattered,
-says only how far a region reaches; in the box lies dry ground, too. But a place that a frame shows *outside* all boxes
-is not of the region: from many places the boxes carve a region's shape as silhouettes carve a body's.
+A detector that knows areas says it of each part of its picture. One that knows boxes alone says only how far a region
+reaches; in the box lies dry ground, too. But a place that a frame shows *outside* all boxes is not of the region: from
+many places the boxes carve a region's shape as silhouettes carve a body's.
 
 What stands between hides a cell, the more so the farther aslant it is seen. A look from there at a cell that shows no
 region says little against it: the share of the ground that is seen at an angle falls as exp(-FRONTAL tan(angle)).
@@ -62,7 +62,8 @@ BOX = Evidence(0.8, 0.35)
 """A cell in a box: the paper's Table 2 (recall 0.78); near a region, as boxes are larger; the second is ours."""
 AREA = Evidence(0.85, 0.05)
 """A part that an area's share says is of it: water and fire are so in 0.90 and 0.84 of the parts that show them, others
-in 0.015 and 0.008 (companion/networks/disaster.md, test); less sure here, as frames of one place err alike."""
+in 0.015 and 0.008 (companion/networks/disaster.md, test); ruins from 20 m in 0.66, and what lies 1.5 to 3 m beside them
+in 0.02 (`disaster-debris`, seeds 21 to 26). Less sure here, as frames of one place err alike."""
 FRONTAL = 0.5
 """What stands, seen from the side, over the ground that it stands on: 0.1 to 0.5 of towns (Grimmond and Oke, 1999), and
 urban_flood is a dense one."""
@@ -107,8 +108,7 @@ class RegionMap:
     ) -> None:
         """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`.
 
-        `scattered`: labels of which boxes tell, where areas are known, too; from lower over the ground than
-        `whole_from_m` they tell nothing.
+        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell nothing.
         """
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
@@ -161,9 +161,11 @@ class RegionMap:
         areas = detections.areas if isinstance(detections, Detections) else None
         high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
         for layer, label in enumerate(self.labels):
-            if areas is not None and label not in self.scattered:
+            if label in self.scattered and not high:
+                continue
+            if areas is not None:
                 self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep))
-            elif high or label not in self.scattered:
+            else:
                 self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]), BOX)
 
     def regions(self) -> list[Region]:

@@ -17,8 +17,13 @@ from sitl_emu.missions.companion.detector import Detection, Detections, Detector
 from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker, Gray
 
 Edges = npt.NDArray[np.float32]
+FINEST_M = 0.06
+"""A pixel on the ground, as our scan's camera has it from 20 m: what is smaller is texture. Gravel seen from 7 m is all
+edges, and no less plain than from 20 m."""
+LENS_PX = 0.5
+"""One sigma by which a picture taken from there is blurred: what was finer than a pixel is more than averaged; ours."""
 PART_PX = 8
-"""Side of a part: half a metre from 20 m."""
+"""Side of a part: half a metre."""
 WEAK, STRONG = 60, 150
 """Canny's thresholds, of 8-bit gradients; ours: grass and asphalt from 20 m have no edges with them, persons have."""
 
@@ -42,11 +47,16 @@ class Eye:
     def look(self, image: Image, gsd_m: float) -> Sight:
         """All that a frame gives."""
         gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        return Sight(self._detector.detect(image, gsd_m or None), edges_of(gray), self._tracker.follow(gray), gray)
+        found = self._detector.detect(image, gsd_m or None)
+        return Sight(found, edges_of(gray, gsd_m), self._tracker.follow(gray), gray)
 
 
-def edges_of(gray: Gray) -> Edges:
-    """The share of edges, 0 to 1, in each part of a picture."""
+def edges_of(gray: Gray, gsd_m: float) -> Edges:
+    """The share of edges, 0 to 1, in each part of a picture with pixels of `gsd_m` on the ground; 0 where nobody knows."""
+    if 0.0 < gsd_m < FINEST_M:
+        share = gsd_m / FINEST_M
+        gray = np.asarray(cv2.resize(gray, None, fx=share, fy=share, interpolation=cv2.INTER_AREA), np.uint8)
+        gray = np.asarray(cv2.GaussianBlur(gray, (0, 0), LENS_PX), np.uint8)
     lines = cv2.Canny(gray, WEAK, STRONG)
-    size = gray.shape[1] // PART_PX, gray.shape[0] // PART_PX
+    size = max(gray.shape[1] // PART_PX, 1), max(gray.shape[0] // PART_PX, 1)
     return np.asarray(cv2.resize((lines > 0).astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32)

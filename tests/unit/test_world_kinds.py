@@ -65,6 +65,19 @@ def test_options_count_and_wrong_ones_are_named(kind: str) -> None:
         made(kind, persons=1.5)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", [8, 23, 24])
+def test_nothing_stands_where_vehicles_start(kind: str, seed: int) -> None:
+    """Trees hung over some starts, cars stood on others."""
+    world = made(kind, seed, size_m=100)
+    pads = [place for name, place in world.description.places.items() if name.startswith("home")]
+    assert len(pads) == 4
+    above = np.array([(pad.north_m, pad.east_m, -world.ground(pad.north_m, pad.east_m) - 40.0) for pad in pads])
+    for aside in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0)):
+        down = world.raycast(above + aside, np.tile((0.0, 0.0, 1.0), (4, 1)), 0.0, 60.0)
+        assert down.range_m == pytest.approx(40.0, abs=0.5), down.name
+
+
 def test_no_house_stood_in_another() -> None:
     floors = [np.mean(land.polygon_m, axis=0) for land in made("debris_field").description.ground.land
               if land.use == "concrete"]  # fmt: skip

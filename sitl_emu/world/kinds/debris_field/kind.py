@@ -38,6 +38,8 @@ PADS = {
 GREYS = ((0.62, 0.60, 0.57), (0.55, 0.53, 0.50), (0.68, 0.65, 0.60), (0.50, 0.46, 0.42), (0.60, 0.42, 0.34))
 GREEN = (0.24, 0.33, 0.15)
 THICKETS = 9
+CLEAR_M = 6.0
+"""Between a thicket and the road, or where a vehicle starts."""
 TOPS = ((0.85, 0.20, 0.12), (0.15, 0.32, 0.65), (0.90, 0.60, 0.10), (0.35, 0.50, 0.30))
 
 
@@ -198,13 +200,14 @@ def _rubble(rng: Rng, size: float, count: int, places: list[tuple[float, float]]
 
 
 def _thickets(rng: Rng, size: float, road: float) -> list[d.Cover]:
-    """Trees that still stand, around the place, clear of the road."""
+    """Trees that still stand, around the place, clear of the road and of where vehicles start."""
     made = list[d.Cover]()
     while len(made) < THICKETS:
         angle, reach = float(rng.uniform(0.0, math.tau)), float(rng.uniform(0.62, 0.76)) * size
         n, e = 0.5 * size + reach * math.cos(angle), 0.5 * size + reach * math.sin(angle)
         high, radius = float(rng.uniform(5.0, 10.0)), float(rng.uniform(6.0, 11.0))
-        if abs(e - road) > radius + 6.0:
+        at_pads = any(math.hypot(n - pad.north_m, e - pad.east_m) <= radius + CLEAR_M for pad in PADS.values())
+        if abs(e - road) > radius + CLEAR_M and not at_pads:
             made.append(d.Cover(f"trees {len(made)}", "canopy", _blob(rng, n, e, radius), high, 1.2, 0.7, colour=GREEN))
     return made
 

@@ -104,13 +104,17 @@ def generate(seed: int, options: Mapping[str, Any]) -> Generated:
 
 
 def _pads(size: float, things: Sequence[d.Thing]) -> dict[str, d.Place]:
-    """Where vehicles start, along the westernmost street: home, out of town, and southwards where no car is near."""
-    east, norths = STREET_M / 2, [size - 12.0, size + 2.0]
-    while len(norths) < PADS:
-        north = min(norths) - PADS_APART_M
+    """Where vehicles start, along the westernmost street, no car near: home, out of town, and southwards."""
+    east = STREET_M / 2
+
+    def clear(north: float) -> float:
         while any(math.dist((north, east), (one.north_m, one.east_m)) < one.radius_m + PAD_M for one in things):
             north -= 0.5
-        norths.append(north)
+        return north
+
+    norths = [clear(size - 12.0), size + 2.0]
+    while len(norths) < PADS:
+        norths.append(clear(min(norths) - PADS_APART_M))
     names = ["home", *(f"home{number}" for number in range(2, PADS + 1))]
     return {name: d.Place(north, east, 135.0) for name, north in zip(names, norths, strict=True)}
 

@@ -27,7 +27,8 @@ OPTIONS = {
 SURROUNDINGS_M = 40.0
 BURNS_S = 45.0
 SMOKE_M = 45.0
-APART_M = 13.5
+APART_M, PAD_M = 13.5, 2.0
+"""Between start places, and what is free about each."""
 YELLOW = (0.92, 0.74, 0.10)
 """What fire crews wear."""
 
@@ -134,6 +135,10 @@ def _trunks(rng: Rng, size: float, front: float) -> list[d.Solid]:
     return made
 
 
+def _beside_track(rng: Rng, size: float, track: float, front: float) -> tuple[float, float]:
+    return float(rng.uniform(front + 0.06 * size, track + 3.0)), float(rng.uniform(0.25, 0.75) * size)
+
+
 def _things(rng: Rng, size: float, track: float, front: float, persons: int) -> list[d.Thing]:
     made = [
         d.Thing("truck", track, 0.46 * size, 3.4, 3.1, heading_deg=92.0, name="fire engine", colour=(0.72, 0.07, 0.06)),
@@ -141,8 +146,9 @@ def _things(rng: Rng, size: float, track: float, front: float, persons: int) -> 
         d.Thing("stop_sign", track + 4.6, 0.2 * size, 0.3, 2.3, heading_deg=90.0, name="stop sign"),
     ]
     for k in range(persons):
-        north = float(rng.uniform(front + 0.06 * size, track + 3.0))
-        east = float(rng.uniform(0.25, 0.75) * size)
+        north, east = _beside_track(rng, size, track, front)
+        while any(math.hypot(north - pad.north_m, east - pad.east_m) < PAD_M for pad in _pads(track, size).values()):
+            north, east = _beside_track(rng, size, track, front)
         made.append(
             d.Thing(
                 "person", north, east, 0.28, float(rng.uniform(1.62, 1.9)),
