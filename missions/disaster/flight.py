@@ -198,7 +198,7 @@ class Flight:
         bounds = Bounds(south, west, north, east)
         whole_from_m = WHOLE * settings.scan_altitude_m
         self.regions = RegionMap(
-            bounds, labels, settings.camera, confirming, settings.location, SCATTERED, whole_from_m
+            bounds, labels, settings.camera, confirming, settings.location, SCATTERED, whole_from_m, area
         )
         placing = settings.altitude == "terrain" or settings.location == "rays"
         heights_m = settings.scan_altitude_m, settings.release_height_m

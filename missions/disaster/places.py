@@ -8,6 +8,7 @@ ground that
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
 - has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and
   nothing within `BESIDE_M` that reaches up to where the vehicle lets go;
+- is nearer to ground that is mapped than to such a thing: of a plain roof nothing is mapped but its edges;
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
@@ -51,11 +52,13 @@ WANDER = 0.1
 
 
 class Standing(NamedTuple):
-    """Cells where something is mapped that stands."""
+    """Cells where something is mapped that stands, and where ground is."""
 
     any: Cells
     tall: Cells
     """So high that the vehicle is beside it when it lets go."""
+    ground: Cells
+    """Where ground is mapped."""
 
 
 class Place(NamedTuple):
@@ -112,7 +115,9 @@ def _free(regions: RegionMap, stands: Standing | None, room: float = 1.0) -> Cel
     things = np.asarray((regions.rough > ROUGH / room) | (regions.looks == 0))
     free = (_away_m(np.asarray(areas)) >= room * KEEP_OFF_M) & (_away_m(things) >= room * PLAIN_M)
     if stands is not None:
-        free &= (_away_m(stands.any) >= room * PLAIN_M) & (_away_m(stands.tall) >= room * BESIDE_M)
+        tall_m = _away_m(stands.tall)
+        free &= (_away_m(stands.any) >= room * PLAIN_M) & (tall_m >= room * BESIDE_M)
+        free &= _away_m(stands.ground) <= tall_m
     return free
 
 

@@ -26,6 +26,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
+from shapely import Polygon
 
 from sitl_emu.missions.companion import planar_projection
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, distorted
@@ -105,10 +107,12 @@ class RegionMap:
         location: str = "rays",
         scattered: Sequence[str] = (),
         whole_from_m: float = 0.0,
+        area: Polygon | None = None,
     ) -> None:
         """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`.
 
-        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell nothing.
+        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell nothing. `area`: regions
+        are of what lies in it; what is seen beyond, and mostly from aslant, only says where no parcel goes.
         """
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
@@ -126,6 +130,9 @@ class RegionMap:
         """Mean share of edges in what these show of it."""
         self.steepness = np.full(self.shape, np.inf)
         """Tangent of the angle from straight down at which it was seen best."""
+        self._asked: Cells = np.ones(self.shape, np.bool_)
+        if area is not None:
+            self._asked = shapely.contains_xy(area, self.north_m, self.east_m)
         layers = (len(self.labels), *self.shape)
         self.odds = np.zeros(layers)
         """Logarithm of the odds that a cell is of a label."""
@@ -172,7 +179,7 @@ class RegionMap:
         """What is confirmed and still there, label by label."""
         found = []
         for layer, label in enumerate(self.labels):
-            there = self._confirmed[layer] & (self.odds[layer] > 0.0)
+            there = self._confirmed[layer] & (self.odds[layer] > 0.0) & self._asked
             if not there.any():
                 continue
             grow = round(GAP_M / 2.0 / RESOLUTION_M)

@@ -86,7 +86,9 @@ class Relief:
             lowest = ground(mapped)
             self._heights_m = spread(lowest)
             rises_m = mapped - self._heights_m
-            self.stands = Standing(rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M))
+            self.stands = Standing(
+                rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M), np.asarray(np.isfinite(lowest))
+            )
         return self._heights_m
 
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:

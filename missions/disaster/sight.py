@@ -52,7 +52,7 @@ class Eye:
 
 
 def edges_of(gray: Gray, gsd_m: float) -> Edges:
-    """The share of edges, 0 to 1, in each part of a picture with pixels of `gsd_m` on the ground; 0 where nobody knows."""
+    """The share of edges, 0 to 1, in each part of a picture; a pixel is `gsd_m` wide on the ground, 0: nobody knows."""
     if 0.0 < gsd_m < FINEST_M:
         share = gsd_m / FINEST_M
         gray = np.asarray(cv2.resize(gray, None, fx=share, fy=share, interpolation=cv2.INTER_AREA), np.uint8)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from shapely import box
 
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
@@ -249,13 +250,43 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     # a car's roof is mapped there, or that of a house
     over.rough[row, column], there, nowhere = 0.0, np.zeros(over.shape, np.bool_), np.zeros(over.shape, np.bool_)
     there[row, column] = True
-    for stands, away_m in ((Standing(there, nowhere), places.PLAIN_M), (Standing(there, there), places.BESIDE_M)):
+    about = (Standing(there, nowhere, ~there), places.PLAIN_M), (Standing(there, there, ~there), places.BESIDE_M)
+    for stands, away_m in about:
         other = places.choose(over, region, (5.0, 14.0), stands=stands)
         assert other is not None and away_m <= math.dist(other.place_m, place.place_m) < away_m + 2.0
         assert places.is_free(over, place.place_m) and not places.is_free(over, place.place_m, stands)
     over.odds[0][row, column] = 1.0
     assert not places.is_free(over, place.place_m), "it was seen to be water after all"
     assert not places.is_free(over, (500.0, 0.0))
+
+
+def test_a_plain_roof_is_no_place_by_its_mapped_edges() -> None:
+    """Its corners are mapped, and the ground beyond them; nothing between."""
+    over = a_map()
+    flown(over, POND)
+    (region,) = over.regions()
+    place = places.choose(over, region, (5.0, 14.0))
+    assert place is not None
+    n, e = place.place_m
+    roof = np.hypot(over.north_m - n, over.east_m - e) <= places.BESIDE_M + 1.0
+    edge = roof & (np.hypot(over.north_m - n, over.east_m - e) > places.BESIDE_M)
+    assert not places.is_free(over, place.place_m, Standing(edge, edge, ~roof))
+    assert places.is_free(over, place.place_m, Standing(edge, edge, ~edge)), "ground is mapped there"
+
+
+def test_regions_are_of_the_area_that_is_asked_for() -> None:
+    """What is seen of the pond beyond keeps parcels off all the same."""
+    south, west, north, east = POND
+    half = (south + north) / 2.0
+    asked = box(-20.0, -20.0, half, 50.0)
+    over = RegionMap(
+        Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(3, confirm_score=0.3), area=asked
+    )  # fmt: skip
+    flown(over, POND)
+    (region,) = over.regions()
+    assert over.north_m[region.cells].max() < half
+    place = places.choose(over, region, (half + 3.0, (west + east) / 2.0))
+    assert place is not None and not (south < place.place_m[0] < north and west < place.place_m[1] < east)
 
 
 def test_no_place_lies_in_another_area_or_where_nobody_looked() -> None:
