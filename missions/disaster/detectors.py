@@ -16,7 +16,7 @@ from sitl_emu.missions.companion.yolo import OnnxDetector
 LABELS = ("water_body", "debris_field", "fire_region")
 """The paper's classes."""
 SCATTERED = ("debris_field",)
-"""Of these a picture from low shows pieces, and tells nothing of the whole (`flight.WHOLE`)."""
+"""Of these a picture from low shows pieces, and does not tell where they are not (`flight.WHOLE`)."""
 NETWORK = "disaster"
 COLOURS = Path(__file__).with_name("colours.json")
 LEAST = 0.25

@@ -65,7 +65,8 @@ LOOKS_FROM_M = 6.0
 """Frames from lower than this are not looked at."""
 WHOLE = 0.75
 """Of the scan's height: from lower, a picture shows single pieces of what lies scattered, and the network less of a
-ruin, 0.33 of it instead of 0.66 (`disaster-debris`, seeds 21 to 26, below 12 m and above 15 m). The share is ours."""
+ruin, 0.33 of it instead of 0.66, though nothing beside that is none (`disaster-debris`, seeds 21 to 26, below 12 m
+and above 15 m). The share is ours."""
 SLOWEST_M_S = 0.5
 GROUND_SIGMAS = 2.0
 """Of the ground's height, within which it is looked for."""

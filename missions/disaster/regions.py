@@ -54,7 +54,7 @@ class Evidence(NamedTuple):
     if_there: float
     if_not: float
 
-    def odds(self, says: Cells, visible: Grid | float) -> Grid:
+    def odds(self, says: Cells, visible: Grid) -> Grid:
         """Log-odds that a frame adds, by whether it says so, and by how likely a cell is not hidden from it."""
         there = np.maximum(self.if_there * visible, self.if_not)
         return np.where(says, np.log(there / self.if_not), np.log((1.0 - there) / (1.0 - self.if_not)))
@@ -111,8 +111,9 @@ class RegionMap:
     ) -> None:
         """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`.
 
-        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell nothing. `area`: regions
-        are of what lies in it; what is seen beyond, and mostly from aslant, only says where no parcel goes.
+        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell where they are, and not
+        where they are not. `area`: regions are of what lies in it; what is seen beyond, and mostly from aslant, only
+        says where no parcel goes.
         """
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
@@ -168,12 +169,13 @@ class RegionMap:
         areas = detections.areas if isinstance(detections, Detections) else None
         high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
         for layer, label in enumerate(self.labels):
-            if label in self.scattered and not high:
-                continue
             if areas is not None:
-                self._tell(layer, rows, columns, _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep))
+                scores, evidence, visible = _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep)
             else:
-                self._tell(layer, rows, columns, _scores(x, y, [one for one in detections if one.label == label]), BOX)
+                scores = _scores(x, y, [one for one in detections if one.label == label])
+                evidence, visible = BOX, np.ones_like(steep)
+            counts = (scores > 0.0) | (label not in self.scattered or high)
+            self._tell(layer, rows[counts], columns[counts], scores[counts], evidence, visible[counts])
 
     def regions(self) -> list[Region]:
         """What is confirmed and still there, label by label."""
@@ -214,7 +216,7 @@ class RegionMap:
         columns: npt.NDArray[np.intp],
         scores: Grid,
         evidence: Evidence,
-        visible: Grid | float = 1.0,
+        visible: Grid,
     ) -> None:
         """What one frame says of the cells that it shows: their scores, 0 of what is of no region."""
         hit = scores > 0.0

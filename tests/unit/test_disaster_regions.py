@@ -154,7 +154,11 @@ def test_one_place_shows_where_an_area_lies_that_the_detector_knows(yaw_deg: flo
     low = pose_at(14.0, 13.0, math.radians(yaw_deg), up_m=7.0)
     for _ in range(20):
         scattered.update(low, 0.0, areas_of(low, (0.0, 0.0, 0.0, 0.0)))
-    assert (scattered.regions()[0].cells == found.cells).all(), "parts of it, seen from low, say nothing"
+    assert (scattered.regions()[0].cells == found.cells).all(), "from low it is not told where it is not"
+    for _ in range(6):
+        scattered.update(low, 0.0, areas_of(low, (9.0, 12.0, 10.0, 15.0)))
+    row, column = scattered.cell(9.5, 13.5) or (0, 0)
+    assert scattered.odds[0][row, column] > 0.0, "but where it is"
     weak = a_map()
     for _ in range(3):
         weak.update(pose, 0.0, areas_of(pose, POND, share=0.4))
