@@ -12,7 +12,7 @@ ground that
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
-the plainest; of what lies scattered the one nearest to the region, whose edge is blurred outwards by what lies about.
+the plainest.
 **The located point** of an area is its edge there: the cell of the region that is nearest to the place.
 
 `sigma_m` says how well that is located: the cell's size, the rays' angles, the ground's height times the angle from
@@ -95,8 +95,7 @@ def choose(
     if not len(rows):
         return None
     north, east = regions.north_m[rows, columns], regions.east_m[rows, columns]
-    best_m = KEEP_OFF_M if region.label in regions.scattered else (KEEP_OFF_M + WITHIN_M) / 2.0
-    cost = np.abs(off_region[rows, columns] - best_m) + regions.rough[rows, columns] / ROUGH
+    cost = np.abs(off_region[rows, columns] - (KEEP_OFF_M + WITHIN_M) / 2.0) + regions.rough[rows, columns] / ROUGH
     cost += WANDER * np.hypot(north - near_m[0], east - near_m[1])
     best = int(np.argmin(cost))
     place = float(north[best]), float(east[best])

@@ -121,7 +121,7 @@ class RegionMap:
         self.shape = rows, columns
         self.labels, self._camera, self.wanted = tuple(labels), camera, wanted
         self._whole_from_m = whole_from_m
-        self._project, self.scattered = PROJECTIONS[location], frozenset(scattered)
+        self._project, self._scattered = PROJECTIONS[location], frozenset(scattered)
         row, column = np.mgrid[0:rows, 0:columns]
         self.north_m: Grid = south + (row + 0.5) * RESOLUTION_M
         self.east_m: Grid = west + (column + 0.5) * RESOLUTION_M
@@ -174,7 +174,7 @@ class RegionMap:
             else:
                 scores = _scores(x, y, [one for one in detections if one.label == label])
                 evidence, visible = BOX, np.ones_like(steep)
-            counts = (scores > 0.0) | (label not in self.scattered or high)
+            counts = (scores > 0.0) | (label not in self._scattered or high)
             self._tell(layer, rows[counts], columns[counts], scores[counts], evidence, visible[counts])
 
     def regions(self) -> list[Region]:
