@@ -15,7 +15,8 @@ def inside(polygon: Sequence[Corner], north: FloatArray, east: FloatArray) -> Bo
     within = np.zeros(np.shape(north), bool)
     for (n0, e0), (n1, e1) in edges(polygon):
         if n0 != n1:
-            within ^= ((n0 > north) != (n1 > north)) & (east < e0 + (north - n0) * ((e1 - e0) / (n1 - n0)))
+            share = (np.clip(north, min(n0, n1), max(n0, n1)) - n0) / (n1 - n0)  # of the edge: a slope may be infinite
+            within ^= ((n0 > north) != (n1 > north)) & (east < e0 + share * (e1 - e0))
     return within
 
 
@@ -23,7 +24,7 @@ def contains(polygon: Sequence[Corner], north_m: float, east_m: float) -> bool:
     """Whether one point lies within: `inside` for physics, without arrays."""
     within = False
     for (n0, e0), (n1, e1) in edges(polygon):
-        if (n0 > north_m) != (n1 > north_m) and east_m < e0 + (north_m - n0) * ((e1 - e0) / (n1 - n0)):
+        if (n0 > north_m) != (n1 > north_m) and east_m < e0 + (north_m - n0) / (n1 - n0) * (e1 - e0):
             within = not within
     return within
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sitl_emu.vehicles.record import Limits, Words
@@ -117,6 +117,7 @@ def test_a_notch_is_outside() -> None:
 
 
 @given(st.lists(corners, min_size=3), corners)
+@example([(0.0, 0.0), (0.0, 0.0), (5e-324, 1.0)], (0.0, 0.0))
 def test_one_point_is_asked_for_as_many_are(polygon: list[tuple[float, float]], point: tuple[float, float]) -> None:
     many = polygons.inside(polygon, np.array([point[0]]), np.array([point[1]]))
     assert bool(many[0]) == polygons.contains(polygon, *point)
