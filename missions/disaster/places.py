@@ -3,7 +3,7 @@
 A region of water, debris or fire is no place for a parcel; whoever needs it stands at its edge. **The place** lies on
 ground that
 
-- was looked at in `LOOKS` frames or more, and shown outside every box so often that it is surely of no area
+- was looked at in `LOOKS` frames or more, and told by so many of them to be none that it is surely of no area
   (`SURELY`), water, debris or fire, with `KEEP_OFF_M` around it;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
 - has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and

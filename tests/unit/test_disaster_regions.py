@@ -282,10 +282,8 @@ def test_regions_are_of_the_area_that_is_asked_for() -> None:
     """What is seen of the pond beyond keeps parcels off all the same."""
     south, west, north, east = POND
     half = (south + north) / 2.0
-    asked = box(-20.0, -20.0, half, 50.0)
-    over = RegionMap(
-        Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(3, confirm_score=0.3), area=asked
-    )  # fmt: skip
+    bounds = Bounds(-20.0, -20.0, 50.0, 50.0)
+    over = RegionMap(bounds, LABELS, CAMERA, Confirming(3, confirm_score=0.3), area=box(-20.0, -20.0, half, 50.0))
     flown(over, POND)
     (region,) = over.regions()
     assert over.north_m[region.cells].max() < half

@@ -34,7 +34,7 @@ STAGES = (8, 5, 7, 8, 6, 7)
 TARGETS, DISTRACTORS = 16, 56
 """More than a mission meets: a field is dear, a look at it cheap."""
 SMALL_SHARE, SMALL_M = 0.5, (0.36, 0.55)
-"""So many of a field's weeds are of a radius that networks before this one missed; the others as a mission has them."""
+"""So many of a field's weeds are of a radius that our networks miss; the others as a mission has them."""
 THINGS_SHARE, MAST_SHARE = 0.10, 0.20
 """Of the worlds; the others are corn from the air and, every third picture, from the mast."""
 SEEDS = {"corn": 0, "light": 5_000, "mast": 7_000}

@@ -145,9 +145,10 @@ def _things(rng: Rng, size: float, track: float, front: float, persons: int) -> 
         d.Thing("car", track - 0.5, 0.38 * size, 2.15, 1.5, heading_deg=85.0, name="car", colour=(0.85, 0.84, 0.80)),
         d.Thing("stop_sign", track + 4.6, 0.2 * size, 0.3, 2.3, heading_deg=90.0, name="stop sign"),
     ]
+    pads = _pads(track, size).values()
     for k in range(persons):
         north, east = _beside_track(rng, size, track, front)
-        while any(math.hypot(north - pad.north_m, east - pad.east_m) < PAD_M for pad in _pads(track, size).values()):
+        while any(math.hypot(north - pad.north_m, east - pad.east_m) < PAD_M for pad in pads):
             north, east = _beside_track(rng, size, track, front)
         made.append(
             d.Thing(
