@@ -13,10 +13,10 @@ Corner = tuple[float, float]
 def inside(polygon: Sequence[Corner], north: FloatArray, east: FloatArray) -> BoolArray:
     """Which of many points (arrays of one shape) lie within; by counting edges to the east (even-odd rule)."""
     within = np.zeros(np.shape(north), bool)
-    for (n0, e0), (n1, e1) in edges(polygon):
-        if n0 != n1:
-            share = (np.clip(north, min(n0, n1), max(n0, n1)) - n0) / (n1 - n0)  # of the edge: a slope may be infinite
-            within ^= ((n0 > north) != (n1 > north)) & (east < e0 + share * (e1 - e0))
+    with np.errstate(invalid="ignore", over="ignore"):  # a slope beyond floats: where it has no value the edge counts not
+        for (n0, e0), (n1, e1) in edges(polygon):
+            if n0 != n1:
+                within ^= ((n0 > north) != (n1 > north)) & (east < e0 + (north - n0) * ((e1 - e0) / (n1 - n0)))
     return within
 
 
@@ -24,7 +24,7 @@ def contains(polygon: Sequence[Corner], north_m: float, east_m: float) -> bool:
     """Whether one point lies within: `inside` for physics, without arrays."""
     within = False
     for (n0, e0), (n1, e1) in edges(polygon):
-        if (n0 > north_m) != (n1 > north_m) and east_m < e0 + (north_m - n0) / (n1 - n0) * (e1 - e0):
+        if (n0 > north_m) != (n1 > north_m) and east_m < e0 + (north_m - n0) * ((e1 - e0) / (n1 - n0)):
             within = not within
     return within
 
