@@ -13,7 +13,7 @@ Corner = tuple[float, float]
 def inside(polygon: Sequence[Corner], north: FloatArray, east: FloatArray) -> BoolArray:
     """Which of many points (arrays of one shape) lie within; by counting edges to the east (even-odd rule)."""
     within = np.zeros(np.shape(north), bool)
-    with np.errstate(invalid="ignore", over="ignore"):  # a slope beyond floats: where it has no value the edge counts not
+    with np.errstate(invalid="ignore", over="ignore"):  # a slope beyond floats: without a value an edge counts not
         for (n0, e0), (n1, e1) in edges(polygon):
             if n0 != n1:
                 within ^= ((n0 > north) != (n1 > north)) & (east < e0 + (north - n0) * ((e1 - e0) / (n1 - n0)))
