@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.world import marching
 from sitl_emu.world.description import GROUND as GROUND
 from sitl_emu.world.ground import FlatGround, Terrain
 
@@ -33,26 +34,8 @@ def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, 
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             ranges = (-height - origins[:, 2]) / directions[:, 2]
         return np.where((ranges >= 0.0) & (ranges <= reach_m), ranges, np.inf)
-    below = np.zeros(len(origins))
-    above, first = np.zeros(len(origins)), np.full(len(origins), np.inf)
-    open_ = np.ones(len(origins), bool)
-    step = reach_m / MARCH_STEPS
-    for count in range(1, MARCH_STEPS + 1):
-        index = np.flatnonzero(open_)
-        if not len(index):
-            break
-        at = origins[index] + count * step * directions[index]
-        under = -at[:, 2] < heights(terrain, at[:, 0], at[:, 1])
-        hit = index[under]
-        above[hit], below[hit], open_[hit] = (count - 1) * step, count * step, False
-    met = np.flatnonzero(~open_)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (above[met] + below[met])
-        at = origins[met] + middle[:, None] * directions[met]
-        under = -at[:, 2] < heights(terrain, at[:, 0], at[:, 1])
-        below[met], above[met] = np.where(under, middle, below[met]), np.where(under, above[met], middle)
-    first[met] = below[met]
-    return first
+    step_m, grid = reach_m / MARCH_STEPS, marching.grid_of(terrain)
+    return marching.run(marching.ground, origins, directions, step_m, MARCH_STEPS, BISECTIONS, grid)
 
 
 def over_terrain(terrain: Terrain, one: FloatArray, other: FloatArray) -> bool:

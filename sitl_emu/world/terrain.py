@@ -28,7 +28,7 @@ class HeightMap:
             raise ValueError(f"a height map's spacing must be positive, not {spacing_m} m")
         # Single precision, since cv2.remap reads that: so the scalar path sees the very same heights.
         self.grid_m = np.ascontiguousarray(grid_m, dtype=np.float32)
-        self.spacing_m = spacing_m
+        self.spacing_m, self.highest_m = spacing_m, float(self.grid_m.max())
         self._north0, self._east0 = north0_m, east0_m
         self._inverse_spacing = 1.0 / spacing_m
         self._columns = grid_m.shape[1]
@@ -72,7 +72,7 @@ class HeightMap:
         x = np.clip((np.asarray(east_m, dtype=np.float64) - self._east0) * self._inverse_spacing, 0.0, self._x_max)
         row, column = y.astype(np.intp), x.astype(np.intp)
         y, x = y - row, x - column
-        g = self.grid_m.astype(np.float64, copy=False)
+        g = self.grid_m
         south = g[row, column] * (1.0 - x) + g[row, column + 1] * x
         north = g[row + 1, column] * (1.0 - x) + g[row + 1, column + 1] * x
         return np.asarray(south * (1.0 - y) + north * y, dtype=np.float64)

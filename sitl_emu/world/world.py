@@ -93,20 +93,19 @@ class World:
         """Follow (n, 3) rays (NED, m; unit vectors) at a time, up to `reach_m`: ground, solids, standing
         things, water and foliage."""
         ranges = rays.meet_terrain(self.terrain, origins, directions, reach_m)
-        names = [GROUND if math.isfinite(each) else "" for each in ranges]
+        names = np.where(np.isfinite(ranges), GROUND, "").astype(object)
         normals = rays.terrain_normals(self.terrain, origins, directions, ranges)
         if self.solids is not None:
             self.solids.set_time(time_s)
-            nearer, numbers, their_normals = self.solids.rays(origins, directions, reach_m)
-            for index in np.flatnonzero(nearer < ranges):
-                if numbers[index] != NOTHING:
-                    ranges[index], normals[index] = nearer[index], their_normals[index]
-                    names[index] = self.solids.names[int(numbers[index])]
+            their_ranges, numbers, their_normals = self.solids.rays(origins, directions, reach_m)
+            nearer = (their_ranges < ranges) & (numbers != NOTHING)
+            ranges[nearer], normals[nearer] = their_ranges[nearer], their_normals[nearer]
+            names[nearer] = [self.solids.names[number] for number in numbers[nearer].tolist()]
         if self.areas is not None:
-            for areas_ranges, area in self.areas.rays(origins, directions, np.minimum(ranges, reach_m)):
-                for index in np.flatnonzero(areas_ranges < ranges):
-                    ranges[index], normals[index], names[index] = areas_ranges[index], UPWARDS, area.name
-        return Hits(ranges, names, normals)
+            for their_ranges, area in self.areas.rays(origins, directions, np.minimum(ranges, reach_m)):
+                nearer = their_ranges < ranges
+                ranges[nearer], normals[nearer], names[nearer] = their_ranges[nearer], UPWARDS, area.name
+        return Hits(ranges, names.tolist(), normals)
 
     def sees(self, one: Vector3, other: Vector3, time_s: float) -> bool:
         """Whether neither ground nor a solid is between two places (NED, m) at a time.

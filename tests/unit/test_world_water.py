@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.simulator_api import DistanceSensor
-from sitl_emu.world import foliage
+from sitl_emu.world import foliage, marching, polygons, rays
 from sitl_emu.world.camera import Pose
 from sitl_emu.world.contacts import Impact, told
 from sitl_emu.world.description import Cover, read
@@ -82,10 +82,29 @@ def test_solids_that_stand_in_water_are_met_above_it() -> None:
     assert below(world, 0.0, 0.0) == ("pier", 3.0) and below(world, 5.0, 0.0) == ("lake", LEVEL_M)
 
 
+def leafy(north: np.ndarray, east: np.ndarray, density: float) -> np.ndarray:
+    """Whether the cells at these places have leaves, as `marching.leaves` has it, with integers of 32 bits."""
+    row = np.floor(north / foliage.CELL_M).astype(np.int64).astype(np.uint32)
+    column = np.floor(east / foliage.CELL_M).astype(np.int64).astype(np.uint32)
+    mixed = (row * np.uint32(0x9E3779B1)) ^ (column * np.uint32(0x85EBCA77))
+    mixed = (mixed ^ (mixed >> np.uint32(15))) * np.uint32(0x2C1B3C6D)
+    mixed = (mixed ^ (mixed >> np.uint32(12))) * np.uint32(0x297A2D39)
+    mixed ^= mixed >> np.uint32(15)
+    return np.asarray(mixed < density * 2.0**32)
+
+
+def leaves_at(cover: Cover, terrain: HeightMap, points: np.ndarray) -> np.ndarray:
+    """Whether there are leaves at points (n, 3)."""
+    north, east = points[:, 0], points[:, 1]
+    up = -points[:, 2] - terrain.heights_m(north, east)
+    there = (up >= cover.base_m) & (up <= cover.height_m)
+    return np.asarray(there & leafy(north, east, cover.density) & polygons.inside(cover.polygon_m, north, east))
+
+
 def test_as_many_cells_have_leaves_as_the_density_says() -> None:
     places = np.random.default_rng(1).uniform(-500.0, 500.0, (2, 40_000))
     for density in (0.0, 0.3, 0.9, 1.0):
-        assert foliage.leafy(places[0], places[1], density).mean() == pytest.approx(density, abs=0.01)
+        assert leafy(places[0], places[1], density).mean() == pytest.approx(density, abs=0.01)
 
 
 def test_a_ray_from_above_meets_leaves_or_goes_through_a_gap() -> None:
@@ -117,13 +136,49 @@ def test_where_a_ray_meets_foliage_there_are_leaves_and_none_before(
     (met,) = foliage.meet(cover, shore(), origin, direction, reach)
 
     def leaves(at: np.ndarray) -> np.ndarray:
-        return np.asarray(foliage._leaves(cover, shore(), origin + at[:, None] * direction))
+        return leaves_at(cover, shore(), origin + at[:, None] * direction)
 
     if math.isfinite(met):
         assert leaves(np.array([met]))[0]
     a_step = np.arange(0.0, foliage.STEP_M, 0.01)
     for at in np.arange(0.0, min(met - 2 * foliage.STEP_M, 60.0), 0.37):
         assert not leaves(at + a_step).all(), "only what is thinner than a step is passed by"
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_many_rays_come_to_the_same_bits_as_each_alone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    world = world_of(shore(), cover=[WOOD], water=[LAKE])
+    origins, directions = (
+        rng.uniform((-70, -70, -20), (70, 70, 0), (2 * marching.MANY, 3)),
+        rng.normal(size=(2 * marching.MANY, 3)),
+    )
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    together = world.raycast(origins, directions, 0.0, 90.0)
+    alone = [world.raycast(origins[k : k + 1], directions[k : k + 1], 0.0, 90.0) for k in range(len(origins))]
+    assert together.range_m.tolist() == [float(each.range_m[0]) for each in alone]
+    assert together.name == [each.name[0] for each in alone]
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(-70.0, 70.0), st.floats(-70.0, 70.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.3, 1.0))
+def test_a_ray_meets_the_ground_where_it_first_is_below_it(
+    north_m: float, east_m: float, n: float, e: float, d: float
+) -> None:
+    length = math.hypot(n, e, d)
+    if length < 1e-3:
+        return
+    terrain, reach_m = shore(), 80.0
+    origin, direction = np.array([(north_m, east_m, -5.0)]), np.array([(n, e, d)]) / length
+    (met,) = rays.meet_terrain(terrain, origin, direction, reach_m)
+    at = np.arange(0.0, min(met, reach_m) - 1e-6, reach_m / rays.MARCH_STEPS)
+    places = origin + at[:, None] * direction
+    is_below = -places[:, 2] < terrain.heights_m(places[:, 0], places[:, 1])
+    assert not is_below[1:].any(), "where it starts does not count"
+    if math.isfinite(met):
+        ((north, east, down),) = origin + met * direction
+        assert abs(-down - terrain.height_m(north, east)) < 1e-3
 
 
 # --- a laser range finder ------------------------------------------------------------------------------------------
