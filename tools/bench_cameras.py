@@ -150,7 +150,8 @@ def main() -> None:
     parser.add_argument("--size", type=float, default=200.0, metavar="M")
     parser.add_argument("--mount", choices=sorted(MOUNTS), default="nadir")
     wanted = parser.parse_args()
-    world = worlds.build(wanted.world, SEED, {"size_m": [wanted.size, wanted.size]})
+    size_m = [wanted.size, wanted.size] if wanted.world == "corn_field" else wanted.size
+    world = worlds.build(wanted.world, SEED, {"size_m": size_m})
     print(f"{wanted.cameras} cameras ({wanted.mount}) in one {wanted.world} of {wanted.size:g} x {wanted.size:g} m")
     with tempfile.TemporaryDirectory() as folder:
         began_s = time.monotonic()

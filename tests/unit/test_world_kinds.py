@@ -52,6 +52,17 @@ def test_everything_in_it_has_a_label_and_is_seen(kind: str) -> None:
     assert view.picture.std() > 15.0
 
 
+@pytest.mark.parametrize("size_m", [100, 140, 200, 400])
+def test_a_town_of_any_size_is_built_and_houses_keep_off_each_other(size_m: float) -> None:
+    described = made("urban_flood", size_m=size_m, cars=0).description
+    houses = [(one.north_m, one.east_m, one.box.size_m) for one in described.solids if one.name.startswith("house")
+              and one.box is not None]  # fmt: skip
+    assert len(houses) > 10
+    for index, (n, e, size) in enumerate(houses):
+        for other_n, other_e, other in houses[:index]:
+            assert abs(n - other_n) > 0.49 * (size[0] + other[0]) or abs(e - other_e) > 0.49 * (size[1] + other[1])
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_options_count_and_wrong_ones_are_named(kind: str) -> None:
     none, many = made(kind, persons=0), made(kind, persons=9)

@@ -40,6 +40,9 @@ BELT_M = (16.0, 34.0)
 LAMPS_M = 27.0
 """From street lamp to street lamp."""
 BLOCK_M, STREET_M, PAVEMENT_M = 46.0, 8.0, 2.2
+YARD_M = 35.0
+"""From its south to its north a block that has a yard, between two rows of houses, is longer; a shorter one, where the
+town ends, has one row."""
 PADS, PADS_APART_M, PAD_M = 4, 13.5, 2.0
 """Start places; farther apart than the columns of air that vehicles rise in; what is free about each."""
 FALL_M = 2.2
@@ -153,6 +156,10 @@ def _blocks(size: float) -> list[Rectangle]:
     ]
 
 
+def _has_yard(block: Rectangle) -> bool:
+    return block[2] - block[0] > YARD_M
+
+
 def _rectangle(south: float, west: float, north: float, east: float) -> tuple[tuple[float, float], ...]:
     return (south, west), (north, west), (north, east), (south, east)
 
@@ -165,11 +172,13 @@ def _land(size: float, blocks: list[Rectangle]) -> tuple[d.LandUse, ...]:
         half = STREET_M / 2
         land.append(d.LandUse("asphalt", _rectangle(line - half, low, line + half, high)))
         land.append(d.LandUse("asphalt", _rectangle(low, line - half, high, line + half)))
-    for south, west, north, east in blocks:
+    for block in blocks:
+        south, west, north, east = block
         land.append(d.LandUse("concrete", _rectangle(south, west, north, east)))
         inset = PAVEMENT_M
         land.append(d.LandUse("grass", _rectangle(south + inset, west + inset, north - inset, east - inset)))
-        land.append(d.LandUse("gravel", _rectangle(south + 16, west + 14, north - 16, east - 14)))
+        if _has_yard(block):
+            land.append(d.LandUse("gravel", _rectangle(south + 16, west + 14, north - 16, east - 14)))
     for line in _lines(size):
         for start in np.arange(low + 4.0, high - 4.0, 7.0):
             if all(abs(start + 1.5 - other) > STREET_M for other in _lines(size)):
@@ -209,8 +218,9 @@ def _woods(size: float) -> list[d.Cover]:
 def _trees(rng: Rng, blocks: list[Rectangle], count: int) -> list[d.Thing]:
     """In the yards, one block after another."""
     made = []
+    yards = [block for block in blocks if _has_yard(block)]
     for k in range(count):
-        south, west, north, east = blocks[k % len(blocks)]
+        south, west, north, east = yards[k % len(yards)]
         n, e = rng.uniform((south + 17.5, west + 4.0), (north - 17.5, east - 4.0))
         high = float(rng.uniform(5.0, 9.0))
         made.append(d.Thing("tree", float(n), float(e), 0.3 * high, high, name=f"tree {k}", colour=GREEN, seed=k))
@@ -235,9 +245,9 @@ def _lamps(size: float) -> list[d.Solid]:
 
 
 def _build(block: Rectangle, rng: Rng, houses: list[d.Solid], spots: list[tuple[float, float, float]]) -> None:
-    """Houses along the north and the south side of a block; places on flat roofs into `spots`."""
+    """Houses along the south and the north side of a block; places on flat roofs into `spots`."""
     south, west, north, east = block
-    for side in (0, 1):
+    for side in (0, 1) if _has_yard(block) else (0,):
         at = west + PAVEMENT_M + 0.6
         while at < east - 10.0:
             wide = float(rng.uniform(10.0, 17.0))
