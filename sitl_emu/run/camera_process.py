@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 
-from sitl_emu import vehicles
 from sitl_emu.components.card import FOLDER, file_name
 from sitl_emu.components.video_stream import BIT_RATE
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
@@ -20,10 +19,11 @@ from sitl_emu.run import cameras, kept_frames, worlds
 from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.memory import settle
-from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo, VehicleAt
+from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo
+from sitl_emu.run.poses import placed
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
-from sitl_emu.world.camera import STILL, Camera, Image, OtherVehicle, Pose, ShowsVehicles
+from sitl_emu.world.camera import STILL, Camera, Image, ShowsVehicles
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.imaging.motion import Motion
 from sitl_emu.world.lens import LensError
@@ -58,7 +58,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
                 continue
             worlds.put_loose(world, asked.loose)
             if isinstance(scene, ShowsVehicles):
-                scene.put_vehicles([_other(each) for each in asked.others])
+                scene.put_vehicles(placed(asked.others))
             motion = Motion(*asked.motion) if asked.motion is not None else STILL
             zoom = cameras.zoom(described, asked.zoom_percent)
             image = camera.render(asked.pose, asked.time_us, asked.head, motion, zoom)
@@ -97,10 +97,6 @@ class _Video:
         """The newest frame."""
         if self._sender is not None:
             self._sender.show(image, time.monotonic())
-
-
-def _other(seen: VehicleAt) -> OtherVehicle:
-    return OtherVehicle(seen.name, vehicles.load(seen.model), Pose(*seen.pose), seen.turning)
 
 
 def _keep(image: Image, path: Path) -> None:

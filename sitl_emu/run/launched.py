@@ -210,7 +210,9 @@ def _ros(
         return next((host.dds_start_us for host in hosts if not host.off), None)
 
     measures = any(each.depth is not None or each.lidar is not None for each in vehicles)
-    ranges = RangeFeeds(vehicles, simulation, crew.site.world) if measures else None
+    ranges = (
+        RangeFeeds(vehicles, [each.model for each in crew.vehicles], simulation, crew.site.world) if measures else None
+    )
     return RosLine(vehicles, simulation, photographer, start_us, time_0_us, say, ranges)
 
 

@@ -120,7 +120,7 @@ class LooseAt(NamedTuple):
 
 
 class VehicleAt(NamedTuple):
-    """Another vehicle, as a camera may see it."""
+    """Another vehicle, as a camera or a lidar may see it."""
 
     name: str
     model: str

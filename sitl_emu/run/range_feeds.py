@@ -9,7 +9,7 @@ import contextlib
 import dataclasses
 import socket
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from sitl_emu.run import poses, worlds
 from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_process
 from sitl_emu.run.configs import DepthDescription, LidarDescription, RangeConfig, RingData, RosVehicleData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
-from sitl_emu.run.messages import End, FrameTaken, Ready, Render, Rendered
+from sitl_emu.run.messages import End, FrameTaken, Ready, Render, Rendered, VehicleAt
 from sitl_emu.vehicles import TOML, VehicleError
 from sitl_emu.vehicles.description import Vehicle
 from sitl_emu.world.simulation import Simulation
@@ -78,9 +78,14 @@ class _Feed:
 class RangeFeeds:
     """Has frames measured, and says when they lie in their rings."""
 
-    def __init__(self, vehicles: Sequence[RosVehicleData], simulation: Simulation, world: World) -> None:
-        """`vehicles` in the order of the simulation. Raises OSError where the world can't be kept for a while."""
-        self._simulation = simulation
+    def __init__(
+        self, vehicles: Sequence[RosVehicleData], models: Sequence[str], simulation: Simulation, world: World
+    ) -> None:
+        """`vehicles` and their `models` (as `vehicles.load` takes them) in the order of the simulation.
+
+        Raises OSError where the world can't be kept for a while.
+        """
+        self._simulation, self._named = simulation, [(e.name, m) for e, m in zip(vehicles, models, strict=True)]
         self._folder = tempfile.TemporaryDirectory(prefix="sitl_emu-")
         folder = Path(self._folder.name)
         (folder / "logs").mkdir()
@@ -116,10 +121,17 @@ class RangeFeeds:
             feed.due_us = (feed.due_us if in_beat else now_us) + feed.every_us
             feed.busy, feed.taken_us = True, now_us
             pose = self._simulation.simulators[feed.place].pose()
-            seen_from = poses.seen_from(pose, feed.on_gimbal, gimbals.get(feed.place), loose, ())
+            others = self._others(feed.place)
+            seen_from = poses.seen_from(pose, feed.on_gimbal, gimbals.get(feed.place), loose, others)
             with contextlib.suppress(ProcessLostError):  # `measured` finds it gone, too
                 feed.control.send(Render(feed.frames, now_us, *seen_from))
             feed.frames += 1
+
+    def _others(self, place: int) -> Iterator[VehicleAt]:
+        """Whether motors turn is for pictures alone."""
+        for other, (name, model) in enumerate(self._named):
+            if other != place:
+                yield VehicleAt(name, model, poses.body(self._simulation.simulators[other].pose()), False)
 
     def close(self) -> None:
         """End all that measure. May be called twice."""

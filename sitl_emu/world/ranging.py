@@ -1,8 +1,8 @@
 """Depth cameras and scanning lidars: what they measure, a pure function of world, seed, time and pose.
 
-Both follow rays through the world: ground, solids, standing things, loose bodies, water and foliage (`World.raycast`);
-a lidar loses those that water mirrors away (`World.echoes`). Other vehicles are not seen. A picture or a scan is of one
-moment. Their noise is normal and the same at all ranges, drawn anew for each moment.
+Both follow rays through the world: ground, solids, standing things, loose bodies, water, foliage and other vehicles, as
+the spheres that touch (`World.raycast`); a lidar loses those that water mirrors away (`World.echoes`). A picture or a
+scan is of one moment. Their noise is normal and the same at all ranges, drawn anew for each moment.
 """
 
 import math

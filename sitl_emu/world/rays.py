@@ -22,7 +22,7 @@ class Hits(NamedTuple):
     range_m: FloatArray
     """(n,); inf where nothing was met."""
     name: list[str]
-    """Of what was met: GROUND, a solid's or thing's name; empty for nothing."""
+    """Of what was met: GROUND, a solid's, thing's, area's or vehicle's name; empty for nothing."""
     normal: FloatArray
     """(n, 3), NED, of the surface."""
 
@@ -36,6 +36,22 @@ def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, 
         return np.where((ranges >= 0.0) & (ranges <= reach_m), ranges, np.inf)
     step_m, grid = reach_m / MARCH_STEPS, marching.grid_of(terrain)
     return marching.run(marching.ground, origins, directions, step_m, MARCH_STEPS, BISECTIONS, grid)
+
+
+def meet_spheres(
+    centres: FloatArray, radii: FloatArray, origins: FloatArray, directions: FloatArray, reach_m: float
+) -> tuple[FloatArray, FloatArray]:
+    """Ranges (n,) at which rays enter the first of k spheres (k, 3; NED, m), inf where none, and normals (n, 3)."""
+    ranges, normals = np.full(len(origins), np.inf), np.zeros((len(origins), 3))
+    for centre, radius in zip(centres, radii, strict=True):
+        away = centre - origins
+        along = np.einsum("ij,ij->i", away, directions)
+        inside = radius**2 - (np.einsum("ij,ij->i", away, away) - along**2)
+        entered = along - np.sqrt(np.maximum(inside, 0.0))
+        nearer = (inside >= 0.0) & (entered >= 0.0) & (entered <= reach_m) & (entered < ranges)
+        ranges[nearer] = entered[nearer]
+        normals[nearer] = (entered[nearer, None] * directions[nearer] - away[nearer]) / radius
+    return ranges, normals
 
 
 def over_terrain(terrain: Terrain, one: FloatArray, other: FloatArray) -> bool:

@@ -15,7 +15,7 @@ from sitl_emu.vehicles.dynamics import Vector3
 from sitl_emu.world import fires, ground, kinds, rays
 from sitl_emu.world.areas import SEEN_BY_LASER, WaterAndFoliage
 from sitl_emu.world.atmosphere import density_kg_m3, gravity_m_s2
-from sitl_emu.world.camera import Scene
+from sitl_emu.world.camera import OtherVehicle, Scene, body_to_ned
 from sitl_emu.world.description import Place, WorldDescription
 from sitl_emu.world.home import Home
 from sitl_emu.world.loose import Medium
@@ -53,6 +53,8 @@ class World:
             changes=tuple((round(c.at_s * 1e6), c.north_m_s, c.east_m_s) for c in blows.changes),
         )  # fmt: skip
 
+        self._vehicles: list[tuple[str, FloatArray, FloatArray]] = []
+        """Names, and their spheres' centres (k, 3) and radii (k,)."""
         self.solids: Solids | None = None
         if description.solids or description.loose or any(thing.height_m > 0.0 for thing in description.things):
             self.expect_releases()
@@ -75,6 +77,17 @@ class World:
             assert self.solids is not None
             self.solids.put_loose(poses)
 
+    def put_vehicles(self, others: Sequence[OtherVehicle]) -> None:
+        """Put vehicles where another process's are, as rays meet them: by the spheres of their `Body`."""
+        self._vehicles = []
+        for name, vehicle, pose, _ in others:
+            spheres = vehicle.body.spheres if vehicle.body is not None else ()
+            if spheres:
+                centres = np.array([sphere.centre_m for sphere in spheres]) @ body_to_ned(pose.q).T
+                radii = np.array([sphere.radius_m for sphere in spheres])
+                place = np.array((pose.north_m, pose.east_m, pose.down_m))
+                self._vehicles.append((name, centres + place, radii))
+
     @property
     def kind(self) -> str:
         """The kind that made it, or its own name."""
@@ -91,7 +104,7 @@ class World:
 
     def raycast(self, origins: FloatArray, directions: FloatArray, time_s: float, reach_m: float) -> Hits:
         """Follow (n, 3) rays (NED, m; unit vectors) at a time, up to `reach_m`: ground, solids, standing
-        things, water and foliage."""
+        things, water, foliage, and vehicles that were put there."""
         ranges = rays.meet_terrain(self.terrain, origins, directions, reach_m)
         names = np.where(np.isfinite(ranges), GROUND, "").astype(object)
         normals = rays.terrain_normals(self.terrain, origins, directions, ranges)
@@ -105,6 +118,10 @@ class World:
             for their_ranges, area in self.areas.rays(origins, directions, np.minimum(ranges, reach_m)):
                 nearer = their_ranges < ranges
                 ranges[nearer], normals[nearer], names[nearer] = their_ranges[nearer], UPWARDS, area.name
+        for vehicle, centres, radii in self._vehicles:
+            their_ranges, their_normals = rays.meet_spheres(centres, radii, origins, directions, reach_m)
+            nearer = their_ranges < ranges
+            ranges[nearer], normals[nearer], names[nearer] = their_ranges[nearer], their_normals[nearer], vehicle
         return Hits(ranges, names.tolist(), normals)
 
     def sees(self, one: Vector3, other: Vector3, time_s: float) -> bool:

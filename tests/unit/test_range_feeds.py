@@ -55,7 +55,7 @@ class Bench:
             RosVehicleData(name="rover-0", instance=0, range_finder=False, rings={}),
             RosVehicleData(name="m600-1", instance=1, range_finder=True, depth=depth, lidar=lidar, rings=rings),
         ]
-        self.feeds = RangeFeeds(told, self.simulation, here.world)
+        self.feeds = RangeFeeds(told, ["rover", "m600"], self.simulation, here.world)
 
     def heard(self, feed: int) -> list[Message]:
         heard = list[Message]()
@@ -97,6 +97,9 @@ def test_a_frame_is_asked_for_when_it_is_due_and_the_one_before_is_done(bench: B
     pose = bench.simulation.simulators[1].pose()
     assert depth.pose == lidar.pose == (pose.north_m, pose.east_m, pose.down_m, pose.q)
     assert depth.head is not None and lidar.head is None, "one is on the gimbal"
+    ((name, model, where, _),) = lidar.others
+    rover = bench.simulation.simulators[0].pose()
+    assert (name, model, where) == ("rover-0", "rover", (rover.north_m, rover.east_m, rover.down_m, rover.q))
     bench.theirs[1].send(Rendered(0))
     assert bench.feeds.measured() == [(1, FrameTaken("lidar", 0, 1_020_000))]
     assert bench.ask(1_100_000) == [], "the lidar's is not due; the depth camera is at work"

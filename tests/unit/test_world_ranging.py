@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion import camera_model
 from sitl_emu.world import description
-from sitl_emu.world.camera import Pose
+from sitl_emu.world.camera import OtherVehicle, Pose, body_to_ned
 from sitl_emu.world.lens import NADIR, Intrinsics, Mount
 from sitl_emu.world.ranging import DepthCamera, Noise, Scan, ScanningLidar
 from sitl_emu.world.world import World
@@ -156,3 +157,30 @@ def test_things_that_walk_are_where_they_are_at_that_time(yard: World) -> None:
     near = later[np.hypot(later[:, 0] - 10.0, later[:, 1] - 7.5) < 0.35]
     assert len(near), "and not where it was"
     assert not (np.hypot(later[:, 0] - 10.0, later[:, 1] + 5.0) < 1.0).any()
+
+
+# --- other vehicles ---------------------------------------------------------------------------------------------------
+
+
+def test_another_vehicle_is_met_where_its_spheres_are(yard: World) -> None:
+    m600 = vehicles.load("m600")
+    assert m600.body is not None
+    lidar = ScanningLidar(yard, SCAN, Mount(0.0, 0.0, 0.0, 0.0), EXACT)
+    here, there = level(10.0, -20.0, 30.0), level(14.0, -18.0, 30.0, heading_deg=70.0)
+    assert not len(lidar.measure(here, 0)), "nothing else is that high"
+    yard.put_vehicles([OtherVehicle("other", m600, there, True)])
+    try:
+        points = lidar.measure(here, 0)
+        hits = yard.raycast(
+            np.array([(10.0, -20.0, -30.0)]), np.array([(4.0, 2.0, 0.0)]) / math.hypot(4.0, 2.0), 0.0, 60.0
+        )
+    finally:
+        yard.put_vehicles([])
+    assert len(points) > 3 and hits.name == ["other"]
+    assert np.einsum("ij,ij->i", hits.normal, np.array([(4.0, 2.0, 0.0)]))[0] < 0.0
+    to_body = body_to_ned(there.q).T
+    apart = np.array((here.north_m - there.north_m, here.east_m - there.east_m, here.down_m - there.down_m))
+    in_its_axes = (points + apart) @ to_body.T
+    away = [np.linalg.norm(in_its_axes - sphere.centre_m, axis=1) - sphere.radius_m for sphere in m600.body.spheres]
+    assert np.abs(np.minimum.reduce(away)).max() < 1e-5
+    assert not len(lidar.measure(here, 0))
