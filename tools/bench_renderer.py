@@ -67,7 +67,7 @@ def pss_mib() -> float:
 
 def camera(file: str, shared_fd: int) -> None:
     """A camera's process: tells what its first picture took; then, when asked, its memory or what all views cost."""
-    world = worlds.kept(file)
+    world = worlds.kept(file, is_met=False)
     renderer = world.scene(shared_fd).renderer(640, 480, 320.0)
     renderer.draw(*pose(world, "nadir 15 m"), AT_S)
     print(time.process_time(), flush=True)

@@ -8,8 +8,10 @@ what the vehicle's autopilot serves by MAVLink FTP, so a picture can be fetched 
 import re
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sitl_emu.components.geotag import Geotag
+if TYPE_CHECKING:  # a camera's process, which asks for names alone, does without the dialect
+    from sitl_emu.components.geotag import Geotag
 
 FOLDER = "camera"
 """Of the file system that the autopilot serves."""
@@ -50,7 +52,7 @@ class Card:
         """Where a picture can be fetched."""
         return URL.format(folder=FOLDER, file=file_name(number)).encode()
 
-    def tag(self, number: int, tag: Geotag, utc_us: int) -> None:
+    def tag(self, number: int, tag: "Geotag", utc_us: int) -> None:
         """Put into a picture's file where and when it was taken (µs since 1970, 0: not known). Raises OSError."""
         path = self._folder / file_name(number)
         data = path.read_bytes()
@@ -58,7 +60,7 @@ class Card:
         path.write_bytes(JPEG_START + APP1 + (len(segment) + 2).to_bytes(2, "big") + segment + data[len(JPEG_START) :])
 
 
-def _exif(tag: Geotag, utc_us: int, makers: tuple[str, str]) -> bytes:
+def _exif(tag: "Geotag", utc_us: int, makers: tuple[str, str]) -> bytes:
     from PIL import Image  # for the first picture alone: most autopilots take none
 
     exif = Image.Exif()

@@ -38,7 +38,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
     try:
-        world = worlds.kept(config.world)
+        world = worlds.kept(config.world, is_met=False)
         scene = world.scene(config.shared_fd)
         described = config.camera
         camera = Camera(scene, cameras.mount(described), cameras.intrinsics(described), config.name, described.sensor)

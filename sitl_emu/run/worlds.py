@@ -37,8 +37,12 @@ def build(
     seed: int,
     options: Mapping[str, Any],
     changes: Changes = UNCHANGED,
+    is_met: bool = True,
 ) -> World:
-    """A world by its kind, generated from a seed and options, or by its file, which has none. Raises WorldError."""
+    """A world by its kind, generated from a seed and options, or by its file, which has none. Raises WorldError.
+
+    `is_met`: see World.
+    """
     try:
         if is_file(source):
             if options:
@@ -58,7 +62,7 @@ def build(
         if changes.light is not None:
             light = dataclasses.replace(described.light, **changes.light.given)
             described = dataclasses.replace(described, light=light)
-        return World(described, folder, made.terrain)
+        return World(described, folder, made.terrain, is_met)
     except description.WorldError as error:
         raise WorldError(str(error)) from None
 
@@ -118,6 +122,6 @@ def put_loose(world: World, loose: Sequence[LooseAt]) -> None:
     world.put_loose([LoosePose(description.loose_of(each.described), each.place, each.q) for each in loose])
 
 
-def kept(path: str) -> World:
-    """The world that `keep` wrote. Raises WorldError."""
-    return build(path, 0, {})
+def kept(path: str, is_met: bool = True) -> World:
+    """The world that `keep` wrote; `is_met`: see World. Raises WorldError."""
+    return build(path, 0, {}, is_met=is_met)

@@ -35,8 +35,11 @@ UPWARDS = (0.0, 0.0, -1.0)
 class World:
     """One world. `folder` is where the files lie that its description names."""
 
-    def __init__(self, description: WorldDescription, folder: Path, terrain: ground.Terrain | None = None) -> None:
-        """`terrain`: what `terrain.file` is to hold, where there is no such file yet. Raises WorldError."""
+    def __init__(
+        self, description: WorldDescription, folder: Path, terrain: ground.Terrain | None = None, is_met: bool = True
+    ) -> None:
+        """`terrain`: what `terrain.file` is to hold, where there is no such file yet. `is_met` False: it is looked at
+        alone, by a camera, which asks neither for rays nor for contacts. Raises WorldError."""
         self.description, self.folder = description, folder
         origin = description.origin
         self.home = Home(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m, 0.0)
@@ -56,7 +59,8 @@ class World:
         self._vehicles: list[tuple[str, FloatArray, FloatArray]] = []
         """Names, and their spheres' centres (k, 3) and radii (k,)."""
         self.solids: Solids | None = None
-        if description.solids or description.loose or any(thing.height_m > 0.0 for thing in description.things):
+        stands = bool(description.solids) or any(thing.height_m > 0.0 for thing in description.things)
+        if description.loose or (stands and is_met):
             self.expect_releases()
 
     def expect_releases(self) -> None:

@@ -17,6 +17,7 @@ from sitl_emu.world.render.model import (
     face,
     hull,
     lathe,
+    lengths,
     merged,
     moved,
     of_planes,
@@ -226,7 +227,7 @@ def _cos_sin(angles: F64) -> tuple[F64, F64]:
 
 
 def _unit(rows: F64) -> F64:
-    return np.asarray(rows / np.sqrt((rows * rows).sum(axis=1))[:, None])
+    return np.asarray(rows / lengths(rows)[:, None])
 
 
 def _on_cone(rng: np.random.Generator, angle: F64, crown: tuple[float, float, float]) -> tuple[F64, F64, F64, F64]:

@@ -20,6 +20,8 @@ from sitl_emu.world.render.textures import LAYER
 FINEST_M = 0.1
 MOST_TEXELS = 2000
 """Along a side; a larger world has coarser texels."""
+AT_ONCE = 1 << 19
+"""Of a map's noise, so that it is in memory but once: a map of 16 MB has three."""
 LEVELS = 7
 WOBBLE_M, BUILT_WOBBLE_M = 1.6, 0.4
 """How far the borders of natural land uses stray from their polygons, about; and where they border on built ones."""
@@ -86,11 +88,15 @@ def fractal(rng: np.random.Generator, frame: Frame, broadest_m: float, finest_m:
         total = cv2.resize(total, (columns, rows), interpolation=cv2.INTER_CUBIC)
         weight *= gain
         power += weight * weight
-        total += np.float32(weight) * rng.standard_normal((rows, columns), np.float32)
+        for some in np.array_split(total, -(-total.size // AT_ONCE)):
+            noise = rng.standard_normal(some.shape, np.float32)
+            noise *= np.float32(weight)
+            some += noise
     if cell_px > 1.0:
         total = cv2.resize(total, None, fx=cell_px, fy=cell_px, interpolation=cv2.INTER_LINEAR)
     # Cubic steps between random heights keep two thirds of their spread
-    return np.asarray(total[: frame.rows, : frame.columns] * np.float32(1.25 / math.sqrt(power)), np.float32)
+    total *= np.float32(1.25 / math.sqrt(power))
+    return np.ascontiguousarray(total[: frame.rows, : frame.columns], np.float32)
 
 
 class Part(NamedTuple):
@@ -195,8 +201,8 @@ def _blurred(mask: U8, deviation_px: float) -> U8:
     return np.asarray(cv2.blur(cv2.blur(mask, (side, side)), (side, side)), np.uint8)
 
 
-def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> Painter:
-    """The ground of a description, and the colour of grass that covers it."""
+def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> U8:
+    """The ground of a description, and the colour of grass that covers it: `Painter.texels`."""
     ground, seed = described.ground, described.seed
     painter = Painter(frame, seed)
     if ground.use:
@@ -214,7 +220,7 @@ def paint(described: WorldDescription, frame: Frame, photo: U8 | None) -> Painte
                 painter.polygon(cover.polygon_m, True),
                 [0.6 * own + 0.5 * usual for own, usual in zip(cover.colour, LAND_USES["grass"], strict=True)],
             )
-    return painter
+    return painter.texels
 
 
 def details(ground: Ground, covers: Sequence[Cover]) -> set[int]:
@@ -232,9 +238,8 @@ def _nearest_use(colour: Sequence[float]) -> str:
     return "soil" if red > 1.1 * blue else "gravel"
 
 
-def packed(painter: Painter) -> GroundMap:
-    """For the shading, with coarser levels."""
-    frame, texels = painter.frame, painter.texels
+def packed(frame: Frame, texels: U8) -> GroundMap:
+    """What was painted, for the shading, with coarser levels."""
     parts, starts, sizes, start = [], [], [], 0
     for _ in range(LEVELS):
         if min(texels.shape[:2]) < 4:

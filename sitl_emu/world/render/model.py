@@ -72,6 +72,16 @@ def cross(a: F64, b: F64) -> F64:
     return made
 
 
+def dots(a: F64, b: F64) -> F64:
+    """Of rows of three, as numpy sums products over a last axis, in a quarter of its time."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
+
+
+def lengths(rows: F64) -> F64:
+    """The same of numpy's norm."""
+    return np.asarray(np.sqrt(dots(rows, rows)))
+
+
 def of_triangles(
     corners: npt.ArrayLike, triangles: npt.ArrayLike, material: int, tint: Colour = WHITE, repeat_m: float = 3.0
 ) -> Model:
@@ -79,9 +89,9 @@ def of_triangles(
     points, numbers = np.asarray(corners, np.float64), np.asarray(triangles, np.int32).reshape(-1, 3)
     a, b, c = (points[numbers[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
-    lengths = np.linalg.norm(normals, axis=1)
-    keep = lengths > 1e-12
-    numbers, normals = numbers[keep], normals[keep] / lengths[keep, None]
+    long = lengths(normals)
+    keep = long > 1e-12
+    numbers, normals = numbers[keep], normals[keep] / long[keep, None]
     own = points[numbers].reshape(-1, 3)
     uv, count = _along(points[numbers], normals), len(numbers)
     return Model(
@@ -105,12 +115,11 @@ def of_planes(
 def _along(faces: F64, normals: F64) -> F64:
     """(n * corners, 2): how far corners (n, corners, 3) lie along their face's level line and down its slope, m."""
     across = cross(normals, UP)
-    flat = np.linalg.norm(across, axis=1) < 0.1
-    across[flat] = (0.0, 1.0, 0.0)
-    across /= np.linalg.norm(across, axis=1)[:, None]
+    across[lengths(across) < 0.1] = (0.0, 1.0, 0.0)
+    across /= lengths(across)[:, None]
     down = cross(across, normals)
     down[down[:, 2] < 0] *= -1.0
-    return np.stack([(faces * axis[:, None, :]).sum(axis=2) for axis in (across, down)], axis=2).reshape(-1, 2)
+    return np.stack([dots(faces, axis[:, None, :]) for axis in (across, down)], axis=2).reshape(-1, 2)
 
 
 def face(points: Sequence[Point], uv: Sequence[tuple[float, float]], material: int, tint: Colour = WHITE) -> Model:
@@ -181,9 +190,9 @@ def _hull_triangles(points: bytes) -> I32:
     p = np.frombuffer(points).reshape(-1, 3)
     size = float(np.ptp(p, axis=0).max()) if len(p) else 0.0
     first = int(np.argmin(p[:, 0])) if len(p) else 0
-    second = int(np.argmax(np.linalg.norm(p - p[first], axis=1)))
+    second = int(np.argmax(lengths(p - p[first])))
     line = cross(p - p[first], p[second] - p[first])
-    third = int(np.argmax(np.linalg.norm(line, axis=1)))
+    third = int(np.argmax(lengths(line)))
     normal = cross(p[second] - p[first], p[third] - p[first])
     fourth = int(np.argmax(np.abs((p - p[first]) @ normal)))
     volume = float((p[fourth] - p[first]) @ normal)
@@ -191,15 +200,22 @@ def _hull_triangles(points: bytes) -> I32:
         raise ValueError("its points lie in a plane")
     if volume > 0.0:
         second, third = third, second
-    faces = [(first, second, third), (first, third, fourth), (third, second, fourth), (second, first, fourth)]
+    faces = np.array(
+        [(first, second, third), (first, third, fourth), (third, second, fourth), (second, first, fourth)], np.int32
+    )
+    normals = _normals(p, faces)
     for new in range(len(p)):
-        t = np.array(faces)
-        a, b, c = p[t[:, 0]], p[t[:, 1]], p[t[:, 2]]
-        n = cross(b - a, c - a)
-        sees = ((p[new] - a) * n).sum(axis=1) > 1e-9 * size * np.linalg.norm(n, axis=1)
+        sees = dots(p[new] - p[faces[:, 0]], normals) > 1e-9 * size * lengths(normals)
         if not sees.any():
             continue
-        edges = {(int(f[k]), int(f[(k + 1) % 3])) for f in t[sees] for k in range(3)}
-        rim = [edge for edge in sorted(edges) if edge[::-1] not in edges]
-        faces = [(int(f[0]), int(f[1]), int(f[2])) for f in t[~sees]] + [(i, j, new) for i, j in rim]
-    return np.array(faces, np.int32)
+        edges = {edge for a, b, c in faces[sees].tolist() for edge in ((a, b), (b, c), (c, a))}
+        more = np.array([(i, j, new) for i, j in sorted(edges) if (j, i) not in edges], np.int32).reshape(-1, 3)
+        faces = np.concatenate((faces[~sees], more))
+        normals = np.concatenate((normals[~sees], _normals(p, more)))
+    return faces
+
+
+def _normals(p: F64, faces: I32) -> F64:
+    """As long as twice the area of each."""
+    a = p[faces[:, 0]]
+    return cross(p[faces[:, 1]] - a, p[faces[:, 2]] - a)

@@ -101,13 +101,13 @@ class MeshScene:
         """The arrays of `_surfaces`, in order: what sun and sky reach of all that is still, and the textures."""
         described = self.world.description
         ground = ground_map.details(described.ground, described.cover)
+        room, layers = Textures(*textures.empty()), self._used() | ground
         # Beside the rest: both are mostly numpy's and OpenCV's, which let others run meanwhile
         with ThreadPoolExecutor(1) as beside:
-            layers = {number: beside.submit(textures.draw, self.seed, number) for number in self._used() | ground}
+            drawn = [beside.submit(self._draw_texture, room, number) for number in layers]
             yield from self._lit()
-            room = Textures(*textures.empty())
-            for number, layer in layers.items():
-                textures.add(room, number, layer.result())
+            for each in drawn:
+                each.result()
         yield from room
         is_drawn = np.zeros(len(textures.DRAWN), np.uint8)
         is_drawn[list(layers)] = 1
@@ -116,7 +116,7 @@ class MeshScene:
     def _lit(self) -> Iterator[npt.NDArray[Any]]:
         """Ground, relief, fire and sun."""
         built, described = self.built, self.world.description
-        yield from ground_map.packed(ground_map.paint(described, built.frame, self._photo()))
+        yield from ground_map.packed(built.frame, ground_map.paint(described, built.frame, self._photo()))
         moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
         fine = self.things.first_level
@@ -154,8 +154,11 @@ class MeshScene:
         """
         for number in sorted(self._used()):
             if not self._is_drawn[number]:
-                textures.add(self.surfaces.textures, number, textures.draw(self.seed, number))
+                self._draw_texture(self.surfaces.textures, number)
                 self._is_drawn[number] = 1
+
+    def _draw_texture(self, room: Textures, number: int) -> None:
+        textures.add(room, number, textures.draw(self.seed, number))
 
     @property
     def seed(self) -> int:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.world.render.kernel import F32, I32
-from sitl_emu.world.render.model import WHITE, Colour, Model
+from sitl_emu.world.render.model import WHITE, Colour, Model, lengths
 from sitl_emu.world.render.raster import Instances, Meshes
 
 Matrix = npt.NDArray[np.float64]
@@ -51,7 +51,7 @@ class Stage:
         self._corner_count += len(corners)
         self._levels.append((first, self._corner_count, *triangles))
         self._errors.append(error_m)
-        self._radii.append(float(np.sqrt((corners.astype(np.float64) ** 2).sum(axis=1).max())))
+        self._radii.append(float(lengths(corners.astype(np.float64)).max()))
         return len(self._levels) - 1
 
     def add_model(self, model: Model, *coarser: tuple[Model, float]) -> tuple[int, int]:
