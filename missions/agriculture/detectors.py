@@ -47,7 +47,7 @@ def both() -> Detector:
 
 
 FROM_THE_AIR = {
-    "both": Known(both, SURVEYING._replace(confirm_score=0.41, report_score=0.46, within_deg=WITHIN_DEG)),
+    "both": Known(both, SURVEYING._replace(confirm_score=0.4, report_score=0.44, within_deg=WITHIN_DEG)),
     "classical": Known(ClassicalDetector, SURVEYING),
     "network": Known(network, SURVEYING._replace(confirm_score=0.3, report_score=0.38)),
 }
