@@ -20,7 +20,6 @@ from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo
-from sitl_emu.run.poses import placed
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
 from sitl_emu.world.camera import STILL, Camera, Image, ShowsVehicles
@@ -58,7 +57,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
                 continue
             worlds.put_loose(world, asked.loose)
             if isinstance(scene, ShowsVehicles):
-                scene.put_vehicles(placed(asked.others))
+                scene.put_vehicles(worlds.placed(asked.others))
             motion = Motion(*asked.motion) if asked.motion is not None else STILL
             zoom = cameras.zoom(described, asked.zoom_percent)
             image = camera.render(asked.pose, asked.time_us, asked.head, motion, zoom)

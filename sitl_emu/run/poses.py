@@ -3,12 +3,10 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
-from sitl_emu import vehicles
 from sitl_emu.core import attitude
 from sitl_emu.core.attitude import Quaternion
 from sitl_emu.core.simulator_api import CameraZoom, GimbalState
 from sitl_emu.run.messages import BodyMotion, BodyPose, LooseAt, VehicleAt
-from sitl_emu.world.camera import OtherVehicle, Pose
 from sitl_emu.world.description import plain
 from sitl_emu.world.obstacles import LoosePose
 
@@ -71,11 +69,6 @@ def seen_from(
     bodies = tuple(LooseAt(plain(each), place, q) for each, place, q, _ in loose)
     motion = BodyMotion((pose.vn_m_s, pose.ve_m_s, pose.vd_m_s), pose.rate_rad_s)
     return SeenFrom(where, head, bodies, tuple(others), motion, zoom.percent if zoom is not None else 0.0)
-
-
-def placed(seen: Iterable[VehicleAt]) -> list[OtherVehicle]:
-    """Other vehicles as a process that makes frames was told of them."""
-    return [OtherVehicle(each.name, vehicles.load(each.model), Pose(*each.pose), each.turning) for each in seen]
 
 
 def head_of(gimbal: GimbalState | None, vehicle: Quaternion) -> Quaternion:

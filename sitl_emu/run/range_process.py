@@ -12,7 +12,6 @@ from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.kept_frames import KeptFrames, depth_file, points_file
 from sitl_emu.run.memory import settle
 from sitl_emu.run.messages import ObstaclesSeen, Ready, Render, Rendered
-from sitl_emu.run.poses import placed
 from sitl_emu.run.process import StartError, main
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.lens import Mount
@@ -62,7 +61,7 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
         control.send(Ready())
         while isinstance(asked := control.receive(), Render):
             worlds.put_loose(world, asked.loose)
-            world.put_vehicles(placed(asked.others))
+            world.put_vehicles(worlds.placed(asked.others))
             measured = sensor.measure(asked.pose, asked.time_us, asked.head)
             ring.write(asked.time_us, measured)
             seen = sensor.obstacles(measured, asked.pose, asked.head) if config.tells_obstacles else None

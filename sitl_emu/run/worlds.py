@@ -3,14 +3,16 @@
 import dataclasses
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from sitl_emu.run.messages import LooseAt
+from sitl_emu import vehicles
+from sitl_emu.run.messages import LooseAt, VehicleAt
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import description, kinds, sdf
+from sitl_emu.world.camera import OtherVehicle, Pose
 from sitl_emu.world.conditions import Changes
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.world import World
@@ -120,6 +122,11 @@ def expect_parcels(world: World) -> None:
 def put_loose(world: World, loose: Sequence[LooseAt]) -> None:
     """Put a world's loose bodies where those of the world process are."""
     world.put_loose([LoosePose(description.loose_of(each.described), each.place, each.q) for each in loose])
+
+
+def placed(seen: Iterable[VehicleAt]) -> list[OtherVehicle]:
+    """Other vehicles as a process that makes frames was told of them."""
+    return [OtherVehicle(each.name, vehicles.load(each.model), Pose(*each.pose), each.turning) for each in seen]
 
 
 def kept(path: str, is_met: bool = True) -> World:

@@ -5,7 +5,8 @@ numpy took with all rays at once. A single beam, of which a flying vehicle has o
 Python, without numba in its process. Both come to the same bits: there is nothing but IEEE arithmetic in it.
 
 Arrays are `origins` and `directions` (n, 3; NED, m), and `ranges` (n,), which is written: inf where nothing is met. A
-height map comes as `Grid`.
+height map comes as `Grid`. How it is read between its points stands in both, since a function that is shared would have
+to be compiled before Python could call it; `terrain.HeightMap` has it, too, and tests hold them to the same figures.
 """
 
 import math

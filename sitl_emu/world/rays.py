@@ -41,7 +41,10 @@ def meet_terrain(terrain: Terrain, origins: FloatArray, directions: FloatArray, 
 def meet_spheres(
     centres: FloatArray, radii: FloatArray, origins: FloatArray, directions: FloatArray, reach_m: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Ranges (n,) at which rays enter the first of k spheres (k, 3; NED, m), inf where none, and normals (n, 3)."""
+    """Ranges (n,) at which rays enter the first of k spheres (k, 3; NED, m), inf where none, and normals (n, 3).
+
+    A sphere that a ray begins in is not met: nothing looks at what it is part of.
+    """
     ranges, normals = np.full(len(origins), np.inf), np.zeros((len(origins), 3))
     for centre, radius in zip(centres, radii, strict=True):
         away = centre - origins
