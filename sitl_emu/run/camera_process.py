@@ -13,7 +13,6 @@ from pathlib import Path
 import cv2
 
 from sitl_emu.components.card import FOLDER, file_name
-from sitl_emu.components.video_stream import BIT_RATE
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, kept_frames, worlds
 from sitl_emu.run.configs import CameraConfig, VideoData
@@ -81,7 +80,7 @@ class _Video:
     """The camera's video, while it is to be sent."""
 
     def __init__(self, data: VideoData | None, rate_hz: float) -> None:
-        self._target = None if data is None else Target(data.host, data.port, BIT_RATE, rate_hz)
+        self._target = None if data is None else Target(data.host, data.port, data.bit_rate, rate_hz)
         self._sender: VideoSender | None = None
 
     def set_running(self, running: bool) -> None:

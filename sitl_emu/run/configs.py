@@ -285,6 +285,8 @@ class VideoData:
 
     host: str
     port: int
+    bit_rate: int
+    """Bit/s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -172,6 +172,7 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
     data = [models.load(vehicle.model) for vehicle in crew.vehicles]
     if crew.site.world is None or not any(_is_drawn(crew, each) for each in data):
         return None
+    from sitl_emu.components.video_stream import BIT_RATE
     from sitl_emu.run.configs import RingData, VideoData
     from sitl_emu.run.photographer import Photographer, Sitter
 
@@ -179,7 +180,7 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
     sitters = []
     for (model, instance, _, root), each in zip(crew.vehicles, data, strict=True):
         films = crew.video and _is_drawn(crew, each)
-        video = VideoData(host=host, port=ports.video(instance)) if films else None
+        video = VideoData(host=host, port=ports.video(instance), bit_rate=BIT_RATE) if films else None
         ring = RingData(name=_ring(instance, "camera"), slots=RING_SLOTS) if films and crew.dds else None
         sitters.append(Sitter(_name(each, instance), model, each, root, video, ring))
     # what ROS 2 hears comes as often in simulated time as a camera has it

@@ -403,7 +403,10 @@ def _feeds(
 
 
 def _video(wanted: Wanted, instance: int) -> VideoData:
-    return VideoData(host=wanted.gcs[0] if wanted.gcs is not None else LOOPBACK, port=ports.video(instance))
+    from sitl_emu.components.video_stream import BIT_RATE  # with MAVLink's messages, for who sends video alone
+
+    host = wanted.gcs[0] if wanted.gcs is not None else LOOPBACK
+    return VideoData(host=host, port=ports.video(instance), bit_rate=BIT_RATE)
 
 
 def _companion(

@@ -60,7 +60,7 @@ class Bench:
         self.ring = RingData(name=f"sitl_emu-test-{os.getpid()}-photographer", slots=8)
         self.simulation = Simulation(simulators, here.solids, here.areas)
         self.simulation.tick([None, None])
-        videos = (VideoData(host="127.0.0.1", port=5600), None)
+        videos = (VideoData(host="127.0.0.1", port=5600, bit_rate=10), None)
         sitters = [
             Sitter(each.model, each.model, each, folder, to, ring)
             for each, to, ring in zip(data, videos, (self.ring if read else None, None), strict=True)
@@ -103,7 +103,7 @@ def read_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Benc
 
 def test_a_camera_whose_video_is_sent_is_set_up_before_the_vehicle_flies(bench: Bench) -> None:
     (config,) = bench.configs
-    assert config.video == VideoData(host="127.0.0.1", port=5600) and config.ring is None
+    assert config.video == VideoData(host="127.0.0.1", port=5600, bit_rate=10) and config.ring is None
     assert bench.film() == [], "it was not told to send any"
     bench.photographer.send_video(0, True)
     assert bench.heard() == [SendVideo(True)]
