@@ -1,7 +1,7 @@
 """What the disaster mission does in the air, in order: up, line by line, aside to a place and back, home.
 
 **Scan.** Lines of `coverage.lawnmower` over the area are flown in Hold from end to end (MAV_CMD_DO_REPOSITION), at
-`scan_altitude_m` above home.
+`scan_altitude_m` above home, or above the ground (`relief.py`).
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
@@ -60,7 +60,7 @@ FALLEN_S = 4.0
 TRIES = 2
 SAME_EDGE_M = 6.0
 """A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
-CHOOSE_EVERY_US, ALTITUDE_EVERY_US = 500_000, 1_000_000
+CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
 LOOKS_FROM_M = 6.0
 """Frames from lower than this are not looked at."""
 WHOLE = 0.75
@@ -101,8 +101,7 @@ class Flight:
         """Height over home of the ground that the parcel is to fall on."""
         self._tried: list[Place] = []
         self._allowed: Cells | None = None
-        self._choose_us = self._altitude_us = 0
-        self._followed_m = settings.scan_altitude_m
+        self._choose_us = self._follow_us = 0
 
     def script(self) -> Script:
         """From the first heartbeat until it has landed."""
@@ -235,39 +234,37 @@ class Flight:
 
     def travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
         """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
-        sent_m = math.nan
+        sent: tuple[Corner, float] | None = None
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
-        while math.isnan(sent_m) or not self._there(to_m, sent_m, within_m):
+        while sent is None or not self._there(to_m, sent[1], within_m):
             self.check()
             place = self.due() if aside else None
             if place is not None:
                 left_m, left_us = self.here_m, self.onboard.now_us
                 yield from self.go_aside(place, left_m)
                 began_us += self.onboard.now_us - left_us
-                sent_m = math.nan
+                sent = None
             if self.together is not None:
                 left_us = self.onboard.now_us
                 if (yield from self.together.until_clear(to_m)):
                     began_us += self.onboard.now_us - left_us
-                    sent_m = math.nan
-            wanted_m = self._altitude_to(to_m, altitude_m) if aside else altitude_m
-            if not abs(wanted_m - sent_m) <= HEIGHT_M:
-                yield from self.send(to_m, wanted_m)
-                sent_m = wanted_m
+                    sent = None
+            wanted = to_m, altitude_m
+            if aside and self.settings.altitude == "terrain":
+                wanted = self._follow(to_m, sent)
+            if wanted != sent:
+                yield from self.send(*wanted)
+                sent = wanted
             if self.onboard.now_us - began_us > limit_s * 1e6:
                 raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
             yield
 
-    def _altitude_to(self, to_m: Corner, altitude_m: float) -> float:
-        """Above home: as given, or as high over the mapped ground ahead with `altitude: terrain`."""
-        if self.settings.altitude == "fixed":
-            return altitude_m
-        if self.onboard.now_us >= self._altitude_us:
-            self._altitude_us = self.onboard.now_us + ALTITUDE_EVERY_US
-            speed_m_s = self.onboard.telemetry.speed_m_s
-            wanted_m = self.ground.altitude_m(self.here_m, to_m, speed_m_s, self.altitude_m, ALTITUDE_EVERY_US / 1e6)
-            self._followed_m = altitude_m if math.isnan(wanted_m) else wanted_m
-        return self._followed_m
+    def _follow(self, to_m: Corner, sent: tuple[Corner, float] | None) -> tuple[Corner, float]:
+        """The waypoint on the way to a place that keeps the scan's height over the ground; `sent`: the one before."""
+        if sent is not None and self.onboard.now_us < self._follow_us:
+            return sent
+        self._follow_us = self.onboard.now_us + FOLLOW_EVERY_US
+        return self.ground.waypoint(self.here_m, to_m, self.onboard.telemetry.speed_m_s, self.altitude_m)
 
     def send(self, to_m: Corner, altitude_m: float) -> Script:
         """Sends the vehicle on, in Hold."""
@@ -370,9 +367,10 @@ class Flight:
                 raise
             self._abort(why)
         onboard.enter("resuming", "back to where the line was left")
-        if self.altitude_m < self.settings.scan_altitude_m - LOWEST_CLIMB_M:
-            yield from self.travel(self.here_m, self.settings.scan_altitude_m, ON_LINE_M)
-        yield from self.travel(left_m, self.settings.scan_altitude_m, ON_LINE_M)
+        altitude_m = self.ground.held_m
+        if self.altitude_m < altitude_m - LOWEST_CLIMB_M:
+            yield from self.travel(self.here_m, altitude_m, ON_LINE_M)
+        yield from self.travel(left_m, altitude_m, ON_LINE_M)
         onboard.enter("scanning", self._on_line)
 
     def _over(self, place: Place) -> Generator[None, None, Place]:

@@ -2,8 +2,9 @@
 
 **What is flown at which height.** The scan flies at `scan_altitude_m`, where the lidar is blind, and the map comes from
 corners' rays; the lidar adds take-off, each descent to a place, and the landing. With `altitude: terrain` the scan
-keeps that height above what is mapped ahead, else above home. What is not mapped counts as home's height, with the
-option's `ground_sigma_m`; between mapped cells the height is that of those about, weighed by their distance.
+keeps that height over the ground, and `CLEARANCE_M` over all that is mapped ahead, roofs too; else it keeps the height
+above home. What is not mapped counts as home's height, with the option's `ground_sigma_m`; between mapped cells the
+height is that of those about, weighed by their distance.
 
 Corners are mostly those of roofs, and cars. The ground is what does not rise above the lowest about it by more than
 ground does, as in the filters of airborne lidar (G. Vosselman, Slope based filtering of laser altimetry data, 2000;
@@ -52,22 +53,31 @@ AMONG_M, AMONG = 1.5, 0.02
 """The same in the map that is kept, and the least weight there: it ends 2.4 m from a single cell; ours."""
 HOME_M = 3.0
 """What was sounded so near to home is its ground."""
-SIGMAS = 1.0
-"""Added to a mapped height that is flown over; ours: the clearance is 20 m."""
+CLEARANCE_M, SIGMAS = 10.0, 1.0
+"""Over what is flown over, and what is added to its mapped height; ours."""
+LEAD_M, SLOWEST_M_S = 9.0, 2.0
+"""How far ahead the ground counts, which is what a vehicle flies in 2.4 s: half of the time between two waypoints, and
+what it takes to rise or sink by half a metre; and what one that begins a line is taken to fly at. Ours."""
+CARROT_M = 18.0
+"""PX4 flies to a place in a straight line, which rises evenly (PositionSmoothing): to follow the ground it is sent so far
+ahead, again and again, not to the line's end. Ours: 12 m before a place it slows down from 5 m/s (MPC_ACC_HOR,
+MPC_JERK_AUTO), and it has flown 5 when it is sent on."""
 
 
 class Relief:
     """The map, as the flight reads it."""
 
     def __init__(
-        self, bounds: Bounds, camera: CameraModel, clearance_m: float, release_height_m: float, *, placing: bool
+        self, bounds: Bounds, camera: CameraModel, scan_altitude_m: float, release_height_m: float, *, placing: bool
     ) -> None:
-        """`clearance_m`: to fly above what is mapped; parcels are let go from `release_height_m` over the ground.
+        """`scan_altitude_m`: to fly over the ground; parcels are let go from `release_height_m` over it.
 
         `placing`: whether sightings are placed by the map.
         """
         self.survey = Survey(bounds, camera, RESOLUTION_M)
-        self._following = Following(clearance_m=clearance_m, sigmas=SIGMAS)
+        self._following = Following(clearance_m=CLEARANCE_M, sigmas=SIGMAS)
+        self._scan_altitude_m = self.held_m = scan_altitude_m
+        """The second above home: what was wanted last on a line."""
         self._placing, self._tall_m = placing, release_height_m - UNDER_M
         self._heights_m: Grid | float = 0.0
         self.stands: Standing | None = None
@@ -84,7 +94,7 @@ class Relief:
             self._due_us = now_us + EVERY_US
             mapped = self.survey.terrain.means_m()
             lowest = ground(mapped)
-            self._heights_m = spread(lowest)
+            self._heights_m = np.nan_to_num(spread(lowest))
             rises_m = mapped - self._heights_m
             self.stands = Standing(
                 rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M), np.asarray(np.isfinite(lowest))
@@ -96,11 +106,30 @@ class Relief:
         height = self.survey.terrain.height_m(*place_m)
         return (height.mean_m, height.sigma_m) if math.isfinite(height.mean_m) else (0.0, unknown_sigma_m)
 
-    def altitude_m(self, here_m: Corner, to_m: Corner, speed_m_s: float, altitude_m: float, dt_s: float) -> float:
-        """Above home, to be at after `dt_s` on the way to a place; NaN where nothing is mapped ahead."""
-        course = math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
-        ahead = next_altitude(self.survey.terrain, here_m, course, speed_m_s, altitude_m, dt_s, self._following)
-        return ahead.altitude_m if math.isfinite(ahead.wanted_m) else math.nan
+    def waypoint(self, here_m: Corner, to_m: Corner, speed_m_s: float, altitude_m: float) -> tuple[Corner, float]:
+        """Where to fly next on the way to a place, and at which height above home, from `altitude_m` now.
+
+        Straight on from here it leads through the height that is wanted `LEAD_M` ahead: the scan's over the farthest
+        ground that is known till there, where none is the last one, and clear of what is mapped ahead.
+        """
+        left_m, course = math.dist(here_m, to_m), math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
+        lead_m = min(LEAD_M, left_m)
+        terrain = self.survey.so_far()
+        heights_m = spread(ground(terrain.means_m(), terrain.sigmas_m()))
+        for away_m in np.arange(lead_m, -RESOLUTION_M, -RESOLUTION_M).tolist():
+            row, column = (int(at) for at in terrain.cell(*_along(here_m, course, away_m)))
+            inside = 0 <= row < terrain.shape[0] and 0 <= column < terrain.shape[1]
+            if inside and math.isfinite(ground_m := float(heights_m[row, column])):
+                self.held_m = ground_m + self._scan_altitude_m
+                break
+        lead_s = lead_m / max(speed_m_s, SLOWEST_M_S)
+        soon_m = next_altitude(
+            terrain, here_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m
+        ).altitude_m
+        if left_m <= lead_m:
+            return to_m, soon_m
+        carrot_m = min(CARROT_M, left_m)
+        return _along(here_m, course, carrot_m), altitude_m + (soon_m - altitude_m) * carrot_m / lead_m
 
     def write(self, path: Path, home: tuple[float, float, float]) -> float:
         """The ground as GeoTIFF; how high over `home` the ground there is by the lidar, 0 if it told nothing there.
@@ -114,12 +143,19 @@ class Relief:
         return float(np.median(at_home)) if at_home else 0.0
 
 
-def ground(means_m: Grid) -> Grid:
-    """Heights of the cells that are ground; NaN where none is known, something stands, or one is low alone."""
+def _along(from_m: Corner, course_rad: float, by_m: float) -> Corner:
+    return from_m[0] + by_m * math.cos(course_rad), from_m[1] + by_m * math.sin(course_rad)
+
+
+def ground(means_m: Grid, sigmas_m: Grid | float = 0.0) -> Grid:
+    """Heights of the cells that are ground; NaN where none is known, something stands, or one is low alone.
+
+    `sigmas_m`: how low a cell may seem by chance, where it is not known well.
+    """
     means_m = _without_lone(means_m)
     known = np.where(np.isfinite(means_m), means_m, np.inf)
     # a cone of that slope over each cell, grown from cell to cell (G. Borgefors, Distance transformations, 1986)
-    highest = known
+    highest = known + np.nan_to_num(sigmas_m)
     for _ in range(round(ABOUT_M / RESOLUTION_M)):
         highest = np.minimum.reduce([beside + SLOPE * away_m for beside, away_m in _shifted(highest, BESIDE_M)])
     return np.where(known <= highest + STEP_M, means_m, np.nan)
@@ -160,9 +196,9 @@ def about(means_m: Grid, sigmas_m: Grid) -> tuple[Grid, Grid]:
 
 
 def spread(means_m: Grid) -> Grid:
-    """Heights of all cells: known ones, and between them the mean of those about; far from all of them 0."""
+    """Heights of all cells: known ones, and between them the mean of those about; far from all of them NaN."""
     known = np.isfinite(means_m)
     weight = cv2.GaussianBlur(known.astype(np.float64), (0, 0), REACH_M / RESOLUTION_M)
     total = cv2.GaussianBlur(np.where(known, means_m, 0.0), (0, 0), REACH_M / RESOLUTION_M)
-    about = np.where(weight > LEAST_WEIGHT, total / np.maximum(weight, LEAST_WEIGHT), 0.0)
+    about = np.where(weight > LEAST_WEIGHT, total / np.maximum(weight, LEAST_WEIGHT), np.nan)
     return np.where(known, means_m, about)

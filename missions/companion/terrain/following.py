@@ -1,4 +1,4 @@
-"""Flying over ground that is mapped: what lies in a corridor ahead, and the altitude that clears it in time.
+"""Flying over ground that is mapped: at a height over it, and clear in time of what lies in a corridor ahead.
 
 Altitudes and heights count upwards from the map's origin. A height counts with some sigmas added: the ground is hardly
 higher than that. What is not mapped is told as a share, and asks for nothing: whoever flies decides whether to.
@@ -44,7 +44,7 @@ class Altitude(NamedTuple):
 
     altitude_m: float
     wanted_m: float
-    """What clears all that is mapped ahead, if one climbs on from there; NaN where nothing is known."""
+    """What is to be held and clears all that is mapped ahead, if one climbs on from there; NaN where neither is known."""
     in_time: bool
     """False: it lies below that, and would come too near at this speed. To slow down, or stop, makes it true."""
     known_share: float
@@ -64,17 +64,20 @@ def next_altitude(
     altitude_m: float,
     dt_s: float,
     following: Following,
+    hold_m: float = math.nan,
 ) -> Altitude:
     """The altitude to be at after `dt_s`, from `altitude_m` now: as low as clears the ground, by its rates.
 
     Each cell of the corridor asks for its height with the clearance when it comes within `half_width_m`, and until then
-    for as much less as can be climbed on the way. Where nothing is known ahead, the altitude stays.
+    for as much less as can be climbed on the way. `hold_m`: what to fly where no cell asks for more; NaN: not known.
+    Where neither is known, the altitude stays.
     """
     heights, distances, share = _corridor(terrain, here_m, course_rad, following)
-    if not len(heights):
-        return Altitude(altitude_m, math.nan, True, share)
     left_s = np.maximum(distances - following.half_width_m, 0.0) / max(speed_m_s, SLOWEST_M_S)
-    wanted = float(np.max(heights + following.clearance_m - following.climb_m_s * left_s))
+    asked = heights + following.clearance_m - following.climb_m_s * left_s
+    wanted = float(np.fmax.reduce(asked, initial=hold_m))
+    if math.isnan(wanted):
+        return Altitude(altitude_m, math.nan, True, share)
     highest, lowest = altitude_m + following.climb_m_s * dt_s, altitude_m - following.sink_m_s * dt_s
     return Altitude(min(max(wanted, lowest), highest), wanted, highest >= wanted - ROUNDING_M, share)
 

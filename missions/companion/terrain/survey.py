@@ -5,8 +5,9 @@ each corner that is followed is seen from places metres apart, and its rays cros
 A corner's height is taken once, when its rays have crossed at `CROSSED_DEG`, or at `LEAST_DEG` when it is lost; not
 where the rays pass by each other wider than their noise says, as those of what moves do.
 
-In flight the map has heights as they were told. `adjusted` is the map without the drift of the vehicle's own height,
-which the whole flight tells (`crossover.py`).
+In flight the map has heights as they were told; `so_far` has those of corners that are still followed, too: by the time
+a corner's height is taken it lies behind. `adjusted` is the map without the drift of the vehicle's own height, which
+the whole flight tells (`crossover.py`).
 """
 
 import math
@@ -22,7 +23,8 @@ from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.soundings import TF_LUNA, Beam, Sounding, believed, of_feature, of_range
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds, TerrainMap
 
-CROSSED_DEG, LEAST_DEG = 45.0, 25.0
+CROSSED_DEG, LEAST_DEG, FOLLOWED_DEG = 45.0, 25.0, 15.0
+"""When a corner's height is taken; when it is lost; and while it is followed, for `so_far`. Ours."""
 PASSES_SIGMAS = 2.0
 """A corner whose rays pass by by more than so many sigmas of a ray moves, or was confused with another; ours."""
 LEAST_RAYS = 5
@@ -44,6 +46,8 @@ class Survey:
         self._ranges: list[Sounding] = []
         self.soundings: list[Sounding] = []
         """What the map holds, of long flights a part of it."""
+        self._last: tuple[int, FloatArray, float, float] | None = None
+        """Of the last frame: time, where it was taken from, eph and epv."""
         self._told, self._every = 0, 1
         self.features = self.ranges = 0
         """How many of each were believed."""
@@ -65,6 +69,7 @@ class Survey:
         believed_now = [*made.values(), *crossed.values()]
         self.features += len(believed_now)
         self._take(sorted(believed_now))
+        self._last = time_us, here_m, eph_m, epv_m
 
     def on_range(
         self, time_us: int, range_m: float, position_ned_m: Point, q: Quaternion, eph_m: float, epv_m: float
@@ -83,6 +88,15 @@ class Survey:
         self.ranges += len(good)
         self._take(good)
         self._ranges = []
+
+    def so_far(self) -> TerrainMap:
+        """The map, and the heights of corners that are still followed as they seem now."""
+        terrain = TerrainMap(self._bounds, self.terrain.resolution_m)
+        terrain.merge(self.terrain)
+        if self._last is not None:
+            time_us, here_m, eph_m, epv_m = self._last
+            terrain.add(self._soundings(self._open, time_us, FOLLOWED_DEG, here_m, eph_m, epv_m).values())
+        return terrain
 
     def adjusted(self) -> tuple[TerrainMap, list[Sounding]]:
         """The map without the drift of the vehicle's height, and the soundings that it then holds."""
