@@ -29,7 +29,7 @@ from sitl_emu.missions.companion.terrain import files
 from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.following import Following, next_altitude
 from sitl_emu.missions.companion.terrain.survey import Survey
-from sitl_emu.missions.companion.terrain.terrain_map import Bounds
+from sitl_emu.missions.companion.terrain.terrain_map import Bounds, TerrainMap
 from sitl_emu.missions.disaster.places import Standing
 from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
 
@@ -59,8 +59,8 @@ LEAD_M, SLOWEST_M_S = 9.0, 2.0
 """How far ahead the ground counts, which is what a vehicle flies in 2.4 s: half of the time between two waypoints, and
 what it takes to rise or sink by half a metre; and what one that begins a line is taken to fly at. Ours."""
 CARROT_M = 18.0
-"""PX4 flies to a place in a straight line, which rises evenly (PositionSmoothing): to follow the ground it is sent so far
-ahead, again and again, not to the line's end. Ours: 12 m before a place it slows down from 5 m/s (MPC_ACC_HOR,
+"""PX4 flies to a place in a straight line, which rises evenly (PositionSmoothing): to follow the ground it is sent so
+far ahead, again and again, not to the line's end. Ours: 12 m before a place it slows down from 5 m/s (MPC_ACC_HOR,
 MPC_JERK_AUTO), and it has flown 5 when it is sent on."""
 
 
@@ -115,17 +115,16 @@ class Relief:
         left_m, course = math.dist(here_m, to_m), math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
         lead_m = min(LEAD_M, left_m)
         terrain = self.survey.so_far()
-        heights_m = spread(ground(terrain.means_m(), terrain.sigmas_m()))
-        for away_m in np.arange(lead_m, -RESOLUTION_M, -RESOLUTION_M).tolist():
-            row, column = (int(at) for at in terrain.cell(*_along(here_m, course, away_m)))
-            inside = 0 <= row < terrain.shape[0] and 0 <= column < terrain.shape[1]
-            if inside and math.isfinite(ground_m := float(heights_m[row, column])):
-                self.held_m = ground_m + self._scan_altitude_m
-                break
+        ground_m = _farthest(terrain, here_m, course, lead_m)
+        if math.isfinite(ground_m):
+            self.held_m = ground_m + self._scan_altitude_m
         lead_s = lead_m / max(speed_m_s, SLOWEST_M_S)
-        soon_m = next_altitude(
-            terrain, here_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m
-        ).altitude_m
+        soon_m = max(
+            next_altitude(
+                terrain, place_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m
+            ).altitude_m
+            for place_m in (here_m, _along(here_m, course, lead_m))
+        )
         if left_m <= lead_m:
             return to_m, soon_m
         carrot_m = min(CARROT_M, left_m)
@@ -145,6 +144,17 @@ class Relief:
 
 def _along(from_m: Corner, course_rad: float, by_m: float) -> Corner:
     return from_m[0] + by_m * math.cos(course_rad), from_m[1] + by_m * math.sin(course_rad)
+
+
+def _farthest(terrain: TerrainMap, here_m: Corner, course_rad: float, within_m: float) -> float:
+    """The height of the farthest ground that is known on a course, or lies among such; NaN where there is none."""
+    heights_m = spread(ground(terrain.means_m(), terrain.sigmas_m()))
+    for away_m in np.arange(within_m, -RESOLUTION_M, -RESOLUTION_M).tolist():
+        row, column = (int(at) for at in terrain.cell(*_along(here_m, course_rad, away_m)))
+        inside = 0 <= row < terrain.shape[0] and 0 <= column < terrain.shape[1]
+        if inside and math.isfinite(heights_m[row, column]):
+            return float(heights_m[row, column])
+    return math.nan
 
 
 def ground(means_m: Grid, sigmas_m: Grid | float = 0.0) -> Grid:

@@ -305,6 +305,14 @@ def test_where_nothing_is_mapped_the_altitude_stays_and_is_told_unknown() -> Non
         assert math.isnan(look_ahead(mapped([]), here, 0.0, Following()).highest_m)
 
 
+def test_what_is_to_be_held_is_held_unless_something_asks_for_more() -> None:
+    wall = whole(lambda n, _: 14.0 if n >= 100 else 0.0)
+    before, behind = (next_altitude(wall, (n, 0.0), 0.0, 5.0, 20.0, 0.5, Following(), 20.0) for n in (20.0, 90.0))
+    assert before.wanted_m == before.altitude_m == 20.0
+    assert behind.wanted_m > 20.0 and behind.altitude_m == pytest.approx(21.0)
+    assert next_altitude(mapped([]), (0.0, 0.0), 0.0, 5.0, 19.0, 1.0, Following(), 20.0).altitude_m == 20.0
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     wall_m=st.floats(0.0, 14.0), wall_at=st.integers(60, 150), slope=st.floats(-0.1, 0.1), speed=st.floats(1.0, 5.0),

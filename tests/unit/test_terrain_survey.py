@@ -85,6 +85,19 @@ def test_a_rolling_shutter_s_rows_are_seen_from_where_the_camera_was_when_they_w
     assert above == pytest.approx([off_m] * len(PLACES), abs=0.04)
 
 
+def test_corners_that_are_still_followed_tell_the_ground_ahead() -> None:
+    survey, known = Survey(BOUNDS, CAMERA), list[tuple[bool, bool]]()
+    for k in range(40):
+        pixel = pixel_of((15.5, 2.5, -2.0), 0.2 * k)
+        seen = [] if pixel is None else [Feature(1, *pixel)]
+        survey.on_features(k * 200_000, sweep_at(0.2 * k), seen, 0.5, 1.0)
+        followed_m, taken_m = (terrain.height_m(15.5, 2.5).mean_m for terrain in (survey.so_far(), survey.terrain))
+        known.append((math.isfinite(followed_m), math.isfinite(taken_m)))
+        assert not known[-1][0] or followed_m == pytest.approx(2.0, abs=0.3)
+    followed, taken = (5.0 * 0.2 * [each[which] for each in known].index(True) for which in (0, 1))
+    assert followed < 15.5 < taken, "m north, where the vehicle was when it was known"
+
+
 def test_what_moves_is_no_ground() -> None:
     survey = Survey(BOUNDS, CAMERA)
     flown(survey, drift_m_s=3.0)

@@ -44,7 +44,7 @@ class Altitude(NamedTuple):
 
     altitude_m: float
     wanted_m: float
-    """What is to be held and clears all that is mapped ahead, if one climbs on from there; NaN where neither is known."""
+    """What is held, or clears all that is mapped ahead if one climbs on from there; NaN where neither is known."""
     in_time: bool
     """False: it lies below that, and would come too near at this speed. To slow down, or stop, makes it true."""
     known_share: float
