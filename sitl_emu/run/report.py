@@ -9,7 +9,7 @@ import csv
 import html
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,10 +51,12 @@ def write(
     truth: Mapping[str, Any],
     pages: Sequence[Page] = (),
     photo: np.ndarray | None = None,
+    ground_m: Callable[[float, float], float] | None = None,
 ) -> None:
     """Write report.html from what lies in the run's folder.
 
-    `pages`: what the missions add. `photo`: the outline from above, north up, uint8 RGB.
+    `pages`: what the missions add. `photo`: the outline from above, north up, uint8 RGB. `ground_m`: the ground's
+    height at metres north and east, which is drawn under each vehicle.
     """
     events = score.read_events(folder)
     names = sorted(path.stem.removeprefix("truth-") for path in folder.glob("truth-*.csv"))
@@ -70,7 +72,7 @@ def write(
             "<h2>Map</h2>",
             _image(draw_map(truth, tracks, pages, photo, read_ways(folder))),
             "<h2>Heights</h2>",
-            _image(_heights(tracks)),
+            _image(_heights(tracks, ground_m)),
         ]
     parts += [section_html(section) for page in pages for section in page.sections]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
@@ -182,11 +184,14 @@ def _draw_areas(axes: Any, areas: Sequence[dict[str, Any]]) -> None:
             axes.annotate("", tip, middle, arrowprops={"arrowstyle": "->", "color": colour}, zorder=1)
 
 
-def _heights(tracks: dict[str, Track]) -> Figure:
+def _heights(tracks: dict[str, Track], ground_m: Callable[[float, float], float] | None) -> Figure:
     figure = Figure(figsize=(9, 3), layout="constrained")
     axes = figure.add_subplot()
     for (name, track), colour in zip(tracks.items(), TRACK_COLOURS * len(tracks), strict=False):
         axes.plot(track.time_s, track.up_m, color=colour, label=name)
+        if ground_m is not None:
+            under_m = [ground_m(*place) for place in zip(track.north_m, track.east_m, strict=True)]
+            axes.plot(track.time_s, under_m, color=colour, linewidth=0.8, label=f"ground under {name}")
     axes.set_xlabel("simulated time, s")
     axes.set_ylabel("height above the origin, m")
     axes.grid(alpha=0.3)

@@ -150,7 +150,7 @@ def _report(
     photo = world.photo()
     if photo is not None:
         ground_picture.write(photo, folder)
-    report.write(folder, summary, truth, score.pages(missions, summary), photo)
+    report.write(folder, summary, truth, score.pages(missions, summary), photo, world.ground)
 
 
 def _tell(console: Console, folder: Path, summary: dict[str, Any], ending: launcher.Ending) -> None:

@@ -289,6 +289,20 @@ def test_a_mission_whose_score_or_page_fails_is_named_and_the_run_keeps_its_summ
     assert "<h2>Targets</h2>" in page and "<td>garden</td><td>ZeroDivisionError: float division by zero</td>" in page
 
 
+def test_the_report_draws_the_ground_under_each_vehicle(tmp_path: Path) -> None:
+    write_run(tmp_path, all_is_well())
+    under = list[tuple[float, float]]()
+
+    def ground_m(north_m: float, east_m: float) -> float:
+        under.append((north_m, east_m))
+        return 2.0
+
+    got = summary(tmp_path)
+    report.write(tmp_path, got, TRUTH, [], ground_m=ground_m)
+    tracks = [score.read_track(tmp_path, name) for name in ("uas", "ugv")]
+    assert under == [place for track in tracks for place in zip(track.north_m, track.east_m, strict=True)]
+
+
 def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
     write_run(tmp_path, [confirmed(1, WEED, "disease"), *all_is_well()[1:-1], reported(2, "not_seen")])
     got = summary(tmp_path)
