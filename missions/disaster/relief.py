@@ -56,8 +56,8 @@ HOME_M = 3.0
 CLEARANCE_M, SIGMAS = 10.0, 1.0
 """Over what is flown over, and what is added to its mapped height; ours."""
 LEAD_M, SLOWEST_M_S = 9.0, 2.0
-"""How far ahead the ground counts, which is what a vehicle flies in 2.4 s: half of the time between two waypoints, and
-what it takes to rise or sink by half a metre; and what one that begins a line is taken to fly at. Ours."""
+"""How far ahead the ground counts, 1.8 s at 5 m/s: half of the time between two waypoints, and what a vehicle takes to
+rise or sink by half a metre; and what one that begins a line is taken to fly at. Ours."""
 CARROT_M = 18.0
 """PX4 flies to a place in a straight line, which rises evenly (PositionSmoothing): to follow the ground it is sent so
 far ahead, again and again, not to the line's end. Ours: 12 m before a place it slows down from 5 m/s (MPC_ACC_HOR,
@@ -76,8 +76,9 @@ class Relief:
         """
         self.survey = Survey(bounds, camera, RESOLUTION_M)
         self._following = Following(clearance_m=CLEARANCE_M, sigmas=SIGMAS)
-        self._scan_altitude_m = self.held_m = scan_altitude_m
-        """The second above home: what was wanted last on a line."""
+        self._scan_altitude_m = scan_altitude_m
+        self.held_m = scan_altitude_m
+        """Above home: what was wanted last on a line."""
         self._placing, self._tall_m = placing, release_height_m - UNDER_M
         self._heights_m: Grid | float = 0.0
         self.stands: Standing | None = None
