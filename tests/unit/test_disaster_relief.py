@@ -65,11 +65,16 @@ def test_low_ruins_do_not_lift_it_and_a_high_house_does() -> None:
     assert high[20][1] == pytest.approx(SCAN_M, abs=0.2) and high[-1][1] < 16.0 + CLEARANCE_M - 2.0
 
 
-def test_one_cell_that_is_low_by_chance_does_not_make_ground_of_it() -> None:
-    """Known to 2 m alone, it lies 3 m under the others."""
-    relief = relief_of(lambda n, _: 4.0)
-    relief.survey.terrain.add(Sounding(0, n, 14.5, 1.0, 2.0, 0.0, 0.0) for n in (30.5, 31.5, 32.5))
-    assert all(abs(up_m - 4.0 - SCAN_M) < 0.3 for _, up_m in flown(relief, 4.0 + SCAN_M))
+@pytest.mark.parametrize(("sigma_m", "follows"), [(2.0, False), (0.05, True)])
+def test_cells_that_are_low_by_chance_are_not_the_ground_and_known_ones_are(sigma_m: float, follows: bool) -> None:
+    """Three of them lie 3 m under all others, 6 m beside the way."""
+    relief = Relief(Bounds(SOUTH, WEST, NORTH, EAST), CameraModel(), SCAN_M, 7.0, placing=True)
+    terrain, low_m = relief.survey.terrain, [(n, 6.5) for n in (30.5, 31.5, 32.5)]
+    cells_m = [(n + 0.5, e + 0.5) for n in range(SOUTH, NORTH) for e in range(WEST, EAST)]
+    terrain.add(Sounding(0, n, e, 4.0, 0.05, 0.0, 0.0) for n, e in cells_m if (n, e) not in low_m)
+    terrain.add(Sounding(0, n, e, 1.0, sigma_m, 0.0, 0.0) for n, e in low_m)
+    lowest_m = min(up_m for _, up_m in flown(relief, 4.0 + SCAN_M))
+    assert (lowest_m < 4.0 + SCAN_M - 0.5) == follows
 
 
 def test_where_no_ground_is_known_it_keeps_what_it_flew() -> None:
