@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run import worlds
-from sitl_emu.run.memory import settle
+from sitl_emu.run.memory import give_back_large, settle
 from sitl_emu.world.world import World
 
 KINDS = ("urban_flood", "debris_field", "wildfire_perimeter")
@@ -67,6 +67,7 @@ def pss_mib() -> float:
 
 def camera(file: str, shared_fd: int) -> None:
     """A camera's process: tells what its first picture took; then, when asked, its memory or what all views cost."""
+    give_back_large()
     world = worlds.kept(file, is_met=False)
     renderer = world.scene(shared_fd).renderer(640, 480, 320.0)
     renderer.draw(*pose(world, "nadir 15 m"), AT_S)

@@ -117,6 +117,30 @@ def test_shared_arrays_are_made_once_and_again_after_one_who_died_over_it() -> N
         os.close(fd)
 
 
+def test_whoever_has_the_turn_to_make_shared_arrays_is_alone() -> None:
+    fd = os.memfd_create("test")
+
+    def others() -> bool:
+        """Whether another process would have it now."""
+        child = os.fork()
+        if child == 0:
+            with shared.turn(fd) as is_ours:
+                os._exit(int(is_ours))
+        return bool(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+
+    try:
+        with pytest.raises(ZeroDivisionError), shared.turn(fd) as is_ours:
+            assert is_ours and not others()
+            raise ZeroDivisionError
+        assert others(), "one who failed leaves it to the next"
+        with shared.turn(fd):
+            shared.arrays(fd, lambda: [np.ones(3)])
+        with shared.turn(fd) as is_ours:
+            assert not is_ours and not others(), "all is made"
+    finally:
+        os.close(fd)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_ground_is_shown_by_a_texture_that_nobody_drew(kind: str) -> None:
     """The map names no detail texture but those that are foretold, and drawn, from the description."""

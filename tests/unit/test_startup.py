@@ -2,6 +2,7 @@
 
 import gc
 import json
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -80,3 +81,32 @@ def test_the_garbage_collector_rests_while_a_process_is_set_up(monkeypatch: pyte
     with pytest.raises(ZeroDivisionError), memory.all_stays():
         raise ZeroDivisionError
     assert gc.isenabled()
+
+
+GIVEN_BACK = """
+import re, sys
+from pathlib import Path
+import numpy as np
+from sitl_emu.run import memory
+
+def resident_kib():
+    return int(re.search(r"VmRSS:\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
+
+if sys.argv[1] == "asked":
+    memory.give_back_large()
+np.ones(3 << 20)  # freed: glibc takes 24 MiB for small from now on
+large, above = np.ones(2 << 20), np.ones(1000)
+before_kib = resident_kib()
+del large
+print(before_kib - resident_kib())
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="glibc's own option")
+def test_large_arrays_are_given_back_when_they_are_freed() -> None:
+    def given_back_kib(asked: str) -> int:
+        done = subprocess.run([sys.executable, "-c", GIVEN_BACK, asked], capture_output=True, text=True, check=True)
+        return int(done.stdout)
+
+    assert given_back_kib("not asked") < 1024
+    assert given_back_kib("asked") > 15 * 1024

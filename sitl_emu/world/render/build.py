@@ -31,8 +31,6 @@ class Built:
     """A stage, and what is known of it."""
 
     stage: Stage
-    frame: Frame
-    """The part of the world that has a ground map."""
     movers: list[things.Mover]
     loose: dict[str, int]
     """Instances of loose bodies, by name."""
@@ -70,11 +68,16 @@ def build(described: WorldDescription, terrain: Terrain, folder: Path) -> Built:
     first_fire = len(stage.names)
     for fire in described.fires:
         stage.add_object(fire.name, fire.label)
-    frame = frame_of(float(north[0]), float(east[0]), float(north[-1]), float(east[-1]))
     middle = np.array((0.5 * (north[0] + north[-1]), 0.5 * (east[0] + east[-1]), 0.0))
     middle[2] = -terrain.height_m(float(middle[0]), float(middle[1]))
     reach = 0.5 * math.hypot(float(north[-1] - north[0]), float(east[-1] - east[0]))
-    return Built(stage, frame, movers, loose, terrain, folder, middle, reach, first_fire)
+    return Built(stage, movers, loose, terrain, folder, middle, reach, first_fire)
+
+
+def frame(described: WorldDescription, terrain: Terrain) -> Frame:
+    """The part of the world that has a ground map."""
+    north, east = _lines(described, terrain)
+    return frame_of(float(north[0]), float(east[0]), float(north[-1]), float(east[-1]))
 
 
 # --- ground -----------------------------------------------------------------------------------------------------------

@@ -17,12 +17,16 @@ from sitl_emu.world.render.kernel import F32, HALF, ONE, U8, ZERO, f4, streamed_
 from sitl_emu.world.render.maps import GroundMap
 from sitl_emu.world.render.textures import LAYER
 
+I16 = npt.NDArray[np.int16]
+
 FINEST_M = 0.1
 MOST_TEXELS = 2000
 """Along a side; a larger world has coarser texels."""
 AT_ONCE = 1 << 19
 """Of a map's noise, so that it is in memory but once: a map of 16 MB has three."""
 LEVELS = 7
+STEPS = np.float32(4096.0)
+"""To which a map's noise is rounded, of its deviation: halves take half the memory of floats."""
 WOBBLE_M, BUILT_WOBBLE_M = 1.6, 0.4
 """How far the borders of natural land uses stray from their polygons, about; and where they border on built ones."""
 
@@ -99,6 +103,12 @@ def fractal(rng: np.random.Generator, frame: Frame, broadest_m: float, finest_m:
     return np.ascontiguousarray(total[: frame.rows, : frame.columns], np.float32)
 
 
+def _in_steps(noise: F32) -> I16:
+    """Noise in STEPS of its deviation, eight of them at most; `noise` is spent."""
+    noise *= STEPS
+    return np.asarray(np.clip(np.rint(noise, out=noise), -32767, 32767, out=noise).astype(np.int16))
+
+
 class Part(NamedTuple):
     """Some texels of a map."""
 
@@ -108,13 +118,14 @@ class Part(NamedTuple):
 
 
 WHITE = f4(255.0)
+STEP = f4(1.0 / STEPS)
 OWN_PATCHES = np.array((1.12, 1.03, 0.9), np.float32)
 """What broad patches of a colour of one's own go towards, as factors."""
 
 
 @streamed_kernel
 def _paint(
-    texels: U8, broad: F32, other: F32, fine: F32, mask: npt.NDArray[np.bool_], first_row: int, first_column: int,
+    texels: U8, broad: I16, other: I16, fine: I16, mask: npt.NDArray[np.bool_], first_row: int, first_column: int,
     mean: F32, towards: F32, patchy: np.float32, fineness: np.float32, detail: int,
 ) -> None:  # fmt: skip
     for i in range(mask.shape[0]):
@@ -124,8 +135,9 @@ def _paint(
         for k in range(mask.shape[1]):
             if not mask[i, k]:
                 continue
-            share = min(max(HALF + f4(0.38) * far[k] + f4(0.22) * near[k], ZERO), ONE) * patchy
-            bright = (ONE + fineness * finest[k] + f4(0.6) * fineness * near[k]) * WHITE
+            at_far, at_near, at_finest = STEP * f4(far[k]), STEP * f4(near[k]), STEP * f4(finest[k])
+            share = min(max(HALF + f4(0.38) * at_far + f4(0.22) * at_near, ZERO), ONE) * patchy
+            bright = (ONE + fineness * at_finest + f4(0.6) * fineness * at_near) * WHITE
             for c in range(3):
                 some[k, c] = np.uint8(min(max((mean[c] + share * towards[c]) * bright + HALF, ZERO), WHITE))
             some[k, 3] = detail
@@ -137,9 +149,9 @@ class Painter:
     def __init__(self, frame: Frame, seed: int) -> None:
         self.frame = frame
         rng = np.random.default_rng((seed, 11))
-        self.broad = fractal(rng, frame, 40.0, 0.8)
-        self.other = fractal(rng, frame, 14.0, 0.4)
-        self.fine = fractal(rng, frame, 0.8, 0.1, 0.8)
+        self.broad = _in_steps(fractal(rng, frame, 40.0, 0.8))
+        self.other = _in_steps(fractal(rng, frame, 14.0, 0.4))
+        self.fine = _in_steps(fractal(rng, frame, 0.8, 0.1, 0.8))
         window = slice(0, frame.rows), slice(0, frame.columns)
         self.everywhere = Part(window, np.broadcast_to(np.True_, (frame.rows, frame.columns)).copy())
         self.texels = np.zeros((frame.rows, frame.columns, 4), np.uint8)
@@ -175,7 +187,8 @@ class Painter:
         # The border strays where a blurred mask is cut at a height that noise tells
         built = np.isin(self.texels[window][..., 3], BUILT)
         soft = np.where(built, _blurred(mask, BUILT_WOBBLE_M / frame.gsd_m), _blurred(mask, WOBBLE_M / frame.gsd_m))
-        strays = np.clip(45.0 * self.other[window] + 38.0 * self.fine[window], -110.0, 110.0)
+        other, fine = (noise[window] / STEPS for noise in (self.other, self.fine))
+        strays = np.clip(45.0 * other + 38.0 * fine, -110.0, 110.0)
         return Part(window, np.asarray(soft > 127.5 + strays))
 
     def photo(self, picture: U8, ground: Ground) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -68,6 +68,16 @@ class View(NamedTuple):
     """(height, width): numbers in `MeshScene.names` and `labels`; SKY for the sky."""
 
 
+class _Begun(NamedTuple):
+    """What is looked up, as far as it is made before the scene is built, and after."""
+
+    painted: list[Future[GroundMap]]
+    """One, until it is taken: nobody keeps it."""
+    room: Textures
+    drawn: dict[int, Future[None]]
+    """Textures, by number."""
+
+
 class MeshScene:
     """A scene for `camera.Camera`."""
 
@@ -75,11 +85,16 @@ class MeshScene:
         """`folder` holds the files that the description names; `shared_memory`: see shared.py. Raises WorldError."""
         described = world.description
         self.world, self.folder = world, folder
-        self.built = build.build(described, world.terrain, folder)
-        self.guests = Guests(self.built.stage)
-        self.meshes, self.things = self.built.stage.packed()
         self.air = air_of(described.light)
-        self.surfaces = self._surfaces(shared.arrays(shared_memory, self._looked_up))
+        # The ground beside the rest: it is mostly numpy's and OpenCV's, which let others run meanwhile
+        with shared.turn(shared_memory) as is_ours, ThreadPoolExecutor(1) as beside:
+            begun = self._begin(beside) if is_ours else None
+            self.built = build.build(described, world.terrain, folder)
+            self.guests = Guests(self.built.stage)
+            self.meshes, self.things = self.built.stage.packed()
+            self.surfaces = self._surfaces(
+                shared.arrays(shared_memory, lambda: self._looked_up(beside, begun or self._begin(beside)))
+            )
         self._draw_textures()
 
         self.fires = None
@@ -97,31 +112,42 @@ class MeshScene:
             raise WorldError(f"ground.orthophoto: {self.folder / name}: can't be read as a picture")
         return np.asarray(read, np.uint8)
 
-    def _looked_up(self) -> Iterator[npt.NDArray[Any]]:
-        """The arrays of `_surfaces`, in order: what sun and sky reach of all that is still, and the textures."""
+    def _begin(self, beside: Executor) -> _Begun:
+        """Paint what the description alone tells: the ground, and the textures of ground and sky."""
+        room = Textures(*textures.empty())
         described = self.world.description
-        ground = ground_map.details(described.ground, described.cover)
-        room, layers = Textures(*textures.empty()), self._used() | ground
-        # Beside the rest: both are mostly numpy's and OpenCV's, which let others run meanwhile
-        with ThreadPoolExecutor(1) as beside:
-            drawn = [beside.submit(self._draw_texture, room, number) for number in layers]
-            yield from self._lit()
-            for each in drawn:
-                each.result()
-        yield from room
+        numbers = {int(NOISE), int(CLOUDS), *ground_map.details(described.ground, described.cover)}
+        painted = beside.submit(self._painted)
+        drawn = {number: beside.submit(self._draw_texture, room, number) for number in numbers}
+        return _Begun([painted], room, drawn)
+
+    def _painted(self) -> GroundMap:
+        described = self.world.description
+        frame = build.frame(described, self.world.terrain)
+        return ground_map.packed(frame, ground_map.paint(described, frame, self._photo()))
+
+    def _looked_up(self, beside: Executor, begun: _Begun) -> Iterator[npt.NDArray[Any]]:
+        """The arrays of `_surfaces`, in order."""
+        for number in self._used() - set(begun.drawn):
+            begun.drawn[number] = beside.submit(self._draw_texture, begun.room, number)
+        yield from begun.painted.pop().result()
+        yield from self._lit()
+        for each in begun.drawn.values():
+            each.result()
+        yield from begun.room
         is_drawn = np.zeros(len(textures.DRAWN), np.uint8)
-        is_drawn[list(layers)] = 1
+        is_drawn[list(begun.drawn)] = 1
         yield is_drawn
 
     def _lit(self) -> Iterator[npt.NDArray[Any]]:
-        """Ground, relief, fire and sun."""
+        """Relief, fire and sun: what sun and sky reach of all that is still."""
         built, described = self.built, self.world.description
-        yield from ground_map.packed(built.frame, ground_map.paint(described, built.frame, self._photo()))
+        frame = build.frame(described, self.world.terrain)
         moving = {mover.instance for mover in built.movers} | set(built.loose.values())
         still = np.array([k for k in range(len(self.things.place)) if k not in moving], np.int32)
         fine = self.things.first_level
-        yield from light_maps.relief(self.world.terrain, built.frame, self.meshes, self.things, still, fine)
-        yield from burning.map_of(described, built.frame)
+        yield from light_maps.relief(self.world.terrain, frame, self.meshes, self.things, still, fine)
+        yield from burning.map_of(described, frame)
         sun = light_maps.sun_map(self.air.rows[0].astype(np.float64), built.middle, built.reach_m, self._sun_side)
         near = still[self.things.radius[still] < 4.0 * built.reach_m]
         light_maps.draw(sun, self.meshes, self.things, near, fine)

@@ -5,11 +5,12 @@ process that holds it). Whoever comes first makes the arrays under a lock (fcntl
 dies meanwhile leaves the lock to the next, which begins anew.
 """
 
+import contextlib
 import fcntl
 import json
 import mmap
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,28 @@ Array = npt.NDArray[Any]
 HEAD_BYTES = 4096
 """Before the arrays: the index, JSON."""
 ALIGNED_BYTES = 64
+
+
+@contextlib.contextmanager
+def turn(fd: int | None) -> Iterator[bool]:
+    """Whether this process is to make them: nobody has, and nobody else will until the end of the block.
+
+    For what may be begun before `arrays` is called.
+    """
+    try:
+        yield fd is None or (not _read_index(fd) and _is_locked(fd))
+    finally:
+        if fd is not None:
+            fcntl.lockf(fd, fcntl.LOCK_UN, 1, 0)
+
+
+def _is_locked(fd: int) -> bool:
+    """By this process, without waiting."""
+    try:
+        fcntl.lockf(fd, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 0)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def arrays(fd: int | None, make: Callable[[], Iterable[Array]]) -> list[Array]:
