@@ -17,7 +17,7 @@ from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWrit
 from sitl_emu.run import cameras, kept_frames, worlds
 from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
-from sitl_emu.run.memory import give_back_large, settle
+from sitl_emu.run.memory import large_goes_back, settle
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
@@ -35,10 +35,10 @@ YIELDING = 5
 def run(config: CameraConfig, control: ControlChannel) -> None:
     """Render what is asked for until the run ends."""
     os.nice(YIELDING)
-    give_back_large()
     try:
         world = worlds.kept(config.world, is_met=False)
-        scene = world.scene(config.shared_fd)
+        with large_goes_back():
+            scene = world.scene(config.shared_fd)
         described = config.camera
         camera = Camera(scene, cameras.mount(described), cameras.intrinsics(described), config.name, described.sensor)
         width, height = camera.intrinsics[:2]

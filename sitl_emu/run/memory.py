@@ -23,19 +23,33 @@ def all_stays() -> Iterator[None]:
             gc.enable()
 
 
-MMAP_THRESHOLD, LARGE_BYTES = -3, 4 << 20
-"""glibc's number of that option (malloc.h), and from what size on memory is a mapping of its own."""
+MMAP_THRESHOLD, TRIM_THRESHOLD = -3, -1
+"""glibc's numbers of two options (malloc.h): from what size on memory is a mapping of its own, which goes back to the
+system when it is freed; and from how much free at the heap's end on that goes back."""
+LARGE_BYTES, LARGEST_BYTES = 4 << 20, 32 << 20
+"""What is large: more than what a picture of 640 x 480 is made of; ours. And glibc's own greatest threshold."""
 
 
-def give_back_large() -> None:
-    """From now on what is large goes back to the system as soon as it is freed (glibc's mallopt).
+@contextlib.contextmanager
+def large_goes_back() -> Iterator[None]:
+    """For a scene that is built: what is large is given back to the system as soon as it is freed (glibc's mallopt).
 
-    Left alone, glibc takes what was freed last for small from then on, up to 32 MiB, and keeps its room: 35 MiB of a
-    flood's camera. What a picture of 640 x 480 needs is smaller, and is kept.
+    Left alone, glibc takes what was freed last for small from then on, and keeps its room: 35 MiB of a flood's camera.
+    Afterwards it does keep it: a process that goes on with large arrays would get each zeroed page by page.
     """
+    _keep_below(LARGE_BYTES)
+    try:
+        yield
+    finally:
+        _keep_below(LARGEST_BYTES)
+
+
+def _keep_below(size_bytes: int) -> None:
+    """What is freed is kept if it is smaller."""
     set_option = getattr(ctypes.CDLL(None), "mallopt", None)
     if set_option is not None:
-        set_option(MMAP_THRESHOLD, LARGE_BYTES)
+        set_option(MMAP_THRESHOLD, size_bytes)
+        set_option(TRIM_THRESHOLD, 2 * size_bytes)
 
 
 def settle() -> None:
