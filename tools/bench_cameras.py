@@ -81,9 +81,8 @@ class Sampler(threading.Thread):
 
 
 @contextlib.contextmanager
-def cameras(world: World, count: int, mount: str, folder: Path) -> Iterator[tuple[list[Child], list[ControlChannel]]]:
-    """The processes, and a channel to each."""
-    kept = worlds.keep(world, folder)
+def cameras(kept: Path, count: int, mount: str, folder: Path) -> Iterator[tuple[list[Child], list[ControlChannel]]]:
+    """The processes that look at a world that was kept, and a channel to each."""
     (folder / "logs").mkdir()
     lens = Intrinsics()
     described = CameraDescription(
@@ -154,8 +153,9 @@ def main() -> None:
     world = worlds.build(wanted.world, SEED, {"size_m": size_m})
     print(f"{wanted.cameras} cameras ({wanted.mount}) in one {wanted.world} of {wanted.size:g} x {wanted.size:g} m")
     with tempfile.TemporaryDirectory() as folder:
+        kept = worlds.keep(world, Path(folder))
         began_s = time.monotonic()
-        with cameras(world, wanted.cameras, wanted.mount, Path(folder)) as (children, channels):
+        with cameras(kept, wanted.cameras, wanted.mount, Path(folder)) as (children, channels):
             pids = [child.process.pid for child in children]
             sampler = Sampler(pids)
             sampler.start()
