@@ -5,11 +5,9 @@
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down to `release_height_m` over the ground, which the lidar finds and measures below 8 m, looks once more
-whether the place still is one, and stands where `release_point.py` says, by the wind that the autopilot estimates
-(WIND_COV; calm where it estimates none). It lets go when the parcel, let go now, would meet the ground within
-`AIMED_M` of the place; and tells where that should be, and where it then sees the parcel (`drop.py`). Then it climbs,
-goes back to where it left the line, and goes on.
+It goes down (`descent.py`), looks once more whether the place still is one, and lets go where the parcel will meet the
+ground there; it tells where that should be, and where it then sees the parcel (`drop.py`). Then it climbs, goes back to
+where it left the line, and goes on.
 
 **Together** with others (`together.py`) its lines are part of a common area, a region is served by one of all, and it
 flies at its own height; the air that others need is kept clear of.
@@ -31,16 +29,16 @@ from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.camera_model import body_to_ned
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
-from sitl_emu.missions.companion.release_point import Wind, fall
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places, telling
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
+from sitl_emu.missions.disaster.descent import Descent
 from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.drop import View, find
+from sitl_emu.missions.disaster.flying import HEIGHT_M, STANDING_M
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
@@ -48,13 +46,10 @@ from sitl_emu.missions.disaster.settings import Settings
 from sitl_emu.missions.disaster.together import Together
 
 FRAME_GLOBAL, FENCE_POLYGON_INCLUSION = 0, 5001
-ON_LINE_M, STANDING_M, HEIGHT_M = 2.0, 1.0, 0.7
-"""How near is there: at a line's end, over a place, and in height; ours."""
+ON_LINE_M = 2.0
+"""How near is at a line's end; ours."""
 LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
-AIMED_M, STEADY_M_S = 0.7, 0.5
-DRIFT_S, DESCENT_S = 20.0, 60.0
-"""In which that has to come, and the vehicle to be down; ours."""
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
 TRIES = 2
@@ -68,10 +63,6 @@ WHOLE = 0.75
 ruin, 0.33 of it instead of 0.66, though nothing beside that is none (`disaster-debris`, seeds 21 to 26, below 12 m
 and above 15 m). The share is ours."""
 SLOWEST_M_S = 0.5
-GROUND_SIGMAS = 2.0
-"""Of the ground's height, within which it is looked for."""
-LIDAR_REACH_M, LIDAR_FRESH_US = 7.5, 200_000
-"""TF-Luna's 8 m, less how far the height may be off; and how old a range may be."""
 LOWEST_CLIMB_M = 1.0
 
 
@@ -97,8 +88,7 @@ class Flight:
         """The last frame."""
         self._on_line = ""
         """Which line it flies, in words."""
-        self.below_m = 0.0
-        """Height over home of the ground that the parcel is to fall on."""
+        self.descent = Descent(self)
         self._tried: list[Place] = []
         self._allowed: Cells | None = None
         self._choose_us = self._follow_us = 0
@@ -236,7 +226,7 @@ class Flight:
         """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
         sent: tuple[Corner, float] | None = None
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
-        while sent is None or not self._there(to_m, sent[1], within_m):
+        while sent is None or not self.is_there(to_m, sent[1], within_m):
             self.check()
             place = self.due() if aside else None
             if place is not None:
@@ -291,9 +281,10 @@ class Flight:
     @property
     def over_ground_m(self) -> float:
         """Above the ground that the parcel falls on; above home before that is known."""
-        return self.altitude_m - self.below_m
+        return self.altitude_m - self.descent.below_m
 
-    def _there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
+    def is_there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
+        """Whether the vehicle is at a place, at a height."""
         return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
 
     def check(self) -> None:
@@ -403,10 +394,10 @@ class Flight:
         """Down, and lets the parcel go over a place."""
         onboard = self.onboard
         onboard.enter("delivering", f"at the edge of {place.label}")
-        yield from self._descend(place.place_m)
+        yield from self.descent.down(place.place_m)
         yield from steps.pause(onboard, SOON_S)
         self._see_once_more(place)
-        yield from self._aim(place)
+        yield from self.descent.aim(place.place_m, self._is_sure)
         before = self.view
         telling.releases(onboard, place, self.here_m, self.over_ground_m, self.place_deg)
         yield from steps.command(onboard, gripper(onboard.system_id, open_it=True), "gripper")
@@ -417,13 +408,17 @@ class Flight:
         yield from steps.pause(onboard, FALLEN_S)
         self._see_it_lie(place.place_m, before)
 
+    def _is_sure(self) -> bool:
+        """Whether the place is ours to serve."""
+        return self.together is None or self.together.settled
+
     def _see_it_lie(self, place_m: Corner, before: View | None) -> None:
         """Tells where the parcel lies, by the frame before it was let go and the last one."""
         after = self.view
         if before is None or after is None or after.time_us == before.time_us:
             lies_m = None
         else:
-            lies_m = find(before, after, self.settings.camera, place_m, -self.below_m)
+            lies_m = find(before, after, self.settings.camera, place_m, -self.descent.below_m)
         telling.lies(self.onboard, lies_m, place_m, self.place_deg)
 
     def _see_once_more(self, place: Place) -> None:
@@ -435,74 +430,3 @@ class Flight:
             raise Aborted(Reason.NO_PLACE, f"the edge of {place.label} lies elsewhere, seen from low")
         if not places.is_free(self.regions, place.place_m, self.ground.stands):
             raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {place.label}")
-
-    def _descend(self, to_m: Corner) -> Script:
-        """Down to the release height over the ground, which the lidar finds. Raises Aborted for what stands there."""
-        guess_m, sigma_m = self.ground.at(to_m, self.settings.ground_sigma_m)
-        self.below_m, sent_m = guess_m, math.inf
-        lowest_m = guess_m - GROUND_SIGMAS * sigma_m - HEIGHT_M
-        since_us = self.onboard.now_us
-        while True:
-            if self.onboard.now_us - since_us > DESCENT_S * 1e6:
-                raise Aborted(Reason.DRIFT, f"not over the place after {DESCENT_S:.0f} s")
-            if self.settings.release_height_m <= LIDAR_REACH_M:
-                aborts.check_range_finder(self._lidar_silent_s)
-            seen_m = self._lidar_m()
-            if seen_m is not None:
-                aborts.check_below(seen_m, guess_m + GROUND_SIGMAS * sigma_m)
-                self.below_m = seen_m
-            height_m = self.below_m + self.settings.release_height_m
-            if self._there(to_m, height_m, STANDING_M):
-                if seen_m is not None or self.settings.release_height_m > LIDAR_REACH_M:
-                    return
-                if self.below_m < lowest_m:
-                    raise Aborted(Reason.NO_PLACE, f"no ground {self.settings.release_height_m:g} m under the vehicle")
-                self.below_m -= HEIGHT_M
-            if abs(height_m - sent_m) > HEIGHT_M / 2.0:
-                yield from self.send(to_m, height_m)
-                sent_m = height_m
-            self.check()
-            yield
-
-    @property
-    def _lidar_silent_s(self) -> float:
-        telemetry = self.onboard.telemetry
-        heard_us = telemetry.range_heard_us
-        return math.inf if heard_us is None else (telemetry.boot_time_us - heard_us) / 1e6
-
-    def _lidar_m(self) -> float | None:
-        """The height over home of what the lidar meets under the vehicle; None where it meets nothing."""
-        telemetry = self.onboard.telemetry
-        near, attitude = telemetry.range_at(telemetry.boot_time_us, LIDAR_FRESH_US), telemetry.attitude
-        if near is None or attitude is None:
-            return None
-        return self.altitude_m - near.distance_m * float(body_to_ned(attitude.q)[2, 2])
-
-    def _aim(self, place: Place) -> Script:
-        """Until a parcel let go now would come down at the place. Raises Aborted for wind and drift."""
-        onboard = self.onboard
-        since_us, sent_m = onboard.now_us, None
-        while True:
-            aborts.check_wind(math.hypot(*onboard.telemetry.wind) if onboard.telemetry.wind else None)
-            north_m, east_m = self._impact_m()
-            miss = place.place_m[0] - north_m, place.place_m[1] - east_m
-            sure = self.together is None or self.together.settled
-            if sure and math.hypot(*miss) <= AIMED_M and onboard.telemetry.speed_m_s <= STEADY_M_S:
-                return
-            if onboard.now_us - since_us > DRIFT_S * 1e6:
-                raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
-            aim_m = self.here_m[0] + miss[0], self.here_m[1] + miss[1]
-            if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
-                yield from self.send(aim_m, self.below_m + self.settings.release_height_m)
-                sent_m = aim_m
-            self.check()
-            yield from steps.pause(onboard, 0.25)
-
-    def _impact_m(self) -> Corner:
-        """Where a parcel that is let go now would meet the ground."""
-        place, told, parcel = self.onboard.telemetry.place, self.onboard.telemetry.wind, self.settings.parcel
-        assert place is not None and parcel is not None
-        height_m = max(self.altitude_m - self.below_m, 1.0)
-        wind = Wind(*told, height_m) if told is not None else Wind(0.0, 0.0)
-        falls = fall(parcel, height_m, (place.v_north, place.v_east, place.v_down), wind)
-        return self.here_m[0] + falls.north_m, self.here_m[1] + falls.east_m

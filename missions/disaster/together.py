@@ -19,13 +19,13 @@ of another's region is looked at from above before anything is done there, as an
 
 import math
 from collections.abc import Generator, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.companion import PEER_LINK, Outgoing
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower, ordered, swept
-from sitl_emu.missions.companion.onboard import Onboard, Script
+from sitl_emu.missions.companion.onboard import Script
 from sitl_emu.missions.companion.swarm.airspace import SLOWING_M_S2, Ruling, layer_m, stopping_m
 from sitl_emu.missions.companion.swarm.extents import CELL_M, Cell, cell_of, cells_in
 from sitl_emu.missions.companion.swarm.records import Column, Doing, Key, Sighting, Stage, State
@@ -33,8 +33,9 @@ from sitl_emu.missions.companion.swarm.swarm import Swarm
 from sitl_emu.missions.companion.swarm.targets import Target
 from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
+from sitl_emu.missions.disaster.flying import STANDING_M, Flying
 from sitl_emu.missions.disaster.places import Place
-from sitl_emu.missions.disaster.regions import Region, RegionMap
+from sitl_emu.missions.disaster.regions import Region
 from sitl_emu.missions.disaster.settings import Settings, Team
 
 if TYPE_CHECKING:
@@ -42,8 +43,8 @@ if TYPE_CHECKING:
 
 CRUISE_M_S = 5.0
 """PX4's MPC_XY_CRUISE, with which it goes from place to place."""
-STANDING_M, MOVED_M, STEADY_M_S = 1.0, 1.0, 0.1
-"""How near is there, and what makes a new place of an old one; ours."""
+MOVED_M, STEADY_M_S = 1.0, 0.1
+"""What makes a new place of an old one, and what stands; ours."""
 OFF_LAYER_M = 3.0
 """As much as `airspace.LAYER_M` leaves to the heights' errors."""
 LOOK_EVERY_US = 500_000
@@ -57,30 +58,6 @@ DOING = {
     "failed": Doing.OUT,
     "landed": Doing.OUT,
 }
-
-
-class Flying(Protocol):
-    """What is needed of one's own flight (`flight.Flight`, which says what each of these does)."""
-
-    onboard: Onboard
-    settings: Settings
-    regions: RegionMap | None
-    home: tuple[float, float, float]
-    delivered: bool
-
-    @property
-    def here_m(self) -> Corner: ...  # noqa: D102
-    @property
-    def altitude_m(self) -> float: ...  # noqa: D102
-    def place_deg(self, place_m: Corner) -> tuple[float, float]: ...  # noqa: D102
-    def check(self) -> None: ...  # noqa: D102
-    def send(self, to_m: Corner, altitude_m: float) -> Script: ...  # noqa: D102
-    def travel(self, to_m: Corner, altitude_m: float, within_m: float) -> Script: ...  # noqa: D102
-    def fly_line(self, number: int, line: Line) -> Script: ...  # noqa: D102
-    def go_aside(self, place: Place, left_m: Corner) -> Script: ...  # noqa: D102
-    def choose(self, region: Region, near_m: Corner) -> Place | None: ...  # noqa: D102
-    def may_try(self, region: Region) -> bool: ...  # noqa: D102
-    def may_try_at(self, place: Place) -> bool: ...  # noqa: D102
 
 
 class Together:
