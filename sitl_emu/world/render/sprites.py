@@ -7,6 +7,7 @@ from above: each counts as far as one looks from there, so that flames are right
 import math
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -24,6 +25,8 @@ F64 = npt.NDArray[np.float64]
 SIDE = 64
 FLAMES, HEAPS, PUFFS = 16, 8, 8
 """Pictures of each: tongues first, then heaps, then puffs."""
+ACROSS = 0.95
+"""Half of what tongues are wide, of their height: places for them lie 0.75 of it apart, so that they meet."""
 MOST_FLAMES = 240
 MOST_PUFFS = 140
 PUFF_ALPHA = 0.19
@@ -55,14 +58,7 @@ def pictures(seed: int) -> U32:
     y, x = np.mgrid[1 : -1 : SIDE * 1j, -1 : 1 : SIDE * 1j].astype(np.float32)
     made = []
     for _ in range(FLAMES):
-        wild = cloudy(rng, 4, 4, 2 * SIDE)[:SIDE, :SIDE]
-        high = 0.5 * (y + 1.0)
-        bend = 0.22 * high * cloudy(rng, 2, 2, 2 * SIDE)[:SIDE, :SIDE]
-        width = 0.62 * (1.0 - high) ** 0.65 * np.minimum(1.0, 0.55 + 3.0 * high)
-        body = np.clip((width - np.abs(x + bend)) * 5.0 + 0.30 * wild * high, 0, 1)
-        body *= np.clip((0.98 - high) * 4.0, 0, 1) * np.clip(high * 12.0, 0, 1)
-        hot = np.clip(body * (1.25 - high) + 0.12 * wild, 0, 1)
-        made.append(_glowing(hot, body * (0.9 - 0.35 * high)))
+        made.append(_tongues(rng, x, 0.5 * (y + 1.0)))
     for _ in range(HEAPS):
         wild = cloudy(rng, 5, 4, SIDE)
         body = np.clip(1.05 - np.hypot(x, y) * 1.25 + 0.30 * wild, 0, 1)
@@ -70,6 +66,20 @@ def pictures(seed: int) -> U32:
     for _ in range(PUFFS):
         made.append(_puff(rng, x, y))
     return np.clip(np.round(np.stack(made) * 255.0), 0, 255).astype(np.uint8).reshape(-1).view(np.uint32)
+
+
+def _tongues(rng: np.random.Generator, x: F32, high: F32) -> F32:
+    """Some licks that rise from one bed, swaying; `high`: 0 at the bottom to 1."""
+    sway, licks = _noise(rng, 2), _noise(rng, 9, 4)
+    column, row = np.meshgrid(np.arange(SIDE, dtype=np.float32), np.arange(SIDE, dtype=np.float32))
+    licks = np.asarray(cv2.remap(licks, column + 5.0 * high * sway, row, cv2.INTER_LINEAR, None, cv2.BORDER_REFLECT))
+    # Along the bed they are of several heights, and none at its ends, where the next sprite's begins
+    crown = 0.62 + 0.17 * _noise(rng, 3)[SIDE // 2]
+    up = high / np.maximum(np.clip(crown, 0.25, 0.95) * np.sqrt(1.0 - x * x), 0.05)
+    body = np.clip(2.6 * (0.62 - 0.72 * up + 0.33 * licks * np.clip(up, 0.1, 1.0)), 0, 1)
+    body *= np.clip(9.0 * high, 0, 1) * np.clip(5.0 * (0.99 - high), 0, 1)
+    hot = np.clip(body * (1.12 - 0.62 * up) + 0.10 * licks, 0, 1)
+    return _glowing(hot, body * (0.92 - 0.30 * high))
 
 
 def _puff(rng: np.random.Generator, x: F32, y: F32) -> F32:
@@ -84,9 +94,10 @@ def _puff(rng: np.random.Generator, x: F32, y: F32) -> F32:
     return np.stack((shade, shade, shade, np.clip(alpha, 0, 1)), axis=2).astype(np.float32)
 
 
-def _noise(rng: np.random.Generator, waves: int) -> F32:
-    """(SIDE, SIDE), mean 0, deviation 1; of a larger one, so that its borders differ."""
-    part = cloudy(rng, waves, 4, 2 * SIDE, 0.6)[:SIDE, :SIDE]
+def _noise(rng: np.random.Generator, waves: int, tall: int = 1) -> F32:
+    """(SIDE, SIDE), mean 0, deviation 1; of a larger one, so that its borders differ; its waves so much taller."""
+    part = cloudy(rng, waves, 4, 2 * SIDE, 0.6)[: SIDE // tall, :SIDE]
+    part = np.asarray(cv2.resize(part, (SIDE, SIDE), interpolation=cv2.INTER_CUBIC), np.float32)
     return np.asarray((part - part.mean()) / part.std(), np.float32)
 
 
@@ -163,8 +174,8 @@ def _flames(burning: Fires, camera: Pinhole, time_s: float) -> F64:
     across, up = _across(to), np.array((0.0, 0.0, -1.0))
     tongue = np.zeros((len(chosen), SPRITE))
     tongue[:, :3] = place + 0.5 * high[:, None] * up
-    tongue[:, 3:6], tongue[:, 6:9] = 0.42 * high[:, None] * across, 0.55 * high[:, None] * up
-    tongue[:, 9] = np.clip(1.25 * (1.0 - from_above**2), 0.0, 1.0)
+    tongue[:, 3:6], tongue[:, 6:9] = ACROSS * high[:, None] * across, 0.55 * high[:, None] * up
+    tongue[:, 9] = np.clip(1.4 * (1.0 - from_above**2) ** 2, 0.0, 1.0)
     tongue[:, 10] = np.floor(seed * 997.0 + time_s * 11.0) % FLAMES
     tongue[:, 11] = number
     heap = tongue.copy()
