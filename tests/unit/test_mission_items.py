@@ -9,7 +9,7 @@ from sitl_emu.autopilot.mavlink.services.mission_items import parse
 from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
-from tests.unit.test_mavlink_services import MISSION_FRAME, RELATIVE_INT, item
+from tests.unit.plan_messages import MISSION_FRAME, RELATIVE_INT, item
 
 ACCEPTED, ERROR = 0, 1
 MISSION, FENCE, RALLY = 0, 1, 2

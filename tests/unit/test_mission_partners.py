@@ -6,7 +6,7 @@ import pytest
 
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import Peer, names, only
-from tests.unit.test_mavlink_services import HOME_X, HOME_Y, count, item, upload
+from tests.unit.plan_messages import HOME_X, HOME_Y, count, item, upload
 
 ACCEPTED = 0
 INT, FLOAT = "MISSION_REQUEST_INT", "MISSION_REQUEST"

@@ -14,7 +14,7 @@ from sitl_emu.autopilot.topics import MissionResult, VehicleStatus
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, names, only
-from tests.unit.test_mavlink_services import HOME_X, HOME_Y, MISSION_FRAME, RELATIVE_INT, count, item, upload
+from tests.unit.plan_messages import HOME_X, HOME_Y, MISSION_FRAME, RELATIVE_INT, count, item, upload
 
 MULTICOPTER, ROVER = VehicleKind
 ACCEPTED, ERROR, UNSUPPORTED, CANCELLED = 0, 1, 3, 15

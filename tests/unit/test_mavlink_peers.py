@@ -1,0 +1,116 @@
+"""Heartbeats and time, and what is told again of others: batteries, aircraft, numbers; as measured on PX4 v1.18."""
+
+import math
+from typing import Any
+
+import pytest
+
+from sitl_emu.autopilot.topics import (
+    GcsHeartbeats,
+)
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, command_long, only
+
+
+def test_ping_timesync_heartbeat() -> None:
+    peer = Peer()
+    peer.now_us = 5_000_000
+    reply = peer.send(mavlink.MAVLink_ping_message(7, 42, 0, 0))[0]
+    assert (reply.seq, reply.target_system, reply.target_component) == (42, 255, 190)
+    assert peer.send(mavlink.MAVLink_ping_message(7, 42, 1, 1)) == []
+    reply = peer.send(mavlink.MAVLink_timesync_message(0, 123))[0]
+    assert (reply.tc1, reply.ts1) == (5_000_000_000, 123)
+    peer.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    assert peer.topics.gcs_heartbeats.gcs_us == 5_000_000
+    peer.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3), ONBOARD)
+    assert peer.topics.gcs_heartbeats.onboard_us == 0, "not a component of this vehicle"
+
+
+def test_heartbeats_of_components() -> None:
+    """By MAV_TYPE; well are those in standby and active (MavlinkReceiver::handle_message_heartbeat)."""
+    peer = Peer(system=1, component=191)
+    peer.now_us = 5_000_000
+    for kind in (mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_TYPE_ADSB):
+        peer.send(mavlink.MAVLink_heartbeat_message(kind, 8, 0, 0, 0, 3), ONBOARD)
+    peer.send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_PARACHUTE, 8, 0, 0, 4, 3), ONBOARD)
+    peer.send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_ODID, 8, 0, 0, 5, 3), ONBOARD)
+    assert peer.topics.gcs_heartbeats == GcsHeartbeats(0, 5_000_000, 5_000_000, True, 5_000_000, False, 5_000_000)
+
+
+def smart_battery(remaining_pct: int, *cells_mv: int) -> Any:
+    voltages = [*cells_mv, *(65535,) * (10 - len(cells_mv))]
+    return mavlink.MAVLink_battery_status_message(1, 1, 1, 32767, voltages, 150, 12, -1, remaining_pct)
+
+
+def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys_status() -> None:
+    peer = Peer(system=1, component=180)
+    peer.fly()
+    peer.send(smart_battery(6, 3501, 3502, 3503))
+    heard = only(peer.run(2.5), "BATTERY_STATUS")[-2:]
+    assert [battery.voltages[:4] for battery in heard] == [[16200, *(65535,) * 3], [3501, 3502, 3503, 65535]]
+    assert [(battery.id, battery.battery_remaining, battery.charge_state) for battery in heard] == [
+        (0, 100, 1),
+        (0, 6, 3),
+    ]
+    status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (10506, 150, 6)
+
+
+def test_batteries_of_others_are_not_ours() -> None:
+    for system, component in ((255, 180), (1, 1)):
+        peer = Peer(system=system, component=component)
+        peer.send(smart_battery(6, 3500))
+        assert not peer.topics.battery_status_outside.connected
+
+
+def adsb_vehicle(icao_address: int, **changes: float) -> Any:
+    fields: dict[str, Any] = {
+        "lat": 473977420, "lon": 85455940, "altitude_type": 1, "altitude": 600_000, "heading": 12345,
+        "hor_velocity": 5000, "ver_velocity": -250, "callsign": b"HBABC", "emitter_type": 3, "tslc": 2,
+        "flags": 0x3F, "squawk": 7000,
+    }  # fmt: skip
+    return mavlink.MAVLink_adsb_vehicle_message(icao_address, **fields | changes)
+
+
+def test_aircraft_are_told_again_each_once_on_every_link() -> None:
+    peer = Peer()
+    for number in (1, 2, 3):
+        peer.send(adsb_vehicle(number, flags=0x7F))
+    for link in (GCS, ONBOARD):
+        heard = only(peer.run(0.1, link), "ADSB_VEHICLE")
+        assert [vehicle.ICAO_address for vehicle in heard if vehicle.get_srcSystem() == 1] == [1, 2, 3]
+        first = next(vehicle for vehicle in heard if vehicle.get_srcSystem() == 1).to_dict()
+        assert first == adsb_vehicle(1).to_dict()
+    assert peer.topics.transponder_reports[0].heading == pytest.approx(math.radians(123.45) - math.pi)
+    assert peer.send(command_long(512, 246))[-1].result == 2, "nothing new, nothing on request"
+
+
+def test_of_many_aircraft_the_last_twenty_wait() -> None:
+    peer = Peer()
+    for number in range(1, 31):
+        peer.send(adsb_vehicle(number))
+    heard = only(peer.run(0.1), "ADSB_VEHICLE")
+    assert [vehicle.ICAO_address for vehicle in heard] == list(range(11, 31))
+
+
+@pytest.mark.parametrize(
+    ("sent", "told"),
+    [
+        (mavlink.MAVLink_named_value_float_message(7, b"speed", 1.5), {"name": "speed", "value": 1.5}),
+        (mavlink.MAVLink_named_value_int_message(7, b"count", -3), {"name": "count", "value": -3.0}),
+        (mavlink.MAVLink_named_value_float_message(7, b"tenletters", 1.5), {"name": "tenletter"}),
+        (mavlink.MAVLink_debug_message(7, 5, 2.5), {"ind": 5, "value": 2.5}),
+        (mavlink.MAVLink_debug_vect_message(b"wind", 7, 1.0, 2.0, 3.0), {"name": "wind", "x": 1.0, "z": 3.0}),
+        (mavlink.MAVLink_debug_float_array_message(7, b"many", 9, [4.0] * 58), {"array_id": 9, "data": [4.0] * 58}),
+    ],
+)
+def test_numbers_of_others_are_told_again(sent: Any, told: dict[str, Any]) -> None:
+    """Once, by the stream of their name, at our time; a named integer is a float (handle_message_named_value_int)."""
+    name = sent.get_type().replace("_INT", "_FLOAT")
+    peer = Peer()
+    peer.now_us = 3_000_000
+    peer.send(sent, ONBOARD)
+    heard = [message for message in only(peer.run(2.5), name) if message.get_srcSystem() == 1]
+    assert len(heard) == 1
+    assert told.items() <= heard[0].to_dict().items()
+    assert (heard[0].time_usec if hasattr(heard[0], "time_usec") else heard[0].time_boot_ms * 1000) == 3_000_000

@@ -1,0 +1,62 @@
+"""Texts and events over MAVLink, as measured on PX4 v1.18."""
+
+from typing import Any
+
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.topics import (
+    VehicleStatus,
+)
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import GIMBAL, ONBOARD, Peer, only
+
+HEARTBEAT_OF_GCS = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)
+
+
+def test_texts_are_cut_into_chunks() -> None:
+    peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
+    peer.texts.say(Severity.INFO, "short\t")
+    peer.texts.say(Severity.CRITICAL, "x" * 50 + "yz")
+    peer.texts.say(Severity.INFO, "y" * 50)
+    chunks = only(peer.run(0.11), "STATUSTEXT")
+    assert [(chunk.id, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
+        (1, 0, 6, 6),
+        (2, 0, 50, 2),
+        (2, 1, 2, 2),
+        (3, 0, 50, 6),
+    ]
+    assert only(peer.received(GIMBAL), "STATUSTEXT") == []
+    assert only(peer.run(0.1), "STATUSTEXT") == []
+
+
+def test_texts_are_paced_and_a_link_loses_all_but_the_newest_eight() -> None:
+    peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
+    for number in range(12):
+        peer.texts.say(Severity.INFO, f"text {number}")
+    assert [text.text for text in only(peer.run(0.049), "STATUSTEXT")] == ["text 4"]
+    rest = [text.text for text in only(peer.run(1.0), "STATUSTEXT")]
+    assert rest == [f"text {number}" for number in range(5, 12)]
+
+
+def test_texts_are_for_ground_stations_that_are_there() -> None:
+    peer = Peer()
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    peer.send(HEARTBEAT_OF_GCS)
+    peer.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3), ONBOARD)
+    peer.texts.say(Severity.INFO, "heard")
+    assert [text.text for text in only(peer.run(0.01), "STATUSTEXT")] == ["heard"]
+    assert only(peer.received(ONBOARD), "STATUSTEXT") == []
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=True)
+    peer.texts.say(Severity.INFO, "not heard")
+    assert only(peer.run(0.01), "STATUSTEXT") == []
+    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
+    assert only(peer.run(0.1), "STATUSTEXT") == []
+
+
+def request_event(first: int, last: int) -> Any:
+    return mavlink.MAVLink_request_event_message(
+        target_system=1, target_component=1, first_sequence=first, last_sequence=last
+    )
