@@ -8,10 +8,9 @@ and knows no weather vane.
 """
 
 import math
-from enum import IntEnum
 from typing import Final
 
-from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
 from sitl_emu.autopilot.modes.flight_task import (
     GEAR_DOWN,
     GEAR_KEEP,
@@ -57,15 +56,12 @@ YAW_BY_HOME: Final = 1
 YAW_FROM_HOME: Final = 2
 YAW_BY_TRAJECTORY: Final = 3
 YAW_FIRST: Final = 4
-
-
-class Leg(IntEnum):
-    """Where the vehicle is on the way from the previous to the current waypoint."""
-
-    ON_TRACK = 0
-    TARGET_BEHIND = 1
-    PREVIOUS_IN_FRONT = 2
-    OFF_TRACK = 3
+LEAST_WAY_M: Final = 1e-3
+"""Less has no bearing."""
+MOVES_M_S, FAR_M = 0.1, 2.0
+"""From when on a trajectory has a bearing to look along."""
+CLIMB_FIRST_M: Final = 1.0
+"""So far above where it left the ground, height comes before place."""
 
 
 class Auto:
@@ -78,19 +74,21 @@ class Auto:
         self._heading = HeadingSmoothing()
         self._projection: MapProjection | None = None
         self._reference_timestamp = -1
-        self._xy_reset_counter = self._z_reset_counter = 0
+        self._resets = (0, 0, 0, 0, 0)
         self._triplet: PositionSetpointTriplet | None = None
         self._previous: Vector3 = NAN3
         self._current: Vector3 = NAN3
         self._next: Vector3 = NAN3
-        self._leg = Leg.ON_TRACK
-        self._waypoints: tuple[Vector3, Vector3, Vector3] = (NAN3, NAN3, NAN3)
         self._acceptance_m = 0.0
-        self._land_heading = NAN
-        self._yaw = NAN
+        self._kind: int = SetpointType.LOITER
+        """Of the setpoint flown last."""
+        self._yaw = self._yawspeed = NAN
+        """Flown last."""
         self._yaw_lock = False
         self._yaw_aligned = False
         self._braking = False
+        self._takeoff_place: tuple[float, float] | None = None
+        self._liftoff_z = NAN
         self.gear = GEAR_KEEP
         self._roi: VehicleRoi | None = None
         self._roi_place = (0.0, 0.0)
@@ -112,9 +110,8 @@ class Auto:
         self._land = land_speeds(parameters)
         self._yaw_mode = parameters["MPC_YAW_MODE"]
         self._yaw_tolerance = math.radians(parameters["MIS_YAW_ERR"])
-        self._heading.set_limits(
-            math.radians(parameters["MPC_YAWRAUTO_MAX"]), math.radians(parameters["MPC_YAWRAUTO_ACC"])
-        )
+        self._yaw_rate = math.radians(parameters["MPC_YAWRAUTO_MAX"])
+        self._heading.set_limits(self._yaw_rate, math.radians(parameters["MPC_YAWRAUTO_ACC"]))
         smoothing.turn_gain = parameters["MPC_XY_TRAJ_P"]
         smoothing.max_xy_error_m, smoothing.max_z_error_m = parameters["MPC_XY_ERR_MAX"], parameters["MPC_Z_ERR_MAX"]
         smoothing.z_acceptance_m = parameters["NAV_MC_ALT_RAD"]
@@ -125,11 +122,12 @@ class Auto:
         self._smoothing.reset(*start_state(last, local))
         yaw = last.yaw if math.isfinite(last.yaw) else local.heading
         self._heading.reset(yaw, last.yawspeed if math.isfinite(last.yawspeed) else 0.0)
-        self._yaw = yaw
-        self._land_heading = NAN
-        self._braking = False
+        self._yaw, self._yawspeed = local.heading, 0.0
+        self._kind = SetpointType.LOITER
+        self._yaw_lock = self._yaw_aligned = self._braking = False
+        self._takeoff_place, self._liftoff_z = None, NAN
         self.gear = GEAR_KEEP
-        self._xy_reset_counter, self._z_reset_counter = local.xy_reset_counter, local.z_reset_counter
+        self._resets = _resets(local)
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step along the trajectory."""
@@ -140,43 +138,39 @@ class Auto:
         self._follow_resets(local)
         self._update_waypoints(topics.position_setpoint_triplet, local)
         kind = current.type if current.valid else SetpointType.LOITER
-        yaw = self._wanted_yaw(current, local)
+        yaw, yawspeed = self._wanted_heading(current, kind, local)
 
         height_m = distance_to_ground_m(local, topics.home_position)
-        previous, target, then = self._waypoints
-        feed_forward = NAN3
+        target, then, feed_forward = self._current, self._next, NAN3
         if kind == SetpointType.LAND:
             self.gear = GEAR_DOWN
-            if math.isnan(self._land_heading):
-                self._land_heading = yaw
-            yaw = self._land_heading
             range_m = local.dist_bottom if local.dist_bottom_valid else NAN
             feed_forward = (NAN, NAN, descent_speed(self._land, height_m, range_m))
             target = (target[0], target[1], NAN)
-        else:
-            if height_m > GEAR_UP_ABOVE_M:
-                self.gear = GEAR_UP
-            self._land_heading = NAN
+        elif height_m > GEAR_UP_ABOVE_M:
+            self.gear = GEAR_UP
 
         self._check_braking()
-        taking_off = kind == SetpointType.TAKEOFF and height_m < self._land.altitude1_m
-        self._set_limits(current, taking_off)
-        if taking_off and smoothing.unsmoothed_velocity[2] < 0.0:
+        near_ground = kind == SetpointType.TAKEOFF and height_m < self._land.altitude1_m
+        self._set_limits(current, near_ground)
+        if near_ground and smoothing.unsmoothed_velocity[2] < 0.0 and not self._braking:
             # The setpoint starts where the vehicle is, however long the rotors take to lift it.
             smoothing.z.force_position(local.z)
+        if kind == SetpointType.TAKEOFF:
+            self._lift_off(local)
+            if self._takeoff_place is not None:
+                target = then = (*self._takeoff_place, target[2])
         waits = self._yaw_mode == YAW_FIRST and not self._yaw_aligned
         smoothing.update(
-            (local.x, local.y, local.z), (previous, target, then), feed_forward, dt_s, waits or self._braking
+            (local.x, local.y, local.z), (self._previous, target, then), feed_forward, dt_s, waits or self._braking
         )
+        self._turn(yaw, yawspeed, local, dt_s)
+        self._kind = kind
 
-        heading = self._heading
-        self._yaw_aligned = abs(wrap_pi(yaw - local.heading)) < self._yaw_tolerance
-        heading.update(yaw, dt_s)
-        self._yaw = yaw
         constraints = self._constraints()
         if kind == SetpointType.IDLE:
             acceleration = (0.0, 0.0, THRUST_OFF_M_S2)
-            return TrajectorySetpoint(now_us, NAN3, NAN3, acceleration, heading.heading, heading.rate), constraints
+            return TrajectorySetpoint(now_us, NAN3, NAN3, acceleration, self._yaw, self._yawspeed), constraints
         x, y, z = smoothing.axes
         return (
             TrajectorySetpoint(
@@ -184,12 +178,23 @@ class Auto:
                 (x.position, y.position, z.position),
                 (x.velocity, y.velocity, z.velocity),
                 (x.acceleration, y.acceleration, z.acceleration),
-                heading.heading,
-                heading.rate,
+                self._yaw,
+                self._yawspeed,
                 (x.jerk, y.jerk, z.jerk),
             ),
             constraints,
         )
+
+    def _lift_off(self, local: VehicleLocalPosition) -> None:
+        """Straight up from where it leaves the ground: until it flies the trajectory is where the vehicle drifts."""
+        x, y, _ = self._smoothing.axes
+        if self._topics.takeoff_status.state < TakeoffState.FLIGHT:
+            self._takeoff_place, self._liftoff_z = (local.x, local.y), local.z
+            x.force_position(local.x)
+            y.force_position(local.y)
+        if not self._liftoff_z - local.z >= CLIMB_FIRST_M:
+            x.force_velocity(local.vx)
+            y.force_velocity(local.vy)
 
     # --- limits ------------------------------------------------------------------------------------------
 
@@ -234,14 +239,23 @@ class Auto:
 
     def _follow_resets(self, local: VehicleLocalPosition) -> None:
         """Move the trajectory along when the estimate jumps, and the reference when it is set anew."""
-        smoothing = self._smoothing
-        if local.xy_reset_counter != self._xy_reset_counter:
-            self._xy_reset_counter = local.xy_reset_counter
-            for axis, position, velocity in ((smoothing.x, local.x, local.vx), (smoothing.y, local.y, local.vy)):
-                axis.reset(position, velocity, axis.acceleration)
-        if local.z_reset_counter != self._z_reset_counter:
-            self._z_reset_counter = local.z_reset_counter
-            smoothing.z.reset(local.z, local.vz, smoothing.z.acceleration)
+        if (resets := _resets(local)) != self._resets:
+            place, height, speed, climb, heading = (new != old for new, old in zip(resets, self._resets, strict=True))
+            self._resets = resets
+            x, y, z = self._smoothing.axes
+            if place:
+                x.force_position(local.x)
+                y.force_position(local.y)
+            if speed:
+                x.force_velocity(local.vx)
+                y.force_velocity(local.vy)
+            if height:
+                z.force_position(local.z)
+            if climb:
+                z.force_velocity(local.vz)
+            if heading:
+                self._heading.reset(wrap_pi(self._heading.heading + local.delta_heading))
+                self._yaw = wrap_pi(self._yaw + local.delta_heading)
         if local.ref_timestamp != self._reference_timestamp or self._projection is None:
             if math.isfinite(local.ref_lat):
                 self._reference_timestamp = local.ref_timestamp
@@ -249,34 +263,19 @@ class Auto:
             self._triplet = self._roi = None
 
     def _update_waypoints(self, triplet: PositionSetpointTriplet, local: VehicleLocalPosition) -> None:
-        position = (local.x, local.y, local.z)
         current = triplet.current
-        if self._projection is None or not current.valid or not math.isfinite(current.alt):
+        if self._projection is None or not _is_known(current):
             self._triplet = None
-            self._previous = self._current = self._next = position
+            self._previous = self._current = self._next = (local.x, local.y, local.z)
             self._acceptance_m = _acceptance(current)
-            self._leg = Leg.ON_TRACK
-            self._waypoints = (position, position, position)
             return
-        changed = self._is_new(triplet)
-        self._triplet = triplet
-        if changed:
+        if self._is_new(triplet):
             self._current = self._local(current, local)
-            self._previous = self._local(triplet.previous, local) if triplet.previous.valid else position
+            self._previous = self._local(triplet.previous, local) if triplet.previous.valid else self._current
             follows = triplet.next.valid and current.type != SetpointType.LOITER
             self._next = self._local(triplet.next, local) if follows else self._current
             self._acceptance_m = _acceptance(current)
-        leg, closest = leg_state(self._previous, self._current, position, self._acceptance_m)
-        if changed or leg != self._leg or leg == Leg.OFF_TRACK:
-            self._leg = leg
-            if leg == Leg.ON_TRACK:
-                self._waypoints = (self._previous, self._current, self._next)
-            elif leg == Leg.TARGET_BEHIND:
-                self._waypoints = (position, self._current, self._next)
-            elif leg == Leg.PREVIOUS_IN_FRONT:
-                self._waypoints = (position, self._previous, self._current)
-            else:
-                self._waypoints = (position, closest, self._current)
+        self._triplet = triplet
 
     def _is_new(self, triplet: PositionSetpointTriplet) -> bool:
         """Whether the current waypoint is another one; a new yaw or speed moves no waypoint."""
@@ -292,7 +291,6 @@ class Auto:
             or current.lat != before.lat
             or current.lon != before.lon
             or abs(current.alt - before.alt) >= SAME_PLACE_M
-            or current.type != before.type
         )
 
     def _local(self, setpoint: PositionSetpoint, local: VehicleLocalPosition) -> Vector3:
@@ -305,55 +303,80 @@ class Auto:
 
     # --- heading -----------------------------------------------------------------------------------------
 
-    def _wanted_yaw(self, current: PositionSetpoint, local: VehicleLocalPosition) -> float:
-        """The bearing of a mission's region of interest, else the triplet's yaw, else that of MPC_YAW_MODE."""
+    def _wanted_heading(self, current: PositionSetpoint, kind: int, local: VehicleLocalPosition) -> tuple[float, float]:
+        """Yaw and its rate: a mission's region of interest, the triplet's yaw, or by MPC_YAW_MODE.
+
+        NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory.
+        """
+        if not _is_known(current):
+            return local.heading, NAN
+        if not local.heading_good_for_control:
+            self._yaw_lock = False
+            return NAN, 0.0
         roi = self._topics.vehicle_roi
         if roi.mode == ROI_LOCATION and self._topics.vehicle_status.nav_state == NavState.AUTO_MISSION:
             if roi is not self._roi and self._projection is not None:
                 self._roi, self._roi_place = roi, self._projection.project(roi.lat, roi.lon)
-            self._yaw_lock = False
-            return math.atan2(self._roi_place[1] - local.y, self._roi_place[0] - local.x)
-        if current.valid and math.isfinite(current.yaw):
-            self._yaw_lock = False
-            return current.yaw
-        mode = self._yaw_mode
+            return math.atan2(self._roi_place[1] - local.y, self._roi_place[0] - local.x), NAN
+        if math.isfinite(current.yaw):
+            return current.yaw, NAN
+        if kind == SetpointType.LAND == self._kind:
+            return self._yaw, self._yawspeed
+        return self._heading_by_mode(local), NAN
+
+    def _heading_by_mode(self, local: VehicleLocalPosition) -> float:
+        """Where MPC_YAW_MODE has it look; near that place as it looked before; NaN along the trajectory."""
+        mode, home = self._yaw_mode, self._topics.home_position
+        to_n = to_e = 0.0
         if mode == YAW_BY_TRAJECTORY:
-            vx, vy = self._smoothing.x.velocity, self._smoothing.y.velocity
-            return math.atan2(vy, vx) if vx * vx + vy * vy > 1.0 else self._yaw
-        home = self._topics.home_position
-        target = self._waypoints[1]
-        to_n, to_e = target[0] - local.x, target[1] - local.y
-        if mode in (YAW_BY_HOME, YAW_FROM_HOME):
-            if not home.valid:
-                return self._yaw
+            self._yaw_lock = False
+            return NAN
+        if mode in (YAW_BY_TARGET, YAW_FIRST):
+            to_n, to_e = self._current[0] - local.x, self._current[1] - local.y
+        elif mode in (YAW_BY_HOME, YAW_FROM_HOME) and home.valid:
             sign = 1.0 if mode == YAW_BY_HOME else -1.0
             to_n, to_e = sign * (home.x - local.x), sign * (home.y - local.y)
-        if to_n * to_n + to_e * to_e > self._acceptance_m * self._acceptance_m:
-            self._yaw_lock = False
-            return math.atan2(to_e, to_n)
-        if not self._yaw_lock:
+        if to_n * to_n + to_e * to_e > max(self._acceptance_m, LEAST_WAY_M) ** 2:
             self._yaw_lock = True
-            return local.heading
-        return self._yaw
+            return math.atan2(to_e, to_n)
+        if self._yaw_lock:
+            return self._yaw
+        self._yaw_lock = True
+        return local.heading
+
+    def _turn(self, yaw: float, yawspeed: float, local: VehicleLocalPosition, dt_s: float) -> None:
+        """One step towards a heading; see `_wanted_heading`."""
+        if yaw != yaw and yawspeed != yawspeed:
+            vx, vy = self._smoothing.x.velocity, self._smoothing.y.velocity
+            is_far = math.hypot(self._current[0] - local.x, self._current[1] - local.y) > FAR_M
+            yaw = math.atan2(vy, vx) if math.hypot(vx, vy) > MOVES_M_S and is_far else self._yaw
+        heading = self._heading
+        if yaw == yaw:
+            heading.update(yaw, dt_s)
+            self._yaw, self._yawspeed = heading.heading, heading.rate
+            self._yaw_aligned = abs(wrap_pi(yaw - self._yaw)) < self._yaw_tolerance
+        else:
+            heading.reset(local.heading)
+            self._yaw, self._yawspeed = NAN, yawspeed
+            self._yaw_aligned = True
+        if abs(self._yawspeed) >= self._yaw_rate:
+            self._yaw_aligned = False
 
 
-def leg_state(previous: Vector3, current: Vector3, position: Vector3, acceptance_m: float) -> tuple[Leg, Vector3]:
-    """Where a position is on a leg, and the leg's point next to it."""
-    leg_n, leg_e, leg_d = current[0] - previous[0], current[1] - previous[1], current[2] - previous[2]
-    length = math.sqrt(leg_n * leg_n + leg_e * leg_e + leg_d * leg_d)
-    if length < 1e-6:
-        return Leg.ON_TRACK, previous
-    u_n, u_e, u_d = leg_n / length, leg_e / length, leg_d / length
-    off_n, off_e, off_d = position[0] - previous[0], position[1] - previous[1], position[2] - previous[2]
-    along = off_n * u_n + off_e * u_e + off_d * u_d
-    closest = (previous[0] + u_n * along, previous[1] + u_e * along, previous[2] + u_d * along)
-    if along > length:
-        return Leg.TARGET_BEHIND, closest
-    if along < 0.0 and math.sqrt(off_n * off_n + off_e * off_e + off_d * off_d) > acceptance_m:
-        return Leg.PREVIOUS_IN_FRONT, closest
-    if math.dist(position, closest) > acceptance_m:
-        return Leg.OFF_TRACK, closest
-    return Leg.ON_TRACK, closest
+def _is_known(setpoint: PositionSetpoint) -> bool:
+    """Whether there is somewhere to go: at least a height."""
+    return setpoint.valid and math.isfinite(setpoint.alt)
+
+
+def _resets(local: VehicleLocalPosition) -> tuple[int, int, int, int, int]:
+    """How often the estimate of place, height, their speeds and the heading has jumped."""
+    return (
+        local.xy_reset_counter,
+        local.z_reset_counter,
+        local.vxy_reset_counter,
+        local.vz_reset_counter,
+        local.heading_reset_counter,
+    )
 
 
 def _acceptance(setpoint: PositionSetpoint) -> float:

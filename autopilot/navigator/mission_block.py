@@ -1,13 +1,12 @@
 """When is an item of a mission done? PX4's MissionBlock::is_mission_item_reached_or_completed (v1.18).
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
-height; with a yaw, also within MIS_YAW_ERR of it; then hold times run. What does not fly knows no
-height, a rover does not hold at waypoints, and takes the radius that its control works out for a corner where that is
-larger. Who stands on the ground
-reaches no place. LOITER_TO_ALT is reached on the circle that a fixed wing would fly. Landing is done when landed,
-takeoff when the height is reached. A gripper is waited for, but not longer than MIS_COMMAND_TOUT, and so long a winch,
-which is not there. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists
-on it, and then the mission fails after that time.
+height; with a yaw, also within MIS_YAW_ERR of it, where the heading is known well enough; then hold times run. What
+does not fly knows no height, a rover does not hold at waypoints, and takes the radius that its control works out for
+a corner where that is larger. Who stands on the ground reaches no place. LOITER_TO_ALT is reached on the circle that
+a fixed wing would fly. Landing is done when landed, takeoff when the height is reached. A gripper is waited for, but
+not longer than MIS_COMMAND_TOUT, and so long a winch, which is not there. All other items are done at once. With
+MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and then the mission fails after that time.
 """
 
 import math
@@ -181,8 +180,10 @@ class Reached:
         turns = state.traits.stops_at_waypoints and target.command not in TAKEOFFS
         if not turns or target.yaw_rad != target.yaw_rad:
             return True
-        settings = state.settings
-        error = abs(wrap_pi(target.yaw_rad - state.topics.vehicle_local_position.heading))
+        settings, local = state.settings, state.topics.vehicle_local_position
+        if not local.heading_good_for_control:
+            return True
+        error = abs(wrap_pi(target.yaw_rad - local.heading))
         if error < settings.mis_yaw_err_rad:
             return True
         if settings.mis_yaw_tmt_s <= 0.0:

@@ -53,8 +53,15 @@ class Follower:
         """Stand still somewhere."""
         self.topics.vehicle_local_position = VehicleLocalPosition(
             self.now_us, self.now_us, True, True, True, True, north, east, -up, heading=heading,
+            heading_good_for_control=True,
             ref_lat=HOME.lat0_deg, ref_lon=HOME.lon0_deg, ref_alt=ALTITUDE_M, ref_timestamp=1,
         )  # fmt: skip
+
+    def tell_heading(self, *, is_good: bool) -> None:
+        """Whether the heading is good for control."""
+        self.topics.vehicle_local_position = self.topics.vehicle_local_position._replace(
+            heading_good_for_control=is_good
+        )
 
     def go(self, *points: tuple[float, float, float], yaw: float = math.nan, speed: float = -1.0,
            kind: SetpointType = SetpointType.POSITION, acceptance_m: float = 10.0) -> None:  # fmt: skip

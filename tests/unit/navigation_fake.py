@@ -60,7 +60,7 @@ class FakeVehicle:
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send)
         self.now_us = 0
         self.north = self.east = self.up = 0.0
-        self.landed = True
+        self.landed = self.heading_is_good = True
         self.euler = (0.0, 0.0, 0.0)
         self.gps = self.sensors = self.gcs = True
         self.gps_error_north = 0.0
@@ -170,6 +170,7 @@ class FakeVehicle:
             topics.sensor_gps = SensorGps(now, *received, HOME_ALT + self.up, fix_type=3)
         topics.vehicle_local_position = VehicleLocalPosition(
             now, now, known, True, known, True, self.north, self.east, -self.up,
+            heading_good_for_control=self.heading_is_good,
             ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
         )  # fmt: skip
         topics.vehicle_global_position = VehicleGlobalPosition(

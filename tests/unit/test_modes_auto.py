@@ -6,7 +6,6 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
-from sitl_emu.autopilot.modes.auto import Leg, leg_state
 from sitl_emu.autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
 from tests.unit.modes_follower import Follower, Row
 
@@ -87,24 +86,6 @@ def test_a_waypoint_with_none_after_it_is_stopped_at() -> None:
     assert rows[-1].local.x == pytest.approx(20.0, abs=0.1) and speed(rows[-1]) < 0.05
 
 
-def test_a_vehicle_off_its_leg_flies_back_to_it_first() -> None:
-    follower = Follower()
-    follower.place(0.0, 30.0, 10.0)
-    follower.go((0.0, 0.0, 10.0), (100.0, 0.0, 10.0), acceptance_m=2.0)
-    rows = follower.fly(25.0)
-    assert abs(rows[-1].local.y) < 2.5
-    assert follower.topics.vehicle_local_position.x > 20.0
-
-
-def test_where_a_vehicle_is_on_its_leg() -> None:
-    a, b = (0.0, 0.0, 0.0), (100.0, 0.0, 0.0)
-    assert leg_state(a, b, (50.0, 1.0, 0.0), 5.0)[0] == Leg.ON_TRACK
-    assert leg_state(a, b, (50.0, 9.0, 0.0), 5.0) == (Leg.OFF_TRACK, (50.0, 0.0, 0.0))
-    assert leg_state(a, b, (101.0, 0.0, 0.0), 5.0)[0] == Leg.TARGET_BEHIND
-    assert leg_state(a, b, (-9.0, 0.0, 0.0), 5.0)[0] == Leg.PREVIOUS_IN_FRONT
-    assert leg_state(a, a, (9.0, 9.0, 0.0), 5.0)[0] == Leg.ON_TRACK
-
-
 def test_it_looks_where_it_flies_and_keeps_that_heading_when_it_arrives() -> None:
     follower = Follower()
     follower.go((0.0, 60.0, 10.0), acceptance_m=5.0)
@@ -119,6 +100,32 @@ def test_the_triplets_yaw_goes_before_that_of_the_way() -> None:
     assert math.degrees(follower.fly(8.0)[-1].local.heading) == pytest.approx(-45.0, abs=0.5)
 
 
+def test_a_heading_that_is_not_good_is_kept() -> None:
+    """FlightTaskAuto: no yaw, and a rate of 0, until vehicle_local_position.heading_good_for_control."""
+    follower = Follower()
+    follower.go((0.0, 60.0, 10.0), yaw=math.radians(-45.0))
+    follower.tell_heading(is_good=False)
+    rows = follower.fly(4.0)
+    assert all(math.isnan(row.setpoint.yaw) and row.setpoint.yawspeed == 0.0 for row in rows)
+    assert speed(rows[-1]) > 4.0
+    follower.tell_heading(is_good=True)
+    assert math.degrees(follower.fly(8.0)[-1].local.heading) == pytest.approx(-45.0, abs=0.5)
+
+
+@pytest.mark.parametrize("mode", [1, 2, 5])
+def test_mpc_yaw_mode_by_home_or_fixed(mode: int) -> None:
+    """Without a home to look at, and with a fixed heading, it keeps the one that it had."""
+    follower = Follower(MPC_YAW_MODE=mode)
+    follower.go((0.0, 60.0, 10.0))
+    assert math.degrees(follower.fly(8.0)[-1].local.heading) == pytest.approx(0.0, abs=0.5)
+
+
+def test_mpc_yaw_mode_3_looks_along_the_trajectory_and_keeps_that_near_its_end() -> None:
+    follower = Follower(MPC_YAW_MODE=3)
+    follower.go((-30.0, 30.0, 10.0), acceptance_m=5.0)
+    assert math.degrees(follower.fly(14.0)[-1].local.heading) == pytest.approx(135.0, abs=2.0)
+
+
 def test_mpc_yaw_mode_4_turns_before_it_flies() -> None:
     follower = Follower(MPC_YAW_MODE=4)
     follower.go((0.0, 60.0, 10.0))
@@ -126,6 +133,18 @@ def test_mpc_yaw_mode_4_turns_before_it_flies() -> None:
     turned = next(row.t for row in rows if abs(math.degrees(row.local.heading) - 90.0) < 12.0)
     assert all(speed(row) < 0.1 for row in rows if row.t < turned)
     assert speed(rows[-1]) > 4.0
+
+
+def test_a_takeoff_rises_where_it_left_the_ground() -> None:
+    """Wherever its waypoint lies; and its trajectory begins where the vehicle has drifted to before it flies."""
+    follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.RAMPUP)
+    follower.go((6.0, 0.0, 10.0), kind=SetpointType.TAKEOFF)
+    follower.fly(0.5)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.FLIGHT)
+    rows = follower.fly(12.0)
+    assert max(abs(row.local.x) for row in rows) < 0.1
+    assert -rows[-1].local.z == pytest.approx(10.0, abs=0.1)
 
 
 def test_a_takeoff_climbs_at_mpc_tko_speed_near_the_ground() -> None:

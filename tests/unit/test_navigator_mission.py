@@ -155,6 +155,9 @@ def test_acceptance_radius_and_yaw_of_an_item() -> None:
     turning = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0))
     turning.run(30.0)
     assert turning.reached == [-1, 0]  # the fake never turns
+    turning.heading_is_good = False
+    turning.run(1.0)
+    assert turning.reached == [-1, 0, 1]
 
 
 @pytest.mark.parametrize(("insists", "reached", "failed"), [(0.0, [-1, 0, 1], False), (1.0, [-1, 0], True)])
