@@ -2,15 +2,14 @@
 
 Behaves as PX4's FlightTaskAuto (src/modules/flight_mode_manager/tasks/Auto, v1.18): MPC_XY_CRUISE or the triplet's
 cruising speed, MPC_ACC_HOR, MPC_JERK_AUTO, MPC_Z_V_AUTO_*, corners cut at the acceptance radius, heading by
-MPC_YAW_MODE with MPC_YAWRAUTO_*, or towards a mission's region of interest (of which PX4's navigator takes care). The
-type of the current setpoint makes it take off or land. It avoids no obstacles, takes no stick input (MPC_AUTO_NUDGING),
-and knows no weather vane.
+MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. It avoids no obstacles,
+takes no stick input (MPC_AUTO_NUDGING), and knows no weather vane.
 """
 
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
+from sitl_emu.autopilot.constants import SetpointType, TakeoffState
 from sitl_emu.autopilot.modes.flight_task import (
     GEAR_DOWN,
     GEAR_KEEP,
@@ -33,7 +32,6 @@ from sitl_emu.autopilot.topics import (
     Vector3,
     VehicleConstraints,
     VehicleLocalPosition,
-    VehicleRoi,
 )
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
@@ -49,8 +47,6 @@ EXCESS: Final = 1.3
 """Speed over its limit by which the vehicle brakes before it goes on."""
 STOPPED_M_S: Final = 0.01
 BRAKING_M_S2: Final = 9.80665
-ROI_LOCATION: Final = 3
-"""MAV_ROI_LOCATION."""
 YAW_BY_TARGET: Final = 0
 YAW_BY_HOME: Final = 1
 YAW_FROM_HOME: Final = 2
@@ -90,8 +86,6 @@ class Auto:
         self._takeoff_place: tuple[float, float] | None = None
         self._liftoff_z = NAN
         self.gear = GEAR_KEEP
-        self._roi: VehicleRoi | None = None
-        self._roi_place = (0.0, 0.0)
         self.refresh()
 
     def refresh(self) -> None:
@@ -260,7 +254,7 @@ class Auto:
             if math.isfinite(local.ref_lat):
                 self._reference_timestamp = local.ref_timestamp
                 self._projection = MapProjection(local.ref_lat, local.ref_lon)
-            self._triplet = self._roi = None
+            self._triplet = None
 
     def _update_waypoints(self, triplet: PositionSetpointTriplet, local: VehicleLocalPosition) -> None:
         current = triplet.current
@@ -304,7 +298,7 @@ class Auto:
     # --- heading -----------------------------------------------------------------------------------------
 
     def _wanted_heading(self, current: PositionSetpoint, kind: int, local: VehicleLocalPosition) -> tuple[float, float]:
-        """Yaw and its rate: a mission's region of interest, the triplet's yaw, or by MPC_YAW_MODE.
+        """Yaw and its rate: the triplet's yaw, or by MPC_YAW_MODE.
 
         NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory.
         """
@@ -313,11 +307,6 @@ class Auto:
         if not local.heading_good_for_control:
             self._yaw_lock = False
             return NAN, 0.0
-        roi = self._topics.vehicle_roi
-        if roi.mode == ROI_LOCATION and self._topics.vehicle_status.nav_state == NavState.AUTO_MISSION:
-            if roi is not self._roi and self._projection is not None:
-                self._roi, self._roi_place = roi, self._projection.project(roi.lat, roi.lon)
-            return math.atan2(self._roi_place[1] - local.y, self._roi_place[0] - local.x), NAN
         if math.isfinite(current.yaw):
             return current.yaw, NAN
         if kind == SetpointType.LAND == self._kind:

@@ -195,6 +195,20 @@ class Mission:
             self._precland.on_active()
         if self._reached.update(self._state, self._target):
             self._item_done()
+        self._look_at_roi()
+
+    def _look_at_roi(self) -> None:
+        """Turn to the region of interest, on the way to all but take-off and landing."""
+        state, target = self._state, self._target
+        if target is None or not state.traits.flies or target.command in TAKEOFFS | LANDS:
+            return
+        if self._work is Work.DEFAULT and self.items[state.dataman.current_seq].command in TAKEOFFS:
+            return
+        triplet = state.triplet
+        yaw_rad = self._roi.yaw_rad(triplet.current)
+        if yaw_rad is not None:
+            self._target = target._replace(yaw_rad=yaw_rad)
+            state.triplet = triplet._replace(timestamp=state.now_us, current=triplet.current._replace(yaw=yaw_rad))
 
     def _start(self) -> None:
         """The mission begins or goes on at its current item."""
@@ -212,6 +226,7 @@ class Mission:
             if not self._executing:
                 state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
             self._executing = True
+        self._roi.forget()
         if self.valid:
             if state.landed or self._work is Work.CLIMB:
                 self._require_climb()

@@ -4,8 +4,9 @@ import math
 
 from sitl_emu.autopilot.commands.table import Role, items_where
 from sitl_emu.autopilot.navigator.state import NavigatorState
-from sitl_emu.autopilot.topics import VehicleCommand, VehicleRoi
+from sitl_emu.autopilot.topics import PositionSetpoint, VehicleCommand, VehicleRoi
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import bearing_rad, distance_m, wrap_pi
 
 ROI_COMMANDS = items_where(lambda item: item.role is Role.ROI)
 MODE_WPNEXT: int = mavlink.MAV_ROI_WPNEXT
@@ -13,10 +14,34 @@ MODE_LOCATION: int = mavlink.MAV_ROI_LOCATION
 
 
 class Roi:
-    """Writes vehicle_roi."""
+    """Writes vehicle_roi, and tells a mission's waypoints where to look."""
 
     def __init__(self, state: NavigatorState) -> None:
         self._state = state
+        self._roi = VehicleRoi()
+
+    def forget(self) -> None:
+        """A mission begins without one; vehicle_roi, which gimbals follow, stays (Navigator::reset_vroi)."""
+        self._roi = VehicleRoi()
+
+    def yaw_rad(self, waypoint: PositionSetpoint) -> float | None:
+        """Towards what is looked at (MissionBase::heading_sp_update); nearer than a waypoint's radius as before.
+
+        None: nothing is, or MIS_MNT_YAW_CTL leaves it to a gimbal.
+        """
+        roi, state = self._roi, self._state
+        if state.settings.mis_mnt_yaw_ctl or not waypoint.valid:
+            return None
+        if roi.mode == MODE_LOCATION:
+            lat_deg, lon_deg, offset_rad = roi.lat, roi.lon, 0.0
+        elif roi.mode == MODE_WPNEXT:
+            lat_deg, lon_deg, offset_rad = waypoint.lat, waypoint.lon, roi.yaw_offset
+        else:
+            return None
+        here = state.position.lat, state.position.lon
+        if distance_m(*here, lat_deg, lon_deg) <= state.acceptance_radius_m():
+            return waypoint.yaw
+        return wrap_pi(bearing_rad(*here, lat_deg, lon_deg) + offset_rad)
 
     def take(self, command: VehicleCommand) -> None:
         """A DO_SET_ROI command; lat/lon in degrees, altitude AMSL.
@@ -34,3 +59,4 @@ class Roi:
         else:
             mode = int(command.param1) & 0xFF if math.isfinite(command.param1) else 0
             topics.vehicle_roi = VehicleRoi(mode, 0.0, 0.0, 0.0)
+        self._roi = topics.vehicle_roi

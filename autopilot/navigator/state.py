@@ -38,6 +38,7 @@ class Settings(NamedTuple):
     mis_takeoff_alt_m: float
     mis_yaw_err_rad: float
     mis_yaw_tmt_s: float
+    mis_mnt_yaw_ctl: int
     mis_command_tout_s: float
     mis_tko_land_req: int
     mis_dist_1wp_m: float
@@ -78,6 +79,7 @@ def settings_of(parameters: Parameters) -> Settings:
         mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
         mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
         mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),
+        mis_mnt_yaw_ctl=int(parameters["MIS_MNT_YAW_CTL"]),
         mis_command_tout_s=float(parameters["MIS_COMMAND_TOUT"]),
         mis_tko_land_req=int(parameters["MIS_TKO_LAND_REQ"]),
         mis_dist_1wp_m=float(parameters["MIS_DIST_1WP"]),

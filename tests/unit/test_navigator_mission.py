@@ -428,6 +428,31 @@ def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
     assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 5]
 
 
+@pytest.mark.parametrize(("gimbal_looks", "reached"), [(0, [-1, 1, 2]), (1, [-1, 1])])
+def test_a_waypoint_looks_at_the_region_of_interest_whatever_yaw_it_has(gimbal_looks: int, reached: list[int]) -> None:
+    """MissionBase::heading_sp_update; the fake looks north and never turns. With MIS_MNT_YAW_CTL a gimbal looks."""
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 400, 0, 0)
+    east = item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, east, MIS_MNT_YAW_CTL=gimbal_looks)
+    vehicle.run(25.0)
+    assert vehicle.reached == reached
+
+
+def test_a_mission_forgets_the_region_of_interest_of_before() -> None:
+    """MissionBase::update_mission; gimbals do not."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 80, 0, 8, 0.0, 0.0, 0.0, 90.0))
+    vehicle.run(6.0)
+    vehicle.command(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, *PLACE.reproject(4000, 0), 0.0)
+    vehicle.run(1.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(0.0, abs=0.01)
+    vehicle.set_mode(4, 3)
+    vehicle.run(1.0)
+    vehicle.set_mode(4, 4)
+    vehicle.run(1.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(math.radians(90.0))
+    assert vehicle.topics.vehicle_roi.mode == 3
+
+
 def test_a_region_of_interest_in_a_mission() -> None:
     roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 20, 20, 0)
     vehicle = started(item(TAKEOFF, 0, 0, 8), roi, item(WAYPOINT, 40, 0, 8))
