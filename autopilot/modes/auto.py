@@ -54,8 +54,9 @@ YAW_BY_TRAJECTORY: Final = 3
 YAW_FIRST: Final = 4
 LEAST_WAY_M: Final = 1e-3
 """Less has no bearing."""
-MOVES_M_S, FAR_M = 0.1, 2.0
-"""From when on a trajectory has a bearing to look along."""
+MOVES_M_S: Final = 0.1
+FAR_M: Final = 2.0
+"""Faster, and farther from its target than this, a trajectory has a bearing to look along."""
 CLIMB_FIRST_M: Final = 1.0
 """So far above where it left the ground, height comes before place."""
 
@@ -116,7 +117,7 @@ class Auto:
         self._smoothing.reset(*start_state(last, local))
         yaw = last.yaw if math.isfinite(last.yaw) else local.heading
         self._heading.reset(yaw, last.yawspeed if math.isfinite(last.yawspeed) else 0.0)
-        self._yaw, self._yawspeed = local.heading, 0.0
+        self._yaw, self._yawspeed = yaw, 0.0
         self._kind = SetpointType.LOITER
         self._yaw_lock = self._yaw_aligned = self._braking = False
         self._takeoff_place, self._liftoff_z = None, NAN

@@ -86,6 +86,16 @@ def test_a_waypoint_with_none_after_it_is_stopped_at() -> None:
     assert rows[-1].local.x == pytest.approx(20.0, abs=0.1) and speed(rows[-1]) < 0.05
 
 
+def test_a_vehicle_beside_its_leg_flies_back_to_it_first() -> None:
+    """By PositionSmoothing alone: while it turns, it aims at the leg a little ahead."""
+    follower = Follower()
+    follower.place(0.0, 30.0, 10.0)
+    follower.go((0.0, 0.0, 10.0), (100.0, 0.0, 10.0), acceptance_m=2.0)
+    rows = follower.fly(25.0)
+    assert abs(rows[-1].local.y) < 2.5
+    assert follower.topics.vehicle_local_position.x > 20.0
+
+
 def test_it_looks_where_it_flies_and_keeps_that_heading_when_it_arrives() -> None:
     follower = Follower()
     follower.go((0.0, 60.0, 10.0), acceptance_m=5.0)
