@@ -16,7 +16,7 @@ from sitl_emu.world.kinds.corn_field import field as corn
 from sitl_emu.world.render.truth import Seen
 from tools.detector import areas, augment, data, dataset, disaster, field, variation
 from tools.detector.data import Split
-from tools.detector.plan import Plan
+from tools.detector.plan import SPLITS, Plan
 
 STILL = augment.Strength(0.0, 0.0, 0.0, (1.0, 1.0), 0.0, 0.0, 0.0, (1.0, 1.0), 0.0)
 ROWS = np.array([[1, 20, 10, 60, 40, 1]], np.float32)
@@ -191,6 +191,17 @@ def test_tables_are_read_back_at_the_networks_size(tmp_path: Path) -> None:
     assert split.truth(0).labels.tolist() == [1] and split.about[0]["above_m"] == 12.0
 
 
+def test_a_folder_holds_worlds_of_one_plan(tmp_path: Path) -> None:
+    nothing = Plan(tmp_path / "data", images=0, held_out=0, seed=2)
+    assert dataset.draw(nothing, 1) == dataset.draw(nothing, 1) == dict.fromkeys(SPLITS, 0)
+    with pytest.raises(ValueError, match=r"data holds other worlds \(seed 2, not 3\): name another folder by --out"):
+        dataset.draw(nothing._replace(seed=3), 1)
+    (tmp_path / "data/plan.json").unlink()
+    (tmp_path / "data/parts/usual_0000.json").write_text("{}")
+    with pytest.raises(ValueError, match="of an unknown plan"):
+        dataset.draw(nothing, 1)
+
+
 def test_a_world_is_the_same_each_time_and_families_differ() -> None:
     one, two = (variation.world(1, "usual", 7) for _ in range(2))
     assert one.description == two.description
@@ -256,6 +267,18 @@ def test_areas_cost_what_they_miss_where_it_is_known() -> None:
     beyond, within = right.clone(), right.clone()
     beyond[0, :, 1], within[0, :, 0] = 20.0, -20.0
     assert float(area_loss(beyond, shares)) < 1e-6 < float(area_loss(within, shares))
+
+
+def test_areas_cost_more_at_their_edges() -> None:
+    torch = pytest.importorskip("torch")
+    from tools.detector.loss import area_loss
+
+    shares = torch.zeros(1, 2, 1, 20)
+    shares[0, 0, 0, :10] = shares[0, 1] = 1.0  # of the class to the left, and all is known
+    right = torch.where(shares[:, :1] > 0.5, 20.0, -20.0)
+    far, near = right.clone(), right.clone()
+    far[..., 15], near[..., 11] = 20.0, 20.0
+    assert float(area_loss(near, shares)) > 2.0 * float(area_loss(far, shares)) > 0.0
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 Worlds are independent of each other and each is a file of its own under `parts/`: what is there is not drawn again, and
 any number of processes comes to the same bytes. A world's frames all lie in one split. See `disaster.py`, `field.py`.
+`plan.json` says what was asked for: a folder holds worlds of one plan, of which only the number may grow.
 """
 
 import json
@@ -19,20 +20,41 @@ from tools.detector.plan import SPLITS, Job, Plan
 
 SUBJECTS = {"disaster": disaster.SUBJECT, "field": field.SUBJECT}
 JPEG_QUALITY = 95
+OF_ONE_FOLDER = ("subject", "seed", "per_world", "width", "height")
+"""What all worlds of a folder have alike."""
 
 
 def draw(plan: Plan, processes: int) -> dict[str, int]:
-    """Draw what is missing, and write all tables; how many images each split has."""
+    """Draw what is missing, and write all tables; how many images each split has.
+
+    Raises ValueError where the folder holds another plan's worlds.
+    """
+    _begin(plan)
     todo = SUBJECTS[plan.subject].jobs(plan)
     for split in SPLITS:
         for kind in ("images", "labels", "regions"):
             (plan.folder / kind / split).mkdir(parents=True, exist_ok=True)
-    (plan.folder / "parts").mkdir(exist_ok=True)
     with ProcessPoolExecutor(processes) as pool:
         for done, job in enumerate(pool.map(draw_world, todo), start=1):
             print(f"\r{done} of {len(todo)} worlds ({job})", end="", flush=True)
     print()
     return tables(plan, todo)
+
+
+def _begin(plan: Plan) -> None:
+    """Keep what is asked for, unless something else was."""
+    (plan.folder / "parts").mkdir(parents=True, exist_ok=True)
+    path, wanted = plan.folder / "plan.json", {key: getattr(plan, key) for key in OF_ONE_FOLDER}
+    if path.exists():
+        kept = json.loads(path.read_text())
+        if kept != wanted:
+            told = ", ".join(
+                f"{key} {kept.get(key)}, not {wanted[key]}" for key in wanted if kept.get(key) != wanted[key]
+            )
+            raise ValueError(f"{plan.folder} holds other worlds ({told}): name another folder by --out, or remove it")
+    elif any((plan.folder / "parts").iterdir()):
+        raise ValueError(f"{plan.folder} holds worlds of an unknown plan: name another folder by --out, or remove it")
+    path.write_text(json.dumps(wanted))
 
 
 def draw_world(job: Job) -> str:
