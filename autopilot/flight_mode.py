@@ -64,6 +64,7 @@ class Task(Enum):
 
     AUTO = auto()
     MANUAL_POSITION = auto()
+    MANUAL_POSITION_SLOW = auto()
     MANUAL_ALTITUDE = auto()
     ALTITUDE_CRUISE = auto()
     DESCEND = auto()
@@ -237,7 +238,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         slot=9,
         needs=_NEEDS_POSITION_RELAXED | Need.MANUAL_CONTROL,
         control=TRAJECTORY._replace(manual=True),
-        task=Task.MANUAL_POSITION,
+        task=Task.MANUAL_POSITION_SLOW,
     ),
     NavState.GUIDED_COURSE: FlightMode(
         name="Guided Course",

@@ -11,12 +11,14 @@ from typing import Final
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Task
+from sitl_emu.autopilot.modes.altitude_cruise import AltitudeCruise
 from sitl_emu.autopilot.modes.auto import Auto
 from sitl_emu.autopilot.modes.descend import Descend
 from sitl_emu.autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
 from sitl_emu.autopilot.modes.follow_target import FollowTargetTask
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.manual_position import ManualPosition
+from sitl_emu.autopilot.modes.manual_position_slow import ManualPositionSlow
 from sitl_emu.autopilot.modes.offboard import Offboard
 from sitl_emu.autopilot.modes.orbit import Orbit
 from sitl_emu.autopilot.parameters import Parameters
@@ -41,8 +43,9 @@ class FlightModes:
         tasks: dict[Task, FlightTask] = {
             Task.AUTO: auto,
             Task.MANUAL_POSITION: ManualPosition(topics, parameters),
+            Task.MANUAL_POSITION_SLOW: ManualPositionSlow(topics, parameters),
             Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
-            Task.ALTITUDE_CRUISE: ManualAltitude(topics, parameters),
+            Task.ALTITUDE_CRUISE: AltitudeCruise(topics, parameters),
             Task.DESCEND: Descend(topics, parameters),
             Task.ORBIT: Orbit(topics, parameters, say, send),
             Task.FOLLOW_TARGET: FollowTargetTask(topics, parameters),

@@ -43,7 +43,7 @@ def start_state(last: TrajectorySetpoint, local: VehicleLocalPosition) -> tuple[
     ax, ay, az = last.acceleration
     position = (_or(px, local.x), _or(py, local.y), _or(pz, local.z))
     velocity = (_or(vx, local.vx), _or(vy, local.vy), _or(vz, local.vz))
-    return position, velocity, (_or(ax, 0.0), _or(ay, 0.0), _or(az, 0.0))
+    return position, velocity, (_or(ax, local.ax), _or(ay, local.ay), _or(az, local.az))
 
 
 def distance_to_ground_m(local: VehicleLocalPosition, home: HomePosition) -> float:

@@ -1,23 +1,37 @@
 """ALTCTL: sticks tilt the vehicle and command its climb rate; the height is held when the throttle is centred.
 
-Behaves as PX4's FlightTaskManualAltitudeSmoothVel (v1.18) with StickTiltXY and ManualVelocitySmoothingZ:
-MPC_MAN_TILT_MAX, MPC_Z_VEL_MAX_*, MPC_ACC_*_MAX, MPC_JERK_MAX, MPC_MAN_Y_MAX, MAN_DEADZONE. It follows no
-terrain (MPC_ALT_MODE).
+Behaves as PX4's FlightTaskManualAltitudeSmoothVel (v1.18) with StickTiltXY: MPC_MAN_TILT_MAX, MPC_Z_VEL_MAX_*,
+MPC_ACC_*_MAX, MPC_JERK_MAX, MPC_MAN_Y_MAX, MAN_DEADZONE, MPC_ALT_MODE. Near the ground it climbs and sinks more slowly
+(MPC_LAND_ALT1, MPC_LAND_ALT2, MPC_TKO_SPEED, MPC_LAND_SPEED).
 """
 
 import math
+from typing import Final
 
-from sitl_emu.autopilot.modes.flight_task import Setpoint, start_state
-from sitl_emu.autopilot.modes.sticks import StickYaw, centred, expo_deadzone, heading_frame
-from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing
+from sitl_emu.autopilot.modes.climb_smoothing import ClimbLimits, ClimbSmoothing
+from sitl_emu.autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
+from sitl_emu.autopilot.modes.sticks import (
+    Horizontal,
+    StickYaw,
+    acceleration_at,
+    centred,
+    expo_deadzone,
+    north_east,
+    within_unit_length,
+)
+from sitl_emu.autopilot.modes.terrain_hold import TerrainHold
+from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import ManualControlSetpoint, Topics, TrajectorySetpoint, VehicleConstraints
+from sitl_emu.autopilot.topics import (
+    NAN,
+    ManualControlSetpoint,
+    Topics,
+    TrajectorySetpoint,
+    VehicleConstraints,
+    VehicleLocalPosition,
+)
 
-NAN = math.nan
-GRAVITY = 9.80665
-TAKEOFF_THROTTLE = 0.3
-LOCK_SPEED = 0.1
-LOCK_ACCELERATION = 0.2
+TAKEOFF_THROTTLE: Final = 0.3
 
 
 class ManualAltitude:
@@ -26,77 +40,118 @@ class ManualAltitude:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
         self._parameters = parameters
-        self._z = VelocitySmoothing()
-        self._locked = False
-        self._z_reset_counter = 0
+        self._climb = ClimbSmoothing()
+        self._terrain = TerrainHold()
+        self._follows_terrain = False
         self._stick_yaw = StickYaw()
-        self._tilt = (0.0, 0.0)
+        self._tilt: Horizontal = (0.0, 0.0)
+        self._slowest_up = self._slowest_down = math.inf
+        """Limits besides the parameters'."""
+        self._z_reset_counter = self._vz_reset_counter = 0
+        self._heading_reset_counter = self._bottom_reset_counter = 0
         self.refresh()
 
     def refresh(self) -> None:
         """Copy the parameters."""
-        parameters = self._parameters
-        self._speed_up, self._speed_down = parameters["MPC_Z_VEL_MAX_UP"], parameters["MPC_Z_VEL_MAX_DN"]
-        self._acceleration_up, self._acceleration_down = parameters["MPC_ACC_UP_MAX"], parameters["MPC_ACC_DOWN_MAX"]
-        self._z.max_jerk = parameters["MPC_JERK_MAX"]
-        self._dead_zone = parameters["MAN_DEADZONE"]
-        self._max_acceleration = math.tan(math.radians(parameters["MPC_MAN_TILT_MAX"])) * GRAVITY
-        self._tilt_time_constant_s = parameters["MC_MAN_TILT_TAU"]
-        self._stick_yaw.max_rate = math.radians(parameters["MPC_MAN_Y_MAX"])
-        self._stick_yaw.time_constant_s = parameters["MPC_MAN_Y_TAU"]
+        value = self._parameters
+        self._limits = ClimbLimits(
+            value["MPC_Z_VEL_MAX_UP"], value["MPC_Z_VEL_MAX_DN"], value["MPC_ACC_UP_MAX"], value["MPC_ACC_DOWN_MAX"],
+            value["MPC_JERK_MAX"],
+        )  # fmt: skip
+        self._slow_up, self._slow_down = float(value["MPC_TKO_SPEED"]), float(value["MPC_LAND_SPEED"])
+        self._fast_above_m, self._slow_below_m = float(value["MPC_LAND_ALT1"]), float(value["MPC_LAND_ALT2"])
+        self._dead_zone = float(value["MAN_DEADZONE"])
+        self._max_acceleration = acceleration_at(value["MPC_MAN_TILT_MAX"])
+        self._tilt_time_constant_s = float(value["MC_MAN_TILT_TAU"])
+        self._stick_yaw.max_rate = math.radians(value["MPC_MAN_Y_MAX"])
+        self._stick_yaw.time_constant_s = value["MPC_MAN_Y_TAU"]
+        self._terrain.refresh(value)
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""
         local = self._topics.vehicle_local_position
         position, velocity, acceleration = start_state(last, local)
-        self._z.reset(position[2], velocity[2], acceleration[2])
-        self._locked = math.isfinite(last.position[2]) and abs(velocity[2]) < LOCK_SPEED
-        self._z_reset_counter = local.z_reset_counter
-        self._stick_yaw.reset(last.yaw if math.isfinite(last.yaw) else local.heading)
+        self._climb.reset(position[2], velocity[2], acceleration[2])
+        self._terrain.reset()
+        self._follows_terrain = False
+        self._stick_yaw.reset()
         self._tilt = (0.0, 0.0)
+        self._note_resets(local)
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step."""
-        sticks = centred(self._topics.manual_control_setpoint)
-        heading = self._topics.vehicle_local_position.heading
-        z, vz, az = self._vertical(sticks.throttle, dt_s)
-        yaw = self._stick_yaw
-        yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), heading, dt_s)
-        share = dt_s / (max(self._tilt_time_constant_s, 0.0) + dt_s)
-        forward, right = self._tilt
-        self._tilt = (forward + (sticks.pitch - forward) * share, right + (sticks.roll - right) * share)
-        north, east = heading_frame(*self._tilt, heading if math.isnan(yaw.yaw) else yaw.yaw)
+        local, sticks = self._topics.vehicle_local_position, centred(self._topics.manual_control_setpoint)
+        self._take_resets(local)
+        yaw = self._turn(local, sticks, dt_s)
+        north, east = north_east(*self._tilted(sticks, dt_s), local.heading if math.isnan(yaw.yaw) else yaw.yaw)
+        z, vz, az = self._vertical(sticks, dt_s)
         acceleration = (north * self._max_acceleration, east * self._max_acceleration, az)
         setpoint = TrajectorySetpoint(now_us, (NAN, NAN, z), (NAN, NAN, vz), acceleration, yaw.yaw, yaw.yawspeed)
         return setpoint, self._constraints(sticks)
 
     def _constraints(self, sticks: ManualControlSetpoint) -> VehicleConstraints:
-        return VehicleConstraints(self._speed_up, self._speed_down, sticks.throttle > TAKEOFF_THROTTLE)
+        limits = self._limits
+        return VehicleConstraints(limits.speed_up, limits.speed_down, sticks.throttle > TAKEOFF_THROTTLE)
 
-    def _vertical(self, throttle: float, dt_s: float) -> tuple[float, float, float]:
-        """Height (NaN while it is not held), velocity and acceleration down for a throttle of -1..1."""
-        topics = self._topics
-        local = topics.vehicle_local_position
-        z = self._z
-        stick = -expo_deadzone(throttle, self._dead_zone)
-        target = stick * (self._speed_down if stick > 0.0 else self._speed_up)
+    # --- jumps of the estimate ----------------------------------------------------------------------------------
+
+    def _note_resets(self, local: VehicleLocalPosition) -> None:
+        self._z_reset_counter, self._vz_reset_counter = local.z_reset_counter, local.vz_reset_counter
+        self._heading_reset_counter = local.heading_reset_counter
+        self._bottom_reset_counter = local.dist_bottom_reset_counter
+
+    def _take_resets(self, local: VehicleLocalPosition) -> None:
         if local.z_reset_counter != self._z_reset_counter:
-            self._z_reset_counter = local.z_reset_counter
-            z.reset(local.z, local.vz, z.acceleration)
-        if self._locked and target:
-            # The position loop ends: go on with the velocity that it has asked for.
-            self._locked = False
-            feedback = topics.vehicle_local_position_setpoint.vz
-            z.force_velocity(feedback if math.isfinite(feedback) else local.vz)
-        if target < 0.0:
-            z.max_velocity, z.max_acceleration = self._speed_up, self._acceleration_up
-        else:
-            z.max_velocity, z.max_acceleration = self._speed_down, self._acceleration_down
-            if not target:
-                z.max_velocity = max(self._speed_up, self._speed_down)
-        z.update_trajectory(dt_s)
-        z.update_durations(target)
-        if not target and not self._locked and abs(z.velocity) < LOCK_SPEED and abs(z.acceleration) < LOCK_ACCELERATION:
-            self._locked = True
-            z.force_position(local.z)
-        return z.position if self._locked else NAN, z.velocity, z.acceleration
+            self._climb.force_position(local.z)
+        if local.vz_reset_counter != self._vz_reset_counter:
+            self._climb.force_velocity(local.vz)
+        if local.heading_reset_counter != self._heading_reset_counter:
+            self._stick_yaw.turned(local.delta_heading)
+        if local.dist_bottom_reset_counter != self._bottom_reset_counter:
+            self._terrain.forget_height()
+        self._note_resets(local)
+
+    # --- sticks -------------------------------------------------------------------------------------------------
+
+    def _turn(self, local: VehicleLocalPosition, sticks: ManualControlSetpoint, dt_s: float) -> StickYaw:
+        self._stick_yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), local.heading, dt_s)
+        return self._stick_yaw
+
+    def _tilted(self, sticks: ManualControlSetpoint, dt_s: float) -> Horizontal:
+        """Forward and to the right, as shares of the greatest acceleration."""
+        share = dt_s / (max(self._tilt_time_constant_s, 0.0) + dt_s)
+        (forward, right), (to_forward, to_right) = self._tilt, within_unit_length(sticks.pitch, sticks.roll)
+        self._tilt = (forward + (to_forward - forward) * share, right + (to_right - right) * share)
+        return self._tilt
+
+    def _vertical(self, sticks: ManualControlSetpoint, dt_s: float) -> tuple[float, float, float]:
+        """Height (NaN while it is not held), velocity and acceleration down."""
+        local, climb, limits = self._topics.vehicle_local_position, self._climb, self._limits
+        stick = -expo_deadzone(sticks.throttle, self._dead_zone)
+        fastest = min(limits.speed_down, self._slowest_down) if stick > 0.0 else min(limits.speed_up, self._slowest_up)
+        ground = self._ground(local, sticks, stick)
+        feedback = self._topics.vehicle_local_position_setpoint.vz
+        climb.update(dt_s, self._slowed(local, stick * fastest), local.z, feedback, limits)
+        follows = math.isfinite(ground)
+        if follows:
+            climb.force_position(ground)
+        elif self._follows_terrain:
+            climb.force_position(local.z)
+        self._follows_terrain = follows
+        return ground if follows else climb.position, climb.velocity, climb.acceleration
+
+    def _ground(self, local: VehicleLocalPosition, sticks: ManualControlSetpoint, throttle: float) -> float:
+        """The z that follows the ground; NaN where it does not."""
+        if not self._terrain.mode:
+            return NAN
+        aside = math.hypot(*(expo_deadzone(each, self._dead_zone) for each in (sticks.pitch, sticks.roll)))
+        return self._terrain.update(local, self._climb.position, abs(throttle) <= EPSILON, aside)
+
+    def _slowed(self, local: VehicleLocalPosition, velocity: float) -> float:
+        """A velocity down, no faster than is flown so near to the ground."""
+        height = distance_to_ground_m(local, self._topics.home_position)
+        low, high = self._slow_below_m, self._fast_above_m
+        share = 0.0 if height <= low else 1.0 if height > high else (height - low) / (high - low)
+        up = self._slow_up + share * (self._limits.speed_up - self._slow_up)
+        down = self._slow_down + share * (self._limits.speed_down - self._slow_down)
+        return max(-up, min(down, velocity))

@@ -120,8 +120,7 @@ class Orbit(ManualAltitude):
         if self._approaching and self._is_on_circle():
             self._approaching = False
             self._slewed = 0.0
-            self._z.reset(*(_or(a, b) for a, b in zip(_vertical_of(flown), self._vertical_state(), strict=True)))
-            self._locked = False
+            self._climb.reset(*(_or(a, b) for a, b in zip(_vertical_of(flown), self._vertical_state(), strict=True)))
         self._flown = self._approach(now_us, dt_s) if self._approaching else self._circle(now_us, dt_s, sticks)
         self._publish(now_us)
         return self._flown, self._constraints(sticks)
@@ -152,7 +151,8 @@ class Orbit(ManualAltitude):
     def _circle(self, now_us: int, dt_s: float, sticks: ManualControlSetpoint) -> TrajectorySetpoint:
         """Along the tangent, and back to the radius."""
         local = self._topics.vehicle_local_position
-        z, vz, az = self._vertical(sticks.throttle, dt_s)
+        self._take_resets(local)
+        z, vz, az = self._vertical(sticks, dt_s)
         from_n, from_e, from_d = (place - c for place, c in zip((local.x, local.y, local.z), self._centre, strict=True))
         distance = math.hypot(from_n, from_e)
         u_n, u_e = (from_n / distance, from_e / distance) if distance > NOWHERE_M else (0.0, 0.0)
@@ -195,7 +195,7 @@ class Orbit(ManualAltitude):
 
     def _vertical_state(self) -> Vector3:
         local = self._topics.vehicle_local_position
-        return local.z, local.vz, 0.0
+        return local.z, local.vz, local.az
 
     # --- what is asked for --------------------------------------------------------------------------------------
 

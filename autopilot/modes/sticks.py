@@ -1,13 +1,18 @@
-"""Sticks as the flight modes take them (PX4 v1.18's Sticks, StickYaw): dead zone, curve, heading frame, yaw hold."""
+"""Sticks as the flight modes take them (PX4 v1.18's Sticks, StickTiltXY, StickYaw): dead zone, curve, frame, yaw."""
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import ManualControlSetpoint
 from sitl_emu.core.geodesy import wrap_pi
 
-EXPONENTIAL = 0.6
+EXPONENTIAL: Final = 0.6
 """Share of the cube in the curve of a stick."""
-RATE_EPSILON = 1.2e-7
+RATE_EPSILON: Final = 1.2e-7
+GRAVITY: Final = 9.80665
+LEAST_TILT, MOST_TILT = 0.02, 3.0
+"""Tangents within which MPC_MAN_TILT_MAX counts."""
+Horizontal = tuple[float, float]
 
 
 def expo_deadzone(value: float, dead_zone: float) -> float:
@@ -19,11 +24,14 @@ def expo_deadzone(value: float, dead_zone: float) -> float:
     return (1.0 - EXPONENTIAL) * moved + EXPONENTIAL * moved * moved * moved
 
 
-def heading_frame(forward: float, right: float, heading: float) -> tuple[float, float]:
-    """(north, east) of a stick deflection of at most length 1, seen from the vehicle's heading."""
+def within_unit_length(forward: float, right: float) -> Horizontal:
+    """A deflection of at most length 1."""
     length = math.sqrt(forward * forward + right * right)
-    if length > 1.0:
-        forward, right = forward / length, right / length
+    return (forward / length, right / length) if length > 1.0 else (forward, right)
+
+
+def north_east(forward: float, right: float, heading: float) -> Horizontal:
+    """(north, east) of what is seen from a heading."""
     cosine, sine = math.cos(heading), math.sin(heading)
     return cosine * forward - sine * right, sine * forward + cosine * right
 
@@ -33,22 +41,37 @@ def centred(sticks: ManualControlSetpoint) -> ManualControlSetpoint:
     return sticks if sticks.valid else ManualControlSetpoint()
 
 
+def acceleration_at(tilt_max_deg: float) -> float:
+    """Horizontal acceleration, m/s², at a full stick (MPC_MAN_TILT_MAX)."""
+    tangent = math.tan(math.radians(max(0.0, min(89.0, tilt_max_deg))))
+    return max(LEAST_TILT, min(MOST_TILT, tangent)) * GRAVITY
+
+
 class StickYaw:
-    """Yaw stick to yaw rate; the heading is held when it is let go."""
+    """Yaw stick to yaw rate; the heading is held when it is let go.
+
+    Of PX4's it leaves out that a held heading goes along while the estimator turns its own (`unaided_heading`).
+    """
 
     def __init__(self) -> None:
-        self.max_rate = 0.0
+        self.max_rate = math.inf
+        self.slowest_max_rate = math.inf
+        """A limit besides."""
         self.time_constant_s = 0.0
         self.yaw = math.nan
         self.yawspeed = 0.0
 
-    def reset(self, yaw: float) -> None:
-        """Hold this heading."""
-        self.yaw, self.yawspeed = wrap_pi(yaw), 0.0
+    def reset(self) -> None:
+        """Hold the heading that it has at the next update."""
+        self.yaw, self.yawspeed = math.nan, 0.0
+
+    def turned(self, delta_heading: float) -> None:
+        """The estimator's heading has jumped by so much."""
+        self.yaw = wrap_pi(self.yaw + delta_heading)
 
     def update(self, stick: float, heading: float, dt_s: float) -> None:
         """`yaw` (NaN while turning) and `yawspeed` for a stick of -1..1."""
-        wanted = stick * self.max_rate
+        wanted = stick * min(self.max_rate, self.slowest_max_rate)
         self.yawspeed += (wanted - self.yawspeed) * dt_s / (max(self.time_constant_s, 0.0) + dt_s)
         if abs(self.yawspeed) > RATE_EPSILON:
             self.yaw = math.nan

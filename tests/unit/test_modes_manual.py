@@ -20,17 +20,25 @@ from tests.unit.modes_follower import ALTITUDE_M, HOME, Follower
 DO_ORBIT = 34
 
 
-def stick_flight(mode: NavState = NavState.POSCTL) -> Follower:
-    """A vehicle at 10 m with its sticks centred for a second."""
-    follower = Follower(nav_state=mode)
+def stick_flight(mode: NavState = NavState.POSCTL, up: float = 30.0, **changes: float) -> Follower:
+    """A vehicle high up with its sticks centred for a second; `changes` of parameters."""
+    follower = Follower(up, mode, **changes)
     follower.topics.manual_control_setpoint = ManualControlSetpoint(1, True)
     follower.fly(1.0)
     return follower
 
 
-def move(follower: Follower, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0, throttle: float = 0.0) -> None:
-    """Deflect the sticks."""
-    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, roll, pitch, yaw, throttle)
+def move(
+    follower: Follower,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    yaw: float = 0.0,
+    throttle: float = 0.0,
+    aux1: float = 0.0,
+) -> None:
+    """Deflect the sticks, and the first auxiliary one."""
+    aux = (aux1, 0.0, 0.0, 0.0, 0.0, 0.0)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, roll, pitch, yaw, throttle, aux=aux)
 
 
 def test_a_stick_has_a_dead_zone_a_curve_and_its_full_range() -> None:
@@ -75,6 +83,93 @@ def test_the_throttle_stick_climbs_and_descends_by_its_own_limits(throttle: floa
     move(follower)
     row = follower.fly(3.0)[-1]
     assert abs(row.local.vz) < 0.05 and math.isfinite(row.setpoint.position[2])
+
+
+@pytest.mark.parametrize(("up", "throttle", "down"), [(2.0, 1.0, -1.5), (4.0, -1.0, 0.7), (7.5, -1.0, 1.1)])
+def test_near_the_ground_sticks_climb_and_descend_slowly(up: float, throttle: float, down: float) -> None:
+    """MPC_TKO_SPEED and MPC_LAND_SPEED below MPC_LAND_ALT2, the whole speed above MPC_LAND_ALT1."""
+    follower = stick_flight(up=up)
+    move(follower, throttle=throttle)
+    fastest = max(abs(row.setpoint.velocity[2]) for row in follower.fly(1.0))
+    assert fastest == pytest.approx(abs(down), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("stick", "fastest"), [({"pitch": 1.0}, 10.0), ({"pitch": -1.0}, 4.0), ({"roll": 1.0}, 6.0), ({"roll": -1.0}, 6.0)]
+)
+def test_sideways_and_back_have_their_own_speeds(stick: dict[str, float], fastest: float) -> None:
+    follower = stick_flight(MPC_VEL_MAN_BACK=4.0, MPC_VEL_MAN_SIDE=6.0)
+    move(follower, **stick)
+    local = follower.fly(15.0)[-1].local
+    assert math.hypot(local.vx, local.vy) == pytest.approx(fastest, abs=0.3)
+
+
+def test_a_turned_stick_changes_the_acceleration_along_a_straight_line() -> None:
+    """The jerk's limit is that of both axes together."""
+    follower = stick_flight()
+    move(follower, pitch=1.0)
+    follower.fly(2.0)
+    before = follower.topics.trajectory_setpoint.acceleration
+    move(follower, roll=1.0)
+    first, last = follower.fly(0.016)
+    one = (last.setpoint.acceleration[0] - before[0], last.setpoint.acceleration[1] - before[1])
+    assert math.hypot(*one) <= 2.0 * 8.0 * 0.008 + 1e-6 and one[0] < 0.0 < one[1]
+    assert first.setpoint.velocity[0] > 1.0
+
+
+def test_where_the_estimate_jumps_a_held_place_jumps_with_it() -> None:
+    follower = stick_flight()
+    held = follower.topics.trajectory_setpoint.position
+    local = follower.topics.vehicle_local_position
+    follower.topics.vehicle_local_position = local._replace(
+        x=local.x + 2.0, xy_reset_counter=1, delta_xy=(2.0, 0.0), z=local.z - 1.0, z_reset_counter=1, delta_z=-1.0,
+        heading=local.heading + 0.5, heading_reset_counter=1, delta_heading=0.5,
+    )  # fmt: skip
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert setpoint.position == pytest.approx((held[0] + 2.0, held[1], held[2] - 1.0), abs=0.01)
+    assert setpoint.yaw == pytest.approx(0.5, abs=0.01)
+
+
+def test_position_slow_keeps_to_its_own_limits() -> None:
+    follower = stick_flight(NavState.POSITION_SLOW)
+    move(follower, pitch=1.0, throttle=1.0)
+    local = follower.fly(12.0)[-1].local
+    assert (local.vx, local.vz) == pytest.approx((3.0, -1.0), abs=0.1)
+    move(follower, yaw=1.0)
+    assert math.degrees(follower.fly(3.0)[-1].setpoint.yawspeed) == pytest.approx(45.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("knob", "fastest"), [(-1.0, 0.3), (0.0, 5.15), (1.0, 10.0)])
+def test_a_knob_sets_the_speed_of_position_slow(knob: float, fastest: float) -> None:
+    follower = stick_flight(NavState.POSITION_SLOW, MC_SLOW_MAP_HVEL=1)
+    move(follower, pitch=1.0, aux1=knob)
+    assert follower.fly(25.0)[-1].local.vx == pytest.approx(fastest, abs=0.1)
+
+
+def test_in_altitude_cruise_the_tilt_stays() -> None:
+    """A full stick takes the tilt from none to the greatest in half a second."""
+    follower = stick_flight(NavState.ALTITUDE_CRUISE)
+    move(follower, pitch=1.0)
+    follower.fly(0.25)
+    move(follower)
+    setpoint = follower.fly(3.0)[-1].setpoint
+    half = 0.5 * math.tan(math.radians(follower.parameters["MPC_MAN_TILT_MAX"])) * 9.80665
+    assert setpoint.acceleration[0] == pytest.approx(half, abs=0.4) and abs(setpoint.acceleration[1]) < 1e-6
+
+
+@pytest.mark.parametrize(("mode", "stick", "follows"), [(0, 0.0, False), (1, 0.0, True), (1, 0.3, True), (2, 0.0, True),
+                                                        (2, 0.3, False)])  # fmt: skip
+def test_a_held_height_is_that_over_the_ground_if_so_set(mode: int, stick: float, follows: bool) -> None:
+    """MPC_ALT_MODE; the ground rises by 2 m beneath the vehicle."""
+    follower = Follower(20.0, NavState.ALTCTL, MPC_ALT_MODE=mode)
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(
+        dist_bottom_valid=True, dist_bottom=20.0
+    )
+    move(follower, pitch=stick)
+    follower.fly(1.0)
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(dist_bottom=18.0)
+    wanted = follower.fly(0.008)[0].setpoint.position[2]
+    assert wanted == pytest.approx(-22.0 if follows else -20.0, abs=0.1)
 
 
 def test_leaving_a_held_height_goes_on_with_the_controllers_velocity() -> None:

@@ -1,0 +1,57 @@
+"""POSITION_SLOW: Position with lower limits, by parameters or by knobs of the remote control.
+
+Behaves as PX4's FlightTaskManualAccelerationSlow (v1.18): MC_SLOW_DEF_*, or between MC_SLOW_MIN_* and Position's own
+limits by the auxiliary channel that MC_SLOW_MAP_* names. It takes no gimbal under its control (MC_SLOW_MAP_PTCH).
+"""
+
+import math
+from typing import NamedTuple
+
+from sitl_emu.autopilot.modes.flight_task import Setpoint
+from sitl_emu.autopilot.modes.manual_position import ManualPosition
+from sitl_emu.autopilot.parameters import Parameters
+
+AUXILIARIES = 6
+
+
+class Knob(NamedTuple):
+    """A limit: by channel (0: by none), at least, and where no channel sets it."""
+
+    channel: int
+    least: float
+    default: float
+
+    def limit(self, most: float, aux: tuple[float, ...]) -> float:
+        """Of a limit of the mode Position; a knob runs from -1 to 1."""
+        if not self.channel:
+            return self.default
+        knob = aux[max(0, min(AUXILIARIES - 1, self.channel - 1))]
+        share = max(0.0, min(1.0, ((knob if math.isfinite(knob) else 0.0) + 1.0) / 2.0))
+        return self.least + share * (most - self.least)
+
+
+class ManualPositionSlow(ManualPosition):
+    """The flight task of POSITION_SLOW."""
+
+    def refresh(self) -> None:
+        """Copy the parameters."""
+        super().refresh()
+        value = self._parameters
+        self._speed, self._climb_rate, turn = (_knob(value, name) for name in ("HVEL", "VVEL", "YAWR"))
+        self._turn_rate = Knob(turn.channel, math.radians(turn.least), math.radians(turn.default))
+        self._fastest = float(value["MPC_VEL_MANUAL"])
+
+    def update(self, now_us: int, dt_s: float) -> Setpoint:
+        """One step."""
+        aux, limits = self._topics.manual_control_setpoint.aux, self._limits
+        self._horizontal.slowest = self._speed.limit(self._fastest, aux)
+        self._slowest_up = self._climb_rate.limit(limits.speed_up, aux)
+        self._slowest_down = self._climb_rate.limit(limits.speed_down, aux)
+        self._stick_yaw.slowest_max_rate = self._turn_rate.limit(self._stick_yaw.max_rate, aux)
+        return super().update(now_us, dt_s)
+
+
+def _knob(value: Parameters, name: str) -> Knob:
+    return Knob(
+        int(value[f"MC_SLOW_MAP_{name}"]), float(value[f"MC_SLOW_MIN_{name}"]), float(value[f"MC_SLOW_DEF_{name}"])
+    )
