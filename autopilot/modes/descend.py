@@ -1,4 +1,8 @@
-"""DESCEND: down at landing speed without a position, level, heading held (PX4 v1.18's FlightTaskDescend)."""
+"""DESCEND: down at landing speed without a position, level, heading held (PX4 v1.18's FlightTaskDescend).
+
+Where not even the vertical speed is known it sinks with a constant acceleration. Sticks do not nudge it
+(MPC_AUTO_NUDGING).
+"""
 
 import math
 
@@ -7,6 +11,8 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
 
 NAN = math.nan
+BLIND_M_S2 = 0.3
+"""Down, without a vertical speed."""
 
 
 class Descend:
@@ -28,6 +34,7 @@ class Descend:
         self._yaw = self._topics.vehicle_local_position.heading
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
-        """The same at all times."""
-        down, level = (NAN, NAN, self._speed), (0.0, 0.0, NAN)
-        return TrajectorySetpoint(now_us, (NAN, NAN, NAN), down, level, self._yaw, 0.0), self._limits
+        """One step."""
+        down, sinking = (self._speed, NAN) if self._topics.vehicle_local_position.v_z_valid else (NAN, BLIND_M_S2)
+        velocity, acceleration = (NAN, NAN, down), (0.0, 0.0, sinking)
+        return TrajectorySetpoint(now_us, (NAN, NAN, NAN), velocity, acceleration, self._yaw, NAN), self._limits

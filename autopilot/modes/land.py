@@ -1,7 +1,7 @@
-"""Descent speed over height (MPC_LAND_ALT1..3, MPC_LAND_SPEED, MPC_LAND_CRWL), for AUTO_LAND and DESCEND.
+"""Descent speed over height (MPC_LAND_ALT1..3, MPC_LAND_SPEED, MPC_LAND_CRWL), for AUTO_LAND.
 
 As PX4 v1.18 in FlightTaskAuto: full speed above ALT1, interpolated to the landing speed at ALT2, and a crawl below ALT3
-if a range sensor sees the ground. The pilot can't nudge the landing place (MPC_LAND_RC_HELP).
+if a range sensor sees the ground. The pilot can't nudge the landing place (MPC_AUTO_NUDGING).
 """
 
 from typing import NamedTuple
@@ -23,7 +23,7 @@ class LandSpeeds(NamedTuple):
 def land_speeds(parameters: Parameters) -> LandSpeeds:
     """The parameters of the descent."""
     return LandSpeeds(
-        parameters["MPC_Z_V_AUTO_DN"],
+        parameters["MPC_Z_VEL_MAX_DN"],
         parameters["MPC_LAND_SPEED"],
         parameters["MPC_LAND_CRWL"],
         parameters["MPC_LAND_ALT1"],

@@ -235,6 +235,13 @@ def test_descend_goes_down_at_landing_speed_without_a_place() -> None:
     assert row.setpoint.velocity[2] == pytest.approx(0.7) and math.isnan(row.setpoint.position[0])
 
 
+def test_descend_without_a_vertical_speed_sinks_all_the_same() -> None:
+    follower = Follower(nav_state=NavState.DESCEND)
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(v_z_valid=False)
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert math.isnan(setpoint.velocity[2]) and setpoint.acceleration == pytest.approx((0.0, 0.0, 0.3))
+
+
 @pytest.mark.parametrize("mode", [NavState.STAB, NavState.ACRO, NavState.TERMINATION])
 def test_modes_without_a_trajectory_publish_none(mode: NavState) -> None:
     follower = Follower()
