@@ -4,11 +4,13 @@ A region of water, debris or fire is no place for a parcel; whoever needs it sta
 ground that
 
 - was looked at in `LOOKS` frames or more, and told by so many of them to be none that it is surely of no area
-  (`SURELY`), water, debris or fire, with `KEEP_OFF_M` around it;
+  (`SURELY`, `DOUBT`), water, debris or fire, with `KEEP_OFF_M` around it;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
 - has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and
   nothing within `BESIDE_M` that reaches up to where the vehicle lets go;
 - is nearer to ground that is mapped than to such a thing: of a plain roof nothing is mapped but its edges;
+- is part of `LAND_M2` or more of ground that is surely of no area and no roof: what looks dry in the midst of a flood
+  is mostly water in a house's shade;
 - lies within `WITHIN_M` of the region, so that the parcel, which slides and tumbles, comes to rest within 5 m of it.
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
@@ -39,6 +41,9 @@ PLAIN_M = 2.0
 BESIDE_M = 5.0
 """From the middle of the vehicle, which is 1 m wide, to a wall: two sigmas of a receiver's 1 m, and what the autopilot
 may be off its place while it stands; ours."""
+LAND_M2 = 400.0
+"""Of dry ground that hangs together, by cells with a common side; ours. Shade of urban_flood's houses covers up to half
+of it."""
 ROUGH = 0.06
 """Share of edges from which ground is not plain; ours."""
 HELD = 0.75
@@ -47,6 +52,8 @@ for a parcel's tumbling."""
 LOOKS = 6
 SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
+DOUBT = 0.15
+"""Mean share of an area from which a cell may be of it (`tools/disaster/shallows.py` measures shares at a shore)."""
 WANDER = 0.1
 """What a metre of way costs, in metres off the middle of the ring; ours."""
 
@@ -90,7 +97,7 @@ def choose(
         ring &= allowed
     if not ring.any():
         return None
-    ring &= _free(regions, stands)
+    ring &= _free(regions, stands) & _land(regions, stands)
     rows, columns = np.nonzero(ring)
     if not len(rows):
         return None
@@ -109,10 +116,25 @@ def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None)
     return cell is not None and bool(_free(regions, stands, HELD)[cell])
 
 
+def _areas(regions: RegionMap) -> Cells:
+    """Cells that may be of an area."""
+    return np.asarray(np.any(regions.odds > SURELY, axis=0) | (regions.doubt > DOUBT))
+
+
+def _land(regions: RegionMap, stands: Standing | None) -> Cells:
+    """Cells of ground that reaches far enough to be believed."""
+    dry = ~_areas(regions) & (regions.looks >= LOOKS)
+    if stands is not None:
+        dry &= _away_m(stands.ground) <= _away_m(stands.tall)
+    _, numbers, about, _ = cv2.connectedComponentsWithStats(dry.astype(np.uint8), connectivity=4)
+    wide = about[:, cv2.CC_STAT_AREA] * RESOLUTION_M**2 >= LAND_M2
+    return np.asarray(dry & wide[numbers])
+
+
 def _free(regions: RegionMap, stands: Standing | None, room: float = 1.0) -> Cells:
-    areas = np.any(regions.odds > SURELY, axis=0)
+    areas = _areas(regions)
     things = np.asarray((regions.rough > ROUGH / room) | (regions.looks == 0))
-    free = (_away_m(np.asarray(areas)) >= room * KEEP_OFF_M) & (_away_m(things) >= room * PLAIN_M)
+    free = (_away_m(areas) >= room * KEEP_OFF_M) & (_away_m(things) >= room * PLAIN_M)
     if stands is not None:
         tall_m = _away_m(stands.tall)
         free &= (_away_m(stands.any) >= room * PLAIN_M) & (tall_m >= room * BESIDE_M)

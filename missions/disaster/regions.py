@@ -32,7 +32,7 @@ from shapely import Polygon
 from sitl_emu.missions.companion import planar_projection
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose, distorted
 from sitl_emu.missions.companion.confirmation import Confirming
-from sitl_emu.missions.companion.detector import Areas, Detection, Detections
+from sitl_emu.missions.companion.detector import Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 
 Grid = npt.NDArray[np.float64]
@@ -134,6 +134,9 @@ class RegionMap:
         self._asked: Cells = np.ones(self.shape, np.bool_)
         if area is not None:
             self._asked = shapely.contains_xy(area, self.north_m, self.east_m)
+        self.doubt = np.zeros(self.shape)
+        """Mean of the greatest share of any label that these give it, 0 where a detector knows boxes alone: what is too
+        little to be of a region, as of shallow water."""
         layers = (len(self.labels), *self.shape)
         self.odds = np.zeros(layers)
         """Logarithm of the odds that a cell is of a label."""
@@ -167,10 +170,15 @@ class RegionMap:
             ]
             self.rough[rows, columns] += (part - self.rough[rows, columns]) / looks
         areas = detections.areas if isinstance(detections, Detections) else None
+        shares = np.zeros((len(self.labels), len(x)))
+        if areas is not None:
+            shares[:] = [areas.at(label, x, y) for label in self.labels]
+        self.doubt[rows, columns] += (shares.max(axis=0, initial=0.0) - self.doubt[rows, columns]) / looks
         high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
         for layer, label in enumerate(self.labels):
             if areas is not None:
-                scores, evidence, visible = _shares(areas, label, x, y), AREA, np.exp(-FRONTAL * steep)
+                scores, evidence = np.where(shares[layer] >= HALF, shares[layer], 0.0), AREA
+                visible = np.exp(-FRONTAL * steep)
             else:
                 scores = _scores(x, y, [one for one in detections if one.label == label])
                 evidence, visible = BOX, np.ones_like(steep)
@@ -251,12 +259,6 @@ def by_rays(
 
 PROJECTIONS: Mapping[str, Projection] = {"rays": by_rays, "equations": planar_projection.pixels}
 """By the option `location`: the first is ours, the other the paper's equations 1 to 3."""
-
-
-def _shares(areas: Areas, label: str, x: Grid, y: Grid) -> Grid:
-    """Of each pixel its share of a label; 0 below HALF."""
-    shares = areas.at(label, x, y).astype(np.float64)
-    return np.where(shares >= HALF, shares, 0.0)
 
 
 def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:

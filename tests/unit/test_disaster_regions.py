@@ -15,7 +15,7 @@ from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, places, relief
 from sitl_emu.missions.disaster.places import Standing
-from sitl_emu.missions.disaster.regions import RegionMap
+from sitl_emu.missions.disaster.regions import Region, RegionMap
 
 CAMERA = CameraModel()
 LABELS = ("water_body", "fire_region")
@@ -262,6 +262,37 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     over.odds[0][row, column] = 1.0
     assert not places.is_free(over, place.place_m), "it was seen to be water after all"
     assert not places.is_free(over, (500.0, 0.0))
+
+
+def test_ground_that_may_be_shallow_water_is_no_place() -> None:
+    """Too little is seen of it to be of the region."""
+    over, south, shallows = a_map(), POND[0], (4.0, 8.0, 10.0, 20.0)
+    for north_m in np.arange(-15.0, 45.0, 0.5):
+        pose = pose_at(float(north_m), 14.0)
+        seen, faint = areas_of(pose, POND), areas_of(pose, shallows, 0.3)
+        assert seen.areas is not None and faint.areas is not None
+        over.update(pose, 0.0, Detections([], seen.areas._replace(shares=seen.areas.shares + faint.areas.shares)))
+    (region,) = over.regions()
+    assert over.north_m[region.cells].min() > south - 1.0, "they are not of the region"
+    assert not places.is_free(over, (south - 3.0, 14.0)) and places.is_free(over, (south - 10.0, 14.0))
+    place = places.choose(over, region, (0.0, 14.0))
+    assert place is not None and not (place.place_m[0] < south and 8.0 < place.place_m[1] < 20.0)
+
+
+def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
+    """Water in a house's shade does."""
+    over = a_map()
+    over.looks[:], over.odds[:] = places.LOOKS, -3.0
+    lake = np.hypot(over.north_m - 15.0, over.east_m - 15.0) < 20.0
+    shade = np.hypot(over.north_m - 15.0, over.east_m - 15.0) < 10.0
+    over.odds[0][lake & ~shade] = 3.0
+    region = Region("water_body", lake & ~shade, 0.9, (15.0, 15.0))
+    assert places.is_free(over, (15.0, 15.0))
+    place = places.choose(over, region, (15.0, 15.0))
+    assert place is not None and math.dist(place.place_m, (15.0, 15.0)) > 20.0
+    roof = Standing(lake & shade, lake & shade, ~shade)
+    assert places.choose(over, region, (15.0, 15.0), ~lake, roof) is not None
+    assert places.choose(over, region, (15.0, 15.0), lake) is None
 
 
 def test_a_plain_roof_is_no_place_by_its_mapped_edges() -> None:
