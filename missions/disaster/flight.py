@@ -13,7 +13,7 @@ where it left the line, and goes on.
 flies at its own height; the air that others need is kept clear of.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
-goes home. A region is tried `TRIES` times.
+goes home. A place is tried `TRIES` times, a region `REGION_TRIES` times: a flood has more than one shore.
 """
 
 import math
@@ -52,7 +52,7 @@ LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
-TRIES = 2
+TRIES, REGION_TRIES = 2, 4
 SAME_EDGE_M = 6.0
 """A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
 CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
@@ -309,12 +309,13 @@ class Flight:
             return None
         assert self.regions is not None
         self._choose_us = onboard.now_us + CHOOSE_EVERY_US
-        found = [
-            place
-            for region in self.regions.regions()
-            if self.may_try(region) and (place := self.choose(region, self.here_m)) is not None
-        ]
+        found = [place for region in self.regions.regions() if (place := self.place_of(region)) is not None]
         return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
+
+    def place_of(self, region: Region) -> Place | None:
+        """The place for a region, from here; None where there is none (yet), or it was tried too often."""
+        place = self.choose(region, self.here_m) if self._may_try(region) else None
+        return place if place is not None and self.may_try_at(place) else None
 
     def choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
         """The place for a region; None where there is none (yet)."""
@@ -322,15 +323,15 @@ class Flight:
         return places.choose(self.regions, region, near_m, allowed, self.ground.stands)
 
     def may_try_at(self, place: Place) -> bool:
-        """Whether a place that another has told was not tried too often."""
+        """Whether a place was not tried too often."""
         tried = [one for one in self._tried if one.label == place.label]
         return sum(math.dist(one.edge_m, place.edge_m) <= SAME_EDGE_M for one in tried) < TRIES
 
-    def may_try(self, region: Region) -> bool:
+    def _may_try(self, region: Region) -> bool:
         """Whether a region was not tried too often."""
         assert self.regions is not None
         tried = [one for one in self._tried if one.label == region.label and self._is_of(one, region, SAME_EDGE_M)]
-        return len(tried) < TRIES
+        return len(tried) < REGION_TRIES
 
     def _is_of(self, place: Place, region: Region, within_m: float) -> bool:
         """Whether a place's edge is a region's."""

@@ -52,7 +52,7 @@ for a parcel's tumbling."""
 LOOKS = 6
 SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
-DOUBT = 0.15
+DOUBT = 0.25
 """Mean share of an area from which a cell may be of it (`tools/disaster/shallows.py` measures shares at a shore)."""
 WANDER = 0.1
 """What a metre of way costs, in metres off the middle of the ring; ours."""

@@ -299,7 +299,7 @@ class Together:
         assert flight.regions is not None
         ours = dict[Key, Place]()
         for region in flight.regions.regions():
-            place = flight.choose(region, flight.here_m) if flight.may_try(region) else None
+            place = flight.place_of(region)
             key = self._tell(region, place)
             if place is not None:
                 ours[key] = min((place, ours.get(key, place)), key=self._cost_s)

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from sitl_emu.missions.companion.detector import Detections
 from sitl_emu.missions.disaster.detectors import network
-from sitl_emu.missions.disaster.regions import HALF
+from sitl_emu.missions.disaster.regions import LEAST_SHARE
 from sitl_emu.run import worlds
 from sitl_emu.world.camera import Camera, Pose
 from sitl_emu.world.lens import NADIR, Intrinsics
@@ -58,11 +58,14 @@ def main() -> None:
     towns = [worlds.build("urban_flood", seed, {"size_m": SIZE_M}) for seed in given.seeds]
     for height_m in HEIGHTS_M:
         looks = np.array([look for town in towns for look in _looks(town, height_m, given.looks)])
-        print(f"\nfrom {height_m:g} m: water's depth, m; pixels; mean share; of them at {HALF:g} or more", flush=True)
+        print(
+            f"\nfrom {height_m:g} m: water's depth, m; pixels; mean share; of them at {LEAST_SHARE:g} or more",
+            flush=True,
+        )
         for low, high in itertools.pairwise(DEPTHS_M):
             shares = looks[(looks[:, 0] >= low) & (looks[:, 0] < high), 1]
             if len(shares):
-                told = f"{len(shares):7} {shares.mean():5.2f} {np.mean(shares >= HALF):5.2f}"
+                told = f"{len(shares):7} {shares.mean():5.2f} {np.mean(shares >= LEAST_SHARE):5.2f}"
                 print(f"{low:6.2f} to {high:5.2f} {told}", flush=True)
 
 
