@@ -16,7 +16,7 @@ from pymavlink import mavutil
 from tests.launched import launched
 
 INSTANCE = 110
-GONE_LIMIT_S = 5.0
+GONE_LIMIT_S = 30.0
 
 
 def gcs_port(place: int) -> int:
