@@ -16,7 +16,8 @@ from sitl_emu.mission import Mission, Options, Program
 
 JOYSTICK = 1
 """COM_RC_IN_MODE: sticks come by MANUAL_CONTROL alone."""
-HELD_S = 15.0
+HELD_S = 30.0
+"""The last scan's braking pushes it back, a metre and more; then it comes again."""
 
 
 def towards_the_wall(onboard: Onboard, keep_m: float) -> Script:
