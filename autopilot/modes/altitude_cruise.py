@@ -1,4 +1,4 @@
-"""ALTITUDE_CRUISE: Altitude whose tilt stays when the stick is let go; it needs no sticks once it flies.
+"""ALTITUDE_CRUISE: Altitude whose tilt stays when the stick is let go.
 
 Behaves as PX4's FlightTaskAltitudeCruise (v1.18): a full stick takes the tilt from one end to the other in a second.
 """

@@ -45,7 +45,7 @@ class ManualAltitude:
         self._follows_terrain = False
         self._stick_yaw = StickYaw()
         self._tilt: Horizontal = (0.0, 0.0)
-        self._slowest_up = self._slowest_down = math.inf
+        self._velocity_constraint_up = self._velocity_constraint_down = math.inf
         """Limits besides the parameters'."""
         self._z_reset_counter = self._vz_reset_counter = 0
         self._heading_reset_counter = self._bottom_reset_counter = 0
@@ -128,7 +128,11 @@ class ManualAltitude:
         """Height (NaN while it is not held), velocity and acceleration down."""
         local, climb, limits = self._topics.vehicle_local_position, self._climb, self._limits
         stick = -expo_deadzone(sticks.throttle, self._dead_zone)
-        fastest = min(limits.speed_down, self._slowest_down) if stick > 0.0 else min(limits.speed_up, self._slowest_up)
+        fastest = (
+            min(limits.speed_down, self._velocity_constraint_down)
+            if stick > 0.0
+            else min(limits.speed_up, self._velocity_constraint_up)
+        )
         ground = self._ground(local, sticks, stick)
         feedback = self._topics.vehicle_local_position_setpoint.vz
         climb.update(dt_s, self._slowed(local, stick * fastest), local.z, feedback, limits)

@@ -31,7 +31,7 @@ class StickAcceleration:
         self.acceleration: Horizontal = (0.0, 0.0)
         self._slewed: Horizontal = (0.0, 0.0)
         self._brake_boost = 1.0
-        self.slowest = math.inf
+        self.velocity_constraint = math.inf
         """A limit of the speed besides."""
         self._fastest = 0.0
         """As that and MPC_VEL_MANUAL have it, slewed."""
@@ -57,7 +57,7 @@ class StickAcceleration:
     def update(self, now_us: int, forward: float, right: float, heading: float, dt_s: float) -> None:
         """One step. `forward`, `right`: sticks of -1..1 with their curve; `heading`: from which they count."""
         step = self._acceleration * dt_s
-        self._fastest += max(-step, min(step, min(self.slowest, self._speed) - self._fastest))
+        self._fastest += max(-step, min(step, min(self.velocity_constraint, self._speed) - self._fastest))
         fastest = min(self._speed, self._fastest)
         # Because of the drag the mean acceleration is half of this
         most = 2.0 * self._acceleration * fastest / self._speed

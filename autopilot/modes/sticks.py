@@ -55,7 +55,7 @@ class StickYaw:
 
     def __init__(self) -> None:
         self.max_rate = math.inf
-        self.slowest_max_rate = math.inf
+        self.yawspeed_constraint = math.inf
         """A limit besides."""
         self.time_constant_s = 0.0
         self.yaw = math.nan
@@ -71,7 +71,7 @@ class StickYaw:
 
     def update(self, stick: float, heading: float, dt_s: float) -> None:
         """`yaw` (NaN while turning) and `yawspeed` for a stick of -1..1."""
-        wanted = stick * min(self.max_rate, self.slowest_max_rate)
+        wanted = stick * min(self.max_rate, self.yawspeed_constraint)
         self.yawspeed += (wanted - self.yawspeed) * dt_s / (max(self.time_constant_s, 0.0) + dt_s)
         if abs(self.yawspeed) > RATE_EPSILON:
             self.yaw = math.nan

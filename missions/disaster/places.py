@@ -42,8 +42,7 @@ BESIDE_M = 5.0
 """From the middle of the vehicle, which is 1 m wide, to a wall: two sigmas of a receiver's 1 m, and what the autopilot
 may be off its place while it stands; ours."""
 LAND_M2 = 400.0
-"""Of dry ground that hangs together, by cells with a common side; ours. Shade of urban_flood's houses covers up to half
-of it."""
+"""Of dry ground that hangs together, by cells with a common side; ours."""
 ROUGH = 0.06
 """Share of edges from which ground is not plain; ours."""
 HELD = 0.75
