@@ -426,8 +426,8 @@ class Flight:
         """From low: whether the place is still one. It stays put: a house may stand beside it. Raises Aborted."""
         assert self.regions is not None
         self._again(place)
-        at = place._replace(edge_m=place.place_m)
-        if not any(self._is_of(at, region, places.DELIVERED_WITHIN_M) for region in self.regions.regions()):
+        of = [region for region in self.regions.regions() if region.label == place.label]
+        if not any(places.is_beside(self.regions, region, place.place_m) for region in of):
             raise Aborted(Reason.NO_PLACE, f"the edge of {place.label} lies elsewhere, seen from low")
         if not places.is_free(self.regions, place.place_m, self.ground.stands):
             raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {place.label}")

@@ -5,6 +5,8 @@ ground that
 
 - was looked at in `LOOKS` frames or more, and told by so many of them to be none that it is surely of no area
   (`SURELY`, `DOUBT`), water, debris or fire, with `KEEP_OFF_M` around it;
+- was seen from nearly above (`ASLANT`): farther aslant a wall is taken for the ground behind it; and from so different
+  places (`TURNED_DEG`) that a roof's corners would be known by now;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
 - has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and
   nothing within `BESIDE_M` that reaches up to where the vehicle lets go;
@@ -15,7 +17,8 @@ ground that
 
 Of such ground the place nearest to where the vehicle is wins, and of those alike the one in the middle of that ring and
 the plainest.
-**The located point** of an area is its edge there: the cell of the region that is nearest to the place.
+**The located point** of an area is its edge there: the cell of it that is nearest to the place. A region's cells are
+those that frames are sure of; its edge is where half of what they show is of it (`HALF`).
 
 `sigma_m` says how well that is located: the cell's size, the rays' angles, the ground's height times the angle from
 straight down at which it was seen best, and the receiver's error.
@@ -29,7 +32,8 @@ import numpy as np
 
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
-from sitl_emu.missions.disaster.regions import RESOLUTION_M, Cells, Grid, Region, RegionMap
+from sitl_emu.missions.companion.terrain.survey import LEAST_DEG
+from sitl_emu.missions.disaster.regions import GAP_M, RESOLUTION_M, Cells, Grid, Region, RegionMap
 
 DELIVERED_WITHIN_M = 5.0
 """Of the area: the paper's radius."""
@@ -51,8 +55,16 @@ for a parcel's tumbling."""
 LOOKS = 6
 SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
+ASLANT = 0.5
+"""Tangent of the angle from straight down: what hides a fifth of the ground in a town (`regions.FRONTAL`). Places in a
+flood's midst (town of seed 7) had been seen from 0.67 to 1.03 at best, and the one at its shore from 0.32. Ours."""
+TURNED_DEG = LEAST_DEG
+"""Of a look from the first one: at this angle a corner's height is known at last (`terrain/survey.py`). Before, plain
+roofs in a flood's midst were places (town of seed 11)."""
 DOUBT = 0.25
 """Mean share of an area from which a cell may be of it (`tools/disaster/shallows.py` measures shares at a shore)."""
+HALF = 0.5
+"""Mean share of an area at its edge: so much of a part that the edge goes through, and as unsure frames are there."""
 WANDER = 0.1
 """What a metre of way costs, in metres off the middle of the ring; ours."""
 
@@ -90,8 +102,10 @@ def choose(
 
     `allowed`: cells at which it may be. `stands`: None where nothing is mapped.
     """
-    off_region = _away_m(region.cells)
+    whole = _whole(regions, region)
+    off_region = _away_m(whole)
     ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
+    ring &= (regions.steepness <= ASLANT) & (regions.turned <= math.cos(math.radians(TURNED_DEG)))
     if allowed is not None:
         ring &= allowed
     if not ring.any():
@@ -105,7 +119,7 @@ def choose(
     cost += WANDER * np.hypot(north - near_m[0], east - near_m[1])
     best = int(np.argmin(cost))
     place = float(north[best]), float(east[best])
-    edge, steepness = _edge(regions, region, place)
+    edge, steepness = _edge(regions, whole, place)
     return Place(region.label, region.score, place, edge, steepness, region.area_m2)
 
 
@@ -113,6 +127,12 @@ def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None)
     """Whether a place still is plain ground of no area, with `HELD` of the room that one is chosen with."""
     cell = regions.cell(*place_m)
     return cell is not None and bool(_free(regions, stands, HELD)[cell])
+
+
+def is_beside(regions: RegionMap, region: Region, place_m: Corner) -> bool:
+    """Whether a parcel at a place is delivered to a region."""
+    cell = regions.cell(*place_m)
+    return cell is not None and bool(_away_m(_whole(regions, region))[cell] <= DELIVERED_WITHIN_M)
 
 
 def _areas(regions: RegionMap) -> Cells:
@@ -153,8 +173,13 @@ def covariance(place: Place, height_m: float, ground_sigma_m: float, eph_m: floa
     return Covariance(along, 0.0, 0.0, along, 0.0, ground_sigma_m**2).with_receiver(eph_m, 0.0)
 
 
-def _edge(regions: RegionMap, region: Region, place: Corner) -> tuple[Corner, float]:
-    rows, columns = np.nonzero(region.cells)
+def _whole(regions: RegionMap, region: Region) -> Cells:
+    """A region, and what frames show of it about its cells on the whole, if none of them is sure of it."""
+    return np.asarray(region.cells | ((regions.doubt >= HALF) & (_away_m(region.cells) <= GAP_M)))
+
+
+def _edge(regions: RegionMap, whole: Cells, place: Corner) -> tuple[Corner, float]:
+    rows, columns = np.nonzero(whole)
     north, east = regions.north_m[rows, columns], regions.east_m[rows, columns]
     away = np.hypot(north - place[0], east - place[1])
     first = int(np.argmin(away))

@@ -133,6 +133,9 @@ class RegionMap:
         """Mean share of edges in what these show of it."""
         self.steepness = np.full(self.shape, np.inf)
         """Tangent of the angle from straight down at which it was seen best."""
+        self._first = np.zeros((3, *self.shape))
+        self.turned = np.ones(self.shape)
+        """Cosine of the greatest angle between the first look at a cell and another."""
         self._asked: Cells = np.ones(self.shape, np.bool_)
         if area is not None:
             self._asked = shapely.contains_xy(area, self.north_m, self.east_m)
@@ -160,11 +163,17 @@ class RegionMap:
         x, y = x[rows, columns], y[rows, columns]
         looks = self.looks[rows, columns] + 1
         self.looks[rows, columns] = looks
-        along = np.hypot(self.north_m[rows, columns] - pose.position_m[0],
-                         self.east_m[rows, columns] - pose.position_m[1])  # fmt: skip
         ground = ground_m[rows, columns] if isinstance(ground_m, np.ndarray) else ground_m
-        steep = along / np.maximum(-float(pose.position_m[2]) - ground, 0.1)
+        below = np.broadcast_to(np.maximum(-float(pose.position_m[2]) - ground, 0.1), x.shape)
+        north, east = (
+            axis[rows, columns] - at for axis, at in zip((self.north_m, self.east_m), pose.position_m, strict=False)
+        )
+        steep = np.hypot(north, east) / below
         self.steepness[rows, columns] = np.minimum(self.steepness[rows, columns], steep)
+        ray = np.stack([north, east, below]) / (below * np.hypot(1.0, steep))
+        self._first[:, rows, columns] = np.where(looks == 1, ray, self._first[:, rows, columns])
+        turned = (self._first[:, rows, columns] * ray).sum(axis=0)
+        self.turned[rows, columns] = np.minimum(self.turned[rows, columns], turned)
         if edges is not None:
             part = edges[
                 np.clip((y * edges.shape[0] / self._camera.height).astype(np.intp), 0, edges.shape[0] - 1),

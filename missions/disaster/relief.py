@@ -93,10 +93,11 @@ class Relief:
         """Heights of the ground over home, of the map's cells, to place sightings by."""
         if self._placing and now_us >= self._due_us:
             self._due_us = now_us + EVERY_US
-            mapped = self.survey.terrain.means_m()
-            lowest = ground(mapped)
-            self._heights_m = np.nan_to_num(spread(lowest))
-            rises_m = mapped - self._heights_m
+            self._heights_m = np.nan_to_num(spread(ground(self.survey.terrain.means_m())))
+            # a house that is flown over now is in no finished map yet
+            now = self.survey.so_far()
+            lowest = ground(now.means_m(), now.sigmas_m())
+            rises_m = now.means_m() - np.nan_to_num(spread(lowest))
             self.stands = Standing(
                 rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M), np.asarray(np.isfinite(lowest))
             )

@@ -282,7 +282,7 @@ def test_ground_that_may_be_shallow_water_is_no_place() -> None:
 def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
     """Water in a house's shade does."""
     over = a_map()
-    over.looks[:], over.odds[:] = places.LOOKS, -3.0
+    over.looks[:], over.odds[:], over.steepness[:], over.turned[:] = places.LOOKS, -3.0, 0.0, 0.0
     lake = np.hypot(over.north_m - 15.0, over.east_m - 15.0) < 20.0
     shade = np.hypot(over.north_m - 15.0, over.east_m - 15.0) < 10.0
     over.odds[0][lake & ~shade] = 3.0
@@ -293,6 +293,38 @@ def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
     roof = Standing(lake & shade, lake & shade, ~shade)
     assert places.choose(over, region, (15.0, 15.0), ~lake, roof) is not None
     assert places.choose(over, region, (15.0, 15.0), lake) is None
+
+
+def test_a_place_is_seen_from_above_and_from_both_sides() -> None:
+    """Aslant a wall is taken for the ground behind it, and what was seen from one side alone may be a roof."""
+    for tangent, line, there in ((0.2, True, True), (0.7, True, False), (0.2, False, False)):
+        over, north_m = a_map(), POND[2] + 4.0
+        for along_m in np.arange(-14.0, 14.0, 0.5) if line else np.zeros(20):
+            pose = pose_at(north_m + UP_M * tangent, 14.0 + float(along_m), math.pi / 2.0)
+            over.update(pose, 0.0, box_of(pose, POND))
+        (region,) = over.regions()
+        beyond = (over.north_m > POND[2]) & (np.abs(over.east_m - 14.0) < 4.0) & (over.north_m < north_m + 1.0)
+        place = places.choose(over, region, (north_m, 14.0), beyond)
+        assert (place is not None) == there
+
+
+def test_an_areas_edge_is_where_half_of_a_part_shows_it() -> None:
+    """Too little to be sure of, as of a shore's last metre."""
+    over, shore = a_map(), (POND[0] - 3.0, *POND[1:])
+    for north_m in np.arange(-15.0, 45.0, 0.5):
+        pose = pose_at(float(north_m), 14.0)
+        sure, half = areas_of(pose, POND), areas_of(pose, shore, 0.55)
+        assert sure.areas is not None and half.areas is not None
+        over.update(
+            pose, 0.0, Detections([], sure.areas._replace(shares=np.maximum(sure.areas.shares, half.areas.shares)))
+        )
+    (region,) = over.regions()
+    assert over.north_m[region.cells].min() > POND[0] - 1.0
+    place = places.choose(over, region, (0.0, 14.0), over.north_m < shore[0])
+    assert place is not None and place.edge_m[0] == pytest.approx(shore[0], abs=1.0)
+    assert places.is_beside(over, region, (shore[0] - 4.0, 14.0))
+    assert not places.is_beside(over, region, (shore[0] - 7.0, 14.0))
+    assert not places.is_beside(over, region, (500.0, 14.0))
 
 
 def test_a_plain_roof_is_no_place_by_its_mapped_edges() -> None:

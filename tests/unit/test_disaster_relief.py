@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.camera_model import CameraModel
+from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Sweep, camera_pose, project
+from sitl_emu.missions.companion.terrain.features import Feature
 from sitl_emu.missions.companion.terrain.soundings import Sounding
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster.relief import CARROT_M, CLEARANCE_M, Relief
@@ -90,3 +92,18 @@ def test_near_the_end_it_is_sent_to_the_end() -> None:
     assert to_m == END and altitude_m == pytest.approx(22.0, abs=0.05)
     to_m, altitude_m = relief.waypoint(END, END, 0.0, 22.0)
     assert to_m == END and altitude_m == pytest.approx(22.0, abs=0.05)
+
+
+def test_a_roof_that_is_still_in_sight_stands() -> None:
+    """Its corners' heights are taken when it lies behind; a place is chosen before."""
+    relief, roof_m = relief_of(lambda n, e: 0.0, to_m=18), 10.0
+    corners = [(20.5 + n, -3.5 + e, -roof_m) for n in range(4) for e in range(8)]
+    for k in range(16):
+        pose = camera_pose((14.0 + 0.4 * k, 0.0, -24.0), quaternion(0.0, 0.0, 0.0), NADIR)
+        seen = [(number, project(CameraModel(), pose, place)) for number, place in enumerate(corners)]
+        features = [Feature(number, *pixel) for number, pixel in seen if pixel is not None]
+        relief.on_features(200_000 * k, Sweep(pose, pose), features, 0.5, 0.5)
+    relief.heights_m(10_000_000)
+    assert relief.stands is not None and relief.survey.features == 0
+    assert relief.stands.tall.sum() >= 0.8 * len(corners)
+    assert relief.stands.tall[20:25, 8:17].sum() == relief.stands.tall.sum() == relief.stands.any.sum()
