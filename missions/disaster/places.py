@@ -4,7 +4,7 @@ A region of water, debris or fire is no place for a parcel; whoever needs it sta
 ground that
 
 - was looked at in `LOOKS` frames or more, and told by so many of them to be none that it is surely of no area
-  (`SURELY`, `DOUBT`), water, debris or fire, with `KEEP_OFF_M` around it;
+  (`SURELY`, `DOUBT`, `LOW_DOUBT`), water, debris or fire, with `KEEP_OFF_M` around it;
 - was seen from nearly above (`ASLANT`): farther aslant a wall is taken for the ground behind it; and from so different
   places (`TURNED_DEG`) that a roof's corners would be known by now;
 - is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
@@ -63,6 +63,9 @@ TURNED_DEG = LEAST_DEG
 roofs in a flood's midst were places (town of seed 11)."""
 DOUBT = 0.25
 """Mean share of an area from which a cell may be of it (`tools/disaster/shallows.py` measures shares at a shore)."""
+LOW_DOUBT = 0.1
+"""The same as seen from low. From 7.5 m the network gives less than 0.12 to 0.04 of what shows water 4 to 6 cm deep, to
+0.96 of what shows ground 5 to 10 cm above it, and from 24 m to 0.06 and 0.83 (towns of seeds 1, 4 and 9); ours."""
 HALF = 0.5
 """Mean share of an area at its edge: so much of a part that the edge goes through, and as unsure frames are there."""
 WANDER = 0.1
@@ -137,7 +140,7 @@ def is_beside(regions: RegionMap, region: Region, place_m: Corner) -> bool:
 
 def _areas(regions: RegionMap) -> Cells:
     """Cells that may be of an area."""
-    return np.asarray(np.any(regions.odds > SURELY, axis=0) | (regions.doubt > DOUBT))
+    return np.asarray(np.any(regions.odds > SURELY, axis=0) | (regions.doubt > DOUBT) | (regions.low_doubt > LOW_DOUBT))
 
 
 def _land(regions: RegionMap, stands: Standing | None) -> Cells:

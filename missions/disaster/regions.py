@@ -75,6 +75,8 @@ edges, which count more in its training (`tools/detector/loss.py`): with a half,
 for in the towns of seeds 2, 4 and 6 were of no water. Ours."""
 MOST = 3.5
 """Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
+LOW_M = 12.0
+"""Over the ground: from lower little dry ground is taken for an area (`places.LOW_DOUBT`)."""
 NEAREST_M = 0.05
 EDGE_PX = 4.0
 """A cell nearer to the picture's edge than this is not looked at."""
@@ -142,6 +144,9 @@ class RegionMap:
         self.doubt = np.zeros(self.shape)
         """Mean of the greatest share of any label that these give it, 0 where a detector knows boxes alone: what is too
         little to be of a region, as of shallow water."""
+        self.low_looks = np.zeros(self.shape, np.int32)
+        self.low_doubt = np.zeros(self.shape)
+        """The same of those frames alone that were taken from lower than `LOW_M`."""
         layers = (len(self.labels), *self.shape)
         self.odds = np.zeros(layers)
         """Logarithm of the odds that a cell is of a label."""
@@ -184,8 +189,14 @@ class RegionMap:
         shares = np.zeros((len(self.labels), len(x)))
         if areas is not None:
             shares[:] = [areas.at(label, x, y) for label in self.labels]
-        self.doubt[rows, columns] += (shares.max(axis=0, initial=0.0) - self.doubt[rows, columns]) / looks
-        high = float(np.median(-float(pose.position_m[2]) - ground)) >= self._whole_from_m
+        most = shares.max(axis=0, initial=0.0)
+        self.doubt[rows, columns] += (most - self.doubt[rows, columns]) / looks
+        height_m = float(np.median(below))
+        if height_m < LOW_M:
+            looks = self.low_looks[rows, columns] + 1
+            self.low_looks[rows, columns] = looks
+            self.low_doubt[rows, columns] += (most - self.low_doubt[rows, columns]) / looks
+        high = height_m >= self._whole_from_m
         for layer, label in enumerate(self.labels):
             if areas is not None:
                 scores, evidence = np.where(shares[layer] >= LEAST_SHARE, shares[layer], 0.0), AREA

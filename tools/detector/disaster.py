@@ -24,7 +24,8 @@ TRIES = 20
 SHORE_M = 0.1
 """Water as shallow as this is a shore: its bottom is seen, and what lies under it looks like land in the shade."""
 SHORES = 0.7
-"""Of the places in a flood near which pictures are taken; ours. Of its water 0.15 is so shallow (18 floods, seed 4)."""
+"""Of the places in a flood near which pictures are taken to learn from; ours. Of its water 0.15 is so shallow (18
+floods of seed 4), as of the other pictures' places."""
 WET_TRIES, WET_PLACES = 1000, 100
 MOST_REGIONS = 255
 """Of a picture's, that are known by their pixels: of later ones, which are single stones, by their boxes."""
@@ -49,7 +50,7 @@ def draw(job: Job) -> World:
 def _frames(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
     eye = Eye(drawn, Intrinsics(job.plan.width, job.plan.height))
     rng = np.random.default_rng((job.plan.seed, job.number, variation.FAMILIES.index(job.family), 13))
-    targets = targets_of(drawn, rng)
+    targets = targets_of(drawn, rng, SHORES if job.split == "train" else None)
     recorder = eye.recorder
     for _ in range(job.plan.per_world):
         for _ in range(TRIES):
@@ -64,8 +65,13 @@ def _frames(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
         yield Frame(image, [one for one, _ in seen], shot._asdict(), regions)
 
 
-def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[float, float]]:
-    """Places (north, east) where something of the classes is, or near."""
+def targets_of(
+    drawn: variation.Drawn, rng: np.random.Generator, shores: float | None = None
+) -> list[tuple[float, float]]:
+    """Places (north, east) where something of the classes is, or near; so large a share of water's are shores.
+
+    None: as many as there are.
+    """
     described = drawn.description
     places = [(each.north_m, each.east_m) for each in described.solids if each.label.startswith("debris")]
     for fire in described.fires:
@@ -77,7 +83,9 @@ def targets_of(drawn: variation.Drawn, rng: np.random.Generator) -> list[tuple[f
         north, east = rng.uniform(area.min(axis=0), area.max(axis=0), (WET_TRIES, 2)).T
         ground_m = np.array([drawn.terrain.height_m(n, e) for n, e in zip(north, east, strict=True)])
         deep_m = np.where(polygons.inside(water.polygon_m, north, east), water.level_m - ground_m, 0.0)
-        for wet, share in ((deep_m > SHORE_M, 1.0 - SHORES), ((deep_m > 0.0) & (deep_m <= SHORE_M), SHORES)):
+        deep, shallow = deep_m > SHORE_M, (deep_m > 0.0) & (deep_m <= SHORE_M)
+        parts = [(deep | shallow, 1.0)] if shores is None else [(deep, 1.0 - shores), (shallow, shores)]
+        for wet, share in parts:
             there = list(zip(north[wet].tolist(), east[wet].tolist(), strict=True))
             places += there[: round(share * WET_PLACES)]
     return places
