@@ -177,7 +177,7 @@ def covariance(place: Place, height_m: float, ground_sigma_m: float, eph_m: floa
 
 
 def _whole(regions: RegionMap, region: Region) -> Cells:
-    """A region, and what frames show of it about its cells on the whole, if none of them is sure of it."""
+    """A region's cells, and those about them that frames show as an area in the mean, though none is sure of them."""
     return np.asarray(region.cells | ((regions.doubt >= HALF) & (_away_m(region.cells) <= GAP_M)))
 
 

@@ -279,6 +279,17 @@ def test_ground_that_may_be_shallow_water_is_no_place() -> None:
     assert place is not None and not (place.place_m[0] < south and 8.0 < place.place_m[1] < 20.0)
 
 
+def test_what_is_in_little_doubt_from_low_is_no_place() -> None:
+    """From high so much is told of dry ground, too."""
+    over, there = a_map(), (POND[0] - 3.0, 14.0)
+    shallows = (there[0] - 1.0, there[1] - 1.0, there[0] + 1.0, there[1] + 1.0)
+    for up_m, free in ((UP_M, True), (7.0, False)):
+        for _ in range(2 * places.LOOKS):
+            pose = pose_at(*there, up_m=up_m)
+            over.update(pose, 0.0, areas_of(pose, shallows, 0.15))
+        assert places.is_free(over, there) == free
+
+
 def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
     """Water in a house's shade does."""
     over = a_map()
