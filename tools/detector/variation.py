@@ -27,8 +27,18 @@ WATERS: tuple[tuple[Colour, float], ...] = (
 OTHER_WATERS: tuple[tuple[Colour, float], ...] = (((0.10, 0.22, 0.24), 4.4), ((0.09, 0.10, 0.08), 9.4))
 GROUNDS = ("grass", "soil", "forest_floor", "gravel")
 OTHER_GROUNDS = ("mud", "sand")
+TINTED_RUBBLE: tuple[Colour, ...] = (
+    (0.66, 0.56, 0.40), (0.28, 0.32, 0.38), (0.17, 0.17, 0.18), (0.40, 0.44, 0.33), (0.55, 0.67, 0.70),
+    (0.75, 0.62, 0.32), (0.70, 0.54, 0.50),
+)  # fmt: skip
+"""Sandstone, slate, roofing felt, concrete under moss, and walls painted blue, yellow and pink."""
 OTHER_RUBBLE: tuple[Colour, ...] = ((0.58, 0.26, 0.17), (0.50, 0.36, 0.22), (0.82, 0.80, 0.76))
 """Brick, wood, plaster."""
+TINTED = 0.5
+"""Share of the usual worlds in which some pieces of ruins are tinted: of other makes a network that had seen grey ones
+alone found a fifth."""
+USUAL_SUN_DEG = (17.0, 65.0)
+USUAL_HAZE = (0.5, 3.0)
 FLAMES_M, OTHER_FLAMES_M = (0.9, 3.0), (4.0, 6.5)
 
 
@@ -58,7 +68,7 @@ def world(number: int, family: str, seed: int) -> Drawn:
     if number // len(KINDS) % 8 == 7:
         kept = tuple(solid for solid in described.solids if not solid.label.startswith("debris"))
         described = dataclasses.replace(described, water=(), fires=(), solids=kept)
-    haze = float(rng.uniform(4.0, 14.0)) if family == "light" else float(rng.uniform(0.5, 2.0))
+    haze = float(rng.uniform(4.0, 14.0)) if family == "light" else float(rng.uniform(*USUAL_HAZE))
     return Drawn(described, made.terrain, haze / 2500.0)
 
 
@@ -76,9 +86,15 @@ def _light(described: d.WorldDescription, is_other: bool, rng: Rng) -> d.WorldDe
         light = d.Light(float(rng.uniform(0, 360)), float(rng.uniform(6, 15)), float(rng.uniform(1.0, 1.7)),
                         float(rng.uniform(1.2, 1.6)))  # fmt: skip
     else:
-        light = d.Light(float(rng.uniform(0, 360)), float(rng.uniform(20, 65)), float(rng.uniform(0.95, 1.4)),
+        light = d.Light(float(rng.uniform(0, 360)), _usual_sun_deg(rng), float(rng.uniform(0.95, 1.4)),
                         float(rng.uniform(0.9, 1.2)))  # fmt: skip
     return dataclasses.replace(described, light=light)
+
+
+def _usual_sun_deg(rng: Rng) -> float:
+    """Its height: half of the suns lower than 31 degrees, as shade is what is hard to see in."""
+    low, high = USUAL_SUN_DEG
+    return low + (high - low) * float(rng.random()) ** 1.8
 
 
 def _ground(described: d.WorldDescription, is_other: bool, rng: Rng) -> d.WorldDescription:
@@ -101,8 +117,9 @@ def _waters(described: d.WorldDescription, is_other: bool, rng: Rng) -> d.WorldD
 
 
 def _rubble(described: d.WorldDescription, is_other: bool, rng: Rng) -> d.WorldDescription:
-    """Usual rubble is of irregular grey pieces, other rubble of bricks, planks and plaster, all with square edges."""
+    """Usual rubble is of irregular pieces, grey or tinted; other rubble of brick, wood, plaster, with square edges."""
     bright = float(rng.uniform(0.75, 1.2))
+    tinted = float(rng.uniform(0.2, 1.0)) if rng.random() < TINTED else 0.0
     solids = []
     for solid in described.solids:
         changed = solid
@@ -114,7 +131,10 @@ def _rubble(described: d.WorldDescription, is_other: bool, rng: Rng) -> d.WorldD
                 sides = tuple(float(each) for each in np.maximum(reach, 0.05))
                 changed = dataclasses.replace(changed, hull=None, box=d.Box((sides[0], sides[1], sides[2])))
         elif solid.label.startswith("debris"):
-            red, green, blue = (min(bright * each, 1.0) for each in solid.colour)
+            colour = solid.colour
+            if rng.random() < tinted:
+                colour = _near(TINTED_RUBBLE[int(rng.integers(len(TINTED_RUBBLE)))], rng, 0.05)
+            red, green, blue = (min(bright * each, 1.0) for each in colour)
             changed = dataclasses.replace(solid, colour=(red, green, blue))
         solids.append(changed)
     return dataclasses.replace(described, solids=tuple(solids))
