@@ -37,6 +37,8 @@ from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 
 Grid = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.bool_]
+Where = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+"""Rows and columns of cells."""
 
 Projection = Callable[[CameraModel, CameraPose, Grid, Grid, Grid | float], tuple[Grid, Grid]]
 """From places (north, east, height) to pixels (x, y); NaN where one can't be seen."""
@@ -77,7 +79,7 @@ MOST = 3.5
 """Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
 LOW_M = 12.0
 """Over the ground: from lower little dry ground is taken for an area (`places.LOW_DOUBT`)."""
-NEAREST_M = 0.05
+NEAREST_M, NEAREST_BELOW_M = 0.05, 0.1
 EDGE_PX = 4.0
 """A cell nearer to the picture's edge than this is not looked at."""
 
@@ -97,6 +99,21 @@ class Region(NamedTuple):
     def area_m2(self) -> float:
         """How much of it was seen."""
         return float(self.cells.sum()) * RESOLUTION_M**2
+
+
+class _Look(NamedTuple):
+    """What one frame shows: n cells."""
+
+    cells: Where
+    x: Grid
+    y: Grid
+    """Their pixels."""
+    ray: Grid
+    """(3, n): unit vectors to them, north, east, down."""
+    steep: Grid
+    """Tangents of the rays' angles from straight down."""
+    height_m: float
+    """Of the camera over the ground, the median of theirs."""
 
 
 class RegionMap:
@@ -161,51 +178,28 @@ class RegionMap:
         edges: npt.NDArray[np.float32] | None = None,
     ) -> None:
         """A frame. `ground_m`: heights of the cells. `edges`: the share of edges in each part of the picture."""
-        x, y, shown = self._pixels(pose, ground_m)
-        rows, columns = np.nonzero(shown)
-        if not len(rows):
+        look = self._look(pose, ground_m)
+        if look is None:
             return
-        x, y = x[rows, columns], y[rows, columns]
-        looks = self.looks[rows, columns] + 1
-        self.looks[rows, columns] = looks
-        ground = ground_m[rows, columns] if isinstance(ground_m, np.ndarray) else ground_m
-        below = np.broadcast_to(np.maximum(-float(pose.position_m[2]) - ground, 0.1), x.shape)
-        north, east = (
-            axis[rows, columns] - at for axis, at in zip((self.north_m, self.east_m), pose.position_m, strict=False)
-        )
-        steep = np.hypot(north, east) / below
-        self.steepness[rows, columns] = np.minimum(self.steepness[rows, columns], steep)
-        ray = np.stack([north, east, below]) / (below * np.hypot(1.0, steep))
-        self._first[:, rows, columns] = np.where(looks == 1, ray, self._first[:, rows, columns])
-        turned = (self._first[:, rows, columns] * ray).sum(axis=0)
-        self.turned[rows, columns] = np.minimum(self.turned[rows, columns], turned)
+        self.looks[look.cells] += 1
+        self._tell_from_where(look)
         if edges is not None:
-            part = edges[
-                np.clip((y * edges.shape[0] / self._camera.height).astype(np.intp), 0, edges.shape[0] - 1),
-                np.clip((x * edges.shape[1] / self._camera.width).astype(np.intp), 0, edges.shape[1] - 1),
-            ]
-            self.rough[rows, columns] += (part - self.rough[rows, columns]) / looks
+            _add_to_mean(self.rough, self.looks, look.cells, self._parts(edges, look))
         areas = detections.areas if isinstance(detections, Detections) else None
-        shares = np.zeros((len(self.labels), len(x)))
+        shares = np.zeros((len(self.labels), len(look.x)))
         if areas is not None:
-            shares[:] = [areas.at(label, x, y) for label in self.labels]
-        most = shares.max(axis=0, initial=0.0)
-        self.doubt[rows, columns] += (most - self.doubt[rows, columns]) / looks
-        height_m = float(np.median(below))
-        if height_m < LOW_M:
-            looks = self.low_looks[rows, columns] + 1
-            self.low_looks[rows, columns] = looks
-            self.low_doubt[rows, columns] += (most - self.low_doubt[rows, columns]) / looks
-        high = height_m >= self._whole_from_m
+            shares[:] = [areas.at(label, look.x, look.y) for label in self.labels]
+        self._tell_doubt(look, shares)
         for layer, label in enumerate(self.labels):
             if areas is not None:
                 scores, evidence = np.where(shares[layer] >= LEAST_SHARE, shares[layer], 0.0), AREA
-                visible = np.exp(-FRONTAL * steep)
+                visible = np.exp(-FRONTAL * look.steep)
             else:
-                scores = _scores(x, y, [one for one in detections if one.label == label])
-                evidence, visible = BOX, np.ones_like(steep)
-            counts = (scores > 0.0) | (label not in self._scattered or high)
-            self._tell(layer, rows[counts], columns[counts], scores[counts], evidence, visible[counts])
+                scores = _scores(look.x, look.y, [one for one in detections if one.label == label])
+                evidence, visible = BOX, np.ones_like(look.steep)
+            counts = (scores > 0.0) | (label not in self._scattered or look.height_m >= self._whole_from_m)
+            rows, columns = look.cells
+            self._tell(layer, (rows[counts], columns[counts]), scores[counts], evidence, visible[counts])
 
     def regions(self) -> list[Region]:
         """What is confirmed and still there, label by label."""
@@ -239,30 +233,55 @@ class RegionMap:
         column = math.floor((east_m - self.west_m) / RESOLUTION_M)
         return (row, column) if 0 <= row < self.shape[0] and 0 <= column < self.shape[1] else None
 
-    def _tell(
-        self,
-        layer: int,
-        rows: npt.NDArray[np.intp],
-        columns: npt.NDArray[np.intp],
-        scores: Grid,
-        evidence: Evidence,
-        visible: Grid,
-    ) -> None:
+    def _tell(self, layer: int, cells: Where, scores: Grid, evidence: Evidence, visible: Grid) -> None:
         """What one frame says of the cells that it shows: their scores, 0 of what is of no region."""
         hit = scores > 0.0
-        at = layer, rows, columns
+        at = layer, *cells
         self.odds[at] = np.clip(self.odds[at] + evidence.odds(hit, visible), -MOST, MOST)
         run = np.where(hit, self._run[at] + 1, 0)
         total = np.where(hit, self._run_score[at] + scores, 0.0)
         self._run[at], self._run_score[at] = run, total
         self._confirmed[at] |= (run >= self.wanted.confirmations) & (total >= self.wanted.confirm_score * run)
 
-    def _pixels(self, pose: CameraPose, ground_m: Grid | float) -> tuple[Grid, Grid, Cells]:
-        """Where each cell appears, and whether it does."""
+    def _look(self, pose: CameraPose, ground_m: Grid | float) -> _Look | None:
+        """Which cells a frame shows, where in its picture, and from where; None: none of them."""
         camera = self._camera
         x, y = self._project(camera, pose, self.north_m, self.east_m, ground_m)
         shown = (x >= EDGE_PX) & (x <= camera.width - 1 - EDGE_PX)
-        return x, y, shown & (y >= EDGE_PX) & (y <= camera.height - 1 - EDGE_PX)
+        shown &= (y >= EDGE_PX) & (y <= camera.height - 1 - EDGE_PX)
+        if not shown.any():
+            return None
+        rows, columns = np.nonzero(shown)
+        cells = rows, columns
+        north_m, east_m, down_m = (float(axis) for axis in pose.position_m)
+        below = np.maximum(-down_m - np.broadcast_to(ground_m, self.shape)[cells], NEAREST_BELOW_M)
+        north, east = self.north_m[cells] - north_m, self.east_m[cells] - east_m
+        steep = np.hypot(north, east) / below
+        ray = np.stack([north, east, below]) / (below * np.hypot(1.0, steep))
+        return _Look(cells, x[cells], y[cells], ray, steep, float(np.median(below)))
+
+    def _tell_from_where(self, look: _Look) -> None:
+        """How near to straight down each cell was seen, and from how different places."""
+        cells = rows, columns = look.cells
+        self.steepness[cells] = np.minimum(self.steepness[cells], look.steep)
+        first = np.where(self.looks[cells] == 1, look.ray, self._first[:, rows, columns])
+        self._first[:, rows, columns] = first
+        self.turned[cells] = np.minimum(self.turned[cells], (first * look.ray).sum(axis=0))
+
+    def _tell_doubt(self, look: _Look, shares: Grid) -> None:
+        """`shares`: of each label and cell."""
+        most = shares.max(axis=0, initial=0.0)
+        _add_to_mean(self.doubt, self.looks, look.cells, most)
+        if look.height_m < LOW_M:
+            self.low_looks[look.cells] += 1
+            _add_to_mean(self.low_doubt, self.low_looks, look.cells, most)
+
+    def _parts(self, edges: npt.NDArray[np.float32], look: _Look) -> Grid:
+        """Of each cell's pixel: what is told of the part of the picture that it lies in."""
+        rows, columns = edges.shape
+        row = np.clip((look.y * rows / self._camera.height).astype(np.intp), 0, rows - 1)
+        column = np.clip((look.x * columns / self._camera.width).astype(np.intp), 0, columns - 1)
+        return np.asarray(edges[row, column], np.float64)
 
 
 def by_rays(
@@ -281,6 +300,11 @@ def by_rays(
 
 PROJECTIONS: Mapping[str, Projection] = {"rays": by_rays, "equations": planar_projection.pixels}
 """By the option `location`: the first is ours, the other the paper's equations 1 to 3."""
+
+
+def _add_to_mean(mean: Grid, count: npt.NDArray[np.int32], cells: Where, new: Grid) -> None:
+    """`count`: how many values the mean of each cell is of, the new one with them."""
+    mean[cells] += (new - mean[cells]) / count[cells]
 
 
 def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:
