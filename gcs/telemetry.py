@@ -143,6 +143,8 @@ class Telemetry:
         self.landed_state = 0
         self.prearm_ok = False
         self.battery_percent: int | None = None
+        self.compass_ok = True
+        """Whether its magnetometer works, as far as it has said (SYS_STATUS: enabled, and not healthy)."""
         self.place: Place | None = None
         self.home: tuple[float, float, float] | None = None
         self.mission_current = 0
@@ -234,6 +236,8 @@ class Telemetry:
             self.landed_state = msg.landed_state
         elif kind == "SYS_STATUS":
             self.prearm_ok = bool(msg.onboard_control_sensors_health & PREARM_CHECK)
+            failed = msg.onboard_control_sensors_enabled & ~msg.onboard_control_sensors_health
+            self.compass_ok = not failed & mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
             self.battery_percent = msg.battery_remaining if msg.battery_remaining >= 0 else None
         elif kind == "HOME_POSITION":
             self.home = (msg.latitude * 1e-7, msg.longitude * 1e-7, msg.altitude * 1e-3)

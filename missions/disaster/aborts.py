@@ -35,6 +35,7 @@ class Reason(StrEnum):
     LOW_BATTERY = "low battery"
     GEOFENCE = "geofence"
     GPS = "GPS degraded"
+    COMPASS = "compass silent"
     RANGE_FINDER = "range finder silent"
     OBSTACLE = "obstacle"
     NO_PLACE = "no safe place"
@@ -44,7 +45,7 @@ class Reason(StrEnum):
     @property
     def of_the_place(self) -> bool:
         """Whether it concerns one place alone, and the scan goes on."""
-        return self not in (Reason.LOW_BATTERY, Reason.GPS, Reason.RANGE_FINDER, Reason.ALONE)
+        return self not in (Reason.LOW_BATTERY, Reason.GPS, Reason.COMPASS, Reason.RANGE_FINDER, Reason.ALONE)
 
 
 class Aborted(Exception):
@@ -56,7 +57,11 @@ class Aborted(Exception):
 
 
 def check_vehicle(
-    battery_percent: int | None, eph_m: float | None, satellites_ok: bool = True, gps_glitches: int = 0
+    battery_percent: int | None,
+    eph_m: float | None,
+    satellites_ok: bool = True,
+    gps_glitches: int = 0,
+    compass_ok: bool = True,
 ) -> None:
     """Raises Aborted where the vehicle itself should go home."""
     if battery_percent is not None and battery_percent < LEAST_BATTERY_PERCENT:
@@ -67,6 +72,8 @@ def check_vehicle(
         raise Aborted(Reason.GPS, f"the receiver states {eph_m:.1f} m, more than {MOST_EPH_M:g}")
     if gps_glitches > MOST_GLITCHES:
         raise Aborted(Reason.GPS, "the estimator tells of a glitch")
+    if not compass_ok:
+        raise Aborted(Reason.COMPASS, "where pictures lie hangs on the heading")
 
 
 def check_location(sigma_m: float) -> None:

@@ -296,7 +296,9 @@ class Flight:
             if self.together.homeward:
                 return
             self.together.check()
-        aborts.check_vehicle(telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches)
+        aborts.check_vehicle(
+            telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches, telemetry.compass_ok
+        )
 
     # Aside
 

@@ -397,13 +397,14 @@ def test_uncertainty_grows_with_height_angle_and_receiver() -> None:
         (80, 6.0, True, 0, "GPS degraded"),
         (80, 0.6, False, 0, "GPS degraded"),
         (80, 0.6, True, 2, "GPS degraded"),
+        (80, 0.6, True, 0, "compass silent"),
     ],
 )
 def test_a_vehicle_that_should_go_home_is_told_why(
     battery: int, eph_m: float, has_fix: bool, glitches: int, reason: str
 ) -> None:
     with pytest.raises(aborts.Aborted) as told:
-        aborts.check_vehicle(battery, eph_m, has_fix, glitches)
+        aborts.check_vehicle(battery, eph_m, has_fix, glitches, compass_ok=reason != "compass silent")
     assert told.value.reason == reason and not told.value.reason.of_the_place
     aborts.check_vehicle(None, None)
     aborts.check_vehicle(25, 5.0, gps_glitches=1)

@@ -353,6 +353,16 @@ def test_glitches_of_the_receiver_count_as_long_as_the_estimator_tells_of_them()
     assert counts == [0, 1, 2, 0]
 
 
+def test_a_compass_that_is_in_use_and_not_healthy_is_not_ok() -> None:
+    telemetry, told = Telemetry(1), []
+    mag, others = mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG, mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
+    for enabled, healthy in ((others, others), (others | mag, others | mag), (others | mag, others)):
+        status = mavlink.MAVLink_sys_status_message(others | mag, enabled, healthy, *[0] * 10)
+        telemetry.on_message(0, on_the_wire(status, 1, 1))
+        told.append(telemetry.compass_ok)
+    assert told == [True, True, False]
+
+
 def test_a_companion_s_link_decodes_all_that_telemetry_reads() -> None:
     source = inspect.getsource(telemetry_module)
     read = re.findall(r'"([A-Z][A-Z_]+)"', source)

@@ -57,7 +57,7 @@ FAULTS = (
     ),
     Fault("lidar off", [_at("target_confirmed", 2.0, sensor="lidar")], ["range finder silent"]),
     Fault("barometer off", [_at("target_confirmed", 2.0, sensor="baro")], ["no safe place", "obstacle", "drift"]),
-    Fault("magnetometer off", [_at("target_confirmed", 2.0, sensor="mag")], ["drift"]),
+    Fault("magnetometer off", [_at("target_confirmed", 2.0, sensor="mag")], ["compass silent"]),
 )
 """What the paper names as causes, and what a scenario's timeline has besides. A quadrotor that loses a motor falls."""
 
