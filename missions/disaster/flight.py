@@ -387,6 +387,8 @@ class Flight:
         free = self.choose(of[0], place.place_m)
         again = self.choose(of[0], place.place_m, self._allowed)
         if again is None:
+            again = places.kept(self.regions, of[0], place, self._allowed, self.ground.stands)
+        if again is None:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
             raise Aborted(Reason.NO_PLACE, f"no plain ground at the edge of {place.label}")

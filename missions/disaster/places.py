@@ -50,8 +50,8 @@ LAND_M2 = 400.0
 ROUGH = 0.06
 """Share of edges from which ground is not plain; ours."""
 HELD = 0.75
-"""Of that room, as seen from low: what is measured wobbles, and a fire's front moves on; ours. 1.5 m are left, enough
-for a parcel's tumbling."""
+"""Of that room, of a place that is gone to: what is measured wobbles, a fire's front moves on; ours. 1.5 m are left,
+enough for a parcel's tumbling."""
 LOOKS = 6
 SURELY = -1.5
 """Log-odds of an area below which a cell is surely none of it: 18 in 100."""
@@ -124,6 +124,24 @@ def choose(
     place = float(north[best]), float(east[best])
     edge, steepness = _edge(regions, whole, place)
     return Place(region.label, region.score, place, edge, steepness, region.area_m2)
+
+
+def kept(
+    regions: RegionMap, region: Region, place: Place, allowed: Cells | None = None, stands: Standing | None = None
+) -> Place | None:
+    """A place that was chosen, as it is after more looks; None where it is none any more.
+
+    It needs `HELD` of the room that one is chosen with: what is measured wobbles, and would be given up as soon as it
+    is looked at.
+    """
+    cell = regions.cell(*place.place_m)
+    if cell is None or not _free(regions, stands, HELD)[cell] or not _land(regions, stands)[cell]:
+        return None
+    whole = _whole(regions, region)
+    if _away_m(whole)[cell] > WITHIN_M or (allowed is not None and not allowed[cell]):
+        return None
+    edge, steepness = _edge(regions, whole, place.place_m)
+    return Place(region.label, region.score, place.place_m, edge, steepness, region.area_m2)
 
 
 def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None) -> bool:

@@ -264,6 +264,29 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     assert not places.is_free(over, (500.0, 0.0))
 
 
+def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with() -> None:
+    over = a_map()
+    flown(over, POND)
+    (region,) = over.regions()
+    place = places.choose(over, region, (5.0, 14.0))
+    assert place is not None
+    n, e = place.place_m
+    nowhere = np.zeros(over.shape, np.bool_)
+    for away_m, is_kept in ((places.HELD * places.PLAIN_M + 1.0, True), (1.0, False)):
+        near = np.abs(np.hypot(over.north_m - n, over.east_m - e) - away_m) < 0.6
+        stands = Standing(near, nowhere, ~nowhere)
+        here = np.hypot(over.north_m - n, over.east_m - e) < 0.1
+        assert places.choose(over, region, place.place_m, here, stands) is None, "somebody is less than 2 m away"
+        still = places.kept(over, region, place, stands=stands)
+        assert (still is not None) == is_kept
+        if still is not None:
+            assert still.place_m == place.place_m and math.dist(still.edge_m, place.edge_m) < 0.1
+    assert places.kept(over, region, place, allowed=nowhere) is None, "beyond the fence"
+    assert places.kept(over, region, place._replace(place_m=(500.0, 0.0))) is None
+    away = place._replace(place_m=(POND[0] - places.WITHIN_M - 2.0, 14.0))
+    assert places.is_free(over, away.place_m) and places.kept(over, region, away) is None, "it is of the region no more"
+
+
 def test_ground_that_may_be_shallow_water_is_no_place() -> None:
     """Too little is seen of it to be of the region."""
     over, south, shallows = a_map(), POND[0], (4.0, 8.0, 10.0, 20.0)
