@@ -202,6 +202,13 @@ def test_a_folder_holds_worlds_of_one_plan(tmp_path: Path) -> None:
         dataset.draw(nothing, 1)
 
 
+def test_worlds_of_chosen_splits_alone_are_drawn(tmp_path: Path) -> None:
+    plan = Plan(tmp_path, images=24 * 3 * 20, held_out=24, splits=("test", "light"))
+    of = Counter(job.split for job in dataset.wanted(plan))
+    assert of == {"test": 3 * 3, "light": 1}
+    assert len(dataset.wanted(plan._replace(splits=SPLITS))) == 3 * 20 + 2
+
+
 def test_a_world_is_the_same_each_time_and_families_differ() -> None:
     one, two = (variation.world(1, "usual", 7) for _ in range(2))
     assert one.description == two.description

@@ -8,6 +8,7 @@ import pytest
 
 from sitl_emu.run.campaign.arms import arms_of, variation
 from sitl_emu.run.scenario import find
+from tools.disaster import detector_table
 from tools.disaster.paper_tables import FAULTS, ROWS, TABLES, faults_of, is_safe, summaries_in, table_of
 
 
@@ -17,6 +18,7 @@ def summary(**other: Any) -> dict[str, Any]:
         "ending": "delivered",
         "abort_reason": None,
         "delivered": 1,
+        "deliveries": [{"to_target_m": 3.2}],
         "targets_found": 2,
         "targets_total": 3,
         "diversions": 1,
@@ -42,14 +44,25 @@ def test_every_condition_is_a_scenario_that_can_be_flown(name: str) -> None:
 
 def test_an_arm_is_a_column_and_the_paper_stands_beside_it() -> None:
     lost = summary(ending="aborted", abort_reason="drift", delivered=0, terrain=None, coverage_s=None, diverted=[])
+    lost["deliveries"] = []
     lines = table_of(TABLES["5"], {"altitude=fixed": [summary(), lost], "altitude=terrain": [summary()]}).splitlines()
     rows = {cells[0]: cells[1:] for line in lines[2:] for cells in [[cell.strip() for cell in line.split("|")[1:-1]]]}
     assert rows["parcel within 5 m"] == ["1 of 2", "1 of 1", "14 of 20", "18 of 20"]
     assert rows["targets found"] == ["4 of 6", "2 of 3", "80 %", "90 %"]
+    assert rows["parcel from its target, at most"][:2] == ["3.2 m", "3.2 m"]
+    assert rows["parcels kept for"][:2] == ["drift (1)", "–"]
     assert rows["location RMSE"] == ["1.50 m", "1.50 m", "3.8 m", "2.3 m"]
     assert rows["terrain RMS error"] == ["0.50 m", "0.50 m", "", "< 0.8 m"]
     assert rows["all lines flown after, mean"][:2] == ["100 s (1 of 2)", "100 s (1 of 1)"]
     assert "two vehicles apart, at least" not in rows
+
+
+def test_the_detectors_classes_stand_beside_the_papers() -> None:
+    one = {"precision": 0.9, "recall": 0.8, "f1": 0.8471, "ap50": 0.8858}
+    scores = {"classes": dict.fromkeys(("water_body", "debris_field", "fire_region"), one), "map50": 0.8858}
+    lines = detector_table.rows_of({**scores, "precision": 0.9, "recall": 0.8}).splitlines()
+    assert lines[4] == "| water_body | 0.90 | 0.80 | 0.85 | 0.886 | 0.87, 0.84, 0.85, 0.89 |"
+    assert lines[7] == "| all | 0.90 | 0.80 | 0.85 | 0.886 | 0.81, 0.78, 0.79, 0.84 |"
 
 
 def test_a_fault_may_end_a_delivery_for_its_own_reasons_alone() -> None:

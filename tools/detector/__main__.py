@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tools.detector.plan import SPLITS, Plan
+
 DEFAULT = Path("runs/detector")
 """Each subject has a folder in it: `data`, `training`, `detector.onnx`, `scores`."""
 
@@ -40,16 +42,25 @@ def _dataset(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--splits", nargs="+", choices=SPLITS, default=SPLITS, metavar="SPLIT",
+                        help=f"whose worlds are drawn, of {', '.join(SPLITS)}; default: all")  # fmt: skip
     parser.set_defaults(run=_run_dataset)
 
 
 def _run_dataset(given: argparse.Namespace) -> None:
     from tools.detector import dataset
-    from tools.detector.plan import Plan
 
     width, height = given.size
-    out = _path(given, given.out, "data")
-    plan = Plan(out, given.images, given.held_out, width=width, height=height, seed=given.seed, subject=given.subject)
+    plan = Plan(
+        _path(given, given.out, "data"),
+        given.images,
+        given.held_out,
+        width=width,
+        height=height,
+        seed=given.seed,
+        subject=given.subject,
+        splits=tuple(given.splits),
+    )
     print(dataset.draw(plan, given.processes))
 
 

@@ -30,7 +30,7 @@ def draw(plan: Plan, processes: int) -> dict[str, int]:
     Raises ValueError where the folder holds another plan's worlds.
     """
     _begin(plan)
-    todo = SUBJECTS[plan.subject].jobs(plan)
+    todo = wanted(plan)
     for split in SPLITS:
         for kind in ("images", "labels", "regions"):
             (plan.folder / kind / split).mkdir(parents=True, exist_ok=True)
@@ -39,6 +39,11 @@ def draw(plan: Plan, processes: int) -> dict[str, int]:
             print(f"\r{done} of {len(todo)} worlds ({job})", end="", flush=True)
     print()
     return tables(plan, todo)
+
+
+def wanted(plan: Plan) -> list[Job]:
+    """The worlds that a plan asks for."""
+    return [job for job in SUBJECTS[plan.subject].jobs(plan) if job.split in plan.splits]
 
 
 def _begin(plan: Plan) -> None:

@@ -29,8 +29,8 @@ SETS = ("val", "test", "asset", "light")
 LEAST = 0.01
 """Score from which detections count for average precision."""
 COLUMNS, ROWS = 5, 4
-WIDTH, HEIGHT = 416, 320
-"""Of pictures as they are read; the model fits them to its own input."""
+WIDTH, HEIGHT = 640, 480
+"""Of pictures as they are read, and changed: as a vehicle's camera takes them. The model fits them to its own input."""
 
 
 def evaluate(model: Path, folder: Path, out: Path, baseline: bool = False) -> None:

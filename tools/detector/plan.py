@@ -28,6 +28,8 @@ class Plan(NamedTuple):
     seed: int = 1
     subject: str = "disaster"
     """What is looked for: a name of `dataset.SUBJECTS`."""
+    splits: tuple[str, ...] = SPLITS
+    """Whose worlds are drawn."""
 
 
 class Job(NamedTuple):
