@@ -11,7 +11,7 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   (to where the vehicle's camera saw it lie), `target` (its index), `safe` and, where it is not, `unsafe` (in water, in
   the area, on a person, on a roof, …).
 - `targets_total`, `targets_found`, `targets`: each with label, true area, `found`, and `iou` of what was mapped of it
-  with the truth, both within the scanned area.
+  with the truth, all within the scanned area; of a flood without what stands in it, under which nobody sees water.
 - `regions_total`, `regions_false`: what was mapped, and of it what overlaps no true area of its label within 2 m.
 - `diversions`, `diversions_false`: how often the line was left, and how often for an edge with no true area of that
   label within 5 m.
@@ -41,7 +41,7 @@ from sitl_emu.missions.disaster.heights import scan_height
 from sitl_emu.missions.disaster.outlines import rings_of
 from sitl_emu.missions.disaster.regions import LEAST_M2
 from sitl_emu.missions.disaster.terrain import mapped_terrain
-from sitl_emu.missions.disaster.truth import TrueTarget, joined, solids, targets
+from sitl_emu.missions.disaster.truth import WATER, TrueTarget, joined, solids, targets
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord
 
 DELIVERED_WITHIN_M = 5.0
@@ -84,7 +84,8 @@ def score(record: RunRecord) -> MissionScore:
     errors = [one["error_m"] for one in diversions if not one["false"]]
     aborted = [event["reason"] for event in record.events if event["event"] == "delivery_aborted"]
     delivered = [one for one in parcels if _is_delivered(one)]
-    rows = [_row(one, mapped, scanned) for one in true]
+    standing = solids(record.areas)
+    rows = [_row(one, mapped, scanned.difference(standing) if one.label == WATER else scanned) for one in true]
     figures: dict[str, Any] = {
         "ending": _ending(record, parcels, aborted),
         "abort_reason": aborted[-1] if aborted and not delivered else None,
@@ -212,11 +213,11 @@ def _diversion(record: RunRecord, event: EventLine) -> dict[str, Any]:
     }
 
 
-def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], scanned: Geometry) -> dict[str, Any]:
-    """The line of one true target."""
-    there = target.shape.intersection(scanned)
+def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], seen_of: Geometry) -> dict[str, Any]:
+    """The line of one true target; `seen_of`: where what is there could be seen."""
+    there = target.shape.intersection(seen_of)
     mine = [shape for label, shape in mapped if label == target.label and shape.intersects(target.shape)]
-    seen = shapely.union_all(mine).intersection(scanned)
+    seen = shapely.union_all(mine).intersection(seen_of)
     whole = float(there.union(seen).area)
     middle = there.centroid
     return {
@@ -282,7 +283,7 @@ def _rings(record: RunRecord, text: str) -> list[list[tuple[float, float]]]:
 
 def _area(rings: Sequence[Sequence[tuple[float, float]]]) -> Geometry:
     """Of rings along the middles of cells: half a cell more to all sides."""
-    return shapely.union_all([Polygon(ring).buffer(0.0) for ring in rings]).buffer(0.5)
+    return shapely.union_all([Polygon(ring).buffer(0.0) for ring in rings]).buffer(0.5, quad_segs=2)
 
 
 def _corners(shape: Geometry) -> list[list[list[float]]]:

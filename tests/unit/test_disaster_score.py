@@ -56,9 +56,11 @@ LANDED = {"event": "phase", "time_s": 80.0, "vehicle": "uas", "phase": "landed"}
 MAPPED = region((10.5, 10.5), (10.5, 19.5), (19.5, 19.5), (19.5, 10.5))
 
 
-def scored(*events: dict[str, Any], objects: tuple[TrueObject, ...] = ()) -> dict[str, Any]:
+def scored(
+    *events: dict[str, Any], objects: tuple[TrueObject, ...] = (), areas: tuple[TrueArea, ...] = (POND,)
+) -> dict[str, Any]:
     record = RunRecord(
-        [plan(), SCANNED, *events, LANDED], objects, {}, lambda lat, lon: to_metres(lat, lon, *HOME), [POND]
+        [plan(), SCANNED, *events, LANDED], objects, {}, lambda lat, lon: to_metres(lat, lon, *HOME), areas
     )
     made = score(record)
     return made.figures | {"shortfalls": made.shortfalls, "lines_told": made.lines}
@@ -73,6 +75,14 @@ def test_a_parcel_at_the_edge_is_delivered() -> None:
     assert got["targets"][0]["iou"] == pytest.approx(1.0, abs=0.02)
     assert got["geolocation_rmse_m"] == pytest.approx(0.0, abs=0.01)
     assert page(got).sections and all(row.good for row in rows([got]))
+
+
+def test_nobody_sees_water_under_a_house() -> None:
+    house = TrueArea("solid", "house", "house", ((10.0, 10.0), (15.0, 10.0), (15.0, 20.0), (10.0, 20.0)))
+    beside = region((15.5, 10.5), (15.5, 19.5), (19.5, 19.5), (19.5, 10.5))
+    (target,) = scored(beside, areas=(POND, house))["targets"]
+    assert target["iou"] == pytest.approx(1.0, abs=0.02) and target["area_m2"] == 50.0
+    assert scored(beside)["targets"][0]["iou"] == pytest.approx(0.5, abs=0.02)
 
 
 def test_where_the_camera_saw_the_parcel_is_held_against_where_it_lies() -> None:
