@@ -35,6 +35,10 @@ TARGETS, DISTRACTORS = 16, 56
 """More than a mission meets: a field is dear, a look at it cheap."""
 SMALL_SHARE, SMALL_M = 0.5, (0.36, 0.55)
 """So many of a field's weeds are of a radius that our networks miss; the others as a mission has them."""
+SMALL_LOOKS, LOOKALIKE_LOOKS = 0.5, 0.2
+"""Of the pictures of corn: so many are taken near a patch, a small one the more often, and so many near a look-alike."""
+LOOKALIKES = ("residue", "pale_corn")
+"""What a network of ours takes for disease: all of the six that it reported alone on fields 300 to 313."""
 THINGS_SHARE, MAST_SHARE = 0.10, 0.20
 """Of the worlds; the others are corn from the air and, every third picture, from the mast."""
 SEEDS = {"corn": 0, "light": 5_000, "mast": 7_000}
@@ -112,10 +116,14 @@ def _of_corn(job: Job, field: corn.CornField) -> Iterator[Frame]:
     # What is small is what is missed: the more often it is looked at.
     weights = np.array([1.0 / thing.radius_m**2 for thing in field.targets])
     small_first = weights / weights.sum()
+    lookalikes = [thing for thing in field.objects if thing.kind in LOOKALIKES]
     for k in range(job.plan.per_world):
-        thing = field.objects[int(rng.integers(len(field.objects)))]
-        if rng.random() < 0.5:
+        near = float(rng.random())
+        if near < SMALL_LOOKS:
             thing = field.targets[int(rng.choice(len(field.targets), p=small_first))]
+        else:
+            others = lookalikes if near < SMALL_LOOKS + LOOKALIKE_LOOKS and lookalikes else field.objects
+            thing = others[int(rng.integers(len(others)))]
         is_low = job.family == "mast" or k % 3 == 2
         pose = _in_front(rng, field, thing) if is_low else _over(rng, field, thing)
         mount = camera_model.MAST if is_low else camera_model.NADIR
