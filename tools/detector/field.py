@@ -36,7 +36,7 @@ TARGETS, DISTRACTORS = 16, 56
 SMALL_SHARE, SMALL_M = 0.5, (0.36, 0.55)
 """So many of a field's weeds are of a radius that our networks miss; the others as a mission has them."""
 SMALL_LOOKS, LOOKALIKE_LOOKS = 0.5, 0.2
-"""Of the pictures of corn: so many are taken near a patch, a small one the more often, and so many near a look-alike."""
+"""Of the pictures of corn: so many are taken near a patch, a small one more often, and so many near a look-alike."""
 LOOKALIKES = ("residue", "pale_corn")
 """What a network of ours takes for disease: all of the six that it reported alone on fields 300 to 313."""
 THINGS_SHARE, MAST_SHARE = 0.10, 0.20
