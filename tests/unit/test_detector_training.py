@@ -209,6 +209,20 @@ def test_worlds_of_chosen_splits_alone_are_drawn(tmp_path: Path) -> None:
     assert len(dataset.wanted(plan._replace(splits=SPLITS))) == 3 * 20 + 2
 
 
+def test_water_to_learn_from_is_mostly_shallow_and_mostly_over_open_ground() -> None:
+    drawn = variation.world(6, "usual", 5)
+    (flood,) = drawn.description.water
+    for shores, shallow, open_ground in ((0.0, 0, 0), (0.7, 70, 42)):
+        places = np.array(disaster.targets_of(drawn, np.random.default_rng(1), shores))
+        deep_m = flood.level_m - np.array([drawn.terrain.height_m(north, east) for north, east in places])
+        is_shallow = (deep_m > 0.0) & (deep_m <= disaster.SHORE_M)
+        paved = disaster.is_paved(drawn.description.ground, *places.T)
+        assert (is_shallow.sum(), (is_shallow & ~paved).sum()) == (shallow, open_ground)
+    (street,) = [land for land in drawn.description.ground.land if land.use == "asphalt"][:1]
+    middle = np.array(street.polygon_m).mean(axis=0)
+    assert disaster.is_paved(drawn.description.ground, middle[:1], middle[1:]).all()
+
+
 def test_a_world_is_the_same_each_time_and_families_differ() -> None:
     one, two = (variation.world(1, "usual", 7) for _ in range(2))
     assert one.description == two.description
