@@ -1,6 +1,7 @@
 """No test touches the state folder of the user who runs it, and none is judged by how busy the machine is."""
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -9,6 +10,9 @@ from hypothesis import settings
 settings.register_profile("sitl_emu", deadline=None, derandomize="CI" in os.environ)
 """An example has no time limit. Where CI is set (GitHub, GitLab), examples are the same in each run."""
 settings.load_profile("sitl_emu")
+
+# What a shell starts in the background ignores Ctrl-C, and so would all processes that tests start and end by it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session", autouse=True)
