@@ -57,6 +57,16 @@ def flown(over: RegionMap, area: Box, east_m: float = 14.0, yaw_rad: float = 0.0
         over.update(pose, 0.0, box_of(pose, area))
 
 
+def a_place() -> tuple[RegionMap, Region, places.Place]:
+    """The pond, seen from a line over it, and the place for its parcel."""
+    over = a_map()
+    flown(over, POND)
+    (region,) = over.regions()
+    place = places.choose(over, region, (5.0, 14.0))
+    assert place is not None
+    return over, region, place
+
+
 def test_a_region_is_what_frames_in_a_row_have_seen() -> None:
     for frames, found in ((2, 0), (3, 1)):
         over, pose = a_map(), pose_at(12.0, 12.0)
@@ -236,11 +246,7 @@ def test_by_the_equations_a_tilted_camera_places_it_beside_itself() -> None:
 
 
 def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
-    over = a_map()
-    flown(over, POND)
-    (region,) = over.regions()
-    place = places.choose(over, region, (5.0, 14.0))
-    assert place is not None
+    over, region, place = a_place()
     south, west, north, east = POND
     n, e = place.place_m
     off = math.hypot(max(south - n, 0.0, n - north), max(west - e, 0.0, e - east))
@@ -265,11 +271,7 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
 
 
 def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with() -> None:
-    over = a_map()
-    flown(over, POND)
-    (region,) = over.regions()
-    place = places.choose(over, region, (5.0, 14.0))
-    assert place is not None
+    over, region, place = a_place()
     n, e = place.place_m
     nowhere = np.zeros(over.shape, np.bool_)
     for away_m, is_kept in ((places.HELD * places.PLAIN_M + 1.0, True), (1.0, False)):
@@ -363,11 +365,7 @@ def test_an_areas_edge_is_where_half_of_a_part_shows_it() -> None:
 
 def test_a_plain_roof_is_no_place_by_its_mapped_edges() -> None:
     """Its corners are mapped, and the ground beyond them; nothing between."""
-    over = a_map()
-    flown(over, POND)
-    (region,) = over.regions()
-    place = places.choose(over, region, (5.0, 14.0))
-    assert place is not None
+    over, _, place = a_place()
     n, e = place.place_m
     roof = np.hypot(over.north_m - n, over.east_m - e) <= places.BESIDE_M + 1.0
     edge = roof & (np.hypot(over.north_m - n, over.east_m - e) > places.BESIDE_M)

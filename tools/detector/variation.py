@@ -39,6 +39,7 @@ TINTED = 0.5
 alone found a fifth."""
 USUAL_SUN_DEG = (17.0, 65.0)
 USUAL_HAZE = (0.5, 3.0)
+"""Extinction in 1/2500 m: one sees 15 to 2.5 km."""
 FLAMES_M, OTHER_FLAMES_M = (0.9, 3.0), (4.0, 6.5)
 
 
