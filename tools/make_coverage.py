@@ -54,11 +54,6 @@ LINKS = {
 }
 """What the four links are called, and PX4's mode of each."""
 NUMBERED = re.compile(r"^(CA_ROTOR|PWM_MAIN_[A-Z]+|RC|CA_SV_[A-Z]+|COM_FLTMODE|EKF2_AGP|IMU_GYRO_NF|RC_MAP_AUX)\d+")
-GAPS = {
-    "RTL_TYPE": "2 to 4, which follow a mission, are flown as 0",
-    "GF_PREDICT": "nothing is predicted: a breach is noticed when it has happened",
-}
-"""What a look at PX4's own users of a parameter (v1.18) shows of those that are read, or are named in the issue."""
 MESSAGE_PREFIX = "MAVLINK_MSG_ID_"
 SENDERS = {"send_fields", "codec"}
 ON_SOME_VEHICLES = (Owner.ACTUATOR_GROUP_TEST, Owner.AUTOTUNE, Owner.CAMERA_TRIGGER, Owner.GIMBAL)
@@ -248,8 +243,6 @@ def _parameters() -> Iterator[str]:
             for module in sorted(modules)
         ],
     )
-    yield "Gaps that no reading shows, kept by hand:"
-    yield _table(("parameter", "what is missing"), sorted(GAPS.items()))
     yield (
         "Announced, as PX4's modules use them, but not read: they are kept and told, and change nothing (or matter in "
         "a rarer situation than those that were flown)."

@@ -100,7 +100,7 @@ class PositionSmoothing:
             turning = self._is_turning(target)
             aim_n, aim_e = target[0], target[1]
             if turning:
-                aim_n, aim_e, aim_d = self._l1_point(waypoints, z_known)
+                aim_n, aim_e, aim_d = self._l1_point(waypoints) if z_known else waypoints[0]
             speed = self._max_xy_speed(waypoints)
             if turning:
                 speed = min(self._straight_speed, speed)
@@ -126,15 +126,17 @@ class PositionSmoothing:
         way = math.sqrt(way_n * way_n + way_e * way_e)
         return way > self.xy_acceptance_m and vx * way_n + vy * way_e < TURNING_COSINE * speed * way
 
-    def _l1_point(self, waypoints: tuple[Point, Point, Point], z_known: bool) -> Point:
+    def _l1_point(self, waypoints: tuple[Point, Point, Point]) -> Point:
         """Point of the leg at a fixed distance ahead of the trajectory: where it aims while it turns.
 
-        In three dimensions: the height to which it climbs or descends meanwhile is the leg's, not the target's.
+        In three dimensions: the height to which it climbs or descends meanwhile is the leg's, not the target's. To a
+        target without a height, as a landing has, a leg has no direction in PX4 (unit_or_zero of NaN): it aims at the
+        leg's begin, and who has to turn towards a landing that is far away comes down there instead.
         """
         previous, target, _ = waypoints
         x, y, z = self.x.position, self.y.position, self.z.position
         leg_n, leg_e = target[0] - previous[0], target[1] - previous[1]
-        from_d, leg_d = (previous[2], target[2] - previous[2]) if z_known else (z, 0.0)
+        from_d, leg_d = previous[2], target[2] - previous[2]
         leg = math.sqrt(leg_n * leg_n + leg_e * leg_e + leg_d * leg_d)
         if leg > 0.0:
             leg_n, leg_e, leg_d = leg_n / leg, leg_e / leg, leg_d / leg

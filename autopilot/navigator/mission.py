@@ -11,16 +11,13 @@ commands of camera and gimbal that PX4 repeats when a mission goes on.
 """
 
 import math
-from enum import Enum
 
-from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.navigator.geofence import Geofence
 from sitl_emu.autopilot.navigator.mission_block import (
     DELAY,
-    LAND,
     LANDS,
-    LOITER_TIME,
     LOITER_TO_ALT,
     LOITER_UNLIM,
     PLACED,
@@ -34,8 +31,21 @@ from sitl_emu.autopilot.navigator.mission_block import (
     tell_item,
 )
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
+from sitl_emu.autopilot.navigator.mission_legs import (
+    DO_LAND_START,
+    HOLDING,
+    Work,
+    announce,
+    fly_leg,
+    is_above,
+    landing_of,
+    move_to_land,
+    setpoint_of,
+    stay,
+    tell_finished,
+)
 from sitl_emu.autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
-from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
@@ -46,24 +56,14 @@ from sitl_emu.core.geodesy import distance_m
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
-DO_LAND_START = mavlink.MAV_CMD_DO_LAND_START
 FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
 STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
 STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
-HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
 MAX_JUMP_ITERATION = 10
 """So many jumps in a row are followed."""
-
-
-class Work(Enum):
-    """What is being done about the current item."""
-
-    DEFAULT = "default"
-    CLIMB = "climb"
-    MOVE_TO_LAND = "move to land"
 
 
 class Mission:
@@ -125,6 +125,23 @@ class Mission:
         if is_new or checks:
             self._has_next_item = self._is_valid()
 
+    @property
+    def is_landing(self) -> bool:
+        """Past the first place of its landing pattern: a return goes on with the mission then (isLanding)."""
+        landing, seq = landing_of(self.items), self._state.dataman.current_seq
+        if landing is None or not self.valid or not landing.start < seq <= landing.land:
+            return False
+        first = self.next_place(landing.start + 1)
+        if first is None or seq > first:
+            return first is not None
+        target, position, settings = self._target, self._state.position, self._state.settings
+        if seq < first or target is None or target.command != LOITER_TO_ALT:
+            return False
+        away_m = distance_m(target.lat_deg, target.lon_deg, position.lat, position.lon)
+        radius_m = abs(self.items[seq].param2)
+        circle_m = radius_m if math.isfinite(radius_m) and radius_m > 0.0 else settings.nav_loiter_rad_m
+        return away_m <= self._state.acceptance_radius_m() + circle_m
+
     def set_current(self, seq: int) -> bool:
         """MISSION_SET_CURRENT; False for an item that is not there."""
         if not 0 <= seq < len(self.items):
@@ -140,7 +157,7 @@ class Mission:
         """MISSION_START: where the mission begins, if it can be flown and is elsewhere."""
         if seq == self._state.dataman.current_seq or not self.valid:
             return
-        place = self._behind_jumps(seq, follow=True)
+        place = self.behind_jumps(seq, follow=True)
         if place is None:
             return
         self._state.dataman.current_seq = place
@@ -154,14 +171,28 @@ class Mission:
         self.valid = is_feasible(self._state, self._geofence, self.items)
         self.seq_reached = -1
         self._state.mission_failure = False
-        self._tell_progress()
+        self.tell_progress()
 
     def _is_valid(self) -> bool:
         return self.valid and self._state.dataman.current_seq < len(self.items)
 
-    def _tell_progress(self) -> None:
+    def begin_report(self) -> None:
+        """A mission begins or goes on: what was reached, and what was looked at, is forgotten (update_mission)."""
+        self._roi.forget()
+        if self.valid:
+            self.seq_reached = -1
+            self._state.mission_failure = False
+        self.tell_progress()
+
+    def tell_progress(self) -> None:
+        """The current item is told, whoever flies it."""
         self.ended = False
         self.seq_current = self._state.dataman.current_seq
+
+    def tell_reached(self) -> None:
+        """The current item has been reached, whoever flies it."""
+        self.seq_reached = self._state.dataman.current_seq
+        self.seq_reached_us = self._state.now_us
 
     # --- as a mode ------------------------------------------------------------------------------------------
 
@@ -183,7 +214,7 @@ class Mission:
             self._jumps.clear()
             self._has_next_item = self._is_valid()
         self._was_activated, self._was_disarmed = True, False
-        self._replay_speed()
+        self.replay_speed()
         self._require_climb()
         self._start()
 
@@ -215,28 +246,15 @@ class Mission:
         state = self._state
         state.triplet = PositionSetpointTriplet(state.now_us)
         state.finished = False
-        if not self._has_next_item or not self._is_valid():
-            self._executing = False
-            if state.landed:
-                text = "No valid mission available, refusing takeoff\t"
-                state.say(Severity.CRITICAL, text, "mission_not_valid_refuse")
-            else:
-                state.say(Severity.CRITICAL, "No valid mission available, loitering\t", "mission_not_valid_loiter")
-        else:
-            if not self._executing:
-                state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
-            self._executing = True
-        self._roi.forget()
-        if self.valid:
-            if state.landed or self._work is Work.CLIMB:
-                self._require_climb()
-            self._work = Work.DEFAULT
-            self.seq_reached = -1
-            state.mission_failure = False
-        self._tell_progress()
+        ready = self._has_next_item and self._is_valid()
+        self._executing = announce(state, ready=ready, executing=self._executing)
+        if self.valid and (state.landed or self._work is Work.CLIMB):
+            self._require_climb()
+        self._work = Work.DEFAULT if self.valid else self._work
+        self.begin_report()
         self._set_item()
 
-    def _replay_speed(self) -> None:
+    def replay_speed(self) -> None:
         """A mission that goes on has the speed that its last item before this one gave."""
         before = self.items[: self._state.dataman.current_seq]
         speeds = [item.param2 for item in before if item.command == DO_CHANGE_SPEED]
@@ -246,18 +264,17 @@ class Mission:
         """Before it begins, a mission climbs to the height of its next place, if that is above the vehicle."""
         state = self._state
         self._climb_alt_m = math.nan
-        item = self._next_place(state.dataman.current_seq)
-        if item is None or not state.traits.flies:
+        place = self.next_place(state.dataman.current_seq)
+        if place is None or not state.traits.flies:
             return
-        alt_m = target_of(item, state.home_alt_m()).alt_m
+        alt_m = target_of(self.items[place], state.home_alt_m()).alt_m
         if alt_m - state.position.alt > state.settings.nav_mc_alt_rad_m:
             self._climb_alt_m = alt_m
 
     def _item_done(self) -> None:
         assert self._target is not None
         if self._work is not Work.CLIMB:
-            self.seq_reached = self._state.dataman.current_seq
-            self.seq_reached_us = self._state.now_us
+            self.tell_reached()
         if self._target.autocontinue:
             if self._work is Work.DEFAULT:
                 self._advance()
@@ -267,15 +284,12 @@ class Mission:
 
     def _advance(self) -> None:
         state = self._state
-        seq = self._behind_jumps(state.dataman.current_seq + 1, follow=True)
+        seq = self.behind_jumps(state.dataman.current_seq + 1, follow=True)
         if seq is not None:
             state.dataman.current_seq = seq
             return
         self._has_next_item = False
-        if state.landed:
-            state.say(Severity.INFO, "Mission finished, landed\t", "mission_finished")
-        else:
-            state.say(Severity.INFO, "Mission finished, loitering\t", "mission_finished_loiter")
+        tell_finished(state)
         if state.dataman.current_seq + 1 == len(self.items):
             self._jumps.clear()
 
@@ -286,26 +300,27 @@ class Mission:
         dataman, work = self._state.dataman, self._work
         self._work = Work.DEFAULT
         ready = self._has_next_item and self._executing and self._is_valid()
-        seq = self._behind_jumps(dataman.current_seq, follow=False) if ready else None
+        seq = self.behind_jumps(dataman.current_seq) if ready else None
         if seq is None:
             self._end()
             return
         dataman.current_seq = seq
-        self._tell_progress()
+        self.tell_progress()
         item = self.items[seq]
         if item.command not in PLACED:
             self._carry_out(item)
         elif work is Work.DEFAULT and math.isfinite(self._climb_alt_m):
             self._climb(item)
-        elif work is Work.DEFAULT and self._comes_down_at(item) and not self._is_above(item):
-            self._move_to_land(item)
+        elif work is Work.DEFAULT and self._lands_elsewhere(item):
+            self._begin(move_to_land(self._state, item), Work.MOVE_TO_LAND)
         else:
             self._fly_to_item(item)
 
-    def _comes_down_at(self, item: MissionItem) -> bool:
-        return item.command in LANDS and self._state.traits.flies
+    def _lands_elsewhere(self, item: MissionItem) -> bool:
+        state = self._state
+        return item.command in LANDS and state.traits.flies and not is_above(state, item.lat_deg, item.lon_deg)
 
-    def _behind_jumps(self, seq: int, *, follow: bool) -> int | None:
+    def behind_jumps(self, seq: int, *, follow: bool = False) -> int | None:
         """The item that is flown instead of `seq`; None where the mission ends. Jumps that are followed count."""
         items = self.items
         for _ in range(MAX_JUMP_ITERATION):
@@ -326,14 +341,14 @@ class Mission:
             seq = target
         return None
 
-    def _next_place(self, seq: int) -> MissionItem | None:
+    def next_place(self, seq: int) -> int | None:
         """The first item with a position from `seq` on, behind jumps and what is carried out on the way."""
         for _ in range(len(self.items)):
-            place = self._behind_jumps(seq, follow=False)
+            place = self.behind_jumps(seq)
             if place is None:
                 return None
             if self.items[place].command in PLACED:
-                return self.items[place]
+                return place
             seq = place + 1
         return None
 
@@ -345,6 +360,11 @@ class Mission:
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = state.no_setpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
+        self.issue(item)
+
+    def issue(self, item: MissionItem) -> None:
+        """Have an item without a place carried out (MissionBlock::issue_command)."""
+        state = self._state
         if item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
             state.command(_command_of(item, state.home_alt_m()))
         elif item.command in PAYLOAD_COMMANDS:
@@ -370,24 +390,7 @@ class Mission:
         self._begin(target, Work.CLIMB)
         tell_item(state, state.dataman.current_seq, target)
         then = target_of(item, state.home_alt_m())._replace(command=WAYPOINT)
-        state.fly(self._setpoint_of(target), previous=state.here(), following=self._setpoint_of(then))
-
-    def _is_above(self, item: MissionItem) -> bool:
-        position = self._state.position
-        away_m = distance_m(item.lat_deg, item.lon_deg, position.lat, position.lon)
-        return self._state.landed or away_m <= self._state.acceptance_radius_m()
-
-    def _move_to_land(self, item: MissionItem) -> None:
-        state = self._state
-        state.centre_gimbal()
-        target = target_of(item, state.home_alt_m())
-        current = state.triplet.current
-        alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
-        above = Target(WAYPOINT, target.lat_deg, target.lon_deg, alt_m)
-        self._begin(above, Work.MOVE_TO_LAND)
-        tell_item(state, state.dataman.current_seq, above)
-        setpoint = state.setpoint(SetpointType.POSITION, target.lat_deg, target.lon_deg, alt_m)
-        state.fly(setpoint, previous=self._previous(), following=self._setpoint_of(target))
+        state.fly(setpoint_of(state, target), previous=state.here(), following=setpoint_of(state, then))
 
     def _fly_to_item(self, item: MissionItem) -> None:
         state = self._state
@@ -398,15 +401,9 @@ class Mission:
             target = target._replace(yaw_rad=math.nan)
         self._begin(target, Work.DEFAULT)
         tell_item(state, state.dataman.current_seq, target, item)
-        wants_precision = item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
-        if wants_precision and state.traits.lands_precisely:
-            self._lands_precisely = True
-            self._precland.begin(target.lat_deg, target.lon_deg, state.position.alt, Precision(int(item.param2)))
-            return
-        current, before = self._setpoint_of(target), state.triplet
-        stays = current._replace(timestamp=before.current.timestamp) == before.current
-        previous = before.previous if stays else self._previous()
-        state.fly(current, previous=previous, following=self._following())
+        self._lands_precisely = self._precland.begins_at(item, target)
+        if not self._lands_precisely:
+            fly_leg(state, target, self._following())
 
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target
@@ -414,53 +411,24 @@ class Mission:
         self._lands_precisely = False
         self._reached.restart(self._state.now_us)
 
-    def _setpoint_of(self, target: Target) -> PositionSetpoint:
-        if target.command in LANDS:
-            kind = SetpointType.LAND
-        elif target.command in TAKEOFFS:
-            kind = self._state.takeoff_type
-        elif target.command in HOLDING:
-            kind = SetpointType.LOITER
-        else:
-            kind = SetpointType.POSITION
-        radius = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else math.nan
-        return self._state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, target.yaw_rad, radius)
-
-    def _previous(self) -> PositionSetpoint:
-        current = self._state.triplet.current
-        if current.valid and math.isfinite(current.lat):
-            return current
-        return self._state.here()
-
     def _following(self) -> PositionSetpoint:
         """The next place, to cut the corner; none where the vehicle stays for a while."""
-        seq = self._state.dataman.current_seq
+        state = self._state
+        seq = state.dataman.current_seq
         current = self.items[seq]
         stays = current.command in HOLDING or current.command in LANDS or not current.autocontinue
-        if stays or (self._state.traits.stops_at_waypoints and current.param1 > 0.0):
-            return self._state.no_setpoint()
-        item = self._next_place(seq + 1)
-        return (
-            self._state.no_setpoint() if item is None else self._setpoint_of(target_of(item, self._state.home_alt_m()))
-        )
+        if stays or (state.traits.stops_at_waypoints and current.param1 > 0.0):
+            return state.no_setpoint()
+        place = self.next_place(seq + 1)
+        if place is None:
+            return state.no_setpoint()
+        return setpoint_of(state, target_of(self.items[place], state.home_alt_m()))
 
     def _end(self) -> None:
-        state = self._state
         self.ended = True
         self._executing = False
         self._target = None
-        state.finished = True
-        state.cruising_speed_m_s = -1.0
-        if state.landed:
-            state.idle()
-            return
-        current = state.triplet.current
-        if current.valid and current.type in (SetpointType.LOITER, SetpointType.POSITION):
-            lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
-        else:
-            lat, lon = state.stop_point()
-            alt, yaw = state.position.alt, math.nan
-        state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))
+        stay(self._state)
 
     # --- what MISSION_CURRENT says --------------------------------------------------------------------------
 

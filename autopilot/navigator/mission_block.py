@@ -30,6 +30,15 @@ RELATIVE_FRAMES = frozenset(
         mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
     )
 )
+RALLY_FRAMES = frozenset(
+    (
+        mavlink.MAV_FRAME_GLOBAL,
+        mavlink.MAV_FRAME_GLOBAL_INT,
+        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
+    )
+)
+"""Of a rally point that a return knows (RTL::extractValidSafePointPosition)."""
 WAYPOINT = mavlink.MAV_CMD_NAV_WAYPOINT
 LOITER_UNLIM = mavlink.MAV_CMD_NAV_LOITER_UNLIM
 LOITER_TIME = mavlink.MAV_CMD_NAV_LOITER_TIME

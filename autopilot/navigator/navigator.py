@@ -38,7 +38,6 @@ from sitl_emu.core import dialect as mavlink
 
 INTERVAL_US: Final = 50_000
 """How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
-RTL_ESTIMATE_EVERY_US: Final = 1_000_000
 STATUS_EVERY_US: Final = 500_000
 HEADING_FAILURE: Final = 1
 """navigator_status.failure."""
@@ -76,7 +75,7 @@ class Navigator:
         self._loiter = Loiter(state, self._geofence)
         self._payload = Payload(state)
         self._mission = Mission(state, self._roi, self._payload, self._geofence)
-        self._rtl = Rtl(state)
+        self._rtl = Rtl(state, self._mission)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
             NavState.AUTO_VTOL_TAKEOFF: self._takeoff,
@@ -129,9 +128,6 @@ class Navigator:
                 break
         self._plans = self._plans_now()
         self._publish_mission_result(now_us)
-        if now_us - self._topics.rtl_time_estimate.timestamp >= RTL_ESTIMATE_EVERY_US:
-            self._topics.rtl_time_estimate = self._rtl.time_estimate(active=self._mode is self._rtl)
-            self._topics.rtl_status = self._rtl.status()
         self._publish_status(now_us)
 
     def _wakes(self, now_us: int) -> bool:
@@ -217,11 +213,17 @@ class Navigator:
     def _run_mode(self, nav_state: NavState | None) -> None:
         """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten.
 
-        A mode that begins, does no more in that run (NavigatorMode::run).
+        A mode that begins, does no more in that run (NavigatorMode::run). A return leaves a mission to land that is on
+        its landing pattern.
         """
         state = self._state
         mode = self._modes.get(nav_state) if nav_state is not None else None
-        begins, self._nav_state = nav_state is not self._nav_state, nav_state
+        if mode is self._rtl and self._mode is self._mission and self._mission.is_landing:
+            mode = self._mission
+        goes_on = mode is self._mission and self._mode is self._mission
+        begins, self._nav_state = nav_state is not self._nav_state and not goes_on, nav_state
+        if mode is not self._rtl:
+            self._rtl.on_inactive()
         if begins:
             state.finished = False
             if mode is not self._mission:

@@ -12,7 +12,9 @@ import math
 from enum import Enum, IntEnum
 
 from sitl_emu.autopilot.constants import SetpointType
+from sitl_emu.autopilot.navigator.mission_block import LAND, Target
 from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.topics import LandingTargetPose
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
@@ -64,6 +66,14 @@ class PrecLand:
         self._start = (lat_deg, lon_deg, alt_m)
         self._searches = 0
         self._enter_start()
+
+    def begins_at(self, item: MissionItem, target: Target) -> bool:
+        """Begin with a mission's landing that asks for it; False for any other item."""
+        wants = item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
+        if not wants or not self._state.traits.lands_precisely:
+            return False
+        self.begin(target.lat_deg, target.lon_deg, self._state.position.alt, Precision(int(item.param2)))
+        return True
 
     def on_active(self) -> None:
         """Every cycle."""

@@ -1,216 +1,158 @@
-"""RTL: climb, return to home or to a rally point, descend, land. PX4's RTL and RtlDirect (v1.18).
+"""RTL: where a return goes, and how; which one is flown. PX4's RTL (src/modules/navigator/rtl.cpp, v1.18).
 
-RTL_TYPE 0 goes to home or to a rally point that is nearer, 1 and 5 to a rally point where there is one; 2 to 4, which
-follow a mission, are flown as 0. The height is RTL_RETURN_ALT above the destination; with RTL_CONE_ANG less within
-RTL_MIN_DIST, and twice the distance within NAV_ACC_RAD; it is never less than the present one. With RTL_LAND_DELAY 0
-the vehicle lands as soon as it is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits
-there (negative: for good). On the ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the
-landing a precision landing.
+RTL_TYPE chooses: 0 goes straight to home or to a rally point that is nearer; 1 to the nearest of the mission's landing
+pattern and the rally points, to home where there is neither; 3 to the nearest of all three; 5 to a rally point, and
+where there is none lands where the vehicle is. 2 follows the mission to its landing, and without one goes back along
+it and home; 4 does what is less by the count of items. Without a mission that can be flown both go straight home.
+
+The height is RTL_RETURN_ALT above the destination; with RTL_CONE_ANG less within RTL_MIN_DIST, and twice the distance
+within NAV_ACC_RAD; it is never less than the present one. That of a landing pattern stays what it was when the pattern
+was chosen, as PX4 works it out then alone (RTL::initRtlMissionType).
 """
 
 import math
-from enum import IntEnum
-from typing import NamedTuple
 
-from sitl_emu.autopilot.constants import SetpointType, Severity
-from sitl_emu.autopilot.navigator.mission_block import (
-    LAND,
-    LOITER_TIME,
-    LOITER_UNLIM,
-    RELATIVE_FRAMES,
-    WAYPOINT,
-    Reached,
-    Target,
-    tell_item,
-)
-from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.navigator.mission import Mission
+from sitl_emu.autopilot.navigator.mission_block import RALLY_FRAMES, RELATIVE_FRAMES, target_of
+from sitl_emu.autopilot.navigator.mission_legs import landing_of
+from sitl_emu.autopilot.navigator.rtl_direct import Destination, RtlDirect
+from sitl_emu.autopilot.navigator.rtl_mission import RtlMission, RtlType
 from sitl_emu.autopilot.navigator.state import NavigatorState
-from sitl_emu.autopilot.topics import RtlStatus, RtlTimeEstimate, VehicleCommand, VehicleGlobalPosition
+from sitl_emu.autopilot.topics import RtlStatus, RtlTimeEstimate
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
-NAV_CMD_IDLE = 0
-"""Not a MAV_CMD: PX4's own (navigation.h)."""
-SLOWEST_M_S = 0.1
-"""Below this a speed is none, and would make a return endless."""
-HOME_INDEX = 255
-DIRECT_SAFE_POINT = 1
-"""rtl_status.rtl_type."""
+CHECK_EVERY_US = 2_000_000
+NO_RALLY_POINT = 255
+"""rtl_status.safe_point_index."""
 NEARER_M = 2.0
-"""A rally point has to be nearer by this."""
+"""What is chosen instead has to be nearer by this (MIN_DIST_THRESHOLD)."""
 AT_HOME_M = 10.0
-"""A rally point this close to home is not another place."""
-
-
-class Phase(IntEnum):
-    """Where the return is."""
-
-    CLIMB = 0
-    RETURN = 1
-    DESCEND = 2
-    WAIT = 3
-    LAND = 4
-    LANDED = 5
-
-
-class Destination(NamedTuple):
-    """Where it ends; altitude AMSL of the ground there."""
-
-    lat_deg: float
-    lon_deg: float
-    alt_m: float
-    yaw_rad: float = math.nan
+"""A rally point this close to home is not another place (MAX_DIST_FROM_HOME_FOR_LAND_APPROACHES)."""
+HOME_OR_RALLY, NEVER_HOME, FOLLOW_MISSION, NEAREST, SHORTER_WAY, RALLY_ALONE = range(6)
+"""RTL_TYPE."""
 
 
 class Rtl:
     """AUTO_RTL."""
 
-    def __init__(self, state: NavigatorState) -> None:
+    def __init__(self, state: NavigatorState, mission: Mission) -> None:
         self._state = state
-        self._phase = Phase.CLIMB
-        self._destination = Destination(math.nan, math.nan, math.nan)
-        self._return_alt_m = math.nan
-        self._target: Target | None = None
-        self._reached = Reached()
-        self._started = False
-        self._precland = PrecLand(state)
+        self._mission = mission
+        self._direct = RtlDirect(state)
+        self._along = RtlMission(state, mission)
+        self._kind: RtlType | None = None
+        self._flown_seq: int | None = None
+        self._checked_us: int | None = None
+        self._settings = state.settings
 
-    @property
-    def _precision(self) -> Precision:
-        """RTL_PLD_MD, where the vehicle can."""
-        mode = self._state.settings.rtl_pld_md
-        return Precision(mode) if mode in (1, 2) and self._state.traits.lands_precisely else Precision.DISABLED
+    def on_inactive(self) -> None:
+        """Every cycle of another mode, or of none: every two seconds, where a return would go and how long it takes."""
+        state = self._state
+        in_mission = state.topics.vehicle_status.nav_state is NavState.AUTO_MISSION
+        self._flown_seq = state.dataman.current_seq if in_mission else None
+        is_due = self._is_due()
+        if is_due or state.settings is not self._settings:
+            self._settings = state.settings
+            self._choose()
+        if is_due:
+            self._tell_time(active=False)
 
     def on_activation(self) -> None:
         """Enter RTL."""
-        self._start()
+        self._choose()
+        if self._kind is RtlType.DIRECT:
+            self._direct.on_activation()
+        else:
+            self._along.on_activation(self._flown_seq)
+        self._state.centre_gimbal()
 
     def on_active(self) -> None:
         """Every cycle in RTL."""
-        state = self._state
-        if self._phase is Phase.LANDED:
-            return
-        assert self._target is not None
-        if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
-            self._precland.on_active()
-        if self._reached.update(state, self._target):
-            if self._phase is Phase.LAND:
-                self._land()
-                return
-            self._phase = self._next_phase()
-            self._fly_phase()
+        if self._kind is RtlType.DIRECT:
+            self._direct.on_active()
+        else:
+            self._along.on_active()
+        if self._is_due():
+            self._tell_time(active=True)
 
-    def time_estimate(self, *, active: bool) -> RtlTimeEstimate:
-        """How long the rest of a return would take, or all of it while none is flown (RtlDirect's, and its estimator).
+    def _is_due(self) -> bool:
+        now_us = self._state.now_us
+        if self._checked_us is not None and now_us - self._checked_us <= CHECK_EVERY_US:
+            return False
+        self._checked_us = now_us
+        return True
 
-        Along the ground it is 0 seconds and the margin: PX4 counts the way down alone.
-        """
+    def _tell_time(self, *, active: bool) -> None:
         state, settings = self._state, self._state.settings
-        position = state.position
-        if state.landed or not state.topics.home_position.valid or not math.isfinite(position.lat):
-            return RtlTimeEstimate(state.now_us)
-        if not (active and self._started):
-            self._destination = self._nearest_destination()
-            self._return_alt_m = self._return_altitude_m()
-            self._phase = Phase.CLIMB if position.alt < self._return_alt_m else Phase.RETURN
-        seconds = self._seconds_left(position) if state.traits.flies else 0.0
-        safe_s = settings.rtl_time_factor * seconds + settings.rtl_time_margin_s
-        return RtlTimeEstimate(state.now_us, True, seconds, safe_s)
+        seconds = math.nan
+        if state.topics.home_position.valid and math.isfinite(state.position.lat):
+            is_direct = self._kind is RtlType.DIRECT
+            seconds = self._direct.seconds_left() if is_direct else self._along.seconds_left(active=active)
+        estimate = RtlTimeEstimate(state.now_us)
+        if math.isfinite(seconds):
+            safe_s = settings.rtl_time_factor * seconds + settings.rtl_time_margin_s
+            estimate = RtlTimeEstimate(state.now_us, True, seconds, safe_s)
+        state.topics.rtl_time_estimate = estimate
 
-    def status(self) -> RtlStatus:
-        """Where a return would go: straight to home, or to a rally point."""
-        state, plan = self._state, self._state.dataman.rally
-        place = self._destination
-        index = next(
-            (n for n, item in enumerate(plan.items) if (item.lat_deg, item.lon_deg) == (place.lat_deg, place.lon_deg)),
-            HOME_INDEX,
-        )
-        return RtlStatus(state.now_us, DIRECT_SAFE_POINT, index, plan.opaque_id)
+    # --- where to -----------------------------------------------------------------------------------------------
 
-    def _seconds_left(self, position: VehicleGlobalPosition) -> float:
-        settings, place, phase = self._state.settings, self._destination, self._phase
-        hover_alt_m = min(place.alt_m + settings.rtl_descend_alt_m, self._return_alt_m)
-        seconds = 0.0
-        if phase is Phase.CLIMB:
-            seconds += self._vertical_s(max(self._return_alt_m - position.alt, 0.0))
-        if phase <= Phase.RETURN:
-            away_m = distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg)
-            seconds += away_m / max(settings.mpc_xy_cruise_m_s, SLOWEST_M_S)
-        if phase <= Phase.DESCEND:
-            from_m = position.alt if phase is Phase.DESCEND else self._return_alt_m
-            seconds += self._vertical_s(hover_alt_m - from_m)
-        if phase <= Phase.WAIT:
-            if settings.rtl_land_delay_s < 0.0:
-                return seconds
-            seconds += settings.rtl_land_delay_s
-        return seconds + self._vertical_s(place.alt_m - (position.alt if phase >= Phase.LAND else hover_alt_m))
+    def _choose(self) -> None:
+        """Work out where a return from here goes, and tell it (RTL::setRtlTypeAndDestination)."""
+        state, rally = self._state, self._state.dataman.rally
+        kind, destination, index = self._chosen()
+        return_alt_m = self._return_altitude_m(destination)
+        self._direct.choose(destination, return_alt_m)
+        if kind is not RtlType.DIRECT and kind is not self._kind:
+            self._along.choose(kind, return_alt_m)
+        self._kind = kind
+        state.topics.rtl_status = RtlStatus(state.now_us, kind, index, rally.opaque_id)
 
-    def _vertical_s(self, climb_m: float) -> float:
-        settings = self._state.settings
-        speed_m_s = settings.mpc_z_v_auto_up_m_s if climb_m > 0.0 else settings.mpc_z_v_auto_dn_m_s
-        return abs(climb_m) / max(speed_m_s, SLOWEST_M_S)
+    def _chosen(self) -> tuple[RtlType, Destination, int]:
+        """How, where to, and by which rally point."""
+        home, wanted = self._state.topics.home_position, self._state.settings.rtl_type
+        destination = Destination(home.lat, home.lon, home.alt, home.yaw)
+        if wanted not in (FOLLOW_MISSION, SHORTER_WAY):
+            return self._nearest(destination)
+        landing, seq = landing_of(self._mission.items), self._state.dataman.current_seq
+        kind = RtlType.MISSION_FAST_REVERSE
+        if not self._mission.valid:
+            kind = RtlType.DIRECT
+        elif landing is not None and (wanted == FOLLOW_MISSION or landing.start - seq < seq):
+            kind = RtlType.MISSION_FAST
+        return kind, destination, NO_RALLY_POINT
 
-    def _start(self) -> None:
-        state = self._state
-        self._started = True
-        state.centre_gimbal()
-        self._destination = self._nearest_destination()
-        self._return_alt_m = self._return_altitude_m()
-        state.cruising_speed_m_s = -1.0
-        above_m = self._return_alt_m - self._destination.alt_m
-        amsl_m, above_whole_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
-        text = f"RTL: start return at {amsl_m} m ({above_whole_m} m above destination)\t"
-        if not state.traits.flies:
-            self._phase = Phase.LAND
-            self._fly_phase()
-            state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
-            return
-        state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
-        if state.landed:
-            self._land()
-            state.idle()
-            return
-        self._phase = Phase.CLIMB if state.position.alt < self._return_alt_m else Phase.RETURN
-        self._fly_phase()
-
-    def _land(self) -> None:
-        """On the ground. PX4 publishes its idle item as a command (RtlDirect::set_rtl_item)."""
-        state, settings = self._state, self._state.settings
-        self._phase, state.finished = Phase.LANDED, True
-        idle = (0.0, settings.nav_acc_rad_m, settings.nav_loiter_rad_m, math.nan, 0.0, 0.0, state.home_alt_m())
-        state.tell(VehicleCommand(NAV_CMD_IDLE, *idle))
-
-    def _nearest_destination(self) -> Destination:
-        """Home, or a rally point; the heading to arrive with is home's in any case."""
-        state, kind = self._state, self._state.settings.rtl_type
-        home, position = state.topics.home_position, state.position
-        best = Destination(home.lat, home.lon, home.alt, home.yaw)
-        if kind in (2, 4):
-            return best
-        away_m = distance_m(home.lat, home.lon, position.lat, position.lon) if kind in (0, 3) else math.inf
-        for item in state.dataman.rally.items:
-            if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT:
+    def _nearest(self, home: Destination) -> tuple[RtlType, Destination, int]:
+        """The nearest of the places that RTL_TYPE allows (RTL::findRtlDestination)."""
+        state, wanted, position = self._state, self._state.settings.rtl_type, self._state.position
+        kind, best, index = RtlType.DIRECT, home, NO_RALLY_POINT
+        away_m = math.inf if wanted in (NEVER_HOME, RALLY_ALONE) else self._away_m(home)
+        landing = landing_of(self._mission.items) if wanted in (NEVER_HOME, NEAREST) and self._mission.valid else None
+        if landing is not None:
+            land = target_of(self._mission.items[landing.land], state.home_alt_m())
+            pattern = Destination(land.lat_deg, land.lon_deg, land.alt_m, home.yaw_rad)
+            if self._away_m(pattern) + NEARER_M < away_m:
+                kind, best, away_m = RtlType.DIRECT_MISSION_LAND, pattern, self._away_m(pattern)
+        for number, item in enumerate(state.dataman.rally.items):
+            if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT or item.frame not in RALLY_FRAMES:
                 continue
-            if distance_m(item.lat_deg, item.lon_deg, home.lat, home.lon) <= AT_HOME_M:
+            if wanted != RALLY_ALONE and _apart_m(home, item.lat_deg, item.lon_deg) <= AT_HOME_M:
                 continue
-            rally_m = distance_m(item.lat_deg, item.lon_deg, position.lat, position.lon)
-            if rally_m + NEARER_M < away_m:
-                alt_m = item.z + home.alt if item.frame in RELATIVE_FRAMES else item.z
-                best, away_m = Destination(item.lat_deg, item.lon_deg, alt_m, home.yaw), rally_m
-        return best
+            alt_m = item.z + state.home_alt_m() if item.frame in RELATIVE_FRAMES else item.z
+            point = Destination(item.lat_deg, item.lon_deg, alt_m)
+            if self._away_m(point) + NEARER_M < away_m:
+                kind, best, away_m, index = RtlType.DIRECT, point, self._away_m(point), number
+        if wanted == RALLY_ALONE and index == NO_RALLY_POINT:
+            best = Destination(position.lat, position.lon, position.alt, home.yaw_rad)
+        return kind, best, index
 
-    def _away_m(self) -> float:
-        place, position = self._destination, self._state.position
-        return distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
+    def _away_m(self, place: Destination) -> float:
+        return _apart_m(place, self._state.position.lat, self._state.position.lon)
 
-    def _yaw_rad(self) -> float:
-        """Heading to fly with: the destination's near it and above it."""
-        close = self._phase is Phase.RETURN and self._away_m() < self._state.settings.rtl_min_dist_m
-        return self._destination.yaw_rad if close or self._phase >= Phase.DESCEND else math.nan
-
-    def _return_altitude_m(self) -> float:
+    def _return_altitude_m(self, destination: Destination) -> float:
         state, settings = self._state, self._state.settings
-        away_m, height_m = self._away_m(), settings.rtl_return_alt_m
+        away_m, height_m = self._away_m(destination), settings.rtl_return_alt_m
         if settings.rtl_cone_ang_deg > 0.0 and state.traits.flies:
             if away_m <= settings.nav_acc_rad_m:
                 height_m = 2.0 * away_m
@@ -219,44 +161,9 @@ class Rtl:
                     half_angle = math.radians(min(max(settings.rtl_cone_ang_deg, 1.0), 89.0))
                     height_m = min(height_m, away_m / math.tan(half_angle))
                 height_m = max(height_m, 2.0 * settings.nav_acc_rad_m)
-        return max(self._destination.alt_m + height_m, state.position.alt)
+            height_m = min(height_m, settings.rtl_return_alt_m)
+        return max(destination.alt_m + height_m, state.position.alt)
 
-    def _next_phase(self) -> Phase:
-        settings = self._state.settings
-        if self._phase is Phase.CLIMB:
-            return Phase.RETURN
-        if self._phase is Phase.RETURN:
-            return Phase.DESCEND if settings.rtl_land_delay_s != 0.0 else Phase.LAND
-        if self._phase is Phase.DESCEND:
-            return Phase.WAIT
-        return Phase.LAND
 
-    def _fly_phase(self) -> None:
-        state, place, phase = self._state, self._destination, self._phase
-        settings, yaw = state.settings, self._yaw_rad()
-        kind = SetpointType.POSITION
-        if phase is Phase.CLIMB:
-            target = Target(WAYPOINT, state.position.lat, state.position.lon, self._return_alt_m)
-        elif phase is Phase.RETURN:
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw)
-        elif phase is Phase.DESCEND:
-            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, yaw, settings.nav_acc_rad_m)
-        elif phase is Phase.WAIT:
-            kind = SetpointType.LOITER
-            command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
-            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
-            target = Target(command, place.lat_deg, place.lon_deg, alt_m, hold_s=settings.rtl_land_delay_s)
-            if settings.rtl_land_delay_s < 0.0:
-                state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
-        else:
-            kind = SetpointType.LAND
-            target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)
-            state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
-        self._target = target
-        self._reached.restart(state.now_us)
-        tell_item(state, int(phase), target)
-        if phase is Phase.LAND and self._precision is not Precision.DISABLED:
-            self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
-            return
-        state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())
+def _apart_m(place: Destination, lat_deg: float, lon_deg: float) -> float:
+    return distance_m(place.lat_deg, place.lon_deg, lat_deg, lon_deg)

@@ -36,4 +36,3 @@ def test_the_page_knows_who_reads_what_and_what_nobody_reads() -> None:
     for name in ("MC_ROLLRATE_P", "CA_ROTOR*n*_PX"):
         assert name in wired and name not in unread
     assert "MC_AIRMODE" in unread and "MC_AIRMODE" not in wired
-    assert "RTL_TYPE" in wired and "GF_PREDICT" in wired  # what is read, and what else is missing

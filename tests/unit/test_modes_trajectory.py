@@ -148,6 +148,23 @@ def test_a_turning_trajectory_climbs_as_its_leg_does() -> None:
     assert smoothing.unsmoothed_velocity[2] > 0.0
 
 
+def test_who_has_to_turn_to_a_landing_aims_at_where_the_leg_began() -> None:
+    """As a real PX4 that was sent to land 40 m away out of another course: it came down where its leg began."""
+    smoothing = PositionSmoothing()
+    smoothing.set_horizontal_limits(12.0, 3.0, 4.0)
+    smoothing.set_vertical_limits(1.5, 3.0)
+    smoothing.reset((0.0, 0.0, -10.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.0))
+    landing = ((2.0, -8.0, -10.0), (-40.0, 20.0, math.nan), (-40.0, 20.0, 0.0))
+    smoothing.update((0.0, 0.0, -10.0), landing, (math.nan, math.nan, 0.7), DT)
+    north, east, down = smoothing.unsmoothed_velocity
+    assert (north, east) == pytest.approx((0.0, 0.0))  # the speed on the last straight, of which there was none
+    smoothing._straight_speed = 5.0
+    smoothing.update((0.0, 0.0, -10.0), landing, (math.nan, math.nan, 0.7), DT)
+    north, east, down = smoothing.unsmoothed_velocity
+    assert math.atan2(east, north) == pytest.approx(math.atan2(-8.0, 2.0), abs=0.01)
+    assert down == 0.7
+
+
 def test_a_heading_turns_the_short_way_within_its_rate() -> None:
     heading = HeadingSmoothing()
     heading.set_limits(math.radians(60.0), math.radians(20.0))

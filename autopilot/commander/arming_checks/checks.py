@@ -29,6 +29,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     offboard,
     open_drone_id,
     parachute,
+    rally_point,
     system,
     traffic_avoidance,
 )
@@ -69,6 +70,7 @@ AFTER_ESTIMATOR: tuple[Check, ...] = (
     manual_control.check,
     home_position.check,
     mission.check,
+    rally_point.check,
     offboard.check,
     mode.check,
     system.check,
@@ -199,4 +201,5 @@ def _settings(parameters: Parameters) -> Settings:
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
         com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),
+        rtl_type=int(parameters["RTL_TYPE"]),
     )

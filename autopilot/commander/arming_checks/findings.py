@@ -85,6 +85,7 @@ class Settings(NamedTuple):
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     com_rc_in_mode: int
     com_cc_temp_warn: float
+    rtl_type: int
 
 
 class Findings:
@@ -141,20 +142,30 @@ class Findings:
         self._fail(Failure(event, level, modes, component, arguments), text)
 
     def arming_check_failure(
-        self, modes: int, component: Component, level: Severity, event: str, *arguments: float, text: str = ""
+        self,
+        modes: int,
+        component: Component,
+        level: Severity,
+        event: str,
+        *arguments: float,
+        text: str = "",
+        said_as: Severity = Severity.CRITICAL,
     ) -> None:
-        """Something is not as it has to be for a flight; arming is forbidden in `modes`."""
+        """Something is not as it has to be for a flight; arming is forbidden in `modes`.
+
+        `said_as`: of the text, which most checks say as critical, warnings too.
+        """
         if level <= Severity.ERROR:
             self.arming_error |= component
         elif level <= Severity.WARNING:
             self.arming_warning |= component
-        self._fail(Failure(event, level, modes, component, arguments), text)
+        self._fail(Failure(event, level, modes, component, arguments), text, said_as)
 
-    def _fail(self, failure: Failure, text: str) -> None:
+    def _fail(self, failure: Failure, text: str, said_as: Severity = Severity.CRITICAL) -> None:
         self.failures.append(failure)
         self.arming_forbidden |= failure.modes
         if text:
-            self.texts[text] = min(failure.level, Severity.CRITICAL)
+            self.texts[text] = min(failure.level, said_as)
 
     def flags(self) -> FailsafeFlags:
         """The record for the topic."""

@@ -1,0 +1,140 @@
+"""From a mission's items to setpoints: what MISSION and returns along a mission have in common.
+
+PX4's MissionBase and MissionBlock (src/modules/navigator, v1.18). A landing pattern begins at the first DO_LAND_START
+or, without one, at the landing (MavlinkMissionManager, which notes both as the items come).
+"""
+
+import math
+from collections.abc import Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.navigator.mission_block import (
+    LANDS,
+    LOITER_TIME,
+    LOITER_TO_ALT,
+    LOITER_UNLIM,
+    TAKEOFFS,
+    WAYPOINT,
+    Target,
+    target_of,
+    tell_item,
+)
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.topics import PositionSetpoint
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.geodesy import distance_m
+
+DO_LAND_START = mavlink.MAV_CMD_DO_LAND_START
+HOLDING = frozenset((LOITER_TIME, LOITER_UNLIM, LOITER_TO_ALT))
+
+
+class Work(Enum):
+    """What is being done about the current item."""
+
+    DEFAULT = "default"
+    CLIMB = "climb"
+    MOVE_TO_LAND = "move to land"
+
+
+class Landing(NamedTuple):
+    """Items of a mission's landing pattern."""
+
+    start: int
+    land: int
+
+
+def landing_of(items: Sequence[MissionItem]) -> Landing | None:
+    """A mission's landing pattern; None where it does not land."""
+    start = None
+    for seq, item in enumerate(items):
+        if start is None and item.command == DO_LAND_START:
+            start = seq
+        if item.command in LANDS:
+            return Landing(seq if start is None else start, seq)
+    return None
+
+
+def setpoint_of(state: NavigatorState, target: Target) -> PositionSetpoint:
+    """A target as the setpoint of this moment."""
+    if target.command in LANDS:
+        kind = SetpointType.LAND
+    elif target.command in TAKEOFFS:
+        kind = state.takeoff_type
+    elif target.command in HOLDING:
+        kind = SetpointType.LOITER
+    else:
+        kind = SetpointType.POSITION
+    radius = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else math.nan
+    return state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, target.yaw_rad, radius)
+
+
+def leg_start(state: NavigatorState) -> PositionSetpoint:
+    """Where a leg begins: at the setpoint before, or here where there was none."""
+    current = state.triplet.current
+    return current if current.valid and math.isfinite(current.lat) else state.here()
+
+
+def fly_leg(state: NavigatorState, target: Target, following: PositionSetpoint) -> None:
+    """Fly to a target; a setpoint that stays the same keeps its leg."""
+    current, before = setpoint_of(state, target), state.triplet
+    stays = current._replace(timestamp=before.current.timestamp) == before.current
+    state.fly(current, previous=before.previous if stays else leg_start(state), following=following)
+
+
+def is_above(state: NavigatorState, lat_deg: float, lon_deg: float) -> bool:
+    """Whether the vehicle may come down at a place as it is: above it, or on the ground."""
+    position = state.position
+    away_m = distance_m(lat_deg, lon_deg, position.lat, position.lon)
+    return state.landed or away_m <= state.acceptance_radius_m()
+
+
+def move_to_land(state: NavigatorState, item: MissionItem) -> Target:
+    """Fly above an item's landing at the present height, before coming down; what is flown to."""
+    state.centre_gimbal()
+    land = target_of(item, state.home_alt_m())
+    current = state.triplet.current
+    alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
+    above = Target(WAYPOINT, land.lat_deg, land.lon_deg, alt_m)
+    tell_item(state, state.dataman.current_seq, above)
+    state.fly(setpoint_of(state, above), previous=leg_start(state), following=setpoint_of(state, land))
+    return above
+
+
+def announce(state: NavigatorState, *, ready: bool, executing: bool) -> bool:
+    """Tell that a mission is flown, once, or that none is there; whether one is."""
+    if ready:
+        if not executing:
+            state.say(Severity.INFO, "Executing Mission\t", "mission_execute")
+    elif state.landed:
+        text = "No valid mission available, refusing takeoff\t"
+        state.say(Severity.CRITICAL, text, "mission_not_valid_refuse")
+    else:
+        state.say(Severity.CRITICAL, "No valid mission available, loitering\t", "mission_not_valid_loiter")
+    return ready
+
+
+def tell_finished(state: NavigatorState) -> None:
+    """Say that no item is left."""
+    if state.landed:
+        state.say(Severity.INFO, "Mission finished, landed\t", "mission_finished")
+    else:
+        state.say(Severity.INFO, "Mission finished, loitering\t", "mission_finished_loiter")
+
+
+def stay(state: NavigatorState) -> None:
+    """There is nothing to fly (any more): idle on the ground, hold in the air."""
+    state.finished = True
+    state.cruising_speed_m_s = -1.0
+    if state.landed:
+        state.idle()
+        return
+    current = state.triplet.current
+    if current.valid and current.type in (SetpointType.LOITER, SetpointType.POSITION):
+        lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
+    else:
+        lat, lon = state.stop_point()
+        alt, yaw = state.position.alt, math.nan
+    state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))

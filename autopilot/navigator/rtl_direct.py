@@ -1,0 +1,195 @@
+"""The straight return: climb, fly there, descend, land. PX4's RtlDirect (src/modules/navigator/rtl_direct.cpp, v1.18).
+
+It is left straight up to the height that `rtl.py` has worked out. With RTL_LAND_DELAY 0 the vehicle lands as soon as it
+is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). On the
+ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the landing a precision landing.
+"""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.navigator.mission_block import (
+    LAND,
+    LOITER_TIME,
+    LOITER_UNLIM,
+    WAYPOINT,
+    Reached,
+    Target,
+    tell_item,
+)
+from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.topics import VehicleCommand, VehicleGlobalPosition
+from sitl_emu.core.geodesy import distance_m
+
+NAV_CMD_IDLE = 0
+"""Not a MAV_CMD: PX4's own (navigation.h)."""
+
+
+class Phase(IntEnum):
+    """Where the return is."""
+
+    CLIMB = 0
+    RETURN = 1
+    DESCEND = 2
+    WAIT = 3
+    LAND = 4
+    LANDED = 5
+
+
+class Destination(NamedTuple):
+    """Where it ends; altitude AMSL of the ground there."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+    yaw_rad: float = math.nan
+    """To arrive with; NaN: any."""
+
+
+class RtlDirect:
+    """AUTO_RTL, straight."""
+
+    def __init__(self, state: NavigatorState) -> None:
+        self._state = state
+        self._phase = Phase.CLIMB
+        self._destination = Destination(math.nan, math.nan, math.nan)
+        self._return_alt_m = math.nan
+        self._target: Target | None = None
+        self._reached = Reached()
+        self._precland = PrecLand(state)
+
+    def choose(self, destination: Destination, return_alt_m: float) -> None:
+        """Where the next return goes, and how high (AMSL)."""
+        self._destination, self._return_alt_m = destination, return_alt_m
+        self._phase = self._first_phase()
+
+    def on_activation(self) -> None:
+        """Begin to return to what was chosen."""
+        state = self._state
+        state.cruising_speed_m_s = -1.0
+        above_m = self._return_alt_m - self._destination.alt_m
+        amsl_m, above_whole_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
+        text = f"RTL: start return at {amsl_m} m ({above_whole_m} m above destination)\t"
+        if not state.traits.flies:
+            self._phase = Phase.LAND
+            self._fly_phase()
+            state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
+            return
+        state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
+        if state.landed:
+            self._land()
+            state.idle()
+            return
+        self._phase = self._first_phase()
+        self._fly_phase()
+
+    def on_active(self) -> None:
+        """Every cycle of the return."""
+        state = self._state
+        if self._phase is Phase.LANDED:
+            return
+        assert self._target is not None
+        if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
+            self._precland.on_active()
+        if self._reached.update(state, self._target):
+            if self._phase is Phase.LAND:
+                self._land()
+                return
+            self._phase = self._next_phase()
+            self._fly_phase()
+
+    def seconds_left(self) -> float:
+        """How long the rest of the return would take, or all of it while none is flown (calc_rtl_time_estimate).
+
+        Along the ground it is 0: PX4 counts the way down alone. NaN for who has landed.
+        """
+        if self._state.landed:
+            return math.nan
+        return self._seconds_left(self._state.position) if self._state.traits.flies else 0.0
+
+    @property
+    def _precision(self) -> Precision:
+        """RTL_PLD_MD, where the vehicle can."""
+        mode = self._state.settings.rtl_pld_md
+        return Precision(mode) if mode in (1, 2) and self._state.traits.lands_precisely else Precision.DISABLED
+
+    def _first_phase(self) -> Phase:
+        return Phase.CLIMB if self._state.position.alt < self._return_alt_m else Phase.RETURN
+
+    def _seconds_left(self, position: VehicleGlobalPosition) -> float:
+        settings, place, phase = self._state.settings, self._destination, self._phase
+        hover_alt_m = min(place.alt_m + settings.rtl_descend_alt_m, self._return_alt_m)
+        seconds = 0.0
+        if phase is Phase.CLIMB:
+            seconds += vertical_s(settings, max(self._return_alt_m - position.alt, 0.0))
+        if phase <= Phase.RETURN:
+            seconds += along_s(settings, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
+        if phase <= Phase.DESCEND:
+            from_m = position.alt if phase is Phase.DESCEND else self._return_alt_m
+            seconds += vertical_s(settings, hover_alt_m - from_m)
+        if phase <= Phase.WAIT:
+            if settings.rtl_land_delay_s < 0.0:
+                return seconds
+            seconds += settings.rtl_land_delay_s
+        from_m = position.alt if phase >= Phase.LAND else hover_alt_m
+        return seconds + vertical_s(settings, place.alt_m - from_m)
+
+    def _land(self) -> None:
+        """On the ground. PX4 publishes its idle item as a command (RtlDirect::set_rtl_item)."""
+        state, settings = self._state, self._state.settings
+        self._phase, state.finished = Phase.LANDED, True
+        idle = (0.0, settings.nav_acc_rad_m, settings.nav_loiter_rad_m, math.nan, 0.0, 0.0, state.home_alt_m())
+        state.tell(VehicleCommand(NAV_CMD_IDLE, *idle))
+
+    def _away_m(self) -> float:
+        place, position = self._destination, self._state.position
+        return distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
+
+    def _yaw_rad(self) -> float:
+        """Heading to fly with: the destination's near it and above it."""
+        close = self._phase is Phase.RETURN and self._away_m() < self._state.settings.rtl_min_dist_m
+        return self._destination.yaw_rad if close or self._phase >= Phase.DESCEND else math.nan
+
+    def _next_phase(self) -> Phase:
+        settings = self._state.settings
+        if self._phase is Phase.CLIMB:
+            return Phase.RETURN
+        if self._phase is Phase.RETURN:
+            return Phase.DESCEND if settings.rtl_land_delay_s != 0.0 else Phase.LAND
+        if self._phase is Phase.DESCEND:
+            return Phase.WAIT
+        return Phase.LAND
+
+    def _fly_phase(self) -> None:
+        state, place, phase = self._state, self._destination, self._phase
+        settings, yaw = state.settings, self._yaw_rad()
+        kind = SetpointType.POSITION
+        if phase is Phase.CLIMB:
+            target = Target(WAYPOINT, state.position.lat, state.position.lon, self._return_alt_m)
+        elif phase is Phase.RETURN:
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw)
+        elif phase is Phase.DESCEND:
+            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, yaw, settings.nav_acc_rad_m)
+        elif phase is Phase.WAIT:
+            kind = SetpointType.LOITER
+            command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
+            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
+            target = Target(command, place.lat_deg, place.lon_deg, alt_m, hold_s=settings.rtl_land_delay_s)
+            if settings.rtl_land_delay_s < 0.0:
+                state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
+        else:
+            kind = SetpointType.LAND
+            target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)
+            state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
+        self._target = target
+        self._reached.restart(state.now_us)
+        tell_item(state, int(phase), target)
+        if phase is Phase.LAND and self._precision is not Precision.DISABLED:
+            self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
+            return
+        state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())

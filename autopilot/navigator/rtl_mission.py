@@ -1,0 +1,310 @@
+"""Returns along the mission: to its landing, on to its end, or back to where it began.
+
+PX4's RtlDirectMissionLand, RtlMissionFast and RtlMissionFastReverse (src/modules/navigator/rtl_*mission*.cpp, v1.18).
+Places alone are flown to, as waypoints that are passed without a stop; what else the mission does is left out, jumps
+too. They move the mission's current item, which a ground station may set as in MISSION. A return that comes back to the
+take-off climbs to its height there, goes above home as high as it is then, and lands.
+"""
+
+import math
+from enum import IntEnum
+
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.navigator.mission import Mission
+from sitl_emu.autopilot.navigator.mission_block import (
+    LAND,
+    LANDS,
+    LOITER_TIME,
+    LOITER_TO_ALT,
+    LOITER_UNLIM,
+    TAKEOFFS,
+    WAYPOINT,
+    WITH_POSITION,
+    Reached,
+    Target,
+    target_of,
+    tell_item,
+)
+from sitl_emu.autopilot.navigator.mission_legs import (
+    Work,
+    announce,
+    fly_leg,
+    is_above,
+    landing_of,
+    move_to_land,
+    setpoint_of,
+    stay,
+    tell_finished,
+)
+from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
+from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
+from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet
+from sitl_emu.core.geodesy import distance_m
+
+
+class RtlType(IntEnum):
+    """rtl_status.rtl_type: how a return goes."""
+
+    DIRECT = 1
+    """Straight to home or a rally point (`rtl_direct.py`)."""
+    DIRECT_MISSION_LAND = 2
+    """Straight to the mission's landing pattern."""
+    MISSION_FAST = 3
+    """On along the mission to its landing."""
+    MISSION_FAST_REVERSE = 4
+    """Back along the mission, and home."""
+
+
+class RtlMission:
+    """AUTO_RTL along the mission."""
+
+    def __init__(self, state: NavigatorState, mission: Mission) -> None:
+        self._state = state
+        self._mission = mission
+        self._kind = RtlType.MISSION_FAST
+        self._return_alt_m = math.nan
+        self._climbs = self._executing = self._has_item = False
+        self._work = Work.DEFAULT
+        self._target: Target | None = None
+        self._reached = Reached()
+        self._precland = PrecLand(state)
+        self._lands_precisely = False
+        self._plan: Plan | None = None
+        self._seq = -1
+        """The current item as this return has set it."""
+
+    def choose(self, kind: RtlType, return_alt_m: float) -> None:
+        """How the next return goes; AMSL height to which it climbs before it makes for a landing pattern."""
+        self._kind, self._return_alt_m = kind, return_alt_m
+
+    def on_activation(self, flown_seq: int | None) -> None:
+        """Begin. `flown_seq`: the item that MISSION was flying; None where another mode was flown."""
+        state = self._state
+        self._work, self._executing = Work.DEFAULT, False
+        self._climbs = self._kind is RtlType.DIRECT_MISSION_LAND and state.position.alt < self._return_alt_m
+        first = self._first(flown_seq)
+        if first is not None:
+            state.dataman.current_seq = first
+        self._has_item = first is not None and not state.landed
+        self._take_up()
+        self._set_item()
+        self._mission.replay_speed()
+
+    def on_active(self) -> None:
+        """Every cycle of the return."""
+        state = self._state
+        if state.dataman.mission is not self._plan or state.dataman.current_seq != self._seq:
+            state.triplet = PositionSetpointTriplet(state.now_us)
+            seq = self._mission.behind_jumps(state.dataman.current_seq) if self._mission.valid else None
+            self._has_item = seq is not None
+            if seq is not None:
+                state.dataman.current_seq = seq
+            self._take_up()
+            self._set_item()
+            return
+        if self._target is None:
+            return
+        if self._lands_precisely:
+            self._precland.on_active()
+        if self._reached.update(state, self._target):
+            self._item_done()
+
+    def seconds_left(self, *, active: bool) -> float:
+        """How long the landing pattern takes from here (RtlDirectMissionLand); NaN for the others: PX4 doesn't know."""
+        state, settings = self._state, self._state.settings
+        landing = landing_of(self._mission.items)
+        if self._kind is not RtlType.DIRECT_MISSION_LAND or landing is None:
+            return math.nan
+        position, seconds = state.position, 0.0
+        lat_deg, lon_deg, alt_m = position.lat, position.lon, position.alt
+        climbs = self._work is Work.CLIMB if active else alt_m < self._return_alt_m
+        if climbs and alt_m < self._return_alt_m:
+            seconds += vertical_s(settings, self._return_alt_m - alt_m)
+            alt_m = self._return_alt_m
+        seq = self._mission.next_place(max(state.dataman.current_seq, landing.start) if active else landing.start)
+        while seq is not None:
+            item = self._mission.items[seq]
+            if item.command == LOITER_UNLIM:
+                return math.nan
+            place = target_of(item, state.home_alt_m())
+            away_m = distance_m(lat_deg, lon_deg, place.lat_deg, place.lon_deg)
+            if item.command == LOITER_TIME:
+                seconds += along_s(settings, away_m) + place.hold_s
+            elif item.command == LOITER_TO_ALT:
+                seconds += along_s(settings, away_m) + vertical_s(settings, place.alt_m - alt_m)
+            else:
+                seconds += along_s(settings, away_m, place.alt_m - alt_m)
+            lat_deg, lon_deg, alt_m = place.lat_deg, place.lon_deg, place.alt_m
+            seq = self._mission.next_place(seq + 1)
+        return seconds
+
+    # --- which item -------------------------------------------------------------------------------------------
+
+    def _first(self, flown_seq: int | None) -> int | None:
+        """The item that the return begins with; None where there is none."""
+        landing = landing_of(self._mission.items)
+        if not self._mission.valid:
+            return None
+        if self._kind is RtlType.DIRECT_MISSION_LAND:
+            return None if landing is None else landing.start
+        if flown_seq is None:
+            return self._closest()
+        if self._kind is RtlType.MISSION_FAST:
+            first = self._place_from(flown_seq)
+            return landing.land if first is None and landing is not None else first
+        before = self._place_before(flown_seq)
+        return self._place_from(flown_seq + 1) if before is None else before
+
+    def _closest(self) -> int | None:
+        """The place that is nearest, its height counted too (setMissionToClosestItem)."""
+        position, home_alt_m = self._state.position, self._state.home_alt_m()
+
+        def away_m(seq: int) -> float:
+            place = target_of(self._mission.items[seq], home_alt_m)
+            along_m = distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
+            return math.hypot(along_m, place.alt_m - position.alt)
+
+        return min(self._places(), key=away_m, default=None)
+
+    def _places(self) -> list[int]:
+        """All items with a place: jumps are not followed."""
+        return [seq for seq, item in enumerate(self._mission.items) if item.command in WITH_POSITION]
+
+    def _place_from(self, seq: int) -> int | None:
+        return next((place for place in self._places() if place >= seq), None)
+
+    def _place_before(self, seq: int) -> int | None:
+        return next((place for place in reversed(self._places()) if place < seq), None)
+
+    def _next(self, seq: int) -> int | None:
+        if self._kind is RtlType.MISSION_FAST_REVERSE:
+            return self._place_before(seq)
+        if self._kind is RtlType.MISSION_FAST:
+            return self._place_from(seq + 1)
+        return self._mission.next_place(seq + 1)
+
+    # --- one item after the other -----------------------------------------------------------------------------
+
+    def _take_up(self) -> None:
+        """Take up what there is to fly now (MissionBase::update_mission)."""
+        self._plan, self._seq = self._state.dataman.mission, self._state.dataman.current_seq
+        self._executing = announce(self._state, ready=self._has_item, executing=self._executing)
+        self._mission.begin_report()
+        self._work = Work.DEFAULT if self._mission.valid else self._work
+
+    def _item_done(self) -> None:
+        assert self._target is not None
+        if self._work is not Work.CLIMB:
+            self._mission.tell_reached()
+        if not self._target.autocontinue:
+            self._target = Target(LOITER_UNLIM)
+            return
+        if self._work is Work.DEFAULT:
+            following = self._next(self._seq)
+            self._has_item = following is not None
+            if following is None:
+                tell_finished(self._state)
+            else:
+                self._state.dataman.current_seq = self._seq = following
+        self._set_item()
+
+    def _set_item(self) -> None:
+        work, self._work = self._work, Work.DEFAULT
+        if not self._has_item or not self._executing:
+            self._target = None
+            self._executing = False
+            self._mission.ended = True
+            stay(self._state)
+            return
+        item = self._mission.items[self._seq]
+        self._mission.tell_progress()
+        if self._climbs:
+            self._climb()
+        elif item.command not in WITH_POSITION:
+            self._begin(Target(item.command), Work.DEFAULT)
+            self._mission.issue(item)
+        elif self._kind is RtlType.MISSION_FAST_REVERSE:
+            self._fly_back(item, work)
+        elif item.command in LANDS:
+            self._come_down(item, work)
+        else:
+            self._pass(item, self._following())
+
+    def _climb(self) -> None:
+        state, self._climbs = self._state, False
+        position, alt_m = state.position, math.ceil(self._return_alt_m)
+        state.say(Severity.INFO, f"RTL Mission land: climb to {alt_m} m\t", "rtl_mission_land_climb", alt_m)
+        up = Target(WAYPOINT, position.lat, position.lon, self._return_alt_m)
+        self._begin(up, Work.CLIMB)
+        tell_item(state, self._seq, up)
+        state.fly(setpoint_of(state, up), previous=state.triplet.previous, following=state.triplet.next)
+
+    def _pass(self, item: MissionItem, following: PositionSetpoint) -> None:
+        """Fly to an item's place as to a waypoint; LOITER_TO_ALT stays one."""
+        state, place = self._state, target_of(item, self._state.home_alt_m())
+        if item.command != LOITER_TO_ALT:
+            place = place._replace(command=WAYPOINT)
+        place = place._replace(hold_s=0.0, autocontinue=True)
+        self._begin(place, Work.DEFAULT)
+        tell_item(state, self._seq, place, item)
+        fly_leg(state, place, following)
+
+    def _come_down(self, item: MissionItem, work: Work) -> None:
+        """The mission's landing, above its place first (MissionBase::handleLanding)."""
+        state = self._state
+        if state.traits.flies and work is Work.DEFAULT and not is_above(state, item.lat_deg, item.lon_deg):
+            self._begin(move_to_land(state, item), Work.MOVE_TO_LAND)
+            return
+        land = target_of(item, state.home_alt_m())._replace(yaw_rad=math.nan)
+        self._begin(land, Work.DEFAULT)
+        tell_item(state, self._seq, land, item)
+        self._lands_precisely = self._precland.begins_at(item, land)
+        if not self._lands_precisely:
+            fly_leg(state, land, self._following())
+
+    def _fly_back(self, item: MissionItem, work: Work) -> None:
+        """The place before; from the take-off, or the mission's first place, home and down."""
+        state = self._state
+        before = self._place_before(self._seq)
+        following = state.triplet.next if before is None else self._setpoint_at(before)
+        if item.command not in TAKEOFFS and before is not None:
+            self._pass(item, following)
+        elif work is Work.DEFAULT:
+            self._pass(item, following)
+            self._work = Work.CLIMB
+        elif state.traits.flies and not is_above(state, *self._home_deg):
+            self._fly_home(WAYPOINT, state.position.alt, Work.MOVE_TO_LAND)
+        elif state.settings.rtl_land_delay_s < 0.0:
+            self._fly_home(WAYPOINT, state.home_alt_m() + state.settings.rtl_descend_alt_m, Work.DEFAULT)
+        else:
+            self._fly_home(LAND, state.position.alt, Work.DEFAULT)
+            precision = state.settings.rtl_pld_md
+            if precision in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and state.traits.lands_precisely:
+                self._lands_precisely = True
+                self._precland.begin(*self._home_deg, state.position.alt, Precision(precision))
+
+    @property
+    def _home_deg(self) -> tuple[float, float]:
+        home = self._state.topics.home_position
+        return home.lat, home.lon
+
+    def _fly_home(self, command: int, alt_m: float, work: Work) -> None:
+        state = self._state
+        home = Target(command, *self._home_deg, alt_m)
+        self._begin(home, work)
+        tell_item(state, self._seq, home)
+        state.fly(setpoint_of(state, home))
+
+    def _following(self) -> PositionSetpoint:
+        place = self._next(self._seq)
+        return self._state.triplet.next if place is None else self._setpoint_at(place)
+
+    def _setpoint_at(self, seq: int) -> PositionSetpoint:
+        return setpoint_of(self._state, target_of(self._mission.items[seq], self._state.home_alt_m()))
+
+    def _begin(self, target: Target, work: Work) -> None:
+        self._target, self._work = target, work
+        self._lands_precisely = False
+        self._reached.restart(self._state.now_us)
