@@ -6,8 +6,10 @@ that begins or goes on below its next place climbs straight up first; a landing 
 the present height first. At the end, landed: idle, in MISSION; in the air: hold, and the commander changes to HOLD. A
 mission that has ended begins again after a landing, or where the ground says; else there is none.
 
-Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights,
-commands of camera and gimbal that PX4 repeats when a mission goes on.
+A mission that goes on says again what it has said to gimbal and camera (`mission_resume.py`); if it took pictures,
+it goes back to the place before the one it was left at, and turns to the leg there.
+
+Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights.
 """
 
 import math
@@ -44,6 +46,7 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     stay,
     tell_finished,
 )
+from sitl_emu.autopilot.navigator.mission_resume import MissionResume
 from sitl_emu.autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
 from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
@@ -51,7 +54,7 @@ from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
 from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import distance_m
+from sitl_emu.core.geodesy import bearing_rad, distance_m
 
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
@@ -82,6 +85,9 @@ class Mission:
         self._jumps: dict[int, int] = {}
         self._work = Work.DEFAULT
         self._climb_alt_m = math.nan
+        self._resume = MissionResume()
+        self._aligns = self._speed_waits = False
+        """It turns to its next leg at the place from which it goes on, and has its speed from there."""
         self._target: Target | None = None
         self._reached = Reached()
         self._active = False
@@ -113,6 +119,7 @@ class Mission:
         if is_new:
             self._plan = dataman.mission
             self._jumps.clear()
+            self._resume.forget()
             self._was_activated = self._active
         if dataman.fence is not self._fence or is_new:
             self._fence = dataman.fence
@@ -148,6 +155,7 @@ class Mission:
             return False
         changes = seq != self._state.dataman.current_seq
         self._state.dataman.current_seq = seq
+        self._resume.forget()
         if changes and self._active:
             self._start()
         self._has_next_item = self._is_valid()
@@ -200,6 +208,7 @@ class Mission:
         """Another mode is flown, or the vehicle is not armed."""
         if self._active:
             self._payload.leave_mission()
+            self._resume.leave(self._state.dataman.current_seq)
         self._active = self._executing = False
         self._work = Work.DEFAULT
         self._was_disarmed = self._was_disarmed or not self._state.armed
@@ -213,8 +222,13 @@ class Mission:
             state.dataman.current_seq = 0
             self._jumps.clear()
             self._has_next_item = self._is_valid()
+            self._resume.forget()
         self._was_activated, self._was_disarmed = True, False
-        self.replay_speed()
+        before = state.dataman.current_seq
+        state.dataman.current_seq = self._resume.begin(self.items, before)
+        self._aligns = self._speed_waits = state.dataman.current_seq != before
+        if not self._speed_waits:
+            self.replay_speed()
         self._require_climb()
         self._start()
 
@@ -222,11 +236,37 @@ class Mission:
         """Every cycle in MISSION."""
         if self.ended or self._target is None:
             return
+        if self._aligns and self._reached.update(self._state, self._target):
+            self._align(self._target)
+        self._go_on()
         if self._lands_precisely:
             self._precland.on_active()
         if self._reached.update(self._state, self._target):
             self._item_done()
         self._look_at_roi()
+
+    def _align(self, target: Target) -> None:
+        """Turn to the next leg before it is flown, where the place itself has no heading."""
+        state, self._aligns = self._state, False
+        following = self.next_place(state.dataman.current_seq + 1)
+        if following is None or math.isfinite(target.yaw_rad):
+            return
+        there = self.items[following]
+        yaw_rad = bearing_rad(target.lat_deg, target.lon_deg, there.lat_deg, there.lon_deg)
+        self._target = target._replace(yaw_rad=yaw_rad, force_heading=True)
+        self._reached.restart(state.now_us)
+        triplet = state.triplet
+        state.triplet = triplet._replace(timestamp=state.now_us, current=setpoint_of(state, self._target))
+
+    def _go_on(self) -> None:
+        """Say again what was said before the mission was left."""
+        seq = self._state.dataman.current_seq
+        for item in self._resume.due(seq, climbing=self._work is Work.CLIMB):
+            self.issue(item)
+        if self._speed_waits and self._resume.is_on(seq):
+            self._speed_waits = False
+            self.replay_speed()
+            self._state.fly_at_cruising_speed()
 
     def _look_at_roi(self) -> None:
         """Turn to the region of interest, on the way to all but take-off and landing."""

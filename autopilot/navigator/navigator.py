@@ -198,17 +198,10 @@ class Navigator:
             elif command.command == mavlink.MAV_CMD_MISSION_START:
                 self._mission.start_at(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
-                self._change_speed(command.param2)
+                change_speed(self._state, command.param2)
+                self._state.fly_at_cruising_speed()
             elif command.command in ROI_COMMANDS:
                 self._roi.take(command)
-
-    def _change_speed(self, speed_m_s: float) -> None:
-        state = self._state
-        change_speed(state, speed_m_s)
-        if state.traits.speed_changes_at_once:
-            triplet = state.triplet
-            current = triplet.current._replace(timestamp=state.now_us, cruising_speed=state.cruising_speed_m_s)
-            state.fly(current, previous=triplet.previous, following=triplet.next)
 
     def _run_mode(self, nav_state: NavState | None) -> None:
         """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten.

@@ -223,6 +223,13 @@ class NavigatorState:
             self.now_us, previous or self.no_setpoint(), current, following or self.no_setpoint()
         )
 
+    def fly_at_cruising_speed(self) -> None:
+        """The leg that is flown gets the cruising speed of now, where the vehicle can change it on its way."""
+        if self.traits.speed_changes_at_once:
+            triplet = self.triplet
+            current = triplet.current._replace(timestamp=self.now_us, cruising_speed=self.cruising_speed_m_s)
+            self.fly(current, previous=triplet.previous, following=triplet.next)
+
     def no_setpoint(self) -> PositionSetpoint:
         """What PX4's navigator resets a setpoint to (reset_position_setpoint); it is not valid."""
         settings = self.settings
