@@ -224,6 +224,7 @@ class Commander:
             mode_changes=self._intention.changes,
             flags=topics.failsafe_flags,
             can_run_mode_flags=topics.health_report.can_run_mode_flags,
+            mission_finished=topics.mission_result.finished,
         )
         if self._failsafe.selected is Action.TERMINATE and not arming.terminated:
             arming.terminate()

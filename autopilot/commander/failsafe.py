@@ -66,6 +66,9 @@ ONLY_WARN: Final = 0
 """COM_LOW_BAT_ACT."""
 LOW_BAT_CRITICAL = {0: WARN, 2: LAND, 3: RTL}
 LOW_BAT_EMERGENCY = {0: WARN, 2: LAND, 3: LAND}
+COM_FLTT_LOW_ACT = {0: NOTHING, 1: WARN, 3: RTL}
+LINK_LOSS_DISABLED: Final = 0
+"""NAV_DLL_ACT."""
 OFFBOARD_LOSS_ACT = {
     0: Action.FALLBACK_POSCTL,
     1: Action.FALLBACK_ALTCTL,
@@ -106,6 +109,7 @@ CAUSES = {
     "battery_low": 3,
     "battery_critical": 4,
     "battery_emergency": 5,
+    "battery_low_remaining_time": 6,
 }
 """By rule: failsafe_cause_t of the events; rules that are not here are generic."""
 
@@ -173,6 +177,7 @@ class Failsafe:
         mode_changes: int,
         flags: FailsafeFlags,
         can_run_mode_flags: int,
+        mission_finished: bool = False,
     ) -> NavState:
         """The mode to fly. `user_mode` is what was asked for, `mode_changes` counts the requests.
 
@@ -193,18 +198,32 @@ class Failsafe:
         elif not flags.manual_control_signal_lost:
             self._manual_control_lost_at_arming = False
         holding = self._holding(now_us)
-        judged = (flags, user_mode, mode_changes, can_run_mode_flags, self._parameters.version, holding)
+        judged = (
+            flags,
+            user_mode,
+            mode_changes,
+            can_run_mode_flags,
+            self._parameters.version,
+            holding,
+            mission_finished,
+        )
         if judged == self._judged:
             return self._nav_state
         self._judged = judged
         user_mode_changed = mode_changes != self._mode_changes
         self._mode_changes = mode_changes
-        self._check_rules(now_us, user_mode, flags, can_run_mode_flags, user_mode_changed)
+        self._check_rules(now_us, user_mode, flags, can_run_mode_flags, user_mode_changed, mission_finished)
         self._nav_state = self._select(now_us, user_mode, user_mode_changed, can_run_mode_flags)
         return self._nav_state
 
     def _check_rules(
-        self, now_us: int, user_mode: NavState, flags: FailsafeFlags, can_run: int, user_mode_changed: bool
+        self,
+        now_us: int,
+        user_mode: NavState,
+        flags: FailsafeFlags,
+        can_run: int,
+        user_mode_changed: bool,
+        mission_finished: bool,
     ) -> None:
         parameters = self._parameters
         checks: list[tuple[str, bool, Option, bool]] = []
@@ -235,12 +254,16 @@ class Failsafe:
         checks.append(
             ("mission_failure", flags.mission_failure and user_mode is NavState.AUTO_MISSION, RTL, True),
         )
+        if user_mode is NavState.AUTO_MISSION and mission_finished and self._nobody_leads(user_mode):
+            checks.append(("mission_control_lost", flags.gcs_connection_lost, RTL, True))
         checks.append(("flight_time", flags.flight_time_limit_exceeded, RTL, True))
         checks.append(("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), NOTHING), True))
         parachute = COM_PARACHUTE.get(int(parameters["COM_PARACHUTE"]), NOTHING)
         checks.append(("parachute", flags.parachute_unhealthy, parachute, True))
         remote_id = COM_ARM_ODID.get(int(parameters["COM_ARM_ODID"]), NOTHING)
         checks.append(("remote_id", flags.remote_id_unhealthy, remote_id, True))
+        time_low = COM_FLTT_LOW_ACT.get(int(parameters["COM_FLTT_LOW_ACT"]), NOTHING)
+        checks.append(("battery_low_remaining_time", flags.battery_low_remaining_time, time_low, True))
         spoolup = now_us - self._armed_us < parameters["COM_SPOOLUP_TIME"] * 1e6
         checks.append(("battery_unhealthy", flags.battery_unhealthy, Option(Action.DISARM) if spoolup else WARN, False))
         warning = flags.battery_warning
@@ -252,10 +275,18 @@ class Failsafe:
             ("battery_emergency", warning >= WARNING_EMERGENCY, LOW_BAT_EMERGENCY.get(low_battery, WARN), True)
         )
         checks.append(("fd_critical_failure", flags.fd_critical_failure, self._on_critical_failure(now_us), False))
+        checks.append(("fd_imbalanced_prop", flags.fd_imbalanced_prop, WARN, False))
         fallback = self._mode_fallback(user_mode, flags, can_run)
         checks.append(("mode_fallback", fallback is not Action.NONE, Option(fallback), False))
         for name, failed, option, delayed in checks:
             self._check(now_us, name, failed, option, delayed, user_mode_changed)
+
+    def _nobody_leads(self, user_mode: NavState) -> bool:
+        """Neither sticks nor a lost ground station are minded."""
+        parameters = self._parameters
+        no_sticks = parameters["COM_RC_IN_MODE"] == STICKS_DISABLED
+        no_sticks = no_sticks or _excepted(int(parameters["COM_RCL_EXCEPT"]), user_mode)
+        return no_sticks and parameters["NAV_DLL_ACT"] == LINK_LOSS_DISABLED
 
     def _check(
         self, now_us: int, name: str, failed: bool, option: Option, delayed: bool, user_mode_changed: bool

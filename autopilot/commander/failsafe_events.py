@@ -7,6 +7,7 @@ BATTERY_WARNINGS = {
     CAUSES["battery_low"]: "commander_failsafe_enter_low_bat",
     CAUSES["battery_critical"]: "commander_failsafe_enter_crit_bat_warn",
     CAUSES["battery_emergency"]: "commander_failsafe_enter_crit_low_bat_warn",
+    CAUSES["battery_low_remaining_time"]: "commander_failsafe_enter_low_flight_time_warn",
 }
 
 

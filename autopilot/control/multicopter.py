@@ -20,6 +20,7 @@ from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
+from sitl_emu.autopilot.control.manual_attitude import ManualAttitude
 from sitl_emu.autopilot.control.mc_att_control import rates_setpoint
 from sitl_emu.autopilot.control.mc_autotune import McAutotune
 from sitl_emu.autopilot.control.mc_parameters import constrain
@@ -48,7 +49,6 @@ from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     ControlAllocatorStatus,
     DirectActuator,
-    ManualControlSetpoint,
     OffboardSetpoint,
     RateCtrlStatus,
     TakeoffStatus,
@@ -62,8 +62,6 @@ from sitl_emu.autopilot.topics import (
     VehicleThrustSetpoint,
     VehicleTorqueSetpoint,
 )
-from sitl_emu.core.attitude import quaternion
-from sitl_emu.core.geodesy import wrap_pi
 
 TICK_S: Final = 0.004
 TILT_LIMIT_SLEW_RAD_S: Final = 0.2
@@ -94,6 +92,7 @@ class MulticopterControl:
         self._takeoff = TakeoffHandling()
         self._position = PositionControl()
         self._rate = RateControl()
+        self._manual = ManualAttitude(parameters)
         self._position_us = self._rate_us = 0
         self._velocity: Vector3 = (0.0, 0.0, 0.0)
         self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
@@ -102,7 +101,6 @@ class MulticopterControl:
         self._attitude_due = False
         self._clear_of_ground = False
         """It has been more than a metre up since it last stood."""
-        self._yaw_sp = NAN
         self._ticks = 0
         self._obeyed: VehicleTorqueSetpoint | DirectActuator | None = None
         """What of OFFBOARD has gone to the motors last."""
@@ -176,12 +174,7 @@ class MulticopterControl:
         rate.gain_d, rate.gain_ff = scaled(k, three("MC_{}RATE_D")), three("MC_{}RATE_FF")
         rate.int_limit = (get("MC_RR_INT_LIM"), get("MC_PR_INT_LIM"), get("MC_YR_INT_LIM"))
         rate.yaw_torque_alpha = alpha(get("MC_YAW_TQ_CUTOFF"), TICK_S)
-        self._manual_tilt, self._manual_yaw = (
-            max(0.0, math.radians(get("MPC_MAN_TILT_MAX"))),
-            math.radians(get("MPC_MAN_Y_MAX")),
-        )
-        self._manual_thrust_min = get("MPC_MANTHR_MIN")
-        self._acro_rates = tuple_radians((get("MC_ACRO_R_MAX"), get("MC_ACRO_P_MAX"), get("MC_ACRO_Y_MAX")))
+        self._manual.refresh(self._parameters)
 
     def _refresh_outputs(self) -> None:
         get = self._get
@@ -233,6 +226,10 @@ class MulticopterControl:
         self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
         topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
         self._update_hover_thrust(now_us, dt, armed)
+        hover = topics.hover_thrust_estimate
+        self._manual.follow(now_us, dt, status, landed.landed, hover.hover_thrust if hover.valid else None)
+        if not by_sticks:
+            self._manual.let_go()
         if direct:
             assert offboard is not None
             if offboard.attitude is not None and is_of_mode(offboard.attitude.timestamp, status):
@@ -340,32 +337,12 @@ class MulticopterControl:
     def _fly_sticks(self, now_us: int, dt: float, nav_state: NavState) -> None:
         topics = self._topics
         sticks = topics.manual_control_setpoint
-        thrust = (0.0, 0.0, -self._stick_thrust(sticks))
         if nav_state == NavState.ACRO:
-            roll, pitch, yaw = self._acro_rates
-            rates = (sticks.roll * roll, -sticks.pitch * pitch, sticks.yaw * yaw)
-            self._set_rates(now_us, VehicleRatesSetpoint(now_us, rates, thrust))
+            self._manual.let_go()
+            self._set_rates(now_us, self._manual.rates(now_us, sticks))
             return
         heading = topics.vehicle_attitude.euler[2]
-        if topics.vehicle_land_detected.landed or self._yaw_sp != self._yaw_sp:
-            self._yaw_sp = heading
-        yaw_rate = sticks.yaw * self._manual_yaw
-        self._yaw_sp = wrap_pi(self._yaw_sp + yaw_rate * dt)
-        # Roll and pitch sticks together are one tilt, in the direction of the stick.
-        tilt_x, tilt_y = sticks.roll * self._manual_tilt, -sticks.pitch * self._manual_tilt
-        tilt = math.hypot(tilt_x, tilt_y)
-        shrink = self._manual_tilt / tilt if tilt > self._manual_tilt else 1.0
-        q_d = quaternion(tilt_x * shrink, tilt_y * shrink, self._yaw_sp)
-        topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, thrust)
-
-    def _stick_thrust(self, sticks: ManualControlSetpoint) -> float:
-        """MPC_THR_CURVE 0: half throttle is hover thrust."""
-        hover = self._position.hover_thrust
-        if self._topics.vehicle_land_detected.ground_contact and sticks.throttle < -0.9:
-            return 0.0
-        if sticks.throttle < 0.0:
-            return hover + sticks.throttle * (hover - self._manual_thrust_min)
-        return hover + sticks.throttle * (self._thrust_max - hover)
+        topics.vehicle_attitude_setpoint = self._manual.attitude(now_us, dt, sticks, heading)
 
     # --- attitude, rates, motors -----------------------------------------------------------------------------
 
@@ -510,7 +487,6 @@ class MulticopterControl:
             return
         self._rate.reset()
         self._position.reset_integral()
-        self._yaw_sp = NAN
         self._obeyed = None
         self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
 

@@ -170,7 +170,7 @@ class Estimator:
         self._gps = gps = self._topics.sensor_gps
         antenna = tuple(float(self._settings[name]) for name in ANTENNA)
         sample = GnssSample(
-            self._due(gps.timestamp, "SENS_GPS0_DELAY"),
+            self._due(gps.timestamp_sample or gps.timestamp, "SENS_GPS0_DELAY"),
             gps.latitude_deg,
             gps.longitude_deg,
             gps.altitude_msl_m,

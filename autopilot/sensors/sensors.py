@@ -268,6 +268,7 @@ class Sensors:
             return
         timestamp = self._now_us if message.time_usec == 0 else message.time_usec
         if self._gps == STUCK:
+            # one that PX4 simulates tells when it was measured, and so it is too old for the estimator
             self._topics.sensor_gps = self._topics.sensor_gps._replace(timestamp=timestamp)
             return
         simulated_by_px4 = self._parameters["SENS_EN_GPSSIM"]
@@ -292,6 +293,7 @@ class Sensors:
             message.fix_type,
             message.satellites_visible,
             *quality,
+            timestamp_sample=timestamp if simulated_by_px4 else 0,
         )
 
     def _on_distance_sensor(self, message: DistanceSensor) -> None:

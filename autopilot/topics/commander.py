@@ -88,6 +88,7 @@ class FailsafeFlags(NamedTuple):
     local_position_invalid_relaxed: bool = True
     global_position_invalid_relaxed: bool = True
     """There is none, however inexact."""
+    battery_low_remaining_time: bool = False
 
 
 class HomePosition(NamedTuple):

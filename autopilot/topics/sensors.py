@@ -75,6 +75,8 @@ class SensorGps(NamedTuple):
     s_variance_m_s: float = NAN
     hdop: float = NAN
     vdop: float = NAN
+    timestamp_sample: int = 0
+    """When it was measured; 0: as it came."""
 
 
 class DistanceSensorSample(NamedTuple):

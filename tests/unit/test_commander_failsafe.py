@@ -220,6 +220,58 @@ def failsafe_action(flags: FailsafeFlags, mode: NavState, **parameters: float) -
     return failsafe.selected, flown
 
 
+@pytest.mark.parametrize(("action", "modes"), [(0, []), (1, []), (3, ["AUTO_LOITER", "AUTO_RTL"])])
+def test_a_battery_that_does_not_last_for_the_way_home(action: int, modes: list[str]) -> None:
+    """COM_FLTT_LOW_ACT; the way home from 60 m takes 20 to 60 s, and a safe estimate 100 s more."""
+    vehicle = flying(COM_FLTT_LOW_ACT=action)
+    vehicle.reposition(60.0, 0.0, 10.0)
+    vehicle.run(15.0)
+    vehicle.battery = vehicle.battery._replace(time_remaining_s=300.0)
+    vehicle.run(3.0)
+    assert not now(vehicle.topics.failsafe_flags.battery_low_remaining_time)
+    vehicle.battery = vehicle.battery._replace(time_remaining_s=110.0)
+    vehicle.run(6.0)
+    assert now(vehicle.topics.failsafe_flags.battery_low_remaining_time)
+    assert vehicle.modes[-len(modes) :] == modes or not modes
+    assert vehicle.mode is (NavState.AUTO_RTL if action == 3 else NavState.AUTO_LOITER)
+
+
+def test_a_battery_of_unknown_capacity_says_nothing_of_the_way_home() -> None:
+    vehicle = flying()
+    vehicle.battery = vehicle.battery._replace(time_remaining_s=math.nan)
+    vehicle.run(3.0)
+    assert not vehicle.topics.failsafe_flags.battery_low_remaining_time
+
+
+@pytest.mark.parametrize(
+    ("parameters", "finished", "action"),
+    [
+        ({"COM_RC_IN_MODE": 4, "NAV_DLL_ACT": 0}, True, Action.RTL),
+        ({"COM_RCL_EXCEPT": 1, "NAV_DLL_ACT": 0}, True, Action.RTL),
+        ({"COM_RC_IN_MODE": 4, "NAV_DLL_ACT": 0}, False, Action.NONE),
+        ({"COM_RC_IN_MODE": 1, "NAV_DLL_ACT": 0}, True, Action.NONE),
+    ],
+)
+def test_a_finished_mission_that_nobody_leads_returns(
+    parameters: dict[str, float], finished: bool, action: Action
+) -> None:
+    failsafe = Failsafe(Parameters(VehicleKind.MULTICOPTER, {"COM_FAIL_ACT_T": 0.0} | parameters), lambda *_: None)
+    failsafe.update(
+        1_000_000,
+        armed=True,
+        user_mode=NavState.AUTO_MISSION,
+        mode_changes=0,
+        flags=GOOD._replace(gcs_connection_lost=True),
+        can_run_mode_flags=ALL_MODES,
+        mission_finished=finished,
+    )
+    assert failsafe.selected is action
+
+
+def test_a_propeller_out_of_balance_is_warned_of() -> None:
+    assert failsafe_action(GOOD._replace(fd_imbalanced_prop=True), NavState.AUTO_LOITER)[0] is Action.WARN
+
+
 def test_everything_good_flies_what_was_asked_for() -> None:
     for mode in NavState:
         if runnable_modes(GOOD) >> mode & 1:

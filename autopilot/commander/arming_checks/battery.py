@@ -1,9 +1,10 @@
-"""No battery that is connected is near its end (PX4's batteryCheck).
+"""No battery that is connected is near its end, and all last longer than the way home (PX4's batteryCheck).
 
 COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
-the warning only gets worse.
+the warning only gets worse. How long a battery lasts is known with its capacity (BAT1_CAPACITY) alone.
 """
 
+import math
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import (
@@ -31,6 +32,9 @@ An emergency comes so soon behind the critical warning that PX4 tells it as an e
 """
 SILENT_US: Final = 5_000_000
 """A battery that was there and says nothing for so long is not well."""
+RETURN_KNOWN_US: Final = 3_000_000
+"""How old an estimate of the return may be."""
+HYSTERESIS: Final = 1.1
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -56,3 +60,17 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.unhealthy |= BATTERY
         text = "Preflight Fail: Battery unhealthy"
         findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
+    _check_return(now_us, topics, findings, [battery.time_remaining_s for battery in connected])
+
+
+def _check_return(now_us: int, topics: Topics, findings: Findings, lasts_s: list[float]) -> None:
+    """Whether the battery lasts for a return (rtlEstimateCheck)."""
+    way_home, known_s = topics.rtl_time_estimate, [each for each in lasts_s if math.isfinite(each)]
+    if not (known_s and way_home.valid and topics.vehicle_status.armed):
+        return
+    factor = HYSTERESIS if topics.failsafe_flags.battery_low_remaining_time else 1.0
+    is_fresh = now_us - way_home.timestamp < RETURN_KNOWN_US
+    if is_fresh and way_home.safe_time_estimate * factor >= min(known_s):
+        findings.battery_low_remaining_time = True
+        event = "check_battery_rem_flight_time_low"
+        findings.arming_check_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, event)

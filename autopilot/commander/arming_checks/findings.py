@@ -104,7 +104,7 @@ class Findings:
         self.manual_control_signal_lost = False
         self.gcs_connection_lost = False
         self.battery_warning = 0
-        self.battery_unhealthy = False
+        self.battery_unhealthy = self.battery_low_remaining_time = False
         self.geofence_breached = False
         self.mission_failure = False
         self.wind_limit_exceeded = False
@@ -194,4 +194,5 @@ class Findings:
             self.fd_imbalanced_prop,
             self.local_position_invalid_relaxed,
             self.global_position_invalid_relaxed,
+            self.battery_low_remaining_time,
         )

@@ -42,7 +42,7 @@ failsafe_flags = by_name(
     {
         "timestamp": 0,
         **requirement_masks(),
-        **zeros("battery_low_remaining_time", "fd_esc_arming_failure", "fd_alt_loss", "vtol_fixed_wing_system_failure"),
+        **zeros("fd_esc_arming_failure", "fd_alt_loss", "vtol_fixed_wing_system_failure"),
         **zeros("position_accuracy_low", "navigator_failure", "gnss_lost"),
     },
 )

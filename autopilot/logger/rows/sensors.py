@@ -162,7 +162,6 @@ def gps(topic: str, boot_unix_us: int) -> Row:
 
 
 GPS: dict[str, float | str] = {
-    "timestamp_sample": "timestamp",
     "altitude_ellipsoid_m": "altitude_msl_m",
     "device_id": SIMULATED_GPS,
     "s_variance_m_s": 0.4,

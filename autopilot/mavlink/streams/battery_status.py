@@ -45,7 +45,7 @@ def _message(battery: BatteryStatus) -> Fields:
         0,
         FUNCTION_ALL,
         LIPO,
-        math.ceil(battery.remaining * 100.0),
+        truncated(battery.remaining * 100.0 + 0.5),
         left_s,
         CHARGE_STATE[battery.warning],
         0,
