@@ -145,6 +145,9 @@ def test_a_gps_that_is_stuck_or_wrong(
     inject_failure(topics, 4, 2)
     reader.update([gps._replace(time_usec=8000, lat=480000000), IMU])
     assert topics.sensor_gps == first._replace(timestamp=8000)
+    assert topics.sensor_gps.timestamp_sample == (
+        4000 if simulated_by_px4 else 0
+    )  # too old for the estimator, or as new
     inject_failure(topics, 4, 4)
     reader.update([gps._replace(time_usec=12000), IMU])
     wrong = topics.sensor_gps
