@@ -12,6 +12,9 @@ from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint,
 
 GRAVITY_M_S2: Final = 9.80665
 SMALLEST: Final = 1e-6
+LEAST_THRUST: Final = 0.001
+BLIND_DESCENT_M_S2: Final = 0.3
+LEAST_HOVER_THRUST, MOST_HOVER_THRUST = 0.05, 0.9
 
 
 class PositionControlGains(NamedTuple):
@@ -63,10 +66,14 @@ class PositionControl:
         """Forget what the velocity integrators have learnt."""
         self._int_n = self._int_e = self._int_d = 0.0
 
+    def reset_integral_xy(self) -> None:
+        """The same of the horizontal ones, while nothing controls that velocity."""
+        self._int_n = self._int_e = 0.0
+
     def update_hover_thrust(self, hover_thrust: float) -> None:
         """Take a new hover thrust and change the vertical integrator so that the thrust stays what it was."""
         previous = self.hover_thrust
-        self.hover_thrust = hover_thrust = max(0.1, min(0.9, hover_thrust))
+        self.hover_thrust = hover_thrust = max(LEAST_HOVER_THRUST, min(MOST_HOVER_THRUST, hover_thrust))
         acceleration = self.acceleration_sp[2]
         if acceleration == acceleration:
             self._int_d += (acceleration - GRAVITY_M_S2) * previous / hover_thrust + GRAVITY_M_S2 - acceleration
@@ -77,6 +84,7 @@ class PositionControl:
         """The thrust vector (NED, normalised, hover is (0, 0, -hover_thrust)); `setpoint` has to be `complete`."""
         xy_p, z_p, pxy, ixy, dxy, pz, iz, dz, margin, decouple = gains
         speed_xy, speed_up, speed_down, thrust_min, thrust_max, tilt_max = limits
+        thrust_min = max(thrust_min, LEAST_THRUST)
         (sn, se, sd), (vn, ve, vd), (an, ae, ad) = setpoint.position, setpoint.velocity, setpoint.acceleration
         (pn, pe, pd), (un, ue, ud), (dn, de, dd) = states.position, states.velocity, states.acceleration
         # Position: what it asks for has priority over the feed-forward where both exceed the speed limit.
@@ -162,13 +170,16 @@ def complete(setpoint: TrajectorySetpoint, states: States) -> bool:
 
 
 def failsafe_setpoint(states: States, land_speed_m_s: float) -> TrajectorySetpoint:
-    """What is flown when a setpoint cannot be: stop if speed is known, else level; sink slowly."""
+    """What is flown when a setpoint cannot be (generateFailsafeSetpoint): stop and wait; sink where it cannot stop.
+
+    Without a horizontal velocity it keeps level, without a vertical one it sinks by a bit less than hover thrust.
+    """
     vn, _, vd = states.velocity
-    xy = 0.0 if vn == vn else NAN
-    level = NAN if vn == vn else 0.0
-    down = land_speed_m_s if vd == vd else NAN
-    sink = NAN if vd == vd else 0.3
-    return TrajectorySetpoint(0, NAN3, (xy, xy, down), (level, level, sink))
+    stops, knows_climb = vn == vn, vd == vd
+    xy, level = (0.0, NAN) if stops else (NAN, 0.0)
+    if not knows_climb:
+        return TrajectorySetpoint(0, NAN3, (xy, xy, NAN), (level, level, BLIND_DESCENT_M_S2))
+    return TrajectorySetpoint(0, NAN3, (xy, xy, 0.0 if stops else land_speed_m_s), (level, level, NAN))
 
 
 def constrain_xy(n0: float, e0: float, n1: float, e1: float, largest: float) -> tuple[float, float]:

@@ -21,10 +21,12 @@ from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.manual_attitude import ManualAttitude
-from sitl_emu.autopilot.control.mc_att_control import rates_setpoint
+from sitl_emu.autopilot.control.mc_att_control import FLT_EPSILON, AttitudeReference, rates_setpoint
 from sitl_emu.autopilot.control.mc_autotune import McAutotune
 from sitl_emu.autopilot.control.mc_parameters import constrain
 from sitl_emu.autopilot.control.mc_pos_control import (
+    LEAST_HOVER_THRUST,
+    MOST_HOVER_THRUST,
     Limits,
     PositionControl,
     PositionControlGains,
@@ -65,6 +67,8 @@ from sitl_emu.autopilot.topics import (
 
 TICK_S: Final = 0.004
 TILT_LIMIT_SLEW_RAD_S: Final = 0.2
+VALID_US: Final = 200_000
+"""So long the last setpoint that could be flown goes on where one can't."""
 STAY_DOWN = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
 """On the ground: a large acceleration down leaves no thrust."""
 CLEAR_OF_GROUND_M: Final = 1.0
@@ -93,6 +97,11 @@ class MulticopterControl:
         self._position = PositionControl()
         self._rate = RateControl()
         self._manual = ManualAttitude(parameters)
+        self._reference = AttitudeReference()
+        self._reference_us = self._heading_resets = 0
+        """When the setpoint was that it followed last."""
+        self._valid = TrajectorySetpoint()
+        """The last setpoint that could be flown."""
         self._position_us = self._rate_us = 0
         self._velocity: Vector3 = (0.0, 0.0, 0.0)
         self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
@@ -169,6 +178,7 @@ class MulticopterControl:
         self._attitude_gains = (get("MC_ROLL_P"), get("MC_PITCH_P"), yaw_gain)
         self._rate_limits = tuple_radians(three("MC_{}RATE_MAX"))
         k = three("MC_{}RATE_K")
+        self._reference.set_parameters(get("MC_REF_W_N"), get("MC_REF_FF"), math.radians(get("MC_REF_FF_MAX")))
         rate = self._rate
         rate.gain_p, rate.gain_i = scaled(k, three("MC_{}RATE_P")), scaled(k, three("MC_{}RATE_I"))
         rate.gain_d, rate.gain_ff = scaled(k, three("MC_{}RATE_D")), three("MC_{}RATE_FF")
@@ -223,7 +233,8 @@ class MulticopterControl:
         if armed and (by_sticks or direct):
             takeoff.state = TakeoffState.FLIGHT
         flying = takeoff.state >= TakeoffState.FLIGHT
-        self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
+        if not direct and not by_sticks:
+            self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
         topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
         self._update_hover_thrust(now_us, dt, armed)
         hover = topics.hover_thrust_estimate
@@ -243,25 +254,26 @@ class MulticopterControl:
 
     def _slew_tilt_limit(self, target: float, dt: float) -> None:
         step = TILT_LIMIT_SLEW_RAD_S * dt
-        if self._tilt_limit == 0.0:
-            self._tilt_limit = target
         self._tilt_limit += max(-step, min(step, target - self._tilt_limit))
 
     def _fly_trajectory(self, now_us: int, dt: float, flying: bool, touching: bool) -> None:
         topics, control, takeoff = self._topics, self._position, self._takeoff
         setpoint, constraints = topics.trajectory_setpoint, topics.vehicle_constraints
+        local = topics.vehicle_local_position
+        if takeoff.state == TakeoffState.RAMPUP and setpoint.velocity[2] == setpoint.velocity[2]:
+            # what is fed forward does not lift it off before its ramp
+            setpoint = setpoint._replace(acceleration=(*setpoint.acceleration[:2], NAN))
         if takeoff.state < TakeoffState.RAMPUP or touching:
-            yaw_of = setpoint.yaw
-            setpoint = STAY_DOWN._replace(yaw=yaw_of)
+            setpoint = STAY_DOWN
             control.reset_integral()
         speed_up, speed_down = constraints.speed_up, constraints.speed_down
-        if speed_up != speed_up:
+        if not speed_up <= self._speed_up:
             speed_up = self._speed_up
         if speed_down != speed_down:
             speed_down = self._speed_down
         speed_up = takeoff.update_ramp(dt, speed_up, self._ramp_time, self._gains.z_vel_p)
         limits = Limits(
-            self._speed_xy,
+            local.vxy_max if local.vxy_max < self._speed_xy else self._speed_xy,
             min(speed_up, self._speed_up),
             max(speed_down, 0.0),
             self._thrust_min if flying else 0.0,
@@ -269,9 +281,16 @@ class MulticopterControl:
             self._tilt_limit,
         )
         states = self._states(dt)
-        if not complete(setpoint, states):
-            setpoint = failsafe_setpoint(states, self._land_speed)._replace(yaw=setpoint.yaw)
-            limits = limits._replace(speed_up=self._speed_up, speed_down=self._speed_down)
+        states = states._replace(velocity=(*states.velocity[:2], self._climb(setpoint, states.velocity[2])))
+        if complete(setpoint, states):
+            self._valid = setpoint._replace(timestamp=now_us)
+        elif now_us < self._valid.timestamp + VALID_US and complete(self._valid, states):
+            setpoint = self._valid
+        else:
+            setpoint = failsafe_setpoint(states, self._land_speed)
+            limits = limits._replace(speed_xy=self._speed_xy, speed_up=self._speed_up, speed_down=self._speed_down)
+        if not _has_horizontal(setpoint):
+            control.reset_integral_xy()
         thrust = control.update(setpoint, states, self._gains, limits, dt)
         yaw = setpoint.yaw if setpoint.yaw == setpoint.yaw else states.yaw
         yaw_rate = setpoint.yawspeed if setpoint.yawspeed == setpoint.yawspeed else 0.0
@@ -283,19 +302,39 @@ class MulticopterControl:
         )
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, (0.0, 0.0, -size))
 
+    def _climb(self, setpoint: TrajectorySetpoint, velocity_down: float) -> float:
+        """The vertical velocity that is controlled: the height's derivative has less bias where no height is held.
+
+        Blended in over the landing speed, so that there is no step.
+        """
+        local, wanted = self._topics.vehicle_local_position, setpoint.velocity[2]
+        holds_none = setpoint.position[2] != setpoint.position[2] and abs(wanted) > FLT_EPSILON
+        if not (holds_none and local.z_valid and local.v_z_valid and local.z_deriv == local.z_deriv):
+            return velocity_down
+        weight = min(abs(wanted) / self._land_speed, 1.0) if self._land_speed > 0.0 else 1.0
+        return local.z_deriv * weight + local.vz * (1.0 - weight)
+
     def _states(self, dt: float) -> States:
         local = self._topics.vehicle_local_position
         vn, ve, vd = velocity = (local.vx, local.vy, local.vz)
-        resets = (local.xy_reset_counter, local.z_reset_counter)
-        if resets != self._resets:
-            self._resets, self._velocity = resets, velocity
         ln, le, ld = self._velocity
         dn, de, dd = self._velocity_derivative
+        resets = (local.vxy_reset_counter, local.vz_reset_counter)
+        if resets != self._resets:
+            if resets[0] != self._resets[0]:
+                ln, le = ln + local.delta_vxy[0], le + local.delta_vxy[1]
+            if resets[1] != self._resets[1]:
+                ld += local.delta_vz
+            self._resets = resets
         weight = alpha(self._velocity_derivative_cutoff, dt)
         self._velocity = velocity
         dn += weight * ((vn - ln) / dt - dn)
         de += weight * ((ve - le) / dt - de)
         dd += weight * ((vd - ld) / dt - dd)
+        if not (local.v_xy_valid and vn == vn and ve == ve):
+            self._velocity, dn, de = (0.0, 0.0, self._velocity[2]), 0.0, 0.0
+        if not (local.v_z_valid and vd == vd):
+            self._velocity, dd = (*self._velocity[:2], 0.0), 0.0
         self._velocity_derivative = derivative = (dn, de, dd)
         if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
             return States((local.x, local.y, local.z), velocity, derivative, local.heading)
@@ -315,7 +354,7 @@ class MulticopterControl:
         local = topics.vehicle_local_position
         if topics.vehicle_land_detected.landed:
             self._clear_of_ground = False
-            control.hover_thrust = max(0.1, min(0.9, self._thrust_hover))
+            control.hover_thrust = max(LEAST_HOVER_THRUST, min(MOST_HOVER_THRUST, self._thrust_hover))
         elif not local.dist_bottom <= CLEAR_OF_GROUND_M:
             self._clear_of_ground = True
         if not (armed and self._clear_of_ground and local.az == local.az):
@@ -453,15 +492,20 @@ class MulticopterControl:
             told = is_of_mode(offboard.rates.timestamp, topics.vehicle_status)
             self._set_rates(now_us, offboard.rates if told else topics.vehicle_rates_setpoint)
             return
-        setpoint = topics.vehicle_attitude_setpoint
+        setpoint, reference = topics.vehicle_attitude_setpoint, self._reference
+        local, q = topics.vehicle_local_position, topics.vehicle_attitude.q
+        if setpoint.timestamp > self._reference_us:
+            since_s = (setpoint.timestamp - self._reference_us) * 1e-6 if self._reference_us else 0.0
+            reference.follow(setpoint.q_d, setpoint.yaw_sp_move_rate, since_s)
+            self._reference_us = setpoint.timestamp
+        elif local.heading_reset_counter != self._heading_resets:
+            reference.turned(local.delta_heading)
+        self._heading_resets = local.heading_reset_counter
+        yaw_rate = setpoint.yaw_sp_move_rate if setpoint.yaw_sp_move_rate == setpoint.yaw_sp_move_rate else 0.0
         rates = rates_setpoint(
-            topics.vehicle_attitude.q,
-            setpoint.q_d,
-            setpoint.yaw_sp_move_rate,
-            self._attitude_gains,
-            self._yaw_weight,
-            self._rate_limits,
-        )
+            q, reference.q, yaw_rate, self._attitude_gains, self._yaw_weight, self._rate_limits,
+            reference.feed_forward(q),
+        )  # fmt: skip
         shaken = self.autotune.rates
         if shaken is not None:
             rates = (rates[0] + shaken[0], rates[1] + shaken[1], rates[2] + shaken[2])
@@ -489,6 +533,12 @@ class MulticopterControl:
         self._position.reset_integral()
         self._obeyed = None
         self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+
+def _has_horizontal(setpoint: TrajectorySetpoint) -> bool:
+    """Whether a horizontal velocity is controlled."""
+    (x, y, _), (vx, vy, _) = setpoint.position, setpoint.velocity
+    return (x == x and y == y) or (vx == vx and vy == vy)
 
 
 def output_channels(functions: list[int]) -> list[int]:

@@ -28,6 +28,8 @@ LANDING_SPEED_MARGIN: Final = 1.2
 DESCENT_SHARE: Final = 1.1
 WIDER_WHEN_LANDED: Final = 2.5
 CLOSE_TO_GROUND_M: Final = 1.0
+BY_RANGE: Final = 1
+"""vehicle_local_position.DIST_BOTTOM_SENSOR_RANGE."""
 FREEFALL_M_S2: Final = 2.0
 FREEFALL_S: Final = 0.3
 MINIMAL_THRUST_S: Final = 8.0
@@ -56,11 +58,12 @@ class MulticopterLandDetector:
         if self._version != self._parameters.version:
             self._lower_limit()
         armed, local = topics.actuator_armed.armed, topics.vehicle_local_position
-        self._measures_distance |= local.dist_bottom_valid
+        self._measures_distance |= bool(local.dist_bottom_sensor_bitfield & BY_RANGE)
         each_s = EACH_OUT_OF_RANGE_S if self._measures_distance and not local.dist_bottom_valid else EACH_S
         ax, ay, az = topics.sensor_combined.accelerometer_m_s2
         falls = self._freefall.update(now_us, ax * ax + ay * ay + az * az < FREEFALL_M_S2**2, FREEFALL_S)
-        contact = self._ground_contact.update(now_us, not armed or self._touches(now_us), each_s)
+        touches = self._touches(now_us)  # disarmed, too: whether it descends is known from it
+        contact = self._ground_contact.update(now_us, not armed or touches, each_s)
         quiet = self._is_quiet(now_us, contact=contact, falls=falls)
         maybe_landed = self._maybe_landed.update(now_us, not armed or quiet, each_s)
         landed = self._landed.update(now_us, not armed or maybe_landed, each_s)
@@ -102,11 +105,13 @@ class MulticopterLandDetector:
     def _moves_vertically(self) -> bool:
         """Or nobody can tell."""
         local, limit = self._topics.vehicle_local_position, float(self._parameters["LNDMC_Z_VEL_MAX"])
-        return not local.v_z_valid or abs(local.vz) >= limit * (WIDER_WHEN_LANDED if self._landed.state else 1.0)
+        limit *= WIDER_WHEN_LANDED if self._landed.state else 1.0
+        by_velocity = local.v_z_valid and abs(local.vz) < limit
+        return not (by_velocity or (local.z_valid and abs(local.z_deriv) < limit))
 
     def _is_far_from_ground(self) -> bool:
         local = self._topics.vehicle_local_position
-        return local.dist_bottom_valid and local.dist_bottom >= CLOSE_TO_GROUND_M
+        return self._measures_distance and local.dist_bottom_valid and local.dist_bottom >= CLOSE_TO_GROUND_M
 
     def _turns(self) -> bool:
         """About roll and pitch."""

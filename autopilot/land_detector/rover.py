@@ -24,9 +24,9 @@ class RoverLandDetector:
         self._in_air = Held(False)
 
     def update(self, now_us: int) -> tuple[bool, ...]:
-        """landed, maybe_landed, ground_contact, freefall and in_ground_effect."""
+        """landed, maybe_landed, ground_contact, freefall and in_ground_effect; it never leaves the ground."""
         landed = not self._in_air.update(now_us, not self._is_down(), IN_AIR_S)
-        return landed, landed, landed, False, False
+        return landed, False, True, False, False
 
     def details(self, now_us: int) -> tuple[bool, ...]:
         """It tells no more than that."""

@@ -111,11 +111,17 @@ def test_offboard_attitude_is_flown_directly() -> None:
     yaw = rig.topics.vehicle_local_position.heading
     q = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
     leaning = (q[0] * 0.9976, q[3] * 0.0698, -q[0] * 0.0698, q[3] * 0.9976)  # pitched by -8 degrees
-    rig.topics.offboard_setpoint = OffboardSetpoint(
-        rig.now_us, attitude=VehicleAttitudeSetpoint(rig.now_us, leaning, 0.0, (0.0, 0.0, -0.33))
-    )
+
+    def lean() -> None:
+        attitude = VehicleAttitudeSetpoint(rig.now_us, leaning, 0.0, (0.0, 0.0, -0.33))
+        rig.topics.offboard_setpoint = OffboardSetpoint(rig.now_us, attitude=attitude)
+
+    lean()
     rig.mode(NavState.OFFBOARD)
-    flown = rig.run(2.0)
+    flown = []
+    for _ in range(40):  # as a companion streams it: what is followed takes a step with each
+        lean()
+        flown += rig.run(0.05)
     assert math.degrees(statistics.fmean(s.euler[1] for s in flown[10:])) == pytest.approx(-8.0, abs=2.0)
 
 

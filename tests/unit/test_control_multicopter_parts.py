@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sitl_emu.autopilot.constants import Severity, TakeoffState
 from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
-from sitl_emu.autopilot.control.mc_att_control import rates_setpoint
+from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
 from sitl_emu.autopilot.control.mc_parameters import constrain, of_responsiveness
 from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
@@ -252,6 +252,60 @@ def test_attitude_points_along_the_thrust_and_keeps_the_heading(n: float, e: flo
     assert [c * size for c in up] == pytest.approx([n, e, d], abs=1e-6)
     heading = math.atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
     assert math.remainder(heading - yaw, math.tau) == pytest.approx(0.0, abs=1e-6)
+
+
+def reference(**parameters: float) -> AttitudeReference:
+    """At rest and level."""
+    one = AttitudeReference()
+    one.set_parameters(parameters.get("w_n", 50.0), parameters.get("ff", 0.0), parameters.get("ff_max", 0.0))
+    one.follow((1.0, 0.0, 0.0, 0.0), 0.0, 0.0)
+    return one
+
+
+@pytest.mark.parametrize("dt_s", [0.004, 0.008, 0.02])
+def test_the_attitude_that_is_followed_is_a_critically_damped_step(dt_s: float) -> None:
+    """1 - (1 + w t) exp(-w t), whatever the steps are (small angles)."""
+    one, small = reference(), 0.02
+    for _ in range(round(0.04 / dt_s)):
+        one.follow(quaternion(small, 0.0, 0.0), 0.0, dt_s)
+    assert 2.0 * one.q[1] == pytest.approx(small * (1.0 - 3.0 * math.exp(-2.0)), rel=1e-3)
+
+
+def test_the_first_setpoint_and_one_after_nobody_knows_how_long_are_followed_at_once() -> None:
+    one = reference()
+    one.follow(quaternion(0.5, 0.1, 1.0), 0.0, 0.0)
+    assert one.q == pytest.approx(quaternion(0.5, 0.1, 1.0))
+
+
+def test_a_yaw_rate_that_is_commanded_turns_the_reference_and_nothing_else_is_fed_forward_of_it() -> None:
+    one = reference(ff=1.0)
+    for step in range(50):
+        one.follow(quaternion(0.0, 0.0, 0.01 * step), 1.0, 0.01)
+    assert one.feed_forward(one.q)[2] == pytest.approx(0.0, abs=1e-6)
+    assert 2.0 * math.atan2(one.q[3], one.q[0]) == pytest.approx(0.5, abs=0.03)
+
+
+def test_the_rate_of_the_reference_is_fed_forward_and_limited() -> None:
+    one = reference(ff=0.5, ff_max=0.3)
+    one.follow(quaternion(0.3, 0.0, 0.0), 0.0, 0.01)
+    assert one.feed_forward(one.q)[0] == pytest.approx(0.3)
+    assert reference().feed_forward((1.0, 0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0)
+
+
+def test_a_jump_of_the_heading_turns_the_reference() -> None:
+    one = reference()
+    one.turned(0.4)
+    assert one.q == pytest.approx(quaternion(0.0, 0.0, 0.4))
+
+
+def test_a_setpoint_that_cannot_be_flown_stops_and_sinks_only_where_it_cannot_stop() -> None:
+    stops = failsafe_setpoint(STILL, 0.7)
+    assert stops.velocity == (0.0, 0.0, 0.0)
+    assert math.isnan(stops.yaw)
+    blind = failsafe_setpoint(STILL._replace(velocity=(NAN, NAN, 0.0)), 0.7)
+    assert (blind.velocity[2], blind.acceleration[:2]) == (0.7, (0.0, 0.0))
+    falling = failsafe_setpoint(STILL._replace(velocity=(0.0, 0.0, NAN)), 0.7)
+    assert (math.isnan(falling.velocity[2]), falling.acceleration[2]) == (True, 0.3)
 
 
 def test_incomplete_setpoints_are_told_and_replaced() -> None:

@@ -19,6 +19,7 @@ from sitl_emu.autopilot.topics import (
     VehicleThrustSetpoint,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from tests.typed import now
 
 STEP_US = 20_000
 NAN = float("nan")
@@ -39,9 +40,9 @@ class Descending:
         self.run(1.0)
 
     def moves(self, vz: float, thrust: float, vx: float = 0.0, dist_bottom: float | None = None) -> None:
-        local = VehicleLocalPosition(0, 0, True, True, True, True, vx=vx, vz=vz)
+        local = VehicleLocalPosition(0, 0, True, True, True, True, vx=vx, vz=vz, z_deriv=vz)
         if dist_bottom is not None:
-            local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True)
+            local = local._replace(dist_bottom=dist_bottom, dist_bottom_valid=True, dist_bottom_sensor_bitfield=1)
         self.topics.vehicle_local_position = local
         self.topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(self.now_us, (0.0, 0.0, -thrust))
 
@@ -133,6 +134,34 @@ def test_motion_forbids_it(motion: dict[str, float]) -> None:
     vehicle.moves(thrust=0.12, **motion)
     vehicle.run(5.0)
     assert vehicle.state() == (False, False, False)
+
+
+def test_a_height_that_stays_counts_where_the_vertical_velocity_is_wrong() -> None:
+    vehicle = Descending()
+    vehicle.moves(0.5, 0.12)
+    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(z_deriv=0.0)
+    vehicle.run(2.0)
+    assert vehicle.state() == (True, True, True)
+
+
+def test_a_distance_that_no_range_finder_measures_is_not_asked() -> None:
+    """By optical flow the ground is known from how fast it moves."""
+    vehicle = Descending()
+    vehicle.moves(0.0, 0.12, dist_bottom=5.0)
+    vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(
+        dist_bottom_sensor_bitfield=2
+    )
+    vehicle.run(2.0)
+    assert vehicle.state() == (True, True, True)
+
+
+def test_a_disarmed_vehicle_that_is_told_nothing_does_not_descend() -> None:
+    vehicle = Descending()
+    assert vehicle.topics.vehicle_land_detected.in_descend
+    vehicle.topics.actuator_armed = ActuatorArmed(False)
+    vehicle.topics.trajectory_setpoint = TrajectorySetpoint()
+    vehicle.run(0.1)
+    assert not now(vehicle.topics.vehicle_land_detected.in_descend)
 
 
 def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
