@@ -46,6 +46,7 @@ class RequestedAction(IntEnum):
     UNKILL = 3
     KILL = 4
     SWITCH_MODE = 5
+    TERMINATION = 8
 
 
 class SetpointType(IntEnum):

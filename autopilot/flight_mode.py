@@ -86,8 +86,10 @@ class LinkLossException(IntFlag):
 
     NONE = 0
     MISSION = 1
-    HOLD = 2
+    AUTO_MODES = 2
     OFFBOARD = 4
+    EXTERNAL_MODE = 8
+    ALTITUDE_CRUISE = 16
 
 
 MAIN_MANUAL = 1
@@ -213,7 +215,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         control=POSITION_TRIPLET,
         task=Task.AUTO,
         drive_mode=DriveMode.AUTO,
-        link_loss_exception=LinkLossException.HOLD,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.AUTO_RTL: FlightMode(
         name="Return",
@@ -229,6 +231,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         task=Task.AUTO,
         drive_mode=DriveMode.AUTO,
         setpoint_tells_landed_state=True,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.POSITION_SLOW: FlightMode(
         name="Position Slow",
@@ -247,6 +250,8 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         event_number=25,
         needs=_NEEDS_POSITION_RELAXED | Need.WIND_AND_FLIGHT_TIME,
         control=POSITION_TRIPLET,
+        task=Task.AUTO,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.ALTITUDE_CRUISE: FlightMode(
         name="Altitude Cruise",
@@ -255,6 +260,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         needs=_NEEDS_ALTITUDE | Need.MANUAL_CONTROL,
         control=ALTITUDE._replace(manual=True),
         task=Task.ALTITUDE_CRUISE,
+        link_loss_exception=LinkLossException.ALTITUDE_CRUISE,
     ),
     NavState.ACRO: FlightMode(
         name="Acro",
@@ -277,6 +283,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         prevents_arming=True,
         control=ATTITUDE._replace(climb_rate=True, auto=True),
         task=Task.DESCEND,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.TERMINATION: FlightMode(
         name="Termination",
@@ -320,7 +327,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         needs=_NEEDS_POSITION,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
-        link_loss_exception=LinkLossException.HOLD,
+        link_loss_exception=LinkLossException.AUTO_MODES,
         mission_is_active=True,
         setpoint_tells_landed_state=True,
     ),
@@ -339,6 +346,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         ignores_gcs_loss=True,
         mission_is_active=True,
         setpoint_tells_landed_state=True,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.AUTO_FOLLOW_TARGET: FlightMode(
         name="Follow Target",
@@ -350,6 +358,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         prevents_arming=True,
         control=TRAJECTORY,
         task=Task.FOLLOW_TARGET,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.AUTO_PRECLAND: FlightMode(
         name="Precision Landing",
@@ -364,6 +373,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         task=Task.AUTO,
         ignores_gcs_loss=True,
         setpoint_tells_landed_state=True,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.ORBIT: FlightMode(
         name="Orbit",
@@ -376,7 +386,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         prevents_arming=True,
         control=TRAJECTORY,
         task=Task.ORBIT,
-        link_loss_exception=LinkLossException.HOLD,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     NavState.AUTO_VTOL_TAKEOFF: FlightMode(
         name="VTOL Takeoff",
@@ -387,6 +397,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         needs=_NEEDS_POSITION,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
+        link_loss_exception=LinkLossException.AUTO_MODES,
     ),
     **{
         NavState(NavState.EXTERNAL1 + index): FlightMode(
@@ -399,6 +410,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
             shell_name="ext1" if index == 0 else None,
             needs=Need.OTHER,
             control=TRAJECTORY,
+            link_loss_exception=LinkLossException.EXTERNAL_MODE,
         )
         for index in range(8)
     },

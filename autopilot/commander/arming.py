@@ -94,10 +94,21 @@ class Arming:
         self.armed_us = now_us
         self.arming_reason = REASONS[by]
         topics.actuator_armed = ActuatorArmed(True, termination=self.terminated, ready_to_arm=True)
-        if self._parameters["COM_HOME_EN"]:
-            topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
+        self.set_home(now_us)
         self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
         return ACCEPTED
+
+    def set_home(self, now_us: int) -> None:
+        """Home is here, unless somebody has given one, or a mission is flown (COM_HOME_EN)."""
+        topics = self._topics
+        if self._parameters["COM_HOME_EN"] and not topics.home_position.manual_home and not self.mission_in_progress:
+            topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
+
+    @property
+    def mission_in_progress(self) -> bool:
+        """MISSION is flown, and has not ended."""
+        topics = self._topics
+        return topics.vehicle_status.nav_state is NavState.AUTO_MISSION and not topics.mission_result.finished
 
     @property
     def awaits_leave(self) -> bool:
@@ -153,7 +164,8 @@ class Arming:
 
     def _refusal(self, now_us: int) -> tuple[str, str] | None:
         """What to say, and the event."""
-        mode, topics = self._intention.mode, self._topics
+        topics = self._topics
+        mode = topics.vehicle_status.nav_state
         heard = not topics.failsafe_flags.manual_control_signal_lost
         if (
             heard

@@ -32,6 +32,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_l
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
+from sitl_emu.autopilot.navigator.mission_legs import landing_of
 from sitl_emu.autopilot.parameters import Parameters, matches
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, INSTANCES
@@ -156,9 +157,8 @@ class CommandHandlers:
         """Whether a mode may be asked for now: LAND always, as who asks for it wants to come down."""
         arming = self._arming
         self._checks.update(now_us)
-        ended = arming.armed and arming.terminated
         force = mode is NavState.AUTO_LAND
-        return not ended and self._intention.change(mode, armed=arming.armed, force=force)
+        return not arming.terminated and self._intention.change(mode, armed=arming.armed, force=force)
 
     def _tell_refusal(self, now_us: int, mode: NavState) -> None:
         """At most every second."""
@@ -193,7 +193,8 @@ class CommandHandlers:
         wanted, forced = _int8(command.param1), nearest(command.param2) == FORCE_MAGIC
         by = EXTERNAL_COMMAND if command.from_external else INTERNAL_COMMAND
         if wanted == 1:
-            result = self._arming.arm(now_us, forced=forced, by=by)
+            # from outside the checks can't be gone round
+            result = self._arming.arm(now_us, forced=forced and not command.from_external, by=by)
             self._awaits_leave = command if result is None else None
             return result
         if wanted == 0:
@@ -273,9 +274,12 @@ class CommandHandlers:
 
     def _do_reposition(self, now_us: int, command: VehicleCommand) -> int:
         """Without MAV_DO_REPOSITION_FLAGS_CHANGE_MODE it is for who is in HOLD already."""
+        flown = self._topics.vehicle_status.nav_state
         if _whole(command.param2) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
-            return self._change_mode_and_pass_on(now_us, NavState.AUTO_LOITER, command)
-        if self._topics.vehicle_status.nav_state is not NavState.AUTO_LOITER:
+            nowhere = not (math.isfinite(command.param5) and math.isfinite(command.param6))
+            stays = flown is NavState.GUIDED_COURSE and nowhere
+            return self._change_mode_and_pass_on(now_us, flown if stays else NavState.AUTO_LOITER, command)
+        if flown is not NavState.AUTO_LOITER:
             return DENIED
         return self._pass_on(now_us, command)
 
@@ -306,23 +310,22 @@ class CommandHandlers:
             return DENIED
         if not -1.0 <= command.param1 < len(self._dataman.mission.items):
             return DENIED
+        if command.param1 >= 0.0:
+            self._pass_on(now_us, command)
         result: int | None = self.change_mode(now_us, NavState.AUTO_MISSION)
         if result == ACCEPTED:
             result = self._arming.arm(now_us, by=MISSION_START)
             self._awaits_leave = command if result is None else None
             if result == TEMPORARILY_REJECTED:
                 self._tell_refusal(now_us, NavState.AUTO_MISSION)
-            if command.param1 >= 0.0:
-                self._pass_on(now_us, command)
         return result
 
     def _do_land_start(self, now_us: int, command: VehicleCommand) -> int:
         """Go on with the mission where its landing begins."""
-        items = self._dataman.mission.items
-        landing = next((item.seq for item in items if item.command == mavlink.MAV_CMD_DO_LAND_START), None)
+        landing = landing_of(self._dataman.mission.items) if self._topics.mission_result.valid else None
         if landing is None:
             return CANCELLED
-        start = command._replace(command=mavlink.MAV_CMD_MISSION_START, param1=float(landing))
+        start = command._replace(command=mavlink.MAV_CMD_MISSION_START, param1=float(landing.start))
         self._mission_start(now_us, start)
         return ACCEPTED
 
@@ -333,7 +336,7 @@ class CommandHandlers:
             return DENIED
         topics = self._topics
         if command.param1 > 0.5:
-            home = home_position.at_vehicle(now_us, topics, manual_home=True)
+            home = home_position.at_vehicle(now_us, topics)
         elif all(map(math.isfinite, (command.param5, command.param6, command.param7))):
             roll, pitch, yaw = (math.radians(value) % (2.0 * math.pi) for value in command[2:5])
             home = home_position.at_place(now_us, topics, command.param5, command.param6, command.param7, yaw)

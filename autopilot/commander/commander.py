@@ -16,8 +16,9 @@ from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
 from sitl_emu.autopilot.commander.component_links import present_and_healthy
 from sitl_emu.autopilot.commander.control_mode import control_mode
-from sitl_emu.autopilot.commander.failsafe import Action, Failsafe, Notice
-from sitl_emu.autopilot.commander.failsafe_events import failsafe_event
+from sitl_emu.autopilot.commander.failsafe import Failsafe
+from sitl_emu.autopilot.commander.failsafe_events import failsafe_event, failsafe_severity
+from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.failure_detector import FailureDetector
 from sitl_emu.autopilot.commander.link_watch import LinkWatch
 from sitl_emu.autopilot.commander.pilot import Pilot
@@ -26,6 +27,7 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
 from sitl_emu.autopilot.storage.dataman import Dataman
@@ -39,6 +41,8 @@ STATUS_INTERVAL_US: Final = 500_000
 BATTERY_EMERGENCY: Final = 3
 SAFETY_BREAKER: Final = 22027
 """CBRK_IO_SAFETY: the safety button is out of the way."""
+HOLD_NO_FAILSAFE: Final = 7
+"""NAV_RCL_ACT."""
 PREARM_DISABLED: Final = 0
 PREARM_BY_SAFETY_BUTTON: Final = 1
 PREARMED_AFTER_US: Final = 5_000_000
@@ -75,13 +79,13 @@ class Commander:
         self._vehicle_kind = kind = VehicleKind.of_mav_type(self._mav_type)
         topics.vehicle_status = VehicleStatus(vehicle_kind=kind, mav_type=self._mav_type)
         self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
-        self._intention = UserModeIntention(self._checks, NavState.AUTO_LOITER)
+        self._intention = UserModeIntention(self._checks, NavState(int(parameters["COM_FLTMODE_BOOT"])))
         self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
         self._authorization = ArmAuthorization(parameters, self._outgoing, say)
         self._arming = Arming(
             topics, parameters, self._checks, self._intention, say, kind.traits, authorization=self._authorization
         )
-        self._failsafe = Failsafe(parameters, self._on_failsafe)
+        self._failsafe = Failsafe(parameters, self._on_failsafe, self._on_takeover)
         self._auto_disarm = AutoDisarm()
         self.calibration = CalibrationWorker(topics, parameters, say)
         self._handlers = CommandHandlers(
@@ -104,6 +108,7 @@ class Commander:
         self._nav_state = NavState.AUTO_LOITER
         self._nav_state_us = 0
         self._battery_warning = 0
+        self._sticks_lost = True
         self._reference_us = 0
         """When the local frame was last placed anew."""
         self._links = LinkWatch(topics, say, send_event)
@@ -118,7 +123,12 @@ class Commander:
         return self._handlers.commands
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
-        """Decide on one of COMMANDS; None gives no ack."""
+        """Decide on one of COMMANDS; None gives no ack.
+
+        Last in a cycle of PX4, and one in each: what the command before has asked for is flown by then.
+        """
+        self._choose_nav_state(now_us)
+        self._publish_vehicle_status(now_us)
         result = self._handlers.handle(now_us, command)
         self._checks_due_us = 0
         self._publish_vehicle_status(now_us)
@@ -134,6 +144,7 @@ class Commander:
             self._checks.update(now_us)
             self._links.update(now_us)
             self._tell_of_battery()
+            self._hold_without_sticks()
             self._follow_home(now_us)
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
@@ -149,6 +160,16 @@ class Commander:
             self._battery_warning = flags.battery_warning
             if self._battery_warning >= BATTERY_EMERGENCY:
                 self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
+
+    def _hold_without_sticks(self) -> None:
+        """NAV_RCL_ACT 7: where a mode of sticks loses them, HOLD is chosen, which is no failsafe."""
+        lost = self._topics.failsafe_flags.manual_control_signal_lost
+        was_lost, self._sticks_lost = self._sticks_lost, lost
+        by_sticks = self._arming.armed and self._nav_state in FLOWN_BY_STICKS
+        if lost and not was_lost and by_sticks and self._parameters["NAV_RCL_ACT"] == HOLD_NO_FAILSAFE:
+            self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
+            text = "Manual control lost: switching to Hold\t"
+            self._say(Severity.INFO, text, "commander_rc_loss_hold_no_failsafe")
 
     def _follow_home(self, now_us: int) -> None:
         topics = self._topics
@@ -176,16 +197,14 @@ class Commander:
 
     def _follow_takeoff_and_landing(self, now_us: int) -> None:
         landed, armed = self._topics.vehicle_land_detected.landed, self._arming.armed
-        if armed and not self._was_armed:
-            self._has_taken_off = False
-            self._takeoff_us = 0
-        elif armed and landed and not self._was_landed:
+        if armed and landed and not self._was_landed:
             self._say(Severity.INFO, "Landing detected\t", "commander_landing_detected")
-        if armed and not landed and not self._has_taken_off:
-            self._has_taken_off = True
-            self._takeoff_us = now_us
         if armed and not landed and self._was_landed:
             self._say(Severity.INFO, "Takeoff detected\t", "commander_takeoff_detected")
+            self._has_taken_off, self._takeoff_us = True, now_us
+            self._arming.set_home(now_us)
+        if not armed:
+            self._has_taken_off, self._takeoff_us = False, 0
         if self._was_armed and not armed:
             self._parameters.set("COM_FLIGHT_UUID", self._parameters["COM_FLIGHT_UUID"] + 1, notify=False)
         self._was_armed, self._was_landed = armed, landed
@@ -202,12 +221,14 @@ class Commander:
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
 
     def _disarm_by_itself(self, now_us: int) -> None:
-        if not (self._arming.armed and self._was_landed):
+        if not self._arming.armed:
             self._auto_disarm.reset()
             return
         reason = self._auto_disarm.update(
             now_us,
+            landed=self._was_landed,
             has_taken_off=self._has_taken_off,
+            mission_in_progress=self._arming.mission_in_progress,
             after_landing_s=float(self._parameters["COM_DISARM_LAND"]),
             preflight_s=float(self._parameters["COM_DISARM_PRFLT"]),
             spoolup_s=float(self._parameters["COM_SPOOLUP_TIME"]),
@@ -223,9 +244,11 @@ class Commander:
             user_mode=self._intention.mode,
             mode_changes=self._intention.changes,
             flags=topics.failsafe_flags,
-            can_run_mode_flags=topics.health_report.can_run_mode_flags,
             mission_finished=topics.mission_result.finished,
+            sticks_take_over=self._pilot.wants_control,
         )
+        if self._failsafe.user_mode is not self._intention.mode:
+            self._intention.follow(self._failsafe.user_mode)
         if self._failsafe.selected is Action.TERMINATE and not arming.terminated:
             arming.terminate()
         elif self._failsafe.selected is Action.DISARM and arming.armed:
@@ -321,10 +344,13 @@ class Commander:
             return STATE_CRITICAL if self._failsafe.in_failsafe else STATE_ACTIVE
         return STATE_STANDBY if can_arm else STATE_UNINIT
 
+    def _on_takeover(self) -> None:
+        self._send_event("failsafe_rc_override", Severity.INFO)
+
     def _on_failsafe(self, notice: Notice) -> None:
         hold = f": entering Hold for {notice.hold_s} seconds" if notice.hold_s else ""
         event, *arguments = failsafe_event(notice)
-        if not notice.with_text:
-            self._send_event(event, Severity.WARNING, *arguments)
+        if notice.action is Action.WARN:
+            self._send_event(event, failsafe_severity(notice), *arguments)
             return
         self._say(Severity.CRITICAL, f"Failsafe activated{hold}\t", event, *arguments)

@@ -1,8 +1,8 @@
 """Where home is: set at the first good position, again at arming and takeoff, and by DO_SET_HOME.
 
-PX4's HomePosition (src/modules/commander/HomePosition.cpp, v1.18). COM_HOME_EN 0 leaves home unset. Arming
-replaces also a home that somebody gave. On the ground a home that was set by itself follows the vehicle when it has
-been moved further than its position may be wrong.
+PX4's HomePosition (src/modules/commander/HomePosition.cpp, v1.18). COM_HOME_EN 0 leaves home unset. A home that
+somebody gave stays, until somebody asks for the vehicle's own place; so does home while a mission is flown. On the
+ground a home that was set by itself follows the vehicle when it has been moved further than its position may be wrong.
 """
 
 import math
@@ -14,7 +14,7 @@ from sitl_emu.core.geodesy import MapProjection, distance_m
 MOVED_AT_LEAST_M: Final = 1.0
 
 
-def at_vehicle(now_us: int, topics: Topics, *, manual_home: bool = False) -> HomePosition | None:
+def at_vehicle(now_us: int, topics: Topics) -> HomePosition | None:
     """Home where the vehicle is; None without a valid position."""
     position, local = topics.vehicle_global_position, topics.vehicle_local_position
     if not (position.valid and local.xy_valid and local.z_valid):
@@ -29,7 +29,7 @@ def at_vehicle(now_us: int, topics: Topics, *, manual_home: bool = False) -> Hom
         local.y,
         local.z,
         local.heading,
-        manual_home,
+        False,
         topics.home_position.update_count + 1,
         *topics.vehicle_attitude.euler[:2],
     )

@@ -29,7 +29,7 @@ class LinkWatch:
         if lost is not self._sticks_lost:
             self._sticks_lost = lost
             if lost:
-                self._send_event("commander_rc_lost", Severity.CRITICAL)
+                self._send_event("commander_rc_lost", Severity.INFO)
             elif self._sticks_seen_us:
                 self._send_event("commander_rc_regained", Severity.INFO, (now_us - self._sticks_seen_us) * 1e-6)
         if not lost:

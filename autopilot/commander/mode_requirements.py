@@ -28,6 +28,7 @@ FIELDS: dict[Need, str] = {
     Need.OTHER: "mode_req_other",
 }
 """Names in failsafe_flags."""
+NOTHING = Need(0)
 
 
 def requirement_masks() -> dict[str, float | str]:
@@ -68,9 +69,9 @@ def missing(flags: FailsafeFlags) -> Need:
     return need
 
 
-def runnable_modes(flags: FailsafeFlags) -> int:
-    """Bit per NavState: everything that the mode needs is there."""
-    lacking = int(missing(flags))
+def runnable_modes(flags: FailsafeFlags, unasked: Need = NOTHING) -> int:
+    """Bit per NavState: everything that the mode needs is there, but what is not asked for."""
+    lacking = int(missing(flags) & ~unasked)
     modes = 0
     for state, need in _NEEDS_AS_INT:
         if not need & lacking:

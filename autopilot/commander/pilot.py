@@ -1,7 +1,7 @@
 """What the pilot's sticks and switches ask of the commander: modes, arming, killing, taking over.
 
 PX4's Commander::manualControlCheck and executeActionRequest (v1.18). Sticks that move fast end an automatic mode or
-OFFBOARD of a multicopter in the air; the first sticks that are ever seen choose POSCTL if nobody has chosen a mode.
+OFFBOARD of a multicopter in the air; while a failsafe is flown, it decides (`wants_control`).
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from sitl_emu.autopilot.commander.arming import KILL_SWITCH, RC_BUTTON, RC_SWITC
 from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
 from sitl_emu.autopilot.constants import NavState, RequestedAction, Severity
 from sitl_emu.autopilot.events.texts import Say
-from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.topics import ActionRequest, Topics
 
 KILL_DISARMS_AFTER_US: Final = 5_000_000
@@ -37,9 +37,12 @@ class Pilot:
         self._requests_seen = 0
         self._sticks = topics.manual_control_setpoint
         self._killed_us: int | None = None
+        self.wants_control = False
+        """The sticks move while a failsafe is flown."""
 
     def update(self, now_us: int, *, in_failsafe: bool) -> None:
         """At 50 Hz."""
+        self.wants_control = False
         requests = self._topics.action_requests
         if requests and requests[-1].number != self._requests_seen:
             for request in requests:
@@ -57,15 +60,13 @@ class Pilot:
 
     def _watch_sticks(self, *, in_failsafe: bool) -> None:
         arming, intention, topics = self._arming, self._intention, self._topics
-        if not arming.armed:
-            if not intention.changes:
-                intention.change(NavState.POSCTL, armed=False, force=True)
+        control = FLIGHT_MODES[topics.vehicle_status.nav_state].control
+        overridable = topics.vehicle_status.vehicle_kind.traits.sticks_take_over and (control.auto or control.offboard)
+        if not (arming.armed and self._sticks.sticks_moving and overridable):
             return
-        flown = topics.vehicle_status.nav_state
-        if not self._sticks.sticks_moving or flown in FLOWN_BY_STICKS or in_failsafe:
-            return
-        takes_over = topics.vehicle_status.vehicle_kind.traits.sticks_take_over
-        if takes_over and flown is not NavState.TERMINATION and intention.change(NavState.POSCTL, armed=True):
+        if in_failsafe:
+            self.wants_control = True
+        elif intention.change(NavState.POSCTL, armed=True, allow_fallback=True):
             self._say(Severity.INFO, "Pilot took over using sticks\t", "commander_rc_override")
 
     def _carry_out(self, now_us: int, request: ActionRequest) -> None:
@@ -74,6 +75,8 @@ class Pilot:
             action = RequestedAction.DISARM if arming.armed else RequestedAction.ARM
         if action == RequestedAction.SWITCH_MODE:
             self._change_mode(now_us, request.mode)
+        elif action == RequestedAction.TERMINATION:
+            self._intention.change(NavState.TERMINATION, armed=arming.armed)
         elif action == RequestedAction.ARM:
             arming.arm(now_us, by=BY[request.source])
         elif action == RequestedAction.DISARM:

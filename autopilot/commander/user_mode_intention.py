@@ -1,12 +1,14 @@
 """The mode that the user wants, and the one to come back to after disarming.
 
 PX4's UserModeIntention (src/modules/commander/UserModeIntention.cpp, v1.18): on the ground any mode may be chosen, in
-flight only one that can run. Modes that prevent arming (LAND, RTL, ...) are forgotten at disarming.
+flight only one that can run. Modes that prevent arming (LAND, RTL, ...) and take-offs are forgotten at disarming.
 """
 
 from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from sitl_emu.autopilot.commander.mode_requirements import PREVENT_ARMING
 from sitl_emu.autopilot.constants import NavState
+
+TAKEOFFS = (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF)
 
 
 class UserModeIntention:
@@ -19,15 +21,24 @@ class UserModeIntention:
         """Counts every accepted request, also those for the mode that it is already."""
         self._mode_after_disarming = mode
 
-    def change(self, mode: NavState, *, armed: bool, force: bool = False) -> bool:
-        """Ask for a mode; False where it cannot be flown now."""
+    def change(self, mode: NavState, *, armed: bool, force: bool = False, allow_fallback: bool = False) -> bool:
+        """Ask for a mode; False where it cannot be flown now.
+
+        `allow_fallback`: POSCTL may be asked for where ALTCTL alone can be flown; the failsafe flies that then.
+        """
         if armed and not force and not self._checks.can_run(mode):
-            return False
-        self.mode = mode
+            falls_back = allow_fallback and mode is NavState.POSCTL and self._checks.can_run(NavState.ALTCTL)
+            if not falls_back:
+                return False
         self.changes += 1
-        if mode not in PREVENT_ARMING:
-            self._mode_after_disarming = mode
+        self.follow(mode)
         return True
+
+    def follow(self, mode: NavState) -> None:
+        """Take what a failsafe has made of it; nobody asked for that."""
+        self.mode = mode
+        if mode not in PREVENT_ARMING and mode not in TAKEOFFS:
+            self._mode_after_disarming = mode
 
     def on_disarm(self) -> None:
         """Back to the last mode in which one can arm."""

@@ -25,12 +25,16 @@ from sitl_emu.autopilot.topics import (
 
 RC_ONLY, MAVLINK_ONLY, FALLBACK, FIRST, DISABLED, RC_FIRST = range(6)
 """COM_RC_IN_MODE."""
-MOVING_TIME_CONSTANT_S = 0.1
+MOVING_TIME_CONSTANT_S = 0.05
 """Of the filter on the speed of a stick."""
+FEWEST_MOVES = 3
+"""In the same direction, one after the other: what does less is noise."""
 HYSTERESIS_US = 1_000_000
-"""How long a gesture is held (PX4's COM_RC_ARM_HYST)."""
+"""How long a gesture or a button is held."""
 FAR, NEAR_CENTRE = 0.9, 0.1
 THROTTLE_DOWN = -0.8
+AT_REST = (0.0, 0.0, 0.0, -1.0)
+"""Roll, pitch, yaw and throttle, instead of sticks that are held in the corners to kill."""
 NEVER_US = 1 << 62
 STICK_GESTURE, RC_SWITCH, RC_BUTTON, RC_MODE_SLOT = 0, 1, 2, 3
 """action_request SOURCE."""
@@ -40,19 +44,26 @@ MODE_OF_SLOT_VALUE = {mode.slot: state for state, mode in FLIGHT_MODES.items() i
 
 
 class StickSpeed:
-    """Filtered speed of a stick, in full deflections a second."""
+    """Filtered speed of a stick, in full deflections a second (PX4's MovingDiff)."""
 
     def __init__(self) -> None:
         self._last = math.nan
-        self.value = 0.0
+        self._speed = 0.0
+        self._direction = 0.0
+        self._moves = 0
 
-    def update(self, value: float, dt_s: float) -> float:
-        """The speed after a new value; 0 until there are two."""
-        if math.isfinite(self._last) and dt_s > 0.0:
+    def exceeds(self, limit: float, value: float, dt_s: float) -> bool:
+        """Whether the stick, which is at `value` now, moves faster than the limit."""
+        if dt_s <= 0.0 or not math.isfinite(value):
+            return False
+        if math.isfinite(self._last):
             speed = (value - self._last) / dt_s
-            self.value += (speed - self.value) * dt_s / (MOVING_TIME_CONSTANT_S + dt_s)
+            self._speed += (speed - self._speed) * dt_s / (MOVING_TIME_CONSTANT_S + dt_s)
+            if speed:
+                self._moves = self._moves + 1 if speed * self._direction > 0.0 else 1
+                self._direction = speed
         self._last = value
-        return self.value
+        return abs(self._speed) > limit and self._moves >= FEWEST_MOVES
 
 
 class Held:
@@ -126,7 +137,7 @@ class ManualControl:
         self._override_speed = float(value["MAN_OVERRIDE_SPD"])
         self._gestures = bool(value["MAN_ARM_GESTURE"]) and not value["RC_MAP_ARM_SW"]
         kill_s = float(value["MAN_KILL_GEST_T"])
-        self._kill.for_us = round(kill_s * 1e6) if kill_s >= 0.0 else NEVER_US
+        self._kill.for_us = round(kill_s * 1e6) if kill_s > 0.0 else NEVER_US
         self._slots = tuple(int(value[f"COM_FLTMODE{n}"]) for n in range(1, 7))
         self._arm_is_button = bool(value["COM_ARM_SWISBTN"])
 
@@ -154,25 +165,29 @@ class ManualControl:
     def _lose(self, now_us: int) -> None:
         self._lost_us, self._valid = NEVER_US, False
         self._previous = None
-        for speed in self._speeds:
-            speed.update(0.0, 1.0)
+        self._speeds = tuple(StickSpeed() for _ in range(4))
+        for gesture in (self._arm, self._disarm, self._kill, self._button):
+            gesture.rises(now_us, condition=False)
         sticks = self._topics.manual_control_setpoint
         self._topics.manual_control_setpoint = sticks._replace(timestamp=now_us, valid=False, sticks_moving=False)
 
     def _publish(self, now_us: int) -> None:
         chosen, before = self._chosen, self._topics.manual_control_setpoint
         sticks = (chosen.roll, chosen.pitch, chosen.yaw, chosen.throttle)
-        dt_s = (now_us - before.timestamp) * 1e-6 if before.valid else 0.0
-        fastest = max(abs(speed.update(value, dt_s)) for speed, value in zip(self._speeds, sticks, strict=True))
-        moving = 0.0 <= self._override_speed < fastest
+        if self._watch_gestures(now_us, *sticks):
+            sticks = AT_REST
+        dt_s, limit = (now_us - before.timestamp) * 1e-6, self._override_speed
+        moving = limit >= 0.0 and any(
+            speed.exceeds(limit, value, dt_s) for speed, value in zip(self._speeds, sticks, strict=True)
+        )
         self._topics.manual_control_setpoint = ManualControlSetpoint(
             now_us, True, *sticks, moving, chosen.data_source, chosen.buttons, chosen.aux
         )
-        self._watch_gestures(now_us, *sticks)
 
     # --- gestures and switches --------------------------------------------------------------------------------
 
-    def _watch_gestures(self, now_us: int, roll: float, pitch: float, yaw: float, throttle: float) -> None:
+    def _watch_gestures(self, now_us: int, roll: float, pitch: float, yaw: float, throttle: float) -> bool:
+        """Whether the sticks are held as they are to kill."""
         low = throttle < THROTTLE_DOWN
         centred = abs(roll) < NEAR_CENTRE and abs(pitch) < NEAR_CENTRE
         if self._gestures:
@@ -180,10 +195,10 @@ class ManualControl:
                 self._request(now_us, RequestedAction.ARM, STICK_GESTURE)
             if self._disarm.rises(now_us, low and yaw < -FAR and centred):
                 self._request(now_us, RequestedAction.DISARM, STICK_GESTURE)
-        if self._kill.for_us != NEVER_US:
-            lower_right = roll > FAR and pitch < -FAR
-            if self._kill.rises(now_us, low and yaw < -FAR and lower_right):
-                self._request(now_us, RequestedAction.KILL, STICK_GESTURE)
+        kills = self._kill.for_us != NEVER_US and low and yaw < -FAR and roll > FAR and pitch < -FAR
+        if self._kill.rises(now_us, kills):
+            self._request(now_us, RequestedAction.KILL, STICK_GESTURE)
+        return kills
 
     def _take_switches(self, now_us: int) -> None:
         if not self._valid or self._chosen.data_source != SOURCE_RC:
@@ -196,12 +211,12 @@ class ManualControl:
             return
         if switches.mode_slot != before.mode_slot:
             self._choose_mode(now_us, switches.mode_slot)
-        if switches.arm != before.arm and switches.arm in (ON, OFF):
-            if not self._arm_is_button:
-                action = RequestedAction.ARM if switches.arm == ON else RequestedAction.DISARM
-                self._request(now_us, action, RC_SWITCH)
-            elif switches.arm == ON:
+        if self._arm_is_button:
+            if self._button.rises(now_us, switches.arm == ON):
                 self._request(now_us, RequestedAction.TOGGLE_ARMING, RC_BUTTON)
+        elif switches.arm != before.arm and switches.arm in (ON, OFF):
+            action = RequestedAction.ARM if switches.arm == ON else RequestedAction.DISARM
+            self._request(now_us, action, RC_SWITCH)
         pairs = (
             (switches.return_to_launch, before.return_to_launch, NavState.AUTO_RTL),
             (switches.loiter, before.loiter, NavState.AUTO_LOITER),
@@ -216,6 +231,8 @@ class ManualControl:
         if switches.kill != before.kill and switches.kill in (ON, OFF):
             action = RequestedAction.KILL if switches.kill == ON else RequestedAction.UNKILL
             self._request(now_us, action, RC_SWITCH)
+        if switches.terminate != before.terminate and switches.terminate == ON:
+            self._request(now_us, RequestedAction.TERMINATION, RC_SWITCH)
 
     def _choose_mode(self, now_us: int, slot: int) -> None:
         mode = MODE_OF_SLOT_VALUE.get(self._slots[slot - 1]) if slot else None

@@ -25,6 +25,9 @@ SLOT_MARGIN = 0.05
 OFF, ON = 3, 1
 """manual_control_switches SWITCH_POS; 0 is a switch that is not mapped."""
 NOT_MAPPED = 0
+TERMINATION_THRESHOLD = 0.75
+"""The one that no parameter gives."""
+SWITCHES_EVERY_US = 1_000_000
 PARAMETERS_EVERY_US = 1_000_000
 SMALLEST_MOVE = 2.0**-23
 
@@ -82,13 +85,18 @@ class RcUpdate:
             self._mode_slot(channels),
             *(self._switch(channels, number, threshold) for number, threshold in self._switches),
         )
-        # A switch counts once two messages agree on it
-        if switches[1:] == self._seen[1:] and switches[1:] != self._topics.manual_control_switches[1:]:
-            self._topics.manual_control_switches = switches
-        self._seen = switches
+        self._take_switches(switches)
         if received.timestamp - self._turned_us > PARAMETERS_EVERY_US:
             self._turned_us = received.timestamp
             self._turn_parameters(channels)
+
+    def _take_switches(self, switches: ManualControlSwitches) -> None:
+        """They count once two messages agree on them, at once where something changes, and are said again at 1 Hz."""
+        seen, told = self._seen, self._topics.manual_control_switches
+        self._seen = switches
+        agreed = switches[1:] == seen[1:] and switches.timestamp - seen.timestamp < LONGEST_GAP_US
+        if agreed and (switches[1:] != told[1:] or switches.timestamp - told.timestamp >= SWITCHES_EVERY_US):
+            self._topics.manual_control_switches = switches
 
     def _copy_parameters(self) -> None:
         value = self._parameters
@@ -111,7 +119,10 @@ class RcUpdate:
             ("RC_MAP_OFFB_SW", "RC_OFFB_TH"),
             ("RC_MAP_KILL_SW", "RC_KILLSWITCH_TH"),
         )
-        self._switches = tuple((int(value[name]), float(value[threshold])) for name, threshold in switches)
+        self._switches = (
+            *((int(value[name]), float(value[threshold])) for name, threshold in switches),
+            (int(value["RC_MAP_TERM_SW"]), TERMINATION_THRESHOLD),
+        )
         self._knob_channels = tuple(int(value[f"RC_MAP_PARAM{n}"]) for n in (1, 2, 3))
         self._mode_channel = int(value["RC_MAP_FLTMODE"])
         self._failsafe_us = float(value["RC_FAILS_THR"])

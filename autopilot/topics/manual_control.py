@@ -52,6 +52,7 @@ class ManualControlSwitches(NamedTuple):
     loiter: int = 0
     offboard: int = 0
     kill: int = 0
+    terminate: int = 0
 
 
 class ActionRequest(NamedTuple):

@@ -206,8 +206,7 @@ def test_sticks_that_nobody_holds_refuse_nothing() -> None:
 
 def test_force_arms_without_health_and_disarms_in_the_air(vehicle: FakeVehicle) -> None:
     vehicle.set_mode(4, 5)
-    assert vehicle.result(ARM_DISARM, 1, 21196) == ACCEPTED
-    vehicle.result(ARM_DISARM, 0)
+    assert vehicle.result(ARM_DISARM, 1, 21196) == TEMPORARILY_REJECTED  # force is for disarming, and for who is inside
     vehicle.set_mode(4, 3)
     vehicle.take_off(5.0)
     assert vehicle.result(ARM_DISARM, 0) == TEMPORARILY_REJECTED
@@ -263,11 +262,17 @@ def test_home_follows_a_vehicle_that_is_carried_away_but_not_a_home_that_was_set
     vehicle.north = 20.0
     vehicle.run(0.3)
     assert abs(vehicle.topics.home_position.x - 20.0) < 0.1
-    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 1) == ACCEPTED
+    home = vehicle.topics.home_position
+    there = (home.lat, home.lon, home.alt)
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, *there) == ACCEPTED
     vehicle.north = 0.0
     vehicle.run(0.3)
-    assert abs(vehicle.topics.home_position.x - 20.0) < 0.1
+    vehicle.arm()
+    assert vehicle.topics.home_position.x == pytest.approx(20.0, abs=0.1)
     assert vehicle.topics.home_position.manual_home
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 1) == ACCEPTED
+    assert vehicle.topics.home_position.x == pytest.approx(0.0, abs=0.1)
+    assert not vehicle.topics.home_position.manual_home
 
 
 @pytest.mark.parametrize(
@@ -504,7 +509,7 @@ def test_home_is_set_here_from_a_half_on(vehicle: FakeVehicle, param1: float, he
     assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, param1, 0, 0, 0, 47.4, 8.5, 490.0) == ACCEPTED
     home, position = vehicle.topics.home_position, vehicle.topics.vehicle_global_position
     assert (home.lat, home.lon) == ((position.lat, position.lon) if here else (47.4, 8.5))
-    assert home.manual_home
+    assert home.manual_home is not here
 
 
 @pytest.mark.parametrize("place", [(math.nan, 8.5, 490.0), (47.4, math.nan, 490.0), (47.4, 8.5, math.nan)])

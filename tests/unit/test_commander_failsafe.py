@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.commander.failsafe import Action, Failsafe
+from sitl_emu.autopilot.commander.failsafe import Failsafe
+from sitl_emu.autopilot.commander.failsafe_framework import Action
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import Need
@@ -108,15 +109,19 @@ def test_lost_ground_station_does_nothing_by_default() -> None:
     assert (vehicle.modes, status(vehicle)) == (["AUTO_LOITER"], ACTIVE)
 
 
-def test_a_link_that_comes_back_within_the_hold_ends_the_failsafe() -> None:
+def test_a_link_that_comes_back_within_the_hold_leaves_the_failsafe_to_the_pilot() -> None:
+    """The action ends with a change of the mode (ClearCondition::OnModeChangeOrDisarm), not with its reason."""
     vehicle = flying(NAV_DLL_ACT=2)
     vehicle.gcs = False
     vehicle.run(14.0)
     assert now(vehicle.topics.vehicle_status.failsafe)
     vehicle.gcs = True
-    vehicle.run(10.0)
+    vehicle.run(5.0)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_RTL"]
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.2)
+    assert vehicle.mode is NavState.AUTO_LOITER
     assert not vehicle.topics.vehicle_status.failsafe
-    assert vehicle.modes == ["AUTO_LOITER"]
 
 
 def test_lost_position_descends_at_once_and_holds_again_when_it_is_back() -> None:
@@ -195,14 +200,15 @@ def test_a_fence_with_return_holds_first() -> None:
     assert vehicle.modes == ["AUTO_LOITER", "AUTO_RTL"]
 
 
-def test_a_fence_that_warns_says_failsafe_when_the_pilot_changes_the_mode() -> None:
+def test_a_fence_that_warns_is_no_failsafe() -> None:
     vehicle = flying(GF_ACTION=1, GF_MAX_HOR_DIST=30.0)
     vehicle.north = 90.0
     vehicle.run(1.0)
     assert (vehicle.take_texts(), status(vehicle)) == (["Geofence: exceeding maximum distance to Home"], ACTIVE)
     vehicle.result(NAV_LAND)
     vehicle.step()
-    assert "Failsafe activated" in vehicle.take_texts()
+    assert "Failsafe activated" not in vehicle.take_texts()
+    assert vehicle.mode is NavState.AUTO_LAND
 
 
 def test_flight_time_limit_returns() -> None:
@@ -215,8 +221,8 @@ def failsafe_action(flags: FailsafeFlags, mode: NavState, **parameters: float) -
     """What a failsafe without hold flies for these flags."""
     failsafe = Failsafe(Parameters(VehicleKind.MULTICOPTER, {"COM_FAIL_ACT_T": 0.0} | parameters), lambda *_: None)
     asked = {"armed": True, "user_mode": mode, "mode_changes": 0}
-    failsafe.update(0, flags=GOOD, can_run_mode_flags=runnable_modes(GOOD), **asked)  # type: ignore[arg-type]
-    flown = failsafe.update(1000, flags=flags, can_run_mode_flags=runnable_modes(flags), **asked)  # type: ignore[arg-type]
+    failsafe.update(0, flags=GOOD, **asked)  # type: ignore[arg-type]
+    flown = failsafe.update(1000, flags=flags, **asked)  # type: ignore[arg-type]
     return failsafe.selected, flown
 
 
@@ -262,7 +268,6 @@ def test_a_finished_mission_that_nobody_leads_returns(
         user_mode=NavState.AUTO_MISSION,
         mode_changes=0,
         flags=GOOD._replace(gcs_connection_lost=True),
-        can_run_mode_flags=ALL_MODES,
         mission_finished=finished,
     )
     assert failsafe.selected is action
@@ -274,7 +279,7 @@ def test_a_propeller_out_of_balance_is_warned_of() -> None:
 
 def test_everything_good_flies_what_was_asked_for() -> None:
     for mode in NavState:
-        if runnable_modes(GOOD) >> mode & 1:
+        if runnable_modes(GOOD) >> mode & 1 and mode is not NavState.TERMINATION:
             assert failsafe_action(GOOD, mode) == (Action.NONE, mode)
 
 

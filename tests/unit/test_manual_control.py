@@ -154,18 +154,14 @@ def test_no_sticks_where_they_are_disabled() -> None:
     assert not pilot.sticks.valid
 
 
-def test_the_first_sticks_choose_position_mode_if_nobody_has_chosen() -> None:
-    pilot = Pilot()
+@pytest.mark.parametrize(("parameter", "mode"), [(4, NavState.AUTO_LOITER), (2, NavState.POSCTL)])
+def test_sticks_choose_no_mode_that_is_what_it_boots_into(parameter: int, mode: NavState) -> None:
+    """COM_FLTMODE_BOOT."""
+    pilot = Pilot(COM_FLTMODE_BOOT=parameter)
     pilot.run(3.0)
     pilot.joystick = (0.0, 0.0, 0.0, 0.0)
     pilot.run(0.5)
-    assert pilot.mode is NavState.POSCTL
-    other = Pilot()
-    other.run(3.0)
-    other.set_mode(4, 4)
-    other.joystick = (0.0, 0.0, 0.0, 0.0)
-    other.run(0.5)
-    assert other.mode is NavState.AUTO_MISSION
+    assert pilot.mode is mode
 
 
 def test_gestures_arm_and_disarm() -> None:
@@ -193,10 +189,106 @@ def test_sticks_that_move_take_over() -> None:
     pilot.joystick = (0.05, 0.0, 0.0, 0.0)
     pilot.run(0.5)
     assert now(pilot.mode) is NavState.AUTO_LOITER
-    pilot.joystick = (0.8, 0.0, 0.0, 0.0)
-    pilot.run(0.2)
+    pilot.joystick = (0.8, 0.0, 0.0, 0.0)  # once may be noise
+    pilot.run(0.5)
+    assert now(pilot.mode) is NavState.AUTO_LOITER
+    for _ in range(4):
+        pilot.joystick = (pilot.joystick[0] - 0.2, 0.0, 0.0, 0.0)
+        pilot.step()
+    pilot.step()
     assert pilot.mode is NavState.POSCTL
     assert "Pilot took over using sticks" in pilot.take_texts()
+
+
+def swing(pilot: Pilot) -> None:
+    """Move the right stick from its middle, quickly and in one direction."""
+    for roll in (0.0, 0.2, 0.4, 0.6, 0.8):
+        pilot.joystick = (roll, 0.0, 0.0, 0.0)
+        pilot.step()
+    pilot.step()
+
+
+def test_sticks_end_the_action_of_a_failsafe_but_not_the_hold_before_it() -> None:
+    """In the hold, by mode alone (FailsafeBase::getSelectedAction)."""
+    pilot = Pilot(NAV_DLL_ACT=2)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    pilot.gcs = False
+    pilot.run(14.0)
+    assert now(pilot.topics.vehicle_status.failsafe)
+    swing(pilot)
+    assert now(pilot.mode) is NavState.AUTO_LOITER
+    pilot.run(5.0)
+    assert now(pilot.mode) is NavState.AUTO_RTL
+    swing(pilot)
+    assert now(pilot.mode) is NavState.POSCTL
+    assert layout("failsafe_rc_override")[0] in [event.id for event in pilot.events.recent]
+    pilot.run(8.0)
+    assert pilot.mode is NavState.POSCTL
+    assert not pilot.topics.vehicle_status.failsafe
+
+
+def test_a_fence_that_holds_lets_no_sticks_through() -> None:
+    """GF_ACTION 2: by mode alone (UserTakeoverAllowed::AlwaysModeSwitchOnly)."""
+    pilot = Pilot(GF_ACTION=2, GF_MAX_HOR_DIST=30.0)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    pilot.north = 90.0
+    pilot.run(1.0)
+    assert now(pilot.topics.vehicle_status.failsafe)
+    swing(pilot)
+    assert now(pilot.mode) is NavState.AUTO_LOITER
+    pilot.set_mode(3)
+    pilot.step()
+    assert pilot.mode is NavState.POSCTL
+
+
+def test_lost_sticks_that_are_no_failsafe() -> None:
+    """NAV_RCL_ACT 7 switches to HOLD."""
+    pilot = Pilot(NAV_RCL_ACT=7, COM_RC_LOSS_T=0.5)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    pilot.set_mode(3)
+    pilot.run(1.0)
+    pilot.take_texts()
+    pilot.joystick = None
+    pilot.run(2.0)
+    assert pilot.mode is NavState.AUTO_LOITER
+    assert not pilot.topics.vehicle_status.failsafe
+    assert "Manual control lost: switching to Hold" in pilot.take_texts()
+
+
+def test_a_button_that_is_held_arms_and_disarms() -> None:
+    """COM_ARM_SWISBTN: for a second."""
+    pilot = Pilot(**RC, **SWITCHES, COM_ARM_SWISBTN=1)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    pilot.channels[6] = HIGH
+    pilot.run(0.8)
+    pilot.channels[6] = LOW
+    pilot.run(2.0)
+    assert not now(pilot.armed)
+    for armed in (True, False):
+        pilot.channels[6] = HIGH
+        pilot.run(2.5)
+        assert now(pilot.armed) is armed
+        pilot.channels[6] = LOW
+        pilot.run(1.5)
+        assert now(pilot.armed) is armed
+
+
+def test_a_switch_ends_the_flight() -> None:
+    pilot = Pilot(**RC, RC_MAP_TERM_SW=5)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW]
+    pilot.run(3.0)
+    pilot.take_off(10.0)
+    pilot.channels[4] = HIGH
+    pilot.run(0.5)
+    assert pilot.mode is NavState.TERMINATION
+    assert pilot.topics.actuator_armed.termination
 
 
 def test_sticks_do_not_take_over_where_that_is_off() -> None:
