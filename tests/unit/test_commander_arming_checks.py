@@ -8,8 +8,7 @@ import pytest
 
 from sitl_emu.autopilot.commander import arming_checks
 from sitl_emu.autopilot.commander.arming_checks import companion_computer
-from sitl_emu.autopilot.commander.arming_checks.checks import AFTER_ESTIMATOR, BEFORE_ESTIMATOR
-from sitl_emu.autopilot.commander.arming_checks.estimator import EstimatorCheck
+from sitl_emu.autopilot.commander.arming_checks.checks import all_checks
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     GPS,
     LOGGING,
@@ -105,9 +104,7 @@ def check(vehicle: FakeVehicle) -> None:
 
 def test_every_check_stands_in_the_list_and_here() -> None:
     files = {path.stem for path in pathlib.Path(arming_checks.__file__).parent.glob("*.py")} - NOT_CHECKS
-    in_list = {
-        function.__module__.rsplit(".", 1)[1] for function in (*BEFORE_ESTIMATOR, EstimatorCheck, *AFTER_ESTIMATOR)
-    }
+    in_list = {function.__module__.rsplit(".", 1)[1] for function in all_checks()}
     assert files == in_list
     assert files - ONLY_WARN == FORBIDS.keys() | FLAGS.keys()
 

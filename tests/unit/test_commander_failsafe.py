@@ -4,6 +4,9 @@ import math
 
 import pytest
 
+from sitl_emu.autopilot.commander.arming_checks.checks import settings_of
+from sitl_emu.autopilot.commander.arming_checks.findings import Findings
+from sitl_emu.autopilot.commander.arming_checks.flight_time import FlightTimeCheck
 from sitl_emu.autopilot.commander.failsafe import Failsafe
 from sitl_emu.autopilot.commander.failsafe_framework import Action
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
@@ -215,6 +218,27 @@ def test_flight_time_limit_returns() -> None:
     vehicle = flying(COM_FLT_TIME_MAX=30)
     vehicle.run(30.0)
     assert vehicle.mode is NavState.AUTO_RTL
+    assert "Maximum flight time reached" in vehicle.take_texts()
+
+
+@pytest.mark.parametrize(
+    ("longest_s", "warned"),
+    [
+        (200, [("commander_max_flight_time_warning_seconds", 19)]),
+        (1300, [("commander_max_flight_time_warning_minutes", 2), ("commander_max_flight_time_warning_minutes", 1)]),
+    ],
+)
+def test_the_end_of_the_flight_time_is_told_before(longest_s: int, warned: list[tuple[str, int]]) -> None:
+    """In its last tenth: each full minute, or once if there is less (flightTimeCheck.cpp)."""
+    topics, settings = FakeVehicle().topics, settings_of(Parameters(VehicleKind.MULTICOPTER, {}))
+    settings = settings._replace(com_flt_time_max_us=longest_s * 1_000_000)
+    topics.vehicle_status = topics.vehicle_status._replace(takeoff_time=1)
+    limit, told = FlightTimeCheck(), []
+    for now_us in range(0, longest_s * 1_000_000, 100_000):
+        findings = Findings()
+        limit.check(now_us, topics, settings, findings)
+        told += [(notice.event, notice.argument) for notice in findings.notices]
+    assert told == warned
 
 
 def failsafe_action(flags: FailsafeFlags, mode: NavState, **parameters: float) -> tuple[Action, NavState]:

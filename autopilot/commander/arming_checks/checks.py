@@ -63,26 +63,6 @@ from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated
 from sitl_emu.autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
-BEFORE_ESTIMATOR: tuple[Check, ...] = (imu.check, baro.check, companion_computer.check, gps.check)
-AFTER_ESTIMATOR: tuple[Check, ...] = (
-    logger.check,
-    magnetometer.check,
-    manual_control.check,
-    home_position.check,
-    mission.check,
-    rally_point.check,
-    offboard.check,
-    mode.check,
-    system.check,
-    battery.check,
-    geofence.check,
-    flight_time.check,
-    failure_detector.check,
-    parachute.check,
-    open_drone_id.check,
-    traffic_avoidance.check,
-    gcs_connection.check,
-)
 REPORT_INTERVAL_US: Final = 2_000_000
 PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
@@ -97,6 +77,34 @@ BLAMED = ((Component.GPS, GPS), (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_
 """Sensors that any failure of their component makes unhealthy (PX4's mavlink/streams/SYS_STATUS.hpp)."""
 
 
+def all_checks() -> tuple[Check, ...]:
+    """In PX4's order, which is that of the events; those that remember something begin anew."""
+    return (
+        imu.check,
+        baro.check,
+        companion_computer.check,
+        gps.check,
+        estimator.EstimatorCheck().check,
+        logger.check,
+        magnetometer.check,
+        manual_control.check,
+        home_position.check,
+        mission.check,
+        rally_point.check,
+        offboard.check,
+        mode.check,
+        system.check,
+        battery.check,
+        geofence.check,
+        flight_time.FlightTimeCheck().check,
+        failure_detector.check,
+        parachute.check,
+        open_drone_id.check,
+        traffic_avoidance.check,
+        gcs_connection.check,
+    )
+
+
 class HealthAndArmingChecks:
     """Runs the checks and keeps what they said."""
 
@@ -108,8 +116,8 @@ class HealthAndArmingChecks:
         self._reported: tuple[object, ...] = ()
         self._reported_us = -REPORT_INTERVAL_US
         self._version = -1
-        self._settings = _settings(parameters)
-        self._checks = (*BEFORE_ESTIMATOR, estimator.EstimatorCheck().check, *AFTER_ESTIMATOR)
+        self._settings = settings_of(parameters)
+        self._checks = all_checks()
         self._told: set[str] = set()
         self._told_us = -REPORT_INTERVAL_US
         self._ever_passed = False
@@ -119,7 +127,7 @@ class HealthAndArmingChecks:
         topics = self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
-            self._settings = _settings(self._parameters)
+            self._settings = settings_of(self._parameters)
         findings = Findings()
         for check in self._checks:
             check(now_us, topics, self._settings, findings)
@@ -138,6 +146,8 @@ class HealthAndArmingChecks:
         topics.failsafe_flags = flags
         sticks = 0 if flags.manual_control_signal_lost else RC_RECEIVER
         topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
+        for notice in findings.notices:
+            self._send_event(notice.event, notice.level, notice.argument)
         self._say_texts(now_us, findings)
         self._report(now_us, findings, can_run, force_report)
 
@@ -182,7 +192,8 @@ class HealthAndArmingChecks:
                 self._say(severity, text)
 
 
-def _settings(parameters: Parameters) -> Settings:
+def settings_of(parameters: Parameters) -> Settings:
+    """What the checks obey, as it is now."""
     return Settings(
         com_pos_fs_eph_m=float(parameters["COM_POS_FS_EPH"]),
         com_vel_fs_evh_m_s=float(parameters["COM_VEL_FS_EVH"]),

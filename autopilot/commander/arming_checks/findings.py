@@ -64,6 +64,14 @@ class Failure(NamedTuple):
     arguments: tuple[float, ...]
 
 
+class Notice(NamedTuple):
+    """Told each time, by an event alone, whether or not anything has changed."""
+
+    event: str
+    level: Severity
+    argument: int
+
+
 class Settings(NamedTuple):
     """Parameters that the checks obey, copied when they change."""
 
@@ -121,6 +129,7 @@ class Findings:
         """Bits of MAV_SYS_STATUS_SENSOR that are not well."""
         self.texts: dict[str, Severity] = {}
         self.failures: list[Failure] = []
+        self.notices: list[Notice] = []
         self.health_present = 0
         self.health_error = self.health_warning = 0
         self.arming_error = self.arming_warning = 0
