@@ -47,7 +47,7 @@ class Role(Enum):
     PLACE = auto()
     """It is flown to."""
     GATE = auto()
-    """A place that no check asks about."""
+    """A plane that is passed on the way to the next place."""
     ROI = auto()
     PAYLOAD = auto()
     """Told to camera, gimbal, gripper or actuators (navigator/payload.py)."""
@@ -139,7 +139,7 @@ COMMANDS: Mapping[int, Command] = {
     ),
     mavlink.MAV_CMD_NAV_VTOL_LAND: Command(in_plan=P4 | PLACE, item=Item(Role.PLACE, keeps=P4, heading=True)),
     mavlink.MAV_CMD_NAV_DELAY: Command(P1234, otherwise=NO_ACK, item=CARRIED_OUT_ITEM),
-    mavlink.MAV_CMD_CONDITION_DELAY: Command(P1, item=Item(Role.PASSED_OVER, in_mission_frame=True, feasible=False)),
+    mavlink.MAV_CMD_CONDITION_DELAY: Command(P1, item=Item(Role.CARRIED_OUT, in_mission_frame=True, feasible=False)),
     mavlink.MAV_CMD_CONDITION_DISTANCE: Command(P1),
     mavlink.MAV_CMD_DO_SET_MODE: Command(P123, owner=Owner.COMMANDER),
     mavlink.MAV_CMD_DO_JUMP: Command(P12, item=CARRIED_OUT_ITEM),
@@ -175,7 +175,7 @@ COMMANDS: Mapping[int, Command] = {
         P12, owner=Owner.PAYLOAD_DELIVERER, item=Item(Role.PAYLOAD, in_mission_frame=True)
     ),
     mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE: Command(
-        P12, owner=Owner.AUTOTUNE, item=Item(Role.PASSED_OVER, keeps=P12, in_mission_frame=True, comes_back=False)
+        P12, owner=Owner.AUTOTUNE, item=Item(Role.CARRIED_OUT, keeps=P12, in_mission_frame=True, comes_back=False)
     ),
     mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL: Command(
         P123, owner=Owner.CAMERA_TRIGGER, otherwise=NO_ACK, item=PAYLOAD_ITEM
@@ -193,7 +193,7 @@ COMMANDS: Mapping[int, Command] = {
     mavlink.MAV_CMD_ACTUATOR_TEST: Command(owner=Owner.COMMANDER),
     mavlink.MAV_CMD_CONFIGURE_ACTUATOR: Command(otherwise=NO_ACK),
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: Command(
-        P12, owner=Owner.COMMANDER, item=Item(Role.PASSED_OVER, keeps=P1, in_mission_frame=True, comes_back=False)
+        P12, owner=Owner.COMMANDER, item=Item(Role.CARRIED_OUT, keeps=P1, in_mission_frame=True, comes_back=False)
     ),
     mavlink.MAV_CMD_RUN_PREARM_CHECKS: Command(owner=Owner.COMMANDER),
     mavlink.MAV_CMD_INJECT_FAILURE: Command(P123, owner=Owner.FAILURE_INJECTION),

@@ -2,14 +2,15 @@
 
 Behaves as PX4's FlightTaskAuto (src/modules/flight_mode_manager/tasks/Auto, v1.18): MPC_XY_CRUISE or the triplet's
 cruising speed, MPC_ACC_HOR, MPC_JERK_AUTO, MPC_Z_V_AUTO_*, corners cut at the acceptance radius, heading by
-MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. It avoids no obstacles,
-takes no stick input (MPC_AUTO_NUDGING), and knows no weather vane.
+MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. Sticks count where
+MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles, and knows no weather vane.
 """
 
 import math
 from typing import Final
 
 from sitl_emu.autopilot.constants import SetpointType, TakeoffState
+from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.modes.flight_task import (
     GEAR_DOWN,
     GEAR_KEEP,
@@ -21,7 +22,9 @@ from sitl_emu.autopilot.modes.flight_task import (
 )
 from sitl_emu.autopilot.modes.heading_smoothing import HeadingSmoothing
 from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
+from sitl_emu.autopilot.modes.nudging import LandNudge, YawNudge
 from sitl_emu.autopilot.modes.position_smoothing import PositionSmoothing
+from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN3,
@@ -37,6 +40,7 @@ from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 NAN = math.nan
 SAME_PLACE_M: Final = 0.001
+SAME_YAW_RAD: Final = 1e-4
 WANT_TAKEOFF_SPEED: Final = -0.3
 """Vertical velocity (down) that asks for a takeoff."""
 THRUST_OFF_M_S2: Final = 100.0
@@ -64,9 +68,11 @@ CLIMB_FIRST_M: Final = 1.0
 class Auto:
     """The flight task of all AUTO modes."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
         self._parameters = parameters
+        self._yaw_nudge = YawNudge(topics, parameters)
+        self._land_nudge = LandNudge(topics, parameters, say, send)
         self._smoothing = PositionSmoothing()
         self._heading = HeadingSmoothing()
         self._projection: MapProjection | None = None
@@ -81,6 +87,7 @@ class Auto:
         """Of the setpoint flown last."""
         self._yaw = self._yawspeed = NAN
         """Flown last."""
+        self._triplet_yaw = NAN
         self._yaw_lock = False
         self._yaw_aligned = False
         self._braking = False
@@ -103,6 +110,8 @@ class Auto:
         self._takeoff_speed = parameters["MPC_TKO_SPEED"]
         self._takeoff_acceleration = self._takeoff_speed / max(parameters["MPC_TKO_RAMP_T"], 0.01)
         self._land = land_speeds(parameters)
+        self._yaw_nudge.refresh(parameters)
+        self._land_nudge.refresh(parameters)
         self._yaw_mode = parameters["MPC_YAW_MODE"]
         self._yaw_tolerance = math.radians(parameters["MIS_YAW_ERR"])
         self._yaw_rate = math.radians(parameters["MPC_YAWRAUTO_MAX"])
@@ -118,6 +127,7 @@ class Auto:
         yaw = last.yaw if math.isfinite(last.yaw) else local.heading
         self._heading.reset(yaw, last.yawspeed if math.isfinite(last.yawspeed) else 0.0)
         self._yaw, self._yawspeed = yaw, 0.0
+        self._triplet_yaw, self._yaw_nudge.is_active = NAN, False
         self._kind = SetpointType.LOITER
         self._yaw_lock = self._yaw_aligned = self._braking = False
         self._takeoff_place, self._liftoff_z = None, NAN
@@ -140,8 +150,13 @@ class Auto:
         if kind == SetpointType.LAND:
             self.gear = GEAR_DOWN
             range_m = local.dist_bottom if local.dist_bottom_valid else NAN
-            feed_forward = (NAN, NAN, descent_speed(self._land, height_m, range_m))
-            target = (target[0], target[1], NAN)
+            target, feed_forward = (target[0], target[1], NAN), (NAN, NAN, descent_speed(self._land, height_m, range_m))
+            if self._kind != SetpointType.LAND:
+                self._land_nudge.begin(target[:2])
+            if self._land_nudge.takes_sticks():
+                target, feed_forward, yaw = self._nudged(now_us, yaw, feed_forward[2], local, dt_s)
+                if math.dist(target[:2], self._current[:2]) > EPSILON:
+                    then = target
         elif height_m > GEAR_UP_ABOVE_M:
             self.gear = GEAR_UP
 
@@ -159,6 +174,8 @@ class Auto:
         smoothing.update(
             (local.x, local.y, local.z), (self._previous, target, then), feed_forward, dt_s, waits or self._braking
         )
+        yaw, yawspeed = self._along_trajectory(yaw, yawspeed, local)
+        yaw, yawspeed = self._yaw_nudge.update(kind, yaw, yawspeed, dt_s)
         self._turn(yaw, yawspeed, local, dt_s)
         self._kind = kind
 
@@ -179,6 +196,16 @@ class Auto:
             ),
             constraints,
         )
+
+    def _nudged(
+        self, now_us: int, yaw: float, speed: float, local: VehicleLocalPosition, dt_s: float
+    ) -> tuple[Vector3, Vector3, float]:
+        """Where sticks have a landing go, how fast, and with what yaw (_prepareLandSetpoints)."""
+        nudge = self._land_nudge
+        if nudge.moves_place:
+            yaw = self._yaw
+        (x, y), (vx, vy) = nudge.update(now_us, yaw if math.isfinite(yaw) else local.heading, local, dt_s)
+        return (x, y, NAN), (vx, vy, speed * nudge.share_of_speed()), yaw
 
     def _lift_off(self, local: VehicleLocalPosition) -> None:
         """Straight up from where it leaves the ground: until it flies the trajectory is where the vehicle drifts."""
@@ -301,18 +328,23 @@ class Auto:
     def _wanted_heading(self, current: PositionSetpoint, kind: int, local: VehicleLocalPosition) -> tuple[float, float]:
         """Yaw and its rate: the triplet's yaw, or by MPC_YAW_MODE.
 
-        NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory.
+        NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory. A heading
+        that the yaw stick has changed stays until the triplet has another yaw.
         """
         if not _is_known(current):
             return local.heading, NAN
+        before, self._triplet_yaw = self._triplet_yaw, current.yaw
         if not local.heading_good_for_control:
-            self._yaw_lock = False
+            self._yaw_lock, self._triplet_yaw = False, NAN
             return NAN, 0.0
         if math.isfinite(current.yaw):
-            return current.yaw, NAN
-        if kind == SetpointType.LAND == self._kind:
-            return self._yaw, self._yawspeed
-        return self._heading_by_mode(local), NAN
+            is_another = not abs(wrap_pi(current.yaw - before)) <= SAME_YAW_RAD
+            if is_another or not self._yaw_nudge.is_active:
+                self._yaw_nudge.is_active = False
+                return current.yaw, NAN
+        elif not self._yaw_nudge.is_active and not kind == SetpointType.LAND == self._kind:
+            return self._heading_by_mode(local), NAN
+        return self._yaw, self._yawspeed
 
     def _heading_by_mode(self, local: VehicleLocalPosition) -> float:
         """Where MPC_YAW_MODE has it look; near that place as it looked before; NaN along the trajectory."""
@@ -334,12 +366,16 @@ class Auto:
         self._yaw_lock = True
         return local.heading
 
+    def _along_trajectory(self, yaw: float, yawspeed: float, local: VehicleLocalPosition) -> tuple[float, float]:
+        """The same, or along the trajectory where both are NaN (_generateHeadingAlongTraj)."""
+        if yaw == yaw or yawspeed == yawspeed or self._yaw_nudge.is_active:
+            return yaw, yawspeed
+        vx, vy = self._smoothing.x.velocity, self._smoothing.y.velocity
+        is_far = math.hypot(self._current[0] - local.x, self._current[1] - local.y) > FAR_M
+        return math.atan2(vy, vx) if math.hypot(vx, vy) > MOVES_M_S and is_far else self._yaw, yawspeed
+
     def _turn(self, yaw: float, yawspeed: float, local: VehicleLocalPosition, dt_s: float) -> None:
         """One step towards a heading; see `_wanted_heading`."""
-        if yaw != yaw and yawspeed != yawspeed:
-            vx, vy = self._smoothing.x.velocity, self._smoothing.y.velocity
-            is_far = math.hypot(self._current[0] - local.x, self._current[1] - local.y) > FAR_M
-            yaw = math.atan2(vy, vx) if math.hypot(vx, vy) > MOVES_M_S and is_far else self._yaw
         heading = self._heading
         if yaw == yaw:
             heading.update(yaw, dt_s)

@@ -1,19 +1,23 @@
 """Collision prevention: what sticks may ask for near obstacles. PX4's CollisionPrevention (v1.18).
 
 A map of 72 directions around the body is filled by OBSTACLE_DISTANCE and by DISTANCE_SENSORs that look sideways, and
-forgets what is older than half a second. With CP_DIST above 0 the acceleration towards the nearest obstacle shrinks as
-the vehicle comes near CP_DIST, and speed that could not be stopped in time is braked away (CP_DELAY). Where nothing is
-known one goes only with CP_GO_NO_DATA; without any data, not at all. CP_GUIDE_ANG turns the stick's direction to the
-wider gap.
+forgets what is older than half a second. A sensor that sees something nearer than it can measure tells nothing. With
+CP_DIST above 0 the acceleration towards the nearest obstacle shrinks as the vehicle comes near CP_DIST, and speed that
+could not be stopped in time is braked away (CP_DELAY). Where nothing is known one goes only with CP_GO_NO_DATA; without
+any data, not at all. CP_GUIDE_ANG turns the stick's direction to the wider gap.
 
 Left out: the change to HOLD after 5 s without data.
 """
 
 import math
 
+from sitl_emu.autopilot.commands.vehicle_commands import nearest
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
+from sitl_emu.core.attitude import rotated, rotation
 from sitl_emu.core.c_types import truncated
 
 BINS = 72
@@ -26,6 +30,9 @@ LEAST_STICK = 0.001
 YAW_OF_ORIENTATION_DEG = 45
 """MAV_SENSOR_ORIENTATION 0 to 7 turn by this to the right."""
 HORIZONTAL = range(8)
+NOTHING_IN_RANGE = (-1.0, 0)
+"""Distance and signal quality of a sensor that sees as far as it can."""
+LEAST_PROJECTION = 1.2e-7
 
 Vector2 = tuple[float, float]
 
@@ -33,8 +40,9 @@ Vector2 = tuple[float, float]
 class CollisionPrevention:
     """The map, and the limits that follow from it."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
+        self._say, self._send = say, send
         self._distances = [UNKNOWN] * BINS
         self._measured_us = [-TIMEOUT_US - 1] * BINS
         self._ranges = [0] * BINS
@@ -81,10 +89,12 @@ class CollisionPrevention:
         topics = self._topics
         if topics.obstacle_distance is not self._obstacles:
             self._obstacles = topics.obstacle_distance
-            self._add_obstacles(now_us, self._obstacles)
+            if now_us - self._obstacles.timestamp < TIMEOUT_US:
+                self._add_obstacles(self._obstacles)
         if topics.distance_sensor_sideways is not self._sensor:
             self._sensor = topics.distance_sensor_sideways
-            self._add_sensor(now_us, self._sensor)
+            if now_us - self._sensor.timestamp < TIMEOUT_US:
+                self._add_sensor(self._sensor)
         for index, measured_us in enumerate(self._measured_us):
             if now_us - measured_us > TIMEOUT_US:
                 self._distances[index] = UNKNOWN
@@ -92,34 +102,48 @@ class CollisionPrevention:
             now_us, FRAME_BODY_FRD, tuple(self._distances), float(BIN_DEG), self._nearest_cm, max(self._ranges)
         )
 
-    def _add_obstacles(self, now_us: int, obstacles: ObstacleDistance) -> None:
-        if obstacles.increment <= 0.0 or obstacles.frame not in (FRAME_GLOBAL, FRAME_LOCAL_NED, FRAME_BODY_FRD):
+    def _add_obstacles(self, obstacles: ObstacleDistance) -> None:
+        """Each distance in all directions that its angle touches (_addObstacleSensorData)."""
+        increment, offset = obstacles.increment, obstacles.angle_offset
+        if increment <= 0.0:
             return
         self._nearest_cm = min(self._nearest_cm, obstacles.min_distance)
-        turned = 0.0
-        if obstacles.frame != FRAME_BODY_FRD:
-            turned = math.degrees(self._topics.vehicle_local_position.heading)
-        for index in range(BINS):
-            angle = (index * BIN_DEG + turned - obstacles.angle_offset) % 360.0
-            place = math.ceil(angle / obstacles.increment)
-            if place < len(obstacles.distances) and obstacles.distances[place] != UNKNOWN:
-                self._enter(now_us, index, obstacles.distances[place], obstacles.max_distance)
+        if obstacles.frame in (FRAME_GLOBAL, FRAME_LOCAL_NED):
+            offset -= math.degrees(self._topics.vehicle_local_position.heading)
+        elif obstacles.frame != FRAME_BODY_FRD:
+            self._say(Severity.CRITICAL, f"Obstacle message received in unsupported frame {obstacles.frame}\t")
+            self._send("col_prev_unsup_frame", Severity.ERROR, obstacles.frame)
+            return
+        for place, distance in enumerate(obstacles.distances if math.isfinite(offset) else ()):
+            if place * increment >= 360.0:
+                break
+            if distance != UNKNOWN:
+                for index in _touched(place, increment, offset):
+                    self._enter(obstacles.timestamp, index, distance, obstacles.max_distance)
 
-    def _add_sensor(self, now_us: int, sensor: DistanceSensorSample) -> None:
+    def _add_sensor(self, sensor: DistanceSensorSample) -> None:
         if sensor.orientation not in HORIZONTAL:
             return
-        reading = sensor.current_distance
-        if not math.isfinite(reading):
-            reading = sensor.max_distance
-        if not sensor.min_distance < reading:
-            return
         self._nearest_cm = min(self._nearest_cm, int(sensor.min_distance * 100.0))
+        reading = min(sensor.current_distance, sensor.max_distance)
+        if (sensor.current_distance, sensor.signal_quality) == NOTHING_IN_RANGE:
+            reading = sensor.max_distance
+        if not reading > sensor.min_distance:
+            return
         middle, half = sensor.orientation * YAW_OF_ORIENTATION_DEG, math.degrees(sensor.h_fov) / 2.0
-        furthest_cm = int(sensor.max_distance * 100.0 + 0.5)
-        for index in range(math.ceil((middle - half) / BIN_DEG), math.floor((middle + half) / BIN_DEG) + 1):
-            self._enter(now_us, index % BINS, int(min(reading, sensor.max_distance) * 100.0 + 0.5), furthest_cm)
+        if reading < sensor.max_distance:
+            reading *= self._horizontal_share(math.radians(middle))
+        reading_cm, furthest_cm = nearest(100.0 * reading), nearest(100.0 * sensor.max_distance)
+        for index in range(nearest((middle - half) / BIN_DEG), nearest((middle + half) / BIN_DEG) + 1):
+            self._enter(sensor.timestamp, index % BINS, reading_cm, furthest_cm)
 
-    def _enter(self, now_us: int, index: int, distance: int, furthest: int) -> None:
+    def _horizontal_share(self, yaw: float) -> float:
+        """What of a distance is horizontal, for a sensor on a tilted vehicle (project_distance_on_horizontal_plane)."""
+        ahead = (math.cos(yaw), math.sin(yaw), 0.0)
+        north, east, _ = rotated(rotation(self._topics.vehicle_attitude.q), ahead)
+        return max(LEAST_PROJECTION, min(1.0, math.hypot(north, east)))
+
+    def _enter(self, measured_us: int, index: int, distance: int, furthest: int) -> None:
         """The sensor with the shortest range wins where it sees something, the one with the longest where none does."""
         in_range, had_in_range = distance < furthest, self._distances[index] < self._ranges[index]
         known_range = self._ranges[index]
@@ -128,7 +152,7 @@ class CollisionPrevention:
         else:
             use = furthest == known_range if had_in_range else furthest >= known_range
         if use:
-            self._distances[index], self._measured_us[index] = distance, now_us
+            self._distances[index], self._measured_us[index] = distance, measured_us
             self._ranges[index], self._known[index] = furthest, True
 
     # --- limits ---------------------------------------------------------------------------------------------
@@ -156,17 +180,17 @@ class CollisionPrevention:
     def _slowed(self, direction: Vector2, size: float, keep_m: float, yaw: float) -> Vector2:
         """Less acceleration towards the nearest obstacle; along it as much as there is room."""
         index = min(range(BINS), key=self._distances.__getitem__)
-        nearest = self._direction(index, yaw)
-        towards = direction[0] * nearest[0] + direction[1] * nearest[1]
+        obstacle = self._direction(index, yaw)
+        towards = direction[0] * obstacle[0] + direction[1] * obstacle[1]
         if towards <= 0.0:
             return direction[0] * size, direction[1] * size
-        normal = (nearest[0] * towards, nearest[1] * towards)
+        normal = (obstacle[0] * towards, obstacle[1] * towards)
         along = (direction[0] - normal[0], direction[1] - normal[1])
         at_normal = self._scale(self._distances[index] * 0.01, keep_m)
         at_along = 0.0
         if math.hypot(*along) > 1e-6:
             angle = math.degrees(math.atan2(along[1], along[0]) - yaw) % 360.0
-            at_along = self._scale(self._distances[_bin(angle)] * 0.01, keep_m)
+            at_along = self._scale(self._distances[nearest(angle / BIN_DEG) % BINS] * 0.01, keep_m)
         return (
             (along[0] * at_along + normal[0] * at_normal) * size,
             (along[1] * at_along + normal[1] * at_normal) * size,
@@ -194,6 +218,17 @@ class CollisionPrevention:
             if braking < worst:
                 worst, along = braking, direction
         return worst, along
+
+
+def _touched(place: int, increment: float, offset: float) -> range:
+    """The directions of the map that a distance's angle touches; the last distance ends where the first begins."""
+    count = max(1, int(360.0 / increment))
+    lower = (place % count * increment + offset - increment / 2.0) % 360.0
+    upper = ((place + 1) % count * increment + offset - increment / 2.0) % 360.0
+    if lower > upper:
+        lower -= 360.0
+    first, last = math.floor(lower / BIN_DEG - 0.5) + 1, math.ceil(upper / BIN_DEG + 0.5)
+    return range(max(first, 0), min(last, BINS))
 
 
 def _bin(angle_deg: float) -> int:

@@ -39,20 +39,20 @@ class FlightModes:
     def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
         self._parameters = parameters
-        auto = Auto(topics, parameters)
+        auto, follow_target = Auto(topics, parameters, say, send), FollowTargetTask(topics, parameters)
         tasks: dict[Task, FlightTask] = {
             Task.AUTO: auto,
-            Task.MANUAL_POSITION: ManualPosition(topics, parameters),
-            Task.MANUAL_POSITION_SLOW: ManualPositionSlow(topics, parameters),
+            Task.MANUAL_POSITION: ManualPosition(topics, parameters, say, send),
+            Task.MANUAL_POSITION_SLOW: ManualPositionSlow(topics, parameters, say, send),
             Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
             Task.ALTITUDE_CRUISE: AltitudeCruise(topics, parameters),
             Task.DESCEND: Descend(topics, parameters),
             Task.ORBIT: Orbit(topics, parameters, say, send),
-            Task.FOLLOW_TARGET: FollowTargetTask(topics, parameters),
+            Task.FOLLOW_TARGET: follow_target,
             Task.OFFBOARD: Offboard(topics, parameters),
         }
         self.tasks = {state: tasks[mode.task] for state, mode in FLIGHT_MODES.items() if mode.task is not None}
-        self._auto = auto
+        self._auto, self._follow_target = auto, follow_target
         self._task: FlightTask | None = None
         self._updated_us = 0
         self._gear = GEAR_KEEP
@@ -77,6 +77,8 @@ class FlightModes:
             if task is None:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:
+                if task is self._follow_target:
+                    self._follow_target.begin()
                 task.activate(topics.trajectory_setpoint)
         if task is None:
             return

@@ -20,6 +20,10 @@ GEAR_KEEP: Final = 0
 GEAR_UP: Final = 1
 """landing_gear."""
 GEAR_UP_ABOVE_M: Final = 2.0
+LEAST_RISE_M: Final = 0.2
+HAGL_MARGIN_M: Final = 0.05
+TAKEOFF_VELOCITY: Final = -0.3
+"""Down, m/s."""
 Setpoint = tuple[TrajectorySetpoint, VehicleConstraints]
 
 
@@ -51,6 +55,12 @@ def distance_to_ground_m(local: VehicleLocalPosition, home: HomePosition) -> flo
     if local.dist_bottom_valid:
         return local.dist_bottom
     return home.z - local.z if home.valid and math.isfinite(home.z) else -local.z
+
+
+def wants_takeoff(position: Vector3, velocity: Vector3, local: VehicleLocalPosition) -> bool:
+    """Whether a setpoint is far enough above a vehicle on the ground to lift it off (FlightTask::_checkTakeoff)."""
+    least = local.hagl_min + HAGL_MARGIN_M if math.isfinite(local.hagl_min) else LEAST_RISE_M
+    return position[2] < local.z - least or velocity[2] < TAKEOFF_VELOCITY
 
 
 def _or(value: float, default: float) -> float:

@@ -22,10 +22,10 @@ class GotoControl:
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self._smoothing, self._heading = PositionSmoothing(), HeadingSmoothing()
-        # what PX4 leaves at 0, and one place alone: it is no corner, so that there is nothing to turn about
+        self._smoothing, self._heading = PositionSmoothing(is_single=True), HeadingSmoothing()
+        # What PX4 leaves at 0
         self._smoothing.turn_gain = self._smoothing.z_acceptance_m = self._smoothing.max_z_error_m = 0.0
-        self._smoothing.xy_acceptance_m = math.inf
+        self._smoothing.xy_acceptance_m = 0.0
         self._runs = self._turns = False
         self._last = TrajectorySetpoint()
         self.refresh()

@@ -16,6 +16,7 @@ from sitl_emu.autopilot.modes.sticks import (
     acceleration_at,
     centred,
     expo_deadzone,
+    low_passed,
     north_east,
     within_unit_length,
 )
@@ -119,9 +120,8 @@ class ManualAltitude:
 
     def _tilted(self, sticks: ManualControlSetpoint, dt_s: float) -> Horizontal:
         """Forward and to the right, as shares of the greatest acceleration."""
-        share = dt_s / (max(self._tilt_time_constant_s, 0.0) + dt_s)
-        (forward, right), (to_forward, to_right) = self._tilt, within_unit_length(sticks.pitch, sticks.roll)
-        self._tilt = (forward + (to_forward - forward) * share, right + (to_right - right) * share)
+        to = within_unit_length(sticks.pitch, sticks.roll)
+        self._tilt = low_passed(self._tilt, to, self._tilt_time_constant_s, dt_s)
         return self._tilt
 
     def _vertical(self, sticks: ManualControlSetpoint, dt_s: float) -> tuple[float, float, float]:

@@ -6,6 +6,7 @@ same. `stick_acceleration.py` has the horizontal half.
 
 import math
 
+from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.modes.flight_task import Setpoint, start_state
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.stick_acceleration import StickAcceleration
@@ -17,8 +18,8 @@ from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleLocalPo
 class ManualPosition(ManualAltitude):
     """The flight task of POSCTL."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        self._horizontal = StickAcceleration(topics, parameters)
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
+        self._horizontal = StickAcceleration(topics, parameters, say, send)
         self._xy_reset_counter = self._vxy_reset_counter = 0
         super().__init__(topics, parameters)
 

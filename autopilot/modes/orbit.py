@@ -1,8 +1,9 @@
 """ORBIT: a circle around a point, at its height, facing as asked (PX4 v1.18's FlightTaskOrbit).
 
-The accepted DO_ORBIT comes in `topics.vehicle_commands`; `topics.orbit_status` says what is flown. On the way to the
-circle it flies like AUTO; on it, the speed is slewed and the height held as in ALTCTL. What a command leaves out (NaN)
-stays as it was. Sticks change radius and speed. A radius that is not flown is told, and the vehicle stays where it is.
+The accepted DO_ORBIT comes in `topics.vehicle_commands`; `topics.orbit_status` says what is flown. It flies straight to
+the circle, at once and with the limits of AUTO; on it, the speed is slewed and the height held as in ALTCTL. What a
+command leaves out (NaN) stays as it was. Sticks change radius and speed. A radius that is not flown is told, and the
+vehicle stays where it is.
 """
 
 import math
@@ -46,7 +47,8 @@ class Orbit(ManualAltitude):
     def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._say = say
         self._send = send
-        self._smoothing = PositionSmoothing()
+        self._smoothing = PositionSmoothing(is_single=True)
+        self._smoothing.max_z_error_m = 0.0  # PX4 leaves it: the height waits for nobody
         self._heading = HeadingSmoothing()
         self._command_number = 0
         self._centre: Vector3 = (0.0, 0.0, 0.0)
@@ -83,7 +85,7 @@ class Orbit(ManualAltitude):
         smoothing.xy_acceptance_m = ON_CIRCLE_M
         smoothing.z_acceptance_m = parameters["NAV_MC_ALT_RAD"]
         smoothing.turn_gain = parameters["MPC_XY_TRAJ_P"]
-        smoothing.max_xy_error_m, smoothing.max_z_error_m = parameters["MPC_XY_ERR_MAX"], parameters["MPC_Z_ERR_MAX"]
+        smoothing.max_xy_error_m = parameters["MPC_XY_ERR_MAX"]
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Begin, with a circle around where it is until a command asks for another."""
@@ -136,7 +138,7 @@ class Orbit(ManualAltitude):
         share = (distance - self._radius) / distance if distance > NOWHERE_M else 0.0
         target = (local.x + to_n * share, local.y + to_e * share, centre[2])
         smoothing.set_vertical_limits(*self._vertical_limits[0 if self._flown.velocity[2] < 0.0 else 1])
-        smoothing.update(position, (position, target, target), NAN3, dt_s)
+        smoothing.update(position, (target, target, target), NAN3, dt_s)
         x, y, z = smoothing.axes
         self._heading.update(math.atan2(to_e, to_n), dt_s)
         return TrajectorySetpoint(

@@ -2,7 +2,8 @@
 
 Behaves as PX4's `PositionSmoothing` (src/lib/motion_planning, v1.18): the velocity that still allows to stop or to turn
 at the waypoints is smoothed by three `VelocitySmoothing` axes; the trajectory waits for a vehicle that lags behind it,
-the height by itself. It avoids no obstacles.
+the height by itself. To a place that is no corner of a way (`is_single`) it aims at once, however it moves. It avoids
+no obstacles.
 """
 
 import math
@@ -30,7 +31,9 @@ SAME_HEIGHT_M: Final = 0.001
 class PositionSmoothing:
     """Three axes of a trajectory. Limits are plain attributes, set by the flight mode before `update`."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_single: bool = False) -> None:
+        """`is_single`: as PX4's generateSetpoints with one waypoint; the three of `update` are the same then."""
+        self._is_single = is_single
         self.x = VelocitySmoothing()
         self.y = VelocitySmoothing()
         self.z = VelocitySmoothing()
@@ -97,7 +100,7 @@ class PositionSmoothing:
         aim_d = target[2]
         vx, vy, vz = 0.0, 0.0, 0.0
         if target[0] == target[0] and target[1] == target[1]:
-            turning = self._is_turning(target)
+            turning = not self._is_single and self._is_turning(target)
             aim_n, aim_e = target[0], target[1]
             if turning:
                 aim_n, aim_e, aim_d = self._l1_point(waypoints) if z_known else waypoints[0]

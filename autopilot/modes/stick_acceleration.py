@@ -7,6 +7,7 @@ MPC_ACC_HOR, MPC_JERK_MAX, with collision prevention (CP_DIST). The velocity is 
 import math
 from typing import Final
 
+from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.modes.collision_prevention import CollisionPrevention
 from sitl_emu.autopilot.modes.sticks import GRAVITY, Horizontal, north_east, within_unit_length
 from sitl_emu.autopilot.modes.vectors import shortened
@@ -23,9 +24,9 @@ LEAST_SPEED: Final = 0.1
 class StickAcceleration:
     """`position` (NaN while it moves), `velocity` and `acceleration` are the setpoints, north and east."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
-        self._collision_prevention = CollisionPrevention(topics, parameters)
+        self._collision_prevention = CollisionPrevention(topics, parameters, say, send)
         self.position: Horizontal = (NAN, NAN)
         self.velocity: Horizontal = (0.0, 0.0)
         self.acceleration: Horizontal = (0.0, 0.0)

@@ -36,6 +36,12 @@ def north_east(forward: float, right: float, heading: float) -> Horizontal:
     return cosine * forward - sine * right, sine * forward + cosine * right
 
 
+def low_passed(value: Horizontal, to: Horizontal, time_constant_s: float, dt_s: float) -> Horizontal:
+    """One step of a filter (AlphaFilter); none without a time constant."""
+    share = dt_s / (max(time_constant_s, 0.0) + dt_s)
+    return value[0] + (to[0] - value[0]) * share, value[1] + (to[1] - value[1]) * share
+
+
 def centred(sticks: ManualControlSetpoint) -> ManualControlSetpoint:
     """The sticks, at their centre while there are none."""
     return sticks if sticks.valid else ManualControlSetpoint()

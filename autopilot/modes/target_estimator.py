@@ -49,8 +49,7 @@ class TargetEstimator:
         """Time passes."""
         if not self.valid:
             return
-        if now_us - self._heard_us >= STALE_US:
-            self.velocity = self.acceleration = AT_REST
+        self._rest_if_stale(now_us)
         self.position = _plus(_plus(self.position, self.velocity, dt_s), self.acceleration, 0.5 * dt_s * dt_s)
         self.velocity = _plus(self.velocity, self.acceleration, dt_s)
 
@@ -83,8 +82,13 @@ class TargetEstimator:
         size = math.hypot(*self.acceleration)
         if size > ACCELERATION_MAX:
             self.acceleration = _plus(AT_REST, self.acceleration, ACCELERATION_MAX / size)
+        self._rest_if_stale(now_us)
         if not (_is_finite(self.position) and _is_finite(self.velocity) and _is_finite(self.acceleration)):
             self.reset()
+
+    def _rest_if_stale(self, now_us: int) -> None:
+        if now_us - self._heard_us >= STALE_US:
+            self.velocity = self.acceleration = AT_REST
 
 
 def _is_news(measured: Vector3, before: Vector3, elapsed_us: int, interval_us: int) -> bool:

@@ -37,6 +37,22 @@ def max_speed_from_distance(jerk: float, acceleration: float, distance_m: float,
     return max(0.5 * (math.sqrt(b * b - 4.0 * c) - b), final_speed)
 
 
+def max_distance_to_circle(
+    place: tuple[float, float], centre: tuple[float, float], radius_m: float, direction: tuple[float, float]
+) -> float:
+    """How far it is in a direction to where one leaves a circle, 0 where it lies behind; NaN where one never meets it.
+
+    PX4's getMaxDistanceToCircle (lib/mathlib/math/TrajMath.hpp).
+    """
+    size = math.hypot(*direction)
+    from_n, from_e = place[0] - centre[0], place[1] - centre[1]
+    if not size > 0.0:
+        return math.nan
+    along = (from_n * direction[0] + from_e * direction[1]) / size
+    within = along * along - from_n * from_n - from_e * from_e + radius_m * radius_m
+    return max(math.sqrt(within) - along, 0.0) if within >= 0.0 else math.nan
+
+
 def max_speed_in_waypoint(angle_rad: float, acceleration: float, distance_m: float) -> float:
     """Speed on the circle that touches both legs of a corner of `angle_rad`, `distance_m` before and after it.
 

@@ -93,16 +93,8 @@ def areas_of(plan: Plan) -> tuple[Area, ...]:
 
 
 def inside_areas(areas: tuple[Area, ...], lat_deg: float, lon_deg: float) -> bool:
-    """In one of the inclusions, where there are any, and in no exclusion."""
-    included, inclusions = False, False
-    for area in areas:
-        contains = area.contains(lat_deg, lon_deg)
-        if area.inclusion:
-            inclusions = True
-            included = included or contains
-        elif contains:
-            return False
-    return included or not inclusions
+    """In each of the inclusions, and in no exclusion (Geofence::isInsidePolygonOrCircle)."""
+    return all(area.contains(lat_deg, lon_deg) is area.inclusion for area in areas)
 
 
 class Geofence:
@@ -197,5 +189,5 @@ class Geofence:
         limit_m = settings.gf_max_hor_dist_m
         too_far = home.valid and limit_m > 0.0 and distance_m(home.lat, home.lon, lat_deg, lon_deg) >= limit_m
         too_high = home.valid and 0.0 < settings.gf_max_ver_dist_m <= alt_m - home.alt
-        outside = bool(self._areas) and not inside_areas(self._areas, lat_deg, lon_deg)
+        outside = not inside_areas(self._areas, lat_deg, lon_deg)
         return too_far, too_high, outside

@@ -16,6 +16,7 @@ class Land:
     def on_activation(self) -> None:
         """Enter LAND."""
         state = self._state
+        state.mission_finished = False
         state.centre_gimbal()
         lat, lon = state.stop_point()
         state.fly(state.setpoint(SetpointType.LAND, lat, lon, state.position.alt))
@@ -23,4 +24,4 @@ class Land:
     def on_active(self) -> None:
         """Every cycle in LAND."""
         if self._state.landed:
-            self._state.finished = True
+            self._state.finished = self._state.mission_finished = True

@@ -94,7 +94,7 @@ class Loiter:
             return False
         state, position = self._state, self._state.position
         away_m = distance_m(current.lat, current.lon, position.lat, position.lon)
-        return away_m <= state.acceptance_radius_m() + state.settings.nav_loiter_rad_m
+        return away_m <= state.acceptance_radius_m() + current.loiter_radius
 
     def _destination(self, command: VehicleCommand) -> tuple[float, float, float]:
         position = self._state.position
@@ -114,4 +114,7 @@ class Loiter:
                 lat, lon = current.lat, current.lon
         speed = command.param1 if math.isfinite(command.param1) and command.param1 > 0.0 else speed_m_s
         setpoint = state.setpoint(SetpointType.LOITER, lat, lon, alt, command.param4)
-        state.fly(setpoint._replace(cruising_speed=speed), previous=state.here())
+        # Where a leg would begin is noted, but whether it is valid stays as it was (Loiter::reposition).
+        position, heading = state.position, state.topics.vehicle_local_position.heading
+        previous = state.triplet.previous._replace(lat=position.lat, lon=position.lon, alt=position.alt, yaw=heading)
+        state.fly(setpoint._replace(cruising_speed=speed), previous=previous)

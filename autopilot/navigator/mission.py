@@ -19,16 +19,19 @@ from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.navigator.geofence import Geofence
 from sitl_emu.autopilot.navigator.mission_block import (
     DELAY,
+    GATE,
     LANDS,
     LOITER_TO_ALT,
     LOITER_UNLIM,
-    PLACED,
     RETURN_TO_LAUNCH,
     TAKEOFF,
     TAKEOFFS,
     WAYPOINT,
+    WITH_POSITION,
     Reached,
     Target,
+    keep_off_ground,
+    loiter_radius_m,
     target_of,
     tell_item,
 )
@@ -39,6 +42,7 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     Work,
     announce,
     fly_leg,
+    follow_home,
     is_above,
     landing_of,
     move_to_land,
@@ -59,6 +63,9 @@ from sitl_emu.core.geodesy import bearing_rad, distance_m
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
+OBEYED = frozenset((mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE))
+"""Items that another module carries out as it would the command."""
+GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
@@ -95,9 +102,10 @@ class Mission:
         self._has_next_item = False
         self._was_activated = False
         self._was_disarmed = False
+        self._home_count = 0
+        """home_position.update_count as MISSION has followed it."""
         self._mission_state = 0
         self.valid = False
-        self.ended = False
         self.seq_current = 0
         """The current item as it was told last; another mode does not tell it when the ground chooses one."""
         self.seq_reached = -1
@@ -141,13 +149,11 @@ class Mission:
         first = self.next_place(landing.start + 1)
         if first is None or seq > first:
             return first is not None
-        target, position, settings = self._target, self._state.position, self._state.settings
+        target, position = self._target, self._state.position
         if seq < first or target is None or target.command != LOITER_TO_ALT:
             return False
         away_m = distance_m(target.lat_deg, target.lon_deg, position.lat, position.lon)
-        radius_m = abs(self.items[seq].param2)
-        circle_m = radius_m if math.isfinite(radius_m) and radius_m > 0.0 else settings.nav_loiter_rad_m
-        return away_m <= self._state.acceptance_radius_m() + circle_m
+        return away_m <= self._state.acceptance_radius_m() + loiter_radius_m(self._state, target)
 
     def set_current(self, seq: int) -> bool:
         """MISSION_SET_CURRENT; False for an item that is not there."""
@@ -172,6 +178,7 @@ class Mission:
         self._has_next_item = True
         if self._active:
             self._start()
+        self._resume.forget()
 
     def _check(self) -> None:
         """Work out whether the mission can be flown, and forget what was reached of it."""
@@ -194,7 +201,7 @@ class Mission:
 
     def tell_progress(self) -> None:
         """The current item is told, whoever flies it."""
-        self.ended = False
+        self._state.mission_finished = False
         self.seq_current = self._state.dataman.current_seq
 
     def tell_reached(self) -> None:
@@ -227,23 +234,32 @@ class Mission:
         before = state.dataman.current_seq
         state.dataman.current_seq = self._resume.begin(self.items, before)
         self._aligns = self._speed_waits = state.dataman.current_seq != before
-        if not self._speed_waits:
-            self.replay_speed()
         self._require_climb()
         self._start()
+        state.cruising_speed_m_s = -1.0
+        if not self._speed_waits:
+            self.replay_speed()
 
     def on_active(self) -> None:
         """Every cycle in MISSION."""
-        if self.ended or self._target is None:
+        if self._target is None:
             return
+        self._follow_home()
         if self._aligns and self._reached.update(self._state, self._target):
             self._align(self._target)
         self._go_on()
-        if self._lands_precisely:
-            self._precland.on_active()
         if self._reached.update(self._state, self._target):
             self._item_done()
         self._look_at_roi()
+        if self._lands_precisely:
+            self._precland.on_active()
+        if self._target is not None:
+            self._target = keep_off_ground(self._state, self._target)
+
+    def _follow_home(self) -> None:
+        count = self._state.topics.home_position.update_count
+        if count > self._home_count and self._target is not None:
+            self._home_count, self._target = count, follow_home(self._state, self._target)
 
     def _align(self, target: Target) -> None:
         """Turn to the next leg before it is flown, where the place itself has no heading."""
@@ -266,7 +282,6 @@ class Mission:
         if self._speed_waits and self._resume.is_on(seq):
             self._speed_waits = False
             self.replay_speed()
-            self._state.fly_at_cruising_speed()
 
     def _look_at_roi(self) -> None:
         """Turn to the region of interest, on the way to all but take-off and landing."""
@@ -295,10 +310,11 @@ class Mission:
         self._set_item()
 
     def replay_speed(self) -> None:
-        """A mission that goes on has the speed that its last item before this one gave."""
+        """A mission that goes on says again which speed its last item before this one gave."""
         before = self.items[: self._state.dataman.current_seq]
-        speeds = [item.param2 for item in before if item.command == DO_CHANGE_SPEED]
-        change_speed(self._state, speeds[-1] if speeds else -1.0)
+        speeds = [item for item in before if item.command == DO_CHANGE_SPEED]
+        if speeds:
+            self.issue(speeds[-1])
 
     def _require_climb(self) -> None:
         """Before it begins, a mission climbs to the height of its next place, if that is above the vehicle."""
@@ -320,7 +336,7 @@ class Mission:
                 self._advance()
             self._set_item()
         else:
-            self._target = Target(LOITER_UNLIM)
+            self._target = self._target._replace(command=LOITER_UNLIM)
 
     def _advance(self) -> None:
         state = self._state
@@ -347,14 +363,16 @@ class Mission:
         dataman.current_seq = seq
         self.tell_progress()
         item = self.items[seq]
-        if item.command not in PLACED:
+        if item.command == GATE:
+            self._pass_gate(item)
+        elif item.command not in WITH_POSITION:
             self._carry_out(item)
         elif work is Work.DEFAULT and math.isfinite(self._climb_alt_m):
             self._climb(item)
         elif work is Work.DEFAULT and self._lands_elsewhere(item):
             self._begin(move_to_land(self._state, item), Work.MOVE_TO_LAND)
         else:
-            self._fly_to_item(item)
+            self._fly_to_item(item, work)
 
     def _lands_elsewhere(self, item: MissionItem) -> bool:
         state = self._state
@@ -387,36 +405,47 @@ class Mission:
             place = self.behind_jumps(seq)
             if place is None:
                 return None
-            if self.items[place].command in PLACED:
+            if self.items[place].command in WITH_POSITION:
                 return place
             seq = place + 1
         return None
 
     def _carry_out(self, item: MissionItem) -> None:
         state = self._state
-        self._target = Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
-        self._reached.restart(state.now_us)
+        self._begin(target_of(item, state.home_alt_m()), Work.DEFAULT)
         triplet = state.triplet
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = state.no_setpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
         self.issue(item)
 
+    def _pass_gate(self, item: MissionItem) -> None:
+        """Fly to the place behind a gate, and through it on the way."""
+        state = self._state
+        self._begin(target_of(item, state.home_alt_m()), Work.DEFAULT)
+        place = self.next_place(state.dataman.current_seq + 1)
+        then = None if place is None else self.next_place(place + 1)
+        current = state.triplet.current if place is None else self._setpoint_at(place)
+        fly_leg(state, current, state.no_setpoint() if then is None else self._setpoint_at(then))
+
     def issue(self, item: MissionItem) -> None:
         """Have an item without a place carried out (MissionBlock::issue_command)."""
         state = self._state
         if item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
             state.command(_command_of(item, state.home_alt_m()))
+        elif item.command in OBEYED:
+            state.command(_raw_command_of(item))
         elif item.command in PAYLOAD_COMMANDS:
             self._payload.issue(_raw_command_of(item))
         elif item.command in ROI_COMMANDS:
             command = _command_of(item, state.home_alt_m())
             self._roi.take(command)
             state.tell(command)
-        elif item.command != DO_LAND_START:
+        elif item.command not in (DO_LAND_START, GATE):
+            command = _raw_command_of(item)
             if item.command == DO_CHANGE_SPEED:
-                change_speed(state, item.param2)
-            state.tell(_raw_command_of(item))
+                change_speed(state, command)
+            state.tell(command)
 
     def _climb(self, item: MissionItem) -> None:
         """Straight up to the height of the first place; from the ground, this is the takeoff."""
@@ -430,9 +459,9 @@ class Mission:
         self._begin(target, Work.CLIMB)
         tell_item(state, state.dataman.current_seq, target)
         then = target_of(item, state.home_alt_m())._replace(command=WAYPOINT)
-        state.fly(setpoint_of(state, target), previous=state.here(), following=setpoint_of(state, then))
+        fly_leg(state, setpoint_of(state, target), setpoint_of(state, then))
 
-    def _fly_to_item(self, item: MissionItem) -> None:
+    def _fly_to_item(self, item: MissionItem, before: Work) -> None:
         state = self._state
         target = target_of(item, state.home_alt_m())
         if item.command in TAKEOFFS and state.traits.flies:
@@ -441,9 +470,9 @@ class Mission:
             target = target._replace(yaw_rad=math.nan)
         self._begin(target, Work.DEFAULT)
         tell_item(state, state.dataman.current_seq, target, item)
-        self._lands_precisely = self._precland.begins_at(item, target)
+        self._lands_precisely = self._precland.begins_at(item)
         if not self._lands_precisely:
-            fly_leg(state, target, self._following())
+            fly_leg(state, setpoint_of(state, target), self._following(), before)
 
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target
@@ -460,12 +489,12 @@ class Mission:
         if stays or (state.traits.stops_at_waypoints and current.param1 > 0.0):
             return state.no_setpoint()
         place = self.next_place(seq + 1)
-        if place is None:
-            return state.no_setpoint()
-        return setpoint_of(state, target_of(self.items[place], state.home_alt_m()))
+        return state.no_setpoint() if place is None else self._setpoint_at(place)
+
+    def _setpoint_at(self, seq: int) -> PositionSetpoint:
+        return setpoint_of(self._state, target_of(self.items[seq], self._state.home_alt_m()))
 
     def _end(self) -> None:
-        self.ended = True
         self._executing = False
         self._target = None
         stay(self._state)
@@ -476,7 +505,7 @@ class Mission:
         """MISSION_STATE; it stays as it was where PX4 knows no better."""
         if not self.items or not self.valid:
             self._mission_state = STATE_NO_MISSION
-        elif self.ended:
+        elif self._state.mission_finished:
             self._mission_state = STATE_COMPLETE
         elif FLIGHT_MODES[self._state.topics.vehicle_status.nav_state].mission_is_active:
             self._mission_state = STATE_ACTIVE
@@ -487,9 +516,15 @@ class Mission:
         return self._mission_state
 
 
-def change_speed(state: NavigatorState, speed_m_s: float) -> None:
-    """DO_CHANGE_SPEED: a speed, or back to the vehicle's own for anything that is not above 0."""
-    state.cruising_speed_m_s = speed_m_s if math.isfinite(speed_m_s) and speed_m_s > 0.0 else -1.0
+def change_speed(state: NavigatorState, command: VehicleCommand) -> None:
+    """DO_CHANGE_SPEED: a speed from the next setpoint on, or the vehicle's own for anything that is not above 0.
+
+    The leg that is flown gets it too if it is a ground speed (FlightModeManager::handleCommand).
+    """
+    is_speed = math.isfinite(command.param2) and command.param2 > 0.0
+    state.cruising_speed_m_s = command.param2 if is_speed else -1.0
+    if is_speed and math.isfinite(command.param1) and round(command.param1) == GROUND_SPEED:
+        state.fly_at_cruising_speed()
 
 
 def _command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
@@ -509,8 +544,8 @@ def _command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
 
 
 def _raw_command_of(item: MissionItem) -> VehicleCommand:
-    """All seven parameters as they came, because an item in MAV_FRAME_MISSION has no place."""
-    param5, param6 = (item.lat_deg, item.lon_deg) if item.frame != FRAME_MISSION else (float(item.x), float(item.y))
+    """All seven parameters as they came in MAV_FRAME_MISSION; in a global frame PX4 has put x and y elsewhere."""
+    param5, param6 = (float(item.x), float(item.y)) if item.frame == FRAME_MISSION else (0.0, 0.0)
     return VehicleCommand(
         item.command, item.param1, item.param2, item.param3, item.param4, param5, param6, item.z, from_external=False
     )

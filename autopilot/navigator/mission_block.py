@@ -3,22 +3,23 @@
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it, where the heading is known well enough; then hold times run. What
 does not fly knows no height, a rover does not hold at waypoints, and takes the radius that its control works out for
-a corner where that is larger. Who stands on the ground reaches no place. LOITER_TO_ALT is reached on the circle that
-a fixed wing would fly. Landing is done when landed, takeoff when the height is reached. A gripper is waited for, but
-not longer than MIS_COMMAND_TOUT, and so long a winch, which is not there. All other items are done at once. With
-MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and then the mission fails after that time.
+a corner where that is larger. Who stands on the ground reaches no place. LOITER_TO_ALT is flown to at the present
+height, changes it on the circle that a fixed wing would fly, and is reached there. A gate is reached where its plane is
+passed on the way to the place behind it. Landing is done when landed, takeoff when the height is reached. Gripper,
+winch and gimbal are given MIS_COMMAND_TOUT. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for
+only where the item insists on it, and then the mission fails after that time.
 """
 
 import math
 from typing import NamedTuple
 
 from sitl_emu.autopilot.commands.table import Role, items_where
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.constants import SetpointType, Severity
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.topics import NavigatorMissionItem
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import EARTH_RADIUS_M, wrap_pi
+from sitl_emu.core.geodesy import EARTH_RADIUS_M, MapProjection, wrap_pi
 
 M_PER_DEG = math.radians(EARTH_RADIUS_M)
 
@@ -49,14 +50,19 @@ VTOL_TAKEOFF = mavlink.MAV_CMD_NAV_VTOL_TAKEOFF
 VTOL_LAND = mavlink.MAV_CMD_NAV_VTOL_LAND
 RETURN_TO_LAUNCH = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
 DELAY = mavlink.MAV_CMD_NAV_DELAY
-DO_GRIPPER = mavlink.MAV_CMD_DO_GRIPPER
-DO_WINCH = mavlink.MAV_CMD_DO_WINCH
+WAITED_FOR = frozenset(
+    (mavlink.MAV_CMD_DO_GRIPPER, mavlink.MAV_CMD_DO_WINCH, mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW)
+)
+"""For MIS_COMMAND_TOUT, whatever becomes of them."""
 TAKEOFFS = frozenset((TAKEOFF, VTOL_TAKEOFF))
 LANDS = frozenset((LAND, VTOL_LAND))
+GATE = mavlink.MAV_CMD_CONDITION_GATE
 WITH_POSITION = items_where(lambda item: item.role is Role.PLACE)
-PLACED = items_where(lambda item: item.role in (Role.PLACE, Role.GATE))
+WITH_HEADING = items_where(lambda item: item.heading)
 
-
+SAME_HEIGHT_M = 1e-6
+STOPPED_DESCENT_M = 2.0
+"""A descent of less is not stopped (kAltitudeDifferenceForDescentCondition)."""
 OF_PLAN, ONBOARD = 0, 1
 """navigator_mission_item.origin."""
 
@@ -73,26 +79,45 @@ class Target(NamedTuple):
     hold_s: float = 0.0
     autocontinue: bool = True
     force_heading: bool = False
+    loiter_radius_m: float = 0.0
+    """Of the circle that a fixed wing would fly; 0 or NaN: NAV_LOITER_RAD."""
+    above_home_m: float = math.nan
+    """NaN: the altitude does not count from home."""
 
 
 def target_of(item: MissionItem, home_alt_m: float) -> Target:
     """The item with its altitude made absolute; `home_alt_m` is AMSL."""
-    if item.command not in PLACED:
-        return Target(item.command, hold_s=item.param1, autocontinue=bool(item.autocontinue))
-    alt_m = item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z
-    yaw_deg = 0.0 if item.command == LOITER_TO_ALT else item.param4  # which has none: PX4 keeps zero
+    if item.command not in WITH_POSITION:
+        autocontinue = bool(item.autocontinue)
+        return Target(item.command, item.lat_deg, item.lon_deg, hold_s=item.param1, autocontinue=autocontinue)
+    above_home_m = item.z if item.frame in RELATIVE_FRAMES else math.nan
+    yaw_deg = item.param4 if item.command in WITH_HEADING else math.nan
     yaw_rad = wrap_pi(math.radians(yaw_deg)) if math.isfinite(yaw_deg) else math.nan
     return Target(
         item.command,
         item.lat_deg,
         item.lon_deg,
-        alt_m,
+        item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z,
         yaw_rad,
         item.param2 if item.command == WAYPOINT and math.isfinite(item.param2) else 0.0,
         item.param1 if item.command in (WAYPOINT, LOITER_TIME) and math.isfinite(item.param1) else 0.0,
         bool(item.autocontinue),
         (item.command == LOITER_TIME and item.param2 > 0.0) or (item.command == LOITER_TO_ALT and item.param1 > 0.0),
+        _loiter_radius_m(item),
+        above_home_m,
     )
+
+
+def _loiter_radius_m(item: MissionItem) -> float:
+    if item.command == LOITER_TO_ALT:
+        return item.param2
+    return item.param3 if item.command in (LOITER_UNLIM, LOITER_TIME) else 0.0
+
+
+def loiter_radius_m(state: NavigatorState, target: Target) -> float:
+    """The radius of a target's circle, whichever way round."""
+    radius_m = abs(target.loiter_radius_m)
+    return radius_m if math.isfinite(radius_m) and radius_m > 0.0 else state.settings.nav_loiter_rad_m
 
 
 def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem | None = None) -> None:
@@ -107,7 +132,7 @@ def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem
         target.alt_m if item is None else item.z,
         target.hold_s,
         radius_m,
-        0.0 if item is not None else state.settings.nav_loiter_rad_m,
+        target.loiter_radius_m if item is not None else loiter_radius_m(state, target),
         target.yaw_rad,
         0 if item is None else item.frame,
         ONBOARD if item is None else OF_PLAN,
@@ -115,6 +140,26 @@ def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem
         altitude_is_relative=item is not None and item.frame in RELATIVE_FRAMES,
         autocontinue=target.autocontinue,
     )
+
+
+def keep_off_ground(state: NavigatorState, target: Target) -> Target:
+    """NAV_MIN_GND_DIST: a descent that comes nearer to the ground than this ends where it is.
+
+    PX4's updateAltToAvoidTerrainCollisionAndRepublishTriplet.
+    """
+    local, alt_m = state.topics.vehicle_local_position, state.position.alt
+    is_near = local.dist_bottom_valid and local.dist_bottom < state.settings.nav_min_gnd_dist_m
+    if not is_near or state.settings.nav_min_gnd_dist_m <= 0.0 or local.vz <= 0.0:
+        return target
+    descends = target.command in WITH_POSITION - LANDS and alt_m - target.alt_m > STOPPED_DESCENT_M
+    if not descends:
+        return target
+    text = "Terrain collision risk, descent is stopped\t"
+    state.say(Severity.CRITICAL, text, "navigator_terrain_collision_risk")
+    triplet = state.triplet
+    current = triplet.current._replace(timestamp=state.now_us, alt=alt_m)
+    state.triplet = triplet._replace(timestamp=state.now_us, current=current)
+    return target._replace(alt_m=alt_m, above_home_m=math.nan)
 
 
 class Reached:
@@ -142,12 +187,9 @@ class Reached:
             return False
         if command == DELAY:
             return (state.now_us - self._started_us) * 1e-6 >= target.hold_s
-        if command in (DO_GRIPPER, DO_WINCH):
-            waited_s = (state.now_us - self._started_us) * 1e-6
-            if command == DO_WINCH:
-                return waited_s > state.settings.mis_command_tout_s
-            return state.topics.gripper.accepted_us >= self._started_us or waited_s > state.settings.mis_command_tout_s
-        if command not in PLACED:
+        if command in WAITED_FOR:
+            return (state.now_us - self._started_us) * 1e-6 > state.settings.mis_command_tout_s
+        if command not in WITH_POSITION and command != GATE:
             return True
         if not self._position_reached:
             if not self._is_there(state, target):
@@ -165,18 +207,21 @@ class Reached:
         position = state.position
         if not position.valid or state.landed:
             return False
-        away_m = self._away_m(target, position.lat, position.lon)
-        if not state.traits.flies:
-            return away_m <= state.acceptance_radius_m()
-        if target.command in TAKEOFFS:
-            climb_m, tolerance_m = target.alt_m - state.home_alt_m(), state.settings.nav_mc_alt_rad_m
+        if target.command == GATE:
+            return _is_passed(state, target)
+        flies, away_m = state.traits.flies, self._away_m(target, position.lat, position.lon)
+        tolerance_m = state.settings.nav_mc_alt_rad_m if flies else math.inf
+        if target.command == LOITER_TO_ALT:
+            circle_m = state.acceptance_radius_m() + loiter_radius_m(state, target)
+            return away_m <= circle_m and _is_at_height(state, target.alt_m, tolerance_m)
+        if target.command in TAKEOFFS and flies:
+            climb_m = target.alt_m - state.home_alt_m()
             if 0.0 < climb_m < tolerance_m:
                 tolerance_m = climb_m / 2.0
             return position.alt > target.alt_m - tolerance_m
-        radius_m = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else state.acceptance_radius_m()
-        if target.command == LOITER_TO_ALT:
-            radius_m = state.acceptance_radius_m() + state.settings.nav_loiter_rad_m
-        return away_m <= radius_m and abs(target.alt_m - position.alt) <= state.settings.nav_mc_alt_rad_m
+        own_m = target.acceptance_radius_m if flies else 0.0
+        radius_m = own_m if own_m > 0.0 else state.acceptance_radius_m()
+        return away_m <= radius_m and abs(target.alt_m - position.alt) <= tolerance_m
 
     def _away_m(self, target: Target, lat_deg: float, lon_deg: float) -> float:
         """Distance on a plane at the target: exact enough near it, and quick."""
@@ -186,7 +231,7 @@ class Reached:
         return math.hypot((lat_deg - target.lat_deg) * M_PER_DEG, (lon_deg - target.lon_deg) * self._m_per_deg_lon)
 
     def _yaw_is_there(self, state: NavigatorState, target: Target) -> bool:
-        turns = state.traits.stops_at_waypoints and target.command not in TAKEOFFS
+        turns = state.traits.stops_at_waypoints and target.command not in TAKEOFFS | {GATE}
         if not turns or target.yaw_rad != target.yaw_rad:
             return True
         settings, local = state.settings, state.topics.vehicle_local_position
@@ -203,3 +248,26 @@ class Reached:
             text = "unable to reach heading within timeout\t"
             state.say(Severity.CRITICAL, text, "navigator_mission_failure_heading")
         return not target.force_heading
+
+
+def _is_at_height(state: NavigatorState, alt_m: float, tolerance_m: float) -> bool:
+    """LOITER_TO_ALT, on its circle: there at the height of its setpoint, which becomes the item's then, or at that."""
+    triplet, now_us = state.triplet, state.now_us
+    if abs(triplet.current.alt - state.position.alt) > tolerance_m:
+        return False
+    if abs(triplet.current.alt - alt_m) < SAME_HEIGHT_M:
+        return True
+    current = triplet.current._replace(timestamp=now_us, alt=alt_m, type=int(SetpointType.LOITER))
+    state.triplet = triplet._replace(timestamp=now_us, current=current)
+    return False
+
+
+def _is_passed(state: NavigatorState, gate: Target) -> bool:
+    """Whether the vehicle is beyond the gate, seen towards what it flies to; not where that is in the gate itself."""
+    current, position = state.triplet.current, state.position
+    if not current.valid:
+        return False
+    plane = MapProjection(gate.lat_deg, gate.lon_deg)
+    there_n, there_e = plane.project(current.lat, current.lon)
+    here_n, here_e = plane.project(position.lat, position.lon)
+    return (there_n != 0.0 or there_e != 0.0) and here_n * there_n + here_e * there_e >= 0.0

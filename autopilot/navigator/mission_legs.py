@@ -18,12 +18,13 @@ from sitl_emu.autopilot.navigator.mission_block import (
     TAKEOFFS,
     WAYPOINT,
     Target,
+    loiter_radius_m,
     target_of,
     tell_item,
 )
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
-from sitl_emu.autopilot.topics import PositionSetpoint
+from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
 
@@ -58,7 +59,7 @@ def landing_of(items: Sequence[MissionItem]) -> Landing | None:
 
 
 def setpoint_of(state: NavigatorState, target: Target) -> PositionSetpoint:
-    """A target as the setpoint of this moment."""
+    """A target as the setpoint of this moment; LOITER_TO_ALT begins at the present height."""
     if target.command in LANDS:
         kind = SetpointType.LAND
     elif target.command in TAKEOFFS:
@@ -68,20 +69,38 @@ def setpoint_of(state: NavigatorState, target: Target) -> PositionSetpoint:
     else:
         kind = SetpointType.POSITION
     radius = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else math.nan
-    return state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, target.yaw_rad, radius)
+    alt_m = state.position.alt if target.command == LOITER_TO_ALT else target.alt_m
+    setpoint = state.setpoint(kind, target.lat_deg, target.lon_deg, alt_m, target.yaw_rad, radius)
+    return setpoint._replace(loiter_radius=loiter_radius_m(state, target))
 
 
-def leg_start(state: NavigatorState) -> PositionSetpoint:
-    """Where a leg begins: at the setpoint before, or here where there was none."""
-    current = state.triplet.current
-    return current if current.valid and math.isfinite(current.lat) else state.here()
+def fly_leg(
+    state: NavigatorState, current: PositionSetpoint, following: PositionSetpoint, before: Work = Work.DEFAULT
+) -> None:
+    """Fly on from the setpoint before, if there was one.
+
+    One that stays the same keeps its leg, and so does a landing that `before` has led to.
+    """
+    flown = state.triplet
+    stays = before is Work.MOVE_TO_LAND or current._replace(timestamp=flown.current.timestamp) == flown.current
+    state.fly(current, previous=flown.previous if stays else flown.current, following=following)
 
 
-def fly_leg(state: NavigatorState, target: Target, following: PositionSetpoint) -> None:
-    """Fly to a target; a setpoint that stays the same keeps its leg."""
-    current, before = setpoint_of(state, target), state.triplet
-    stays = current._replace(timestamp=before.current.timestamp) == before.current
-    state.fly(current, previous=before.previous if stays else leg_start(state), following=following)
+def follow_home(state: NavigatorState, target: Target) -> Target:
+    """Home has another height: the triplet moves along with its item (updateMissionAltAfterHomeChanged)."""
+    if not math.isfinite(target.alt_m):
+        return target
+    if math.isfinite(target.above_home_m):
+        target = target._replace(alt_m=target.above_home_m + state.home_alt_m())
+    previous, current, following = state.triplet[1:]
+    up_m = target.alt_m - current.alt
+    state.triplet = PositionSetpointTriplet(
+        state.now_us,
+        previous._replace(alt=previous.alt + up_m) if previous.valid else previous,
+        current._replace(alt=current.alt + up_m),
+        following._replace(alt=following.alt + up_m) if following.valid else following,
+    )
+    return target
 
 
 def is_above(state: NavigatorState, lat_deg: float, lon_deg: float) -> bool:
@@ -99,7 +118,7 @@ def move_to_land(state: NavigatorState, item: MissionItem) -> Target:
     alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
     above = Target(WAYPOINT, land.lat_deg, land.lon_deg, alt_m)
     tell_item(state, state.dataman.current_seq, above)
-    state.fly(setpoint_of(state, above), previous=leg_start(state), following=setpoint_of(state, land))
+    fly_leg(state, setpoint_of(state, above), setpoint_of(state, land))
     return above
 
 
@@ -126,7 +145,7 @@ def tell_finished(state: NavigatorState) -> None:
 
 def stay(state: NavigatorState) -> None:
     """There is nothing to fly (any more): idle on the ground, hold in the air."""
-    state.finished = True
+    state.finished = state.mission_finished = True
     state.cruising_speed_m_s = -1.0
     if state.landed:
         state.idle()

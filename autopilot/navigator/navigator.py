@@ -12,6 +12,7 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.navigator.course import Course
 from sitl_emu.autopilot.navigator.geofence import ACTION_HOLD, Geofence
 from sitl_emu.autopilot.navigator.land import Land
 from sitl_emu.autopilot.navigator.loiter import Loiter
@@ -42,7 +43,7 @@ STATUS_EVERY_US: Final = 500_000
 HEADING_FAILURE: Final = 1
 """navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-Mode = Takeoff | Loiter | Mission | Rtl | Land | PrecLand
+Mode = Takeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
 
 
 class Navigator:
@@ -73,6 +74,7 @@ class Navigator:
         self.traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
         self._loiter = Loiter(state, self._geofence)
+        self._course = Course(state, self._geofence)
         self._payload = Payload(state)
         self._mission = Mission(state, self._roi, self._payload, self._geofence)
         self._rtl = Rtl(state, self._mission)
@@ -80,6 +82,7 @@ class Navigator:
             NavState.AUTO_TAKEOFF: self._takeoff,
             NavState.AUTO_VTOL_TAKEOFF: self._takeoff,
             NavState.AUTO_LOITER: self._loiter,
+            NavState.GUIDED_COURSE: self._course,
             NavState.AUTO_MISSION: self._mission,
             NavState.AUTO_RTL: self._rtl,
             NavState.AUTO_LAND: Land(state),
@@ -193,13 +196,14 @@ class Navigator:
                 if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
                     self._loiter.reposition(command)
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
-                if self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
+                if self._mode is self._course:
+                    self._course.change_altitude(command.param1)
+                elif self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
                     self._loiter.change_altitude(command.param1)
             elif command.command == mavlink.MAV_CMD_MISSION_START:
                 self._mission.start_at(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
-                change_speed(self._state, command.param2)
-                self._state.fly_at_cruising_speed()
+                change_speed(self._state, command)
             elif command.command in ROI_COMMANDS:
                 self._roi.take(command)
 
@@ -245,7 +249,7 @@ class Navigator:
             mission.seq_reached,
             mission.seq_reached_us,
             mission.valid,
-            mission.ended,
+            self._state.mission_finished,
             self._state.mission_failure,
             self._state.finished,
             status.nav_state,

@@ -1,25 +1,29 @@
-"""Precision landing: onto a target that LANDING_TARGET tells of. PX4's PrecLand (v1.18).
+"""Precision landing: onto a target that LANDING_TARGET tells of. PX4's PrecLand (src/modules/navigator, v1.18).
 
-From where it stands the vehicle flies above the target, descends above it once it is within PLD_HACC_RAD, and lands.
-Without a target in sight a landing that requires one (AUTO_PRECLAND, RTL_PLD_MD 2, precision 2 of a mission's landing)
-climbs to PLD_SRCH_ALT and searches for PLD_SRCH_TOUT, at most PLD_MAX_SRCH times; an opportunistic one, and one that
-has searched in vain, lands where it is. A target that is lost below PLD_FAPPR_ALT is landed upon.
+It looks for the target where its setpoint is. Once one is seen, the vehicle flies above it, as high as it is then, and
+stays there for two seconds; then it lands, as long as the target is seen. Lost above it, or too high on the way down,
+the vehicle looks again where it is; below PLD_FAPPR_ALT it lands on the last known place. Without a target in sight a
+landing that requires one (AUTO_PRECLAND, RTL_PLD_MD 2, precision 2 of a mission's landing) climbs to PLD_SRCH_ALT and
+searches for PLD_SRCH_TOUT (0: not at all); an opportunistic one, one that has searched in vain, and one that would look
+again once more than PLD_MAX_SRCH times, lands where it is.
 
-Left out: the target's yaw (PLD_YAW_EN), targets that move.
+Left out: the target's yaw (PLD_YAW_EN), targets that move, the limits of the setpoint's own speed on the way there.
 """
 
 import math
 from enum import Enum, IntEnum
+from typing import Any
 
 from sitl_emu.autopilot.constants import SetpointType
-from sitl_emu.autopilot.navigator.mission_block import LAND, Target
+from sitl_emu.autopilot.navigator.mission_block import LAND
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
-from sitl_emu.autopilot.topics import LandingTargetPose
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
-START_US = 2_000_000
-"""So long it looks for the target before it searches."""
+SETTLES_US = 2_000_000
+"""So long it looks for the target before it searches, and stays above it before it descends."""
+SEARCH_SETTLES_US = 1_000_000
+SEARCH_STOPS_WITHIN_M = 1.0
 LOST_NEAR_GROUND_US = 500_000
 
 
@@ -40,6 +44,7 @@ class Phase(Enum):
     FINAL = "final approach"
     SEARCH = "search"
     FALLBACK = "fallback"
+    DONE = "done"
 
 
 class PrecLand:
@@ -50,128 +55,156 @@ class PrecLand:
         self._required = True
         self._phase = Phase.START
         self._since_us = 0
-        self._searches = 0
-        self._start = (math.nan, math.nan, math.nan)
+        self._starts = 0
+        self._there_us: int | None = None
+        """When it came to the place where it looks, or above the target; in a search, when it saw that."""
         self._approach_alt_m = math.nan
-        self._seen: LandingTargetPose | None = None
+        self._target = state.topics.landing_target_pose
+        self._is_new = False
+        """The target was told since the last cycle."""
 
     def on_activation(self) -> None:
         """AUTO_PRECLAND: the target is required."""
-        position = self._state.position
-        self.begin(position.lat, position.lon, position.alt, Precision.REQUIRED)
+        self.begin(Precision.REQUIRED)
 
-    def begin(self, lat_deg: float, lon_deg: float, alt_m: float, precision: Precision) -> None:
-        """Look for the target from a place."""
+    def begin(self, precision: Precision) -> None:
+        """Look for the target from the setpoint, or from here where there is none."""
         self._required = precision is Precision.REQUIRED
-        self._start = (lat_deg, lon_deg, alt_m)
-        self._searches = 0
-        self._enter_start()
+        self._starts = 0
+        if not self._state.triplet.current.valid:
+            self._state.fly(self._state.no_setpoint())
+            self._stay()
+        self._start()
 
-    def begins_at(self, item: MissionItem, target: Target) -> bool:
-        """Begin with a mission's landing that asks for it; False for any other item."""
+    def begins_at(self, item: MissionItem) -> bool:
+        """Begin with a mission's landing that asks for it, in the air; False for any other item."""
         wants = item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
-        if not wants or not self._state.traits.lands_precisely:
+        if not wants or not self._state.traits.lands_precisely or self._state.landed:
             return False
-        self.begin(target.lat_deg, target.lon_deg, self._state.position.alt, Precision(int(item.param2)))
+        self.begin(Precision(int(item.param2)))
         return True
 
     def on_active(self) -> None:
         """Every cycle."""
-        state, phase = self._state, self._phase
-        if state.landed and not state.armed:
-            state.finished = True
-            return
-        elapsed_us = state.now_us - self._since_us
-        if phase in (Phase.START, Phase.SEARCH) and self._visible():
-            self._approach_alt_m = state.position.alt
-            self._enter(Phase.APPROACH)
-        elif phase is Phase.START:
-            self._wait_at_start(elapsed_us)
-        elif phase is Phase.SEARCH:
-            if elapsed_us > state.settings.pld_srch_tout_s * 1e6:
-                self._fall_back()
-        elif phase is Phase.APPROACH:
+        state, known = self._state, self._target
+        self._target = state.topics.landing_target_pose
+        self._is_new = self._target is not known
+        if state.landed and self._phase is not Phase.DONE:
+            self._enter(Phase.DONE)
+        if self._phase is Phase.START:
+            self._look()
+        elif self._phase is Phase.APPROACH:
             self._fly_above()
-        elif phase is Phase.DESCEND:
+        elif self._phase is Phase.DESCEND:
             self._descend()
+        elif self._phase is Phase.SEARCH:
+            self._search()
 
     # --- phases ---------------------------------------------------------------------------------------------
 
     def _enter(self, phase: Phase) -> None:
-        self._phase, self._since_us = phase, self._state.now_us
+        self._phase, self._since_us, self._there_us = phase, self._state.now_us, None
 
-    def _enter_start(self) -> None:
-        if self._searches > self._state.settings.pld_max_srch:
+    def _start(self) -> None:
+        if self._starts > self._state.settings.pld_max_srch:
             self._fall_back()
             return
+        self._starts += 1
         self._enter(Phase.START)
-        self._fly(SetpointType.POSITION, *self._start)
+        self._fly(type=int(SetpointType.POSITION))
 
-    def _wait_at_start(self, elapsed_us: int) -> None:
-        state = self._state
-        lat, lon, _ = self._start
-        away_m = distance_m(lat, lon, state.position.lat, state.position.lon)
-        if elapsed_us < START_US or not away_m < state.settings.nav_acc_rad_m:
+    def _look(self) -> None:
+        state, current = self._state, self._state.triplet.current
+        away_m = distance_m(current.lat, current.lon, state.position.lat, state.position.lon)
+        if self._approach():
             return
-        self._searches += 1
-        if not self._required or self._searches > state.settings.pld_max_srch:
+        if not self._required:
             self._fall_back()
-            return
-        home_alt_m = state.home_alt_m()
-        self._enter(Phase.SEARCH)
-        self._fly(SetpointType.POSITION, lat, lon, home_alt_m + state.settings.pld_srch_alt_m)
+        elif away_m < state.acceptance_radius_m():
+            if state.settings.pld_srch_tout_s <= 0.0:
+                self._fall_back()
+            elif self._has_been_there(SETTLES_US):
+                alt_m = state.home_alt_m() + state.settings.pld_srch_alt_m
+                self._enter(Phase.SEARCH)
+                self._fly(type=int(SetpointType.POSITION), alt=alt_m)
+
+    def _approach(self) -> bool:
+        """Fly above the target if it is told of right now."""
+        if not (self._is_new and self._visible()):
+            return False
+        self._approach_alt_m = self._state.position.alt
+        self._enter(Phase.APPROACH)
+        return True
 
     def _fly_above(self) -> None:
-        if not self._visible():
-            self._enter_start()
-            return
-        target = self._target()
-        local = self._state.topics.vehicle_local_position
-        if math.hypot(target.x_abs - local.x, target.y_abs - local.y) < self._state.settings.pld_hacc_rad_m:
+        above = self._is_above()
+        if above and not self._visible():
+            self._look_again()
+        elif above and self._is_new and self._has_been_there(SETTLES_US):
             self._enter(Phase.DESCEND)
-            self._land_on(target)
-            return
-        self._follow(SetpointType.POSITION, target, self._approach_alt_m)
+        else:
+            self._fly_to_target(type=int(SetpointType.POSITION), alt=self._approach_alt_m)
 
     def _descend(self) -> None:
-        state, local = self._state, self._state.topics.vehicle_local_position
-        low = local.dist_bottom_valid and local.dist_bottom < state.settings.pld_fappr_alt_m
-        seen_us = self._target().timestamp
-        if low and state.now_us - seen_us > LOST_NEAR_GROUND_US:
+        state, target, visible = self._state, self._target, self._visible()
+        low = visible and target.z_abs - state.topics.vehicle_local_position.z < state.settings.pld_fappr_alt_m
+        if low and state.now_us - target.timestamp >= LOST_NEAR_GROUND_US:
             self._enter(Phase.FINAL)
-        elif not low and not self._visible() and not state.landed:
-            self._enter_start()
+        elif not visible:
+            self._look_again()
         else:
-            self._land_on(self._target())
+            self._fly_to_target(type=int(SetpointType.LAND))
+
+    def _search(self) -> None:
+        state, current = self._state, self._state.triplet.current
+        if self._is_new and self._visible() and self._there_us is None:
+            self._there_us = state.now_us
+            self._fly(alt=min(current.alt, state.position.alt + SEARCH_STOPS_WITHIN_M))
+        if self._there_us is not None and self._has_been_there(SEARCH_SETTLES_US) and self._approach():
+            return
+        if state.now_us - self._since_us > state.settings.pld_srch_tout_s * 1e6:
+            self._fall_back()
+
+    def _look_again(self) -> None:
+        self._stay()
+        self._start()
 
     def _fall_back(self) -> None:
         """Land where it is."""
         self._enter(Phase.FALLBACK)
-        lat, lon = self._state.stop_point()
-        self._fly(SetpointType.LAND, lat, lon, self._state.position.alt)
+        self._stay()
+        self._fly(type=int(SetpointType.LAND))
+
+    def _has_been_there(self, us: int) -> bool:
+        """Whether it came there so long ago; from now on, if it was not there yet."""
+        if self._there_us is None:
+            self._there_us = self._state.now_us
+        return self._state.now_us - self._there_us > us
 
     # --- target ---------------------------------------------------------------------------------------------
 
-    def _target(self) -> LandingTargetPose:
-        return self._state.topics.landing_target_pose
-
     def _visible(self) -> bool:
-        target = self._target()
-        timeout_us = self._state.settings.pld_btout_s * 1e6
-        known = self._state.topics.vehicle_local_position.xy_valid
-        return known and target.timestamp > 0 and self._state.now_us - target.timestamp < timeout_us
+        target, state = self._target, self._state
+        known = state.topics.vehicle_local_position.xy_valid
+        return known and target.timestamp > 0 and state.now_us - target.timestamp <= state.settings.pld_btout_s * 1e6
 
-    def _land_on(self, target: LandingTargetPose) -> None:
-        self._follow(SetpointType.LAND, target, self._state.position.alt)
+    def _is_above(self) -> bool:
+        """Within a square around the target."""
+        target, local = self._target, self._state.topics.vehicle_local_position
+        away_m = max(abs(target.x_abs - local.x), abs(target.y_abs - local.y))
+        return away_m < self._state.settings.pld_hacc_rad_m
 
-    def _follow(self, kind: SetpointType, target: LandingTargetPose, alt_m: float) -> None:
-        if target is self._seen and self._state.triplet.current.type == kind:
-            return
-        self._seen = target
-        local = self._state.topics.vehicle_local_position
+    def _fly_to_target(self, **changes: Any) -> None:
+        target, local = self._target, self._state.topics.vehicle_local_position
         if math.isfinite(local.ref_lat):
             lat, lon = MapProjection(local.ref_lat, local.ref_lon).reproject(target.x_abs, target.y_abs)
-            self._fly(kind, lat, lon, alt_m)
+            self._fly(lat=lat, lon=lon, **changes)
 
-    def _fly(self, kind: SetpointType, lat_deg: float, lon_deg: float, alt_m: float) -> None:
-        self._state.fly(self._state.setpoint(kind, lat_deg, lon_deg, alt_m))
+    def _stay(self) -> None:
+        position = self._state.position
+        self._fly(lat=position.lat, lon=position.lon, alt=position.alt)
+
+    def _fly(self, **changes: Any) -> None:
+        """Change the setpoint; it has no heading and no leg."""
+        state = self._state
+        state.fly(state.triplet.current._replace(timestamp=state.now_us, valid=True, yaw=math.nan, **changes))

@@ -1,24 +1,28 @@
 """The straight return: climb, fly there, descend, land. PX4's RtlDirect (src/modules/navigator/rtl_direct.cpp, v1.18).
 
-It is left straight up to the height that `rtl.py` has worked out. With RTL_LAND_DELAY 0 the vehicle lands as soon as it
-is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits there (negative: for good). On the
-ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the landing a precision landing.
+It is left straight up, with the heading of that moment, to the height that `rtl.py` has worked out. With RTL_LAND_DELAY
+0 the vehicle lands as soon as it is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits
+there (negative: for good). On the ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the
+landing a precision landing.
 """
 
 import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.navigator.mission_block import (
     LAND,
     LOITER_TIME,
+    LOITER_TO_ALT,
     LOITER_UNLIM,
     WAYPOINT,
     Reached,
     Target,
+    keep_off_ground,
     tell_item,
 )
+from sitl_emu.autopilot.navigator.mission_legs import setpoint_of
 from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
 from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -93,14 +97,15 @@ class RtlDirect:
         if self._phase is Phase.LANDED:
             return
         assert self._target is not None
-        if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
-            self._precland.on_active()
         if self._reached.update(state, self._target):
             if self._phase is Phase.LAND:
                 self._land()
                 return
             self._phase = self._next_phase()
             self._fly_phase()
+        self._target = keep_off_ground(state, self._target)
+        if self._phase is Phase.LAND and self._precision is not Precision.DISABLED:
+            self._precland.on_active()
 
     def seconds_left(self) -> float:
         """How long the rest of the return would take, or all of it while none is flown (calc_rtl_time_estimate).
@@ -122,8 +127,7 @@ class RtlDirect:
 
     def _seconds_left(self, position: VehicleGlobalPosition) -> float:
         settings, place, phase = self._state.settings, self._destination, self._phase
-        hover_alt_m = min(place.alt_m + settings.rtl_descend_alt_m, self._return_alt_m)
-        seconds = 0.0
+        hover_alt_m, seconds = self._hover_alt_m, 0.0
         if phase is Phase.CLIMB:
             seconds += vertical_s(settings, max(self._return_alt_m - position.alt, 0.0))
         if phase <= Phase.RETURN:
@@ -149,6 +153,11 @@ class RtlDirect:
         place, position = self._destination, self._state.position
         return distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
 
+    @property
+    def _hover_alt_m(self) -> float:
+        """AMSL height at which it waits."""
+        return min(self._destination.alt_m + self._state.settings.rtl_descend_alt_m, self._return_alt_m)
+
     def _yaw_rad(self) -> float:
         """Heading to fly with: the destination's near it and above it."""
         close = self._phase is Phase.RETURN and self._away_m() < self._state.settings.rtl_min_dist_m
@@ -166,30 +175,29 @@ class RtlDirect:
 
     def _fly_phase(self) -> None:
         state, place, phase = self._state, self._destination, self._phase
-        settings, yaw = state.settings, self._yaw_rad()
-        kind = SetpointType.POSITION
+        yaw_rad, hover_alt_m = self._yaw_rad(), self._hover_alt_m
         if phase is Phase.CLIMB:
-            target = Target(WAYPOINT, state.position.lat, state.position.lon, self._return_alt_m)
+            heading_rad = state.topics.vehicle_local_position.heading
+            position = state.position
+            target = Target(LOITER_TO_ALT, position.lat, position.lon, self._return_alt_m, heading_rad)
         elif phase is Phase.RETURN:
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw)
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw_rad)
         elif phase is Phase.DESCEND:
-            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
-            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, alt_m, yaw, settings.nav_acc_rad_m)
+            target = Target(LOITER_TO_ALT, place.lat_deg, place.lon_deg, hover_alt_m, yaw_rad)
+            target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
         elif phase is Phase.WAIT:
-            kind = SetpointType.LOITER
-            command = LOITER_UNLIM if settings.rtl_land_delay_s < 0.0 else LOITER_TIME
-            alt_m = min(self._return_alt_m, place.alt_m + settings.rtl_descend_alt_m)
-            target = Target(command, place.lat_deg, place.lon_deg, alt_m, hold_s=settings.rtl_land_delay_s)
-            if settings.rtl_land_delay_s < 0.0:
+            delay_s = state.settings.rtl_land_delay_s
+            command = LOITER_UNLIM if delay_s < 0.0 else LOITER_TIME
+            target = Target(command, place.lat_deg, place.lon_deg, hover_alt_m, hold_s=delay_s)
+            target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
+            if delay_s < 0.0:
                 state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
         else:
-            kind = SetpointType.LAND
-            target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m)
+            target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m, yaw_rad)
             state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
         self._target = target
         self._reached.restart(state.now_us)
         tell_item(state, int(phase), target)
         if phase is Phase.LAND and self._precision is not Precision.DISABLED:
-            self._precland.begin(place.lat_deg, place.lon_deg, state.position.alt, self._precision)
-            return
-        state.fly(state.setpoint(kind, target.lat_deg, target.lon_deg, target.alt_m, yaw), previous=state.here())
+            self._precland.begin(self._precision)
+        state.fly(setpoint_of(state, target))

@@ -22,6 +22,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
     WITH_POSITION,
     Reached,
     Target,
+    keep_off_ground,
     target_of,
     tell_item,
 )
@@ -29,6 +30,7 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     Work,
     announce,
     fly_leg,
+    follow_home,
     is_above,
     landing_of,
     move_to_land,
@@ -72,12 +74,15 @@ class RtlMission:
         self._precland = PrecLand(state)
         self._lands_precisely = False
         self._plan: Plan | None = None
+        self._home_count = 0
+        """home_position.update_count as this return has followed it."""
         self._seq = -1
         """The current item as this return has set it."""
 
     def choose(self, kind: RtlType, return_alt_m: float) -> None:
         """How the next return goes; AMSL height to which it climbs before it makes for a landing pattern."""
         self._kind, self._return_alt_m = kind, return_alt_m
+        self._home_count = 0
 
     def on_activation(self, flown_seq: int | None) -> None:
         """Begin. `flown_seq`: the item that MISSION was flying; None where another mode was flown."""
@@ -90,6 +95,7 @@ class RtlMission:
         self._has_item = first is not None and not state.landed
         self._take_up()
         self._set_item()
+        state.cruising_speed_m_s = -1.0
         self._mission.replay_speed()
 
     def on_active(self) -> None:
@@ -106,10 +112,15 @@ class RtlMission:
             return
         if self._target is None:
             return
-        if self._lands_precisely:
-            self._precland.on_active()
+        home_count = state.topics.home_position.update_count
+        if home_count > self._home_count:
+            self._home_count, self._target = home_count, follow_home(state, self._target)
         if self._reached.update(state, self._target):
             self._item_done()
+        if self._lands_precisely:
+            self._precland.on_active()
+        if self._target is not None:
+            self._target = keep_off_ground(state, self._target)
 
     def seconds_left(self, *, active: bool) -> float:
         """How long the landing pattern takes from here (RtlDirectMissionLand); NaN for the others: PX4 doesn't know."""
@@ -199,7 +210,7 @@ class RtlMission:
         if self._work is not Work.CLIMB:
             self._mission.tell_reached()
         if not self._target.autocontinue:
-            self._target = Target(LOITER_UNLIM)
+            self._target = self._target._replace(command=LOITER_UNLIM)
             return
         if self._work is Work.DEFAULT:
             following = self._next(self._seq)
@@ -215,7 +226,6 @@ class RtlMission:
         if not self._has_item or not self._executing:
             self._target = None
             self._executing = False
-            self._mission.ended = True
             stay(self._state)
             return
         item = self._mission.items[self._seq]
@@ -223,7 +233,7 @@ class RtlMission:
         if self._climbs:
             self._climb()
         elif item.command not in WITH_POSITION:
-            self._begin(Target(item.command), Work.DEFAULT)
+            self._begin(target_of(item, self._state.home_alt_m()), Work.DEFAULT)
             self._mission.issue(item)
         elif self._kind is RtlType.MISSION_FAST_REVERSE:
             self._fly_back(item, work)
@@ -249,7 +259,7 @@ class RtlMission:
         place = place._replace(hold_s=0.0, autocontinue=True)
         self._begin(place, Work.DEFAULT)
         tell_item(state, self._seq, place, item)
-        fly_leg(state, place, following)
+        fly_leg(state, setpoint_of(state, place), following)
 
     def _come_down(self, item: MissionItem, work: Work) -> None:
         """The mission's landing, above its place first (MissionBase::handleLanding)."""
@@ -260,9 +270,8 @@ class RtlMission:
         land = target_of(item, state.home_alt_m())._replace(yaw_rad=math.nan)
         self._begin(land, Work.DEFAULT)
         tell_item(state, self._seq, land, item)
-        self._lands_precisely = self._precland.begins_at(item, land)
-        if not self._lands_precisely:
-            fly_leg(state, land, self._following())
+        self._lands_precisely = self._precland.begins_at(item)
+        fly_leg(state, setpoint_of(state, land), self._following(), work)
 
     def _fly_back(self, item: MissionItem, work: Work) -> None:
         """The place before; from the take-off, or the mission's first place, home and down."""
@@ -279,11 +288,12 @@ class RtlMission:
         elif state.settings.rtl_land_delay_s < 0.0:
             self._fly_home(WAYPOINT, state.home_alt_m() + state.settings.rtl_descend_alt_m, Work.DEFAULT)
         else:
+            mode = state.settings.rtl_pld_md
+            precisely = mode in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and state.traits.lands_precisely
+            if precisely:
+                self._precland.begin(Precision(mode))
             self._fly_home(LAND, state.position.alt, Work.DEFAULT)
-            precision = state.settings.rtl_pld_md
-            if precision in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and state.traits.lands_precisely:
-                self._lands_precisely = True
-                self._precland.begin(*self._home_deg, state.position.alt, Precision(precision))
+            self._lands_precisely = precisely
 
     @property
     def _home_deg(self) -> tuple[float, float]:

@@ -32,8 +32,10 @@ class Settings(NamedTuple):
     nav_acc_rad_m: float
     nav_mc_alt_rad_m: float
     nav_loiter_rad_m: float
+    nav_min_gnd_dist_m: float
     nav_traff_avoid: int
     nav_traff_a_hor_m: float
+    nav_traff_a_ver_m: float
     nav_traff_coll_t_s: float
     mis_takeoff_alt_m: float
     mis_yaw_err_rad: float
@@ -46,6 +48,7 @@ class Settings(NamedTuple):
     rtl_descend_alt_m: float
     rtl_cone_ang_deg: float
     rtl_land_delay_s: float
+    rtl_loiter_rad_m: float
     rtl_min_dist_m: float
     rtl_type: int
     rtl_pld_md: int
@@ -73,8 +76,10 @@ def settings_of(parameters: Parameters) -> Settings:
         nav_acc_rad_m=float(parameters["NAV_ACC_RAD"]),
         nav_mc_alt_rad_m=float(parameters["NAV_MC_ALT_RAD"]),
         nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
+        nav_min_gnd_dist_m=float(parameters["NAV_MIN_GND_DIST"]),
         nav_traff_avoid=int(parameters["NAV_TRAFF_AVOID"]),
         nav_traff_a_hor_m=float(parameters["NAV_TRAFF_A_HOR"]),
+        nav_traff_a_ver_m=float(parameters["NAV_TRAFF_A_VER"]),
         nav_traff_coll_t_s=float(parameters["NAV_TRAFF_COLL_T"]),
         mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
         mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
@@ -87,6 +92,7 @@ def settings_of(parameters: Parameters) -> Settings:
         rtl_descend_alt_m=float(parameters["RTL_DESCEND_ALT"]),
         rtl_cone_ang_deg=float(parameters["RTL_CONE_ANG"]),
         rtl_land_delay_s=float(parameters["RTL_LAND_DELAY"]),
+        rtl_loiter_rad_m=float(parameters["RTL_LOITER_RAD"]),
         rtl_min_dist_m=float(parameters["RTL_MIN_DIST"]),
         rtl_type=int(parameters["RTL_TYPE"]),
         rtl_pld_md=int(parameters["RTL_PLD_MD"]),
@@ -128,6 +134,9 @@ class NavigatorState:
         self.cruising_speed_m_s = -1.0
         """What DO_CHANGE_SPEED asked for; below 0: the vehicle's own."""
         self.finished = False
+        """The mode has done its work."""
+        self.mission_finished = False
+        """As PX4's mission_result says it: a mission, TAKEOFF or LAND has ended, and none of them has begun since."""
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""
         self.gimbal_asked_us: int | None = None
@@ -246,13 +255,6 @@ class NavigatorState:
     def idle(self) -> None:
         """Stand on the ground."""
         self.fly(PositionSetpoint(self.now_us, True, int(SetpointType.IDLE)))
-
-    def here(self) -> PositionSetpoint:
-        """The vehicle's own place, as the previous setpoint of a new leg."""
-        position = self.position
-        return self.setpoint(
-            SetpointType.POSITION, position.lat, position.lon, position.alt, self.topics.vehicle_local_position.heading
-        )
 
     def command(self, command: VehicleCommand, component: int = 0) -> None:
         """Give a command to the autopilot's other modules, and to `component` on every link (0: to all of them)."""

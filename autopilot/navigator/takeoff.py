@@ -35,7 +35,7 @@ class Takeoff:
         if self._target is None:
             self._begin()
         elif self._reached.update(state, self._target) and not state.finished:
-            state.finished = True
+            state.finished = state.mission_finished = True
             if state.traits.flies:
                 state.fly(state.triplet.current._replace(timestamp=state.now_us, type=int(SetpointType.LOITER)))
 
@@ -59,5 +59,5 @@ class Takeoff:
             state.say(Severity.CRITICAL, text, "navigator_takeoff_already_higher")
         self._target = Target(TAKEOFF, lat, lon, alt)
         self._reached.restart(state.now_us)
-        state.finished = False
-        state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, math.nan), previous=state.here())
+        state.finished = state.mission_finished = False
+        state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, math.nan))

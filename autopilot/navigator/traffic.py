@@ -1,9 +1,9 @@
 """Traffic avoidance: which of the aircraft nearby come too close, what is said of them, and what is done.
 
 PX4's AdsbConflict (src/lib/adsb, v1.18) and Navigator::check_traffic. An aircraft is in conflict when the vehicle lies
-within NAV_TRAFF_A_HOR of its track, and of its height (PX4 measures both by this parameter), and both together are fast
-enough to meet within NAV_TRAFF_COLL_T. NAV_TRAFF_AVOID says what follows: 0 nothing, 1 a warning, 2 Return, 3 Land;
-4 (Hold) is a command that PX4's commander does not know, so that the warning is all. Ten aircraft are told apart.
+within NAV_TRAFF_A_HOR of its track and within NAV_TRAFF_A_VER of its height, and both together are fast enough to meet
+within NAV_TRAFF_COLL_T. NAV_TRAFF_AVOID says what follows: 0 nothing, 1 a warning, 2 Return, 3 Land; 4 (Hold) is a
+command that PX4's commander does not know, so that the warning is all. Ten aircraft are told apart.
 
 PX4's Return because of traffic does not climb; here it is flown as any Return.
 """
@@ -103,7 +103,7 @@ class Traffic:
         above_m = abs(position.alt - report.altitude)
         speed_m_s = math.hypot(report.hor_velocity, report.ver_velocity) + math.hypot(local.vx, local.vy, local.vz)
         soon = math.hypot(away_m, above_m) < speed_m_s * settings.nav_traff_coll_t_s
-        if not soon or above_m >= settings.nav_traff_a_hor_m:
+        if not soon or above_m >= settings.nav_traff_a_ver_m:
             return None
         track_m = away_m + TRACK_BEYOND_M
         end = MapProjection(report.lat, report.lon).reproject(

@@ -3,7 +3,7 @@
 PX4's payload_deliverer (src/modules/payload_deliverer, v1.18): it closes when the autopilot starts. An action is
 answered IN_PROGRESS and, when its time is over, ACCEPTED; asked for again meanwhile it is rejected, and once it is done
 accepted at once. PD_GRIPPER_TYPE -1: there is none. A winch nobody answers for. A mission's items come as
-topics.navigator_commands, and are answered to the navigator (topics.gripper).
+topics.navigator_commands; the mission looks for no answer.
 """
 
 import math
@@ -50,7 +50,6 @@ class PayloadDeliverer:
         if self._asked is not None and action == self.action:
             return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         if action == self.action and self._done:
-            self._accept(now_us)
             return CommandResult(mavlink.MAV_RESULT_ACCEPTED)
         if action not in (RELEASE, GRAB):
             return CommandResult(mavlink.MAV_RESULT_DENIED)
@@ -69,7 +68,6 @@ class PayloadDeliverer:
             return
         self._done = True
         if self._asked is not None:
-            self._accept(now_us)
             done = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
             if self._asked.from_external:
                 answer_later(self._topics, self._asked, done)
@@ -79,6 +77,3 @@ class PayloadDeliverer:
 
     def _take_position(self) -> None:
         self._topics.gripper = Gripper(1.0 if self.action == GRAB else -1.0)
-
-    def _accept(self, now_us: int) -> None:
-        self._topics.gripper = self._topics.gripper._replace(accepted_us=now_us)

@@ -9,8 +9,6 @@ class Gripper(NamedTuple):
     """Writer: payload_deliverer. Closed 1, open -1, as the output of function 430 carries it."""
 
     position: float = -1.0
-    accepted_us: int = -1
-    """When a DO_GRIPPER was last answered ACCEPTED: it is done."""
 
 
 class CameraTriggered(NamedTuple):

@@ -245,13 +245,13 @@ def obstacle_distance(fields: Fields) -> ObstacleDistance:
 
 
 def distance_sensor(fields: Fields) -> DistanceSensorSample:
-    """A distance outside the sensor's range is NaN, and so is one of no quality."""
+    """NaN where a sensor that looks down sees nothing within its range; a sideways one's stays, for its quality."""
     nearest, farthest, current = fields["min_distance"], fields["max_distance"], fields["current_distance"]
     good = nearest <= current <= farthest and fields["signal_quality"] != UNREADABLE
     fov = fields["h_fov"] if math.isfinite(fields["h_fov"]) else 0.0
     return DistanceSensorSample(
         fields["timestamp"],
-        current if good else math.nan,
+        current if good or fields["orientation"] != DOWNWARD else math.nan,
         nearest,
         farthest,
         fields["orientation"],

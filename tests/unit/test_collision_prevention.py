@@ -4,13 +4,19 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.constants import NavState
-from sitl_emu.autopilot.topics import DistanceSensorSample, ManualControlSetpoint, ObstacleDistance
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.mavlink.services.obstacle_distance import distance
+from sitl_emu.autopilot.topics import DistanceSensorSample, ManualControlSetpoint, ObstacleDistance, VehicleAttitude
+from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import quaternion
 
 from .modes_follower import Follower
 
 UNKNOWN = 65535
 BODY_FRD, LOCAL_NED = 12, 1
+AHEAD, RIGHT = 0, 2
+"""MAV_SENSOR_ORIENTATION."""
 
 
 def fly_at_wall(follower: Follower, wall_north_m: float, seconds: float, frame: int = BODY_FRD) -> None:
@@ -63,6 +69,89 @@ def test_where_nothing_is_known_it_goes_only_if_it_may(goes: int, moved: bool) -
         follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
         follower.fly(0.1)
     assert (follower.topics.vehicle_local_position.x > 5.0) is moved
+
+
+def sensed(sample: DistanceSensorSample, *earlier: DistanceSensorSample, attitude: float = 0.0) -> dict[int, int]:
+    """What the map knows after some samples, 0.3 s apart: cm by direction; `attitude`: pitch, rad."""
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    follower.topics.vehicle_attitude = VehicleAttitude(q=quaternion(0.0, attitude, 0.0))
+    for each in (*earlier, sample):
+        follower.fly(0.3)
+        follower.topics.distance_sensor_sideways = each._replace(timestamp=follower.now_us)
+        follower.fly(0.016)
+    told = enumerate(follower.topics.obstacle_distance_fused.distances)
+    return {index: cm for index, cm in told if cm != UNKNOWN}
+
+
+def reading(metres: float, orientation: int = AHEAD, fov_deg: float = 20.0, quality: int = -1) -> DistanceSensorSample:
+    return DistanceSensorSample(0, metres, 0.2, 10.0, orientation, math.radians(fov_deg), quality)
+
+
+def test_a_sensor_tells_the_directions_that_are_nearest_to_its_borders() -> None:
+    """The borders of 24 degrees to the right, 78 and 102, are nearest to 80 and 100."""
+    assert sensed(reading(5.0, RIGHT, 24.0)) == dict.fromkeys(range(16, 21), 500)
+    assert sensed(reading(5.0, AHEAD, 16.0)) == dict.fromkeys((70, 71, 0, 1, 2), 500)
+
+
+@pytest.mark.parametrize("metres", [0.1, 0.2, 0.0, math.nan])
+def test_what_is_nearer_than_a_sensor_can_measure_tells_nothing(metres: float) -> None:
+    """CollisionPrevention.cpp: the direction stays as it was, and is unknown after half a second."""
+    assert sensed(reading(metres), reading(5.0))[0] == 500
+    assert sensed(reading(metres), reading(5.0), reading(metres)) == {}
+    assert sensed(reading(metres)) == {}
+
+
+@pytest.mark.parametrize(("metres", "quality", "cm"), [(12.0, -1, 1000), (12.0, 0, 1000), (-1.0, 0, 1000)])
+def test_a_sensor_that_sees_nothing_is_free_to_its_maximum(metres: float, quality: int, cm: int) -> None:
+    assert sensed(reading(metres, quality=quality), attitude=1.0)[0] == cm
+    assert sensed(reading(-1.0, quality=50)) == {}
+
+
+def test_a_tilted_vehicle_sees_less_far() -> None:
+    assert sensed(reading(5.0), attitude=math.radians(60.0))[0] == 250
+    assert sensed(reading(5.0, RIGHT), attitude=math.radians(60.0))[18] == 500
+
+
+def test_a_message_from_a_sensor_that_looks_aside_is_taken_as_it_is() -> None:
+    """Below its minimum, above its maximum, and of no quality; one that looks down has seen nothing then."""
+    for cm, quality, percent in ((5, 0, -1), (1200, 0, -1), (500, 1, 0), (500, 100, 100)):
+        sample = distance(
+            1, mavlink.MAVLink_distance_sensor_message(0, 20, 1000, cm, 0, 0, RIGHT, 0, 0.1, 0.1, [0] * 4, quality)
+        )
+        assert sample.current_distance == pytest.approx(cm * 0.01)
+        assert sample.signal_quality == percent
+    down = distance(1, mavlink.MAVLink_distance_sensor_message(0, 20, 1000, 5, 0, 0, 25, 0))
+    assert math.isnan(down.current_distance)
+
+
+@pytest.mark.parametrize(
+    ("increment", "offset", "place", "directions"),
+    [(5.0, 0.0, 3, [3]), (5.0, 2.5, 71, [0]), (5.0, 2.5, 3, [3, 4]), (10.0, 0.0, 35, [69, 70, 71]), (1.0, 0.0, 8, [2])],
+)
+def test_a_distance_is_for_all_directions_that_it_touches(
+    increment: float, offset: float, place: int, directions: list[int]
+) -> None:
+    """The last one, too, which ends where the first begins."""
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    follower.fly(0.1)
+    distances = tuple(500 if index == place else UNKNOWN for index in range(72))
+    follower.topics.obstacle_distance = ObstacleDistance(
+        follower.now_us, BODY_FRD, distances, increment, 20, 1000, offset
+    )
+    follower.fly(0.016)
+    told = follower.topics.obstacle_distance_fused.distances
+    assert [index for index, cm in enumerate(told) if cm != UNKNOWN] == directions
+
+
+def test_obstacles_in_another_frame_are_told_of() -> None:
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    follower.fly(0.1)
+    follower.topics.obstacle_distance = ObstacleDistance(follower.now_us, 8, (500,) * 72, 5.0, 20, 1000, 0.0)
+    follower.fly(0.1)
+    (text,) = follower.texts.recent
+    assert (text.severity, text.text) == (Severity.CRITICAL, "Obstacle message received in unsupported frame 8\t")
+    (event,) = follower.texts.events.recent
+    assert (event.id, event.arguments) == (layout("col_prev_unsup_frame")[0], bytes([8]))
 
 
 def test_away_from_the_wall_it_is_free() -> None:

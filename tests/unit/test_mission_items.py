@@ -3,6 +3,8 @@
 They are the cases of MavlinkMissionManager::parse_mavlink_mission_item (mavlink_mission.cpp, v1.18).
 """
 
+from typing import Any
+
 import pytest
 
 from sitl_emu.autopilot.mavlink.services.mission_items import parse
@@ -92,3 +94,17 @@ def test_kept_parameters(name: str) -> None:
         if found is not None and getattr(found, f"param{which}") != 0.0:
             kept += which
     assert kept == KEPT_IN_GLOBAL_FRAMES[name]
+
+
+def test_a_condition_of_time_becomes_a_delay() -> None:
+    found, _ = parsed(number("CONDITION_DELAY"), MISSION_FRAME, param1=5.0)
+    assert found is not None
+    assert (found.command, found.param1) == (number("NAV_DELAY"), 5.0)
+
+
+@pytest.mark.parametrize(("name", "flags"), [("NAV_LOITER_TIME", (0, 1, 0, 1)), ("NAV_LOITER_TO_ALT", (1, 0, 0, 1))])
+def test_who_circles_keeps_flags_and_no_heading(name: str, flags: tuple[int, ...]) -> None:
+    params: dict[str, Any] = {f"param{place}": 90.0 for place, flag in enumerate(flags, start=1) if flag}
+    found, _ = parsed(number(name), RELATIVE_INT, **params)
+    assert found is not None
+    assert (found.param1, found.param2, found.param3, found.param4) == flags

@@ -303,17 +303,14 @@ def test_after_a_refused_item_the_one_before_is_taken_for_the_last() -> None:
     assert answers(peer.send(item(0))) == [(ACCEPTED, 0)]
 
 
-def test_a_download_request_ends_an_upload_that_has_as_many_items_as_the_plan() -> None:
+def test_a_download_request_does_not_end_an_upload_that_has_as_many_items_as_the_plan() -> None:
     peer = with_three_items()
     peer.send(count(5))
     for seq in range(3):
         peer.send(item(seq))
-    assert only(peer.send(request_list()), "MISSION_COUNT")[0].count == 3
-    peer.send(ack())
-    assert answers(peer.send(count(1))) == [(ERROR, 0)]
-    peer.send(request_list())
-    peer.run(5.1)
-    assert names(peer.send(count(1))) == ["MISSION_REQUEST_INT"]
+    assert only(peer.send(request_list()), "MISSION_COUNT") == []
+    peer.send(item(3))
+    assert answers(peer.send(item(4)))[0][0] == ACCEPTED
 
 
 def test_an_item_that_is_gone_meanwhile_ends_the_download() -> None:
@@ -341,6 +338,15 @@ def test_who_chooses_the_current_item_is_not_told_at_once() -> None:
     assert told == [2]
     peer.dataman.current_seq = 1
     assert only(peer.run(0.05), "MISSION_CURRENT")[-1].seq == 1
+
+
+def test_the_end_of_a_mission_is_told_at_once_and_so_is_its_new_begin() -> None:
+    """MavlinkMissionManager::send, _last_finished."""
+    peer = with_three_items()
+    peer.run(1.1)
+    for state in (mavlink.MISSION_STATE_COMPLETE, mavlink.MISSION_STATE_ACTIVE):
+        peer.topics.mission_result = MissionResult(peer.now_us, seq_total=3, mission_state=state)
+        assert [each.mission_state for each in only(peer.run(0.05), "MISSION_CURRENT")] == [state]
 
 
 def test_a_fence_that_cannot_be_cleared_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

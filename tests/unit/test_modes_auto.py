@@ -6,7 +6,10 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
+from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from tests.unit.modes_follower import Follower, Row
 
 
@@ -200,6 +203,16 @@ def test_a_landing_slows_down_by_height_and_crawls_by_the_range_sensor() -> None
     local = follower.topics.vehicle_local_position
     follower.topics.vehicle_local_position = local._replace(dist_bottom=0.9, dist_bottom_valid=True)
     assert follower.fly(2.0)[-1].local.vz == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("alt1", [2.0, 6.0])
+def test_an_upper_height_of_landing_that_is_no_upper_one_counts_as_the_lower_one(alt1: float) -> None:
+    """FlightTaskAuto::updateParams: all of the descent speed, and the landing speed from MPC_LAND_ALT2."""
+    speeds = land_speeds(Parameters(VehicleKind.MULTICOPTER, {"MPC_LAND_ALT1": alt1, "MPC_LAND_ALT2": 6.0}))
+    assert descent_speed(speeds, 6.01, math.nan) == speeds.fast
+    assert descent_speed(speeds, 6.0, math.nan) == speeds.slow
+    assert descent_speed(speeds, math.nan, math.nan) == speeds.slow
+    assert descent_speed(speeds, 6.01, 0.5) == speeds.crawl
 
 
 def test_a_landing_keeps_its_place_and_heading() -> None:

@@ -321,6 +321,26 @@ def test_an_orbit_begins_slowly_on_its_circle() -> None:
     assert along[-1] == pytest.approx(3.0, abs=0.01)
 
 
+def test_it_flies_straight_to_its_circle_whatever_it_flew_before() -> None:
+    """To PositionSmoothing the circle is a single waypoint."""
+    follower = Follower(nav_state=NavState.ORBIT)
+    local = follower.topics.vehicle_local_position._replace(vy=4.0, x=-40.0)
+    follower.topics.vehicle_local_position = local
+    ask(follower, 15.0, 3.0, 0.0, HOME.lat0_deg, HOME.lon0_deg, ALTITUDE_M + 20.0)
+    rows = follower.fly(6.0)
+    assert rows[-1].local.x > -22.0
+
+
+def test_on_the_way_to_a_circle_the_height_waits_for_nobody() -> None:
+    """FlightTaskOrbit leaves PositionSmoothing's vertical error at 0."""
+    follower = Follower(nav_state=NavState.ORBIT)
+    ask(follower, 15.0, 3.0, 0.0, HOME.lat0_deg, HOME.lon0_deg, ALTITUDE_M + 30.0)
+    for _ in range(50):
+        follower.place(-40.0, 0.0, 10.0)
+        rows = follower.fly(0.1)
+    assert -rows[-1].setpoint.position[2] > 15.0
+
+
 def test_an_orbit_may_keep_its_heading() -> None:
     follower = orbit(15.0, yaw_behaviour=1.0)
     follower.fly(15.0)

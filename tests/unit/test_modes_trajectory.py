@@ -165,6 +165,15 @@ def test_who_has_to_turn_to_a_landing_aims_at_where_the_leg_began() -> None:
     assert down == 0.7
 
 
+def test_to_a_single_place_it_aims_at_once_however_it_moves() -> None:
+    """PositionSmoothing::generateSetpoints with one waypoint: no L1 point, and no speed of before it turned."""
+    smoothing = PositionSmoothing(is_single=True)
+    smoothing.set_horizontal_limits(12.0, ACCELERATION, JERK)
+    smoothing.reset((0.0, 0.0, -10.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.0))
+    smoothing.update((0.0, 0.0, -10.0), ((30.0, -40.0, -10.0),) * 3, NAN3, DT)
+    assert smoothing.unsmoothed_velocity == pytest.approx((3.0, -4.0, 0.0))
+
+
 def test_a_heading_turns_the_short_way_within_its_rate() -> None:
     heading = HeadingSmoothing()
     heading.set_limits(math.radians(60.0), math.radians(20.0))

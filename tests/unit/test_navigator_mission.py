@@ -10,7 +10,7 @@ from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, MissionItem, Plan
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import PLACE, FakeVehicle, item
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
 
 TAKEOFF, WAYPOINT, LAND = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LAND
 RTL, DELAY, LOITER_TIME = (
@@ -18,6 +18,7 @@ RTL, DELAY, LOITER_TIME = (
     mavlink.MAV_CMD_NAV_DELAY,
     mavlink.MAV_CMD_NAV_LOITER_TIME,
 )
+LOITER_TO_ALT, ROI_LOCATION = mavlink.MAV_CMD_NAV_LOITER_TO_ALT, mavlink.MAV_CMD_DO_SET_ROI_LOCATION
 JUMP, SPEED = mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_CHANGE_SPEED
 NO_MISSION, NOT_STARTED, ACTIVE, PAUSED, COMPLETE = 1, 2, 3, 4, 5
 FLIGHT_TEXTS = ["Armed by external command", "Executing Mission", "Climb to 8.0 meters above home", "Takeoff detected"]
@@ -160,17 +161,186 @@ def test_acceptance_radius_and_yaw_of_an_item() -> None:
     assert turning.reached == [-1, 0, 1]
 
 
-@pytest.mark.parametrize(("insists", "reached", "failed"), [(0.0, [-1, 0, 1], False), (1.0, [-1, 0], True)])
+@pytest.mark.parametrize(("insists", "reached", "failed"), [(0.0, [-1, 1, 2], False), (1.0, [-1, 1], True)])
 def test_with_a_time_limit_only_a_forced_heading_is_waited_for(
     insists: float, reached: list[int], failed: bool
 ) -> None:
-    """MIS_YAW_TMT; the fake never turns."""
-    place = item(LOITER_TIME, 40, 0, 8, 0.0, insists, 0.0, 90.0)
-    vehicle = started(item(TAKEOFF, 0, 0, 8), place, item(WAYPOINT, 80, 0, 8), MIS_YAW_TMT=2.0)
+    """MIS_YAW_TMT; the fake never turns to what it shall look at."""
+    roi, place = item(ROI_LOCATION, 40, 400, 0), item(LOITER_TIME, 40, 0, 8, 0.0, insists, 0.0, 1.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, place, item(WAYPOINT, 80, 0, 8), MIS_YAW_TMT=2.0)
     vehicle.run(22.0)
     assert vehicle.reached[: len(reached)] == reached
     assert ("unable to reach heading within timeout" in vehicle.take_texts()) is failed
-    assert (2 in vehicle.reached) is not failed
+    assert (3 in vehicle.reached) is not failed
+
+
+@pytest.mark.parametrize("command", [mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TO_ALT])
+def test_who_circles_has_no_heading(command: int) -> None:
+    """Param4 says how the circle is left (MavlinkMissionManager::parse_mavlink_mission_item)."""
+    place = item(command, 40, 0, 8, 0.0, 0.0, 0.0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), place, item(WAYPOINT, 80, 0, 8), NAV_LOITER_RAD=5.0)
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.LOITER
+    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
+    run_until(vehicle, 2)
+
+
+@pytest.mark.parametrize(("radius_m", "circle_m"), [(0.0, 40.0), (math.nan, 40.0), (20.0, 30.0), (-20.0, 30.0)])
+def test_loiter_to_alt_changes_its_height_on_its_circle(radius_m: float, circle_m: float) -> None:
+    """As high as before on the way; within acceptance radius and circle (else NAV_LOITER_RAD) it is climbed."""
+    climb = item(LOITER_TO_ALT, 120, 0, 20, 0.0, radius_m)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), climb, item(WAYPOINT, 160, 0, 20), NAV_LOITER_RAD=30.0)
+    run_until(vehicle, 0)
+    while vehicle.topics.position_setpoint_triplet.current.alt < HOME_ALT + 18.0:
+        assert vehicle.up < 8.6
+        vehicle.step()
+    assert 120.0 - vehicle.north == pytest.approx(circle_m, abs=0.5)
+    assert vehicle.topics.position_setpoint_triplet.current.loiter_radius == pytest.approx(circle_m - 10.0)
+    run_until(vehicle, 1)
+    assert vehicle.up == pytest.approx(19.5, abs=0.5)
+
+
+def test_relative_altitudes_follow_home() -> None:
+    """MissionBase::updateMissionAltAfterHomeChanged."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 200, 0, 10), item(LAND, 200, 0))
+    run_until(vehicle, 1)
+    vehicle.run(1.0)
+    before, home = vehicle.topics.position_setpoint_triplet, vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(alt=home.alt + 3.0, update_count=home.update_count + 1)
+    vehicle.run(0.2)
+    after = vehicle.topics.position_setpoint_triplet
+    for setpoint, known in zip(after[1:], before[1:], strict=True):
+        assert setpoint.alt == pytest.approx(known.alt + 3.0)
+    run_until(vehicle, 2)
+    assert vehicle.up == pytest.approx(13.3, abs=0.5)
+
+
+def test_a_mission_has_no_leg_before_its_first_setpoint() -> None:
+    """Mission::setActiveMissionItems: the setpoint before, of which there is none."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 40, 40, 8))
+    vehicle.run(0.2)
+    assert not vehicle.topics.position_setpoint_triplet.previous.valid
+    run_until(vehicle, 1)
+    vehicle.run(0.1)
+    lat, _ = PLACE.reproject(40, 0)
+    assert vehicle.topics.position_setpoint_triplet.previous.lat == pytest.approx(lat, abs=1e-6)
+
+
+def test_a_landing_keeps_the_leg_that_led_to_it() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(LAND, 80, 0))
+    while vehicle.topics.position_setpoint_triplet.current.type != SetpointType.LAND:
+        vehicle.step()
+    lat, _ = PLACE.reproject(20, 0)
+    assert vehicle.topics.position_setpoint_triplet.previous.lat == pytest.approx(lat, abs=1e-6)
+
+
+def test_a_gate_is_passed_on_the_way_to_the_place_behind_it() -> None:
+    """It is flown to nowhere; beside it counts too (MissionBlock::is_mission_item_reached_or_completed)."""
+    gate = item(mavlink.MAV_CMD_CONDITION_GATE, 60, 30, 0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), gate, item(WAYPOINT, 120, 30, 8), item(WAYPOINT, 160, 30, 8))
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    triplet = vehicle.topics.position_setpoint_triplet
+    places = [PLACE.project(setpoint.lat, setpoint.lon) for setpoint in (triplet.current, triplet.next)]
+    assert [(round(north), round(east)) for north, east in places] == [(120, 30), (160, 30)]
+    run_until(vehicle, 1)
+    assert vehicle.north == pytest.approx(60.0, abs=0.5)
+    assert vehicle.east < 20.0
+    run_until(vehicle, 3)
+    assert vehicle.reached == [-1, 0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(("kind", "flown"), [(0.0, -1.0), (1.0, 3.0)])
+def test_a_ground_speed_alone_changes_the_leg_that_is_flown(kind: float, flown: float) -> None:
+    """FlightModeManager::handleCommand; the navigator's own value counts from the next setpoint on."""
+    items = item(TAKEOFF, 0, 0, 8), item(SPEED, 0, 0, 0, kind, 3.0, -1), item(DELAY, 0, 0, 0, 2.0, -1, -1)
+    vehicle = started(*items, item(WAYPOINT, 60, 0, 8))
+    run_until(vehicle, 1)
+    vehicle.run(0.5)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == flown
+    run_until(vehicle, 2)
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
+
+
+def test_a_mission_may_disarm_and_tune() -> None:
+    """MissionBlock::issue_command: the modules obey as they would the ground."""
+    tune = item(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 0, 0, 0, 1.0)
+    disarm = item(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 0, 0.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), tune, item(WAYPOINT, 12, 0, 8), item(LAND, 12, 0), disarm)
+    vehicle.parameters.set("COM_DISARM_LAND", -1.0)
+    vehicle.run_until_disarmed()
+    given = [record.command for record in vehicle.topics.navigator_commands]
+    assert [command.command for command in given if command.command in (tune.command, disarm.command)] == [212, 400]
+    assert {(command.param5, command.param6) for command in given} == {(0.0, 0.0)}
+    assert vehicle.reached[-1] >= 3
+
+
+@pytest.mark.parametrize(("vz", "stops"), [(1.0, True), (0.0, False)])
+def test_a_descent_stops_above_terrain(vz: float, stops: bool) -> None:
+    """NAV_MIN_GND_DIST (updateAltToAvoidTerrainCollisionAndRepublishTriplet)."""
+    vehicle = BelowIsTerrain(vz)
+    vehicle.run(3.0)
+    vehicle.upload(item(TAKEOFF, 0, 0, 20), item(WAYPOINT, 60, 0, 5), item(WAYPOINT, 120, 0, 5))
+    vehicle.run(0.1)
+    vehicle.set_mode(4, 4)
+    vehicle.arm()
+    vehicle.run(40.0)
+    assert ("Terrain collision risk, descent is stopped" in vehicle.take_texts()) is stops
+    assert vehicle.up == pytest.approx(12.0 if stops else 5.0, abs=0.5)
+
+
+class BelowIsTerrain(FakeVehicle):
+    """Four metres above the ground at 12 m above home; it sinks at `vz`."""
+
+    def __init__(self, vz: float) -> None:
+        super().__init__(NAV_MIN_GND_DIST=4.0)
+        self.vz = vz
+
+    def _sense(self) -> None:
+        super()._sense()
+        local = self.topics.vehicle_local_position
+        self.topics.vehicle_local_position = local._replace(
+            vz=self.vz, dist_bottom=self.up - 8.0, dist_bottom_valid=self.up > 8.0
+        )
+
+
+def test_a_gimbal_is_given_its_time() -> None:
+    """MIS_COMMAND_TOUT."""
+    look = item(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, 0, 0, 0, -90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), look, item(WAYPOINT, 20, 0, 8), MIS_COMMAND_TOUT=5.0)
+    run_until(vehicle, 0)
+    vehicle.run(4.5)
+    assert vehicle.reached[-1] == 0
+    vehicle.run(1.0)
+    assert vehicle.reached[-1] == 1
+
+
+def test_where_the_ground_starts_a_mission_it_does_not_go_back_for_pictures() -> None:
+    """Mission::set_current_mission_index forgets where the mission was left."""
+    pictures = item(mavlink.MAV_CMD_DO_TRIGGER_CONTROL, 0, 0, 0, 1.0)
+    places = [item(WAYPOINT, north, 0, 8) for north in (20, 40, 60)]
+    vehicle = started(item(TAKEOFF, 0, 0, 8), pictures, *places)
+    run_until(vehicle, 2)
+    vehicle.set_mode(4, 3)
+    vehicle.run(1.0)
+    assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 4, 0) == 0
+    vehicle.run(1.0)
+    assert vehicle.topics.mission_result.seq_current == 4
+
+
+def test_a_takeoff_completes_as_a_mission_does_but_a_return_does_not() -> None:
+    """mission_result.finished: of TAKEOFF, LAND and missions, until one of them begins again."""
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8))
+    vehicle.take_off(5.0)
+    assert (vehicle.mode, mission_state(vehicle)) == (NavState.AUTO_LOITER, COMPLETE)
+    vehicle.set_mode(4, 4)
+    vehicle.run(0.2)
+    assert mission_state(vehicle) == ACTIVE
+    vehicle.set_mode(4, 5)
+    vehicle.run_until_disarmed()
+    assert mission_state(vehicle) != COMPLETE
 
 
 def test_a_winch_is_waited_for_though_there_is_none() -> None:

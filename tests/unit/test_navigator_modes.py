@@ -54,6 +54,17 @@ def test_takeoff_before_arming_waits_and_keeps_the_height() -> None:
     assert vehicle.up == pytest.approx(6.0, abs=0.1)
 
 
+def test_a_takeoff_has_no_leg() -> None:
+    """Takeoff::set_takeoff_position."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.arm()
+    vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, HOME_ALT + 6.0)
+    vehicle.run(1.0)
+    triplet = vehicle.topics.position_setpoint_triplet
+    assert (triplet.current.valid, triplet.previous.valid) == (True, False)
+
+
 def test_hold_after_takeoff_stays_at_the_takeoff_setpoint() -> None:
     vehicle = flying(10.0)
     current = vehicle.topics.position_setpoint_triplet.current
@@ -67,7 +78,7 @@ def test_reposition_flies_there_with_its_speed_and_yaw() -> None:
     vehicle.run(0.1)
     triplet = vehicle.topics.position_setpoint_triplet
     assert (triplet.current.cruising_speed, triplet.current.yaw) == (8.0, 1.5)
-    assert triplet.previous.valid
+    assert not triplet.previous.valid
     vehicle.run(20.0)
     assert place(vehicle) == (50.0, 10.0, 15.0)
     assert vehicle.modes == ["AUTO_LOITER"]
@@ -96,6 +107,18 @@ def test_change_speed_acts_on_the_leg_in_progress_and_ends_with_the_mode() -> No
     vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
     vehicle.run(0.1)
     assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == -1.0
+
+
+def test_a_speed_that_is_no_ground_speed_waits_for_the_next_setpoint() -> None:
+    vehicle = flying()
+    vehicle.reposition(100.0, 0.0, 10.0)
+    vehicle.run(0.1)
+    vehicle.result(mavlink.MAV_CMD_DO_CHANGE_SPEED, 0, 3, -1)
+    vehicle.run(0.1)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == -1.0
+    vehicle.reposition(90.0, 0.0, 10.0)
+    vehicle.run(0.1)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
 
 
 def test_land_ends_in_hold_disarmed() -> None:
@@ -144,7 +167,26 @@ def test_return_with_a_delay_waits_at_the_descend_height() -> None:
     while "RTL: land at destination\t" not in vehicle.said:
         vehicle.step()
         lowest_before_landing = min(lowest_before_landing, vehicle.up)
-    assert lowest_before_landing == pytest.approx(8.0, abs=0.3)
+    home_up_m = vehicle.topics.home_position.alt - HOME_ALT
+    assert lowest_before_landing == pytest.approx(home_up_m + 8.0, abs=0.1)
+
+
+def test_a_return_climbs_as_it_stands() -> None:
+    """RtlDirect::set_rtl_item: LOITER_TO_ALT, with the heading of that moment."""
+    vehicle = flying(RTL_RETURN_ALT=30.0, NAV_ACC_RAD=2.0)
+    vehicle.reposition(50.0, 0.0, 10.0)
+    vehicle.run(15.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    vehicle.run(0.2)
+    triplet = vehicle.topics.position_setpoint_triplet
+    assert (triplet.current.type, triplet.current.yaw) == (SetpointType.LOITER, 0.0)
+    assert triplet.current.alt == pytest.approx(vehicle.topics.home_position.alt + 30.0)
+    assert not triplet.previous.valid
+    vehicle.north = 60.0  # blown away, but still on a fixed wing's circle
+    while vehicle.topics.position_setpoint_triplet.current.type == SetpointType.LOITER:
+        vehicle.north = 60.0
+        vehicle.step()
+    assert vehicle.up > 29.0
 
 
 def test_how_long_a_return_would_take() -> None:
@@ -274,6 +316,7 @@ CIRCLE_IN = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
         (fence(EXCLUSION, AHEAD, 4), (29.0, 0.0), (40.0, 5.0)),
         (fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), (17.0, 17.0), (0.0, 26.0)),
         (fence(CIRCLE_OUT, [(40.0, 0.0)], 10.0), (20.0, 0.0), (35.0, 5.0)),
+        (fence(INCLUSION, SQUARE, 4) + fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), (17.0, 17.0), (28.0, 0.0)),
     ],
 )
 def test_reposition_beyond_the_fence_is_refused(

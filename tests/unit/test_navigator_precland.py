@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 
 from .mavlink_peer import Peer
-from .navigation_fake import FakeVehicle, item
+from .navigation_fake import HOME_ALT, FakeVehicle, item
 
 TAKEOFF, WAYPOINT, LAND = 22, 16, 21
 
@@ -21,6 +21,7 @@ class Rig(FakeVehicle):
 
     target: tuple[float, float] | None = (4.0, -3.0)
     seen_from_m = 15.0
+    target_down_m = 0.0
 
     def hide(self) -> None:
         self.target = None
@@ -30,7 +31,7 @@ class Rig(FakeVehicle):
         if self.target is not None:
             away_m = math.hypot(self.target[0] - self.north, self.target[1] - self.east)
             if away_m < self.seen_from_m:
-                self.topics.landing_target_pose = LandingTargetPose(self.now_us, *self.target, 0.0)
+                self.topics.landing_target_pose = LandingTargetPose(self.now_us, *self.target, self.target_down_m)
         super().step()
 
 
@@ -56,6 +57,64 @@ def test_it_is_above_the_target_before_it_descends() -> None:
     while math.hypot(rig.north - 4.0, rig.east + 3.0) > 0.3:
         assert rig.up > 18.0
         rig.step()
+
+
+def test_it_stays_above_the_target_for_two_seconds() -> None:
+    rig = flying(PLD_HACC_RAD=0.5)
+    rig.set_mode(4, 9)
+    while max(abs(rig.north - 4.0), abs(rig.east + 3.0)) >= 0.5:
+        rig.step()
+    rig.run(1.8)
+    before = rig.setpoints[-1]
+    rig.run(0.5)
+    assert (before, rig.setpoints[-1]) == (SetpointType.POSITION, SetpointType.LAND)
+
+
+def test_a_target_lost_on_the_way_is_flown_to_and_looked_for_from_there() -> None:
+    rig = flying(PLD_BTOUT=1.0, PLD_SRCH_TOUT=5.0, PLD_SRCH_ALT=25.0)
+    rig.target = (14.0, 0.0)
+    rig.set_mode(4, 9)
+    rig.run(0.3)
+    rig.target = None
+    rig.run(4.0)
+    assert rig.north == pytest.approx(14.0, abs=0.3)
+    assert rig.up == pytest.approx(20.0, abs=0.5)
+    rig.run_until_disarmed()
+    assert rig.north == pytest.approx(14.0, abs=0.3)
+
+
+def test_without_time_for_a_search_it_lands_at_once() -> None:
+    rig = flying(PLD_SRCH_TOUT=0.0)
+    rig.hide()
+    rig.set_mode(4, 9)
+    rig.run(0.3)
+    assert rig.setpoints[-1] is SetpointType.LAND
+
+
+def test_a_search_stops_climbing_where_it_sees_the_target() -> None:
+    rig = flying(PLD_SRCH_TOUT=60.0, PLD_SRCH_ALT=60.0)
+    rig.hide()
+    rig.set_mode(4, 9)
+    rig.run(8.0)
+    seen_at_m, rig.target = rig.up, (4.0, -3.0)
+    rig.run(0.9)
+    assert rig.topics.position_setpoint_triplet.current.alt == pytest.approx(HOME_ALT + seen_at_m + 1.0, abs=0.2)
+    assert (rig.north, rig.east) == (0.0, 0.0)
+    rig.run(2.0)
+    assert rig.north > 1.0
+
+
+@pytest.mark.parametrize(("target_down_m", "lands"), [(-3.0, True), (9.0, False)])
+def test_near_the_target_it_lands_though_it_is_lost(target_down_m: float, lands: bool) -> None:
+    """PLD_FAPPR_ALT counts from the target's own height."""
+    rig = flying(PLD_FAPPR_ALT=8.0, PLD_BTOUT=1.0)
+    rig.target, rig.target_down_m = (0.0, 0.0), target_down_m
+    rig.set_mode(4, 9)
+    while rig.up > 10.0:
+        rig.step()
+    rig.target = None
+    rig.run(2.0)
+    assert (rig.setpoints[-1] is SetpointType.LAND) is lands
 
 
 def test_a_required_target_is_searched_for_and_then_it_lands_all_the_same() -> None:
@@ -99,6 +158,18 @@ def test_an_opportunistic_landing_without_target_does_not_search() -> None:
         if not rig.armed:
             break
     assert not rig.armed and highest < 31.5
+
+
+def test_an_opportunistic_landing_does_not_wait_for_the_target() -> None:
+    rig = flying(RTL_PLD_MD=1)
+    rig.hide()
+    rig.set_mode(4, 5)
+    while "RTL: land at destination\t" not in rig.said:
+        rig.step()
+    rig.run(0.2)
+    rig.target = (4.0, -3.0)
+    rig.run_until_disarmed()
+    assert (rig.north, rig.east) == pytest.approx((0.0, 0.0), abs=0.5)
 
 
 @pytest.mark.parametrize(("precision", "place"), [(0, (60.0, 0.0)), (2, (62.0, 1.0))])

@@ -328,3 +328,24 @@ def test_a_rover_follows_its_mission_too() -> None:
 )
 def test_where_a_missions_landing_begins(commands: tuple[int, ...], landing: Landing | None) -> None:
     assert landing_of([item(command) for command in commands]) == landing
+
+
+def test_a_return_along_the_mission_follows_home() -> None:
+    """MissionBase::updateMissionAltAfterHomeChanged."""
+    vehicle = flying(*WITH_LANDING, RTL_TYPE=2)
+    run_until_reached(vehicle, 1)
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(1.0)
+    before, home = vehicle.topics.position_setpoint_triplet.current.alt, vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(alt=home.alt + 3.0, update_count=home.update_count + 1)
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.current.alt == pytest.approx(before + 3.0)
+    run_until_reached(vehicle, 2)
+    assert vehicle.up == pytest.approx(11.3, abs=0.5)
+
+
+def test_a_return_that_has_landed_completes_no_mission() -> None:
+    vehicle = flying(*WITHOUT, RTL_TYPE=0)
+    run_until_reached(vehicle, 1)
+    return_home(vehicle)
+    assert vehicle.topics.mission_result.mission_state != mavlink.MISSION_STATE_COMPLETE

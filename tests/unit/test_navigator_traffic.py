@@ -69,7 +69,7 @@ def test_an_aircraft_on_the_way_is_told_once_and_again_after_a_minute() -> None:
     "report",
     [
         {"north_m": 4000.0},  # 80 s away: beyond NAV_TRAFF_COLL_T
-        {"north_m": 1000.0, "up_m": 551.0},  # more than NAV_TRAFF_A_HOR above
+        {"north_m": 1000.0, "up_m": 551.0},  # more than NAV_TRAFF_A_VER above
         {"north_m": 1000.0, "heading": EAST},  # passes 1000 m ahead
         {"north_m": 1000.0, "flags": 0x0E},  # without a place
         {"north_m": 1000.0, "speed": 0.0},
@@ -78,6 +78,12 @@ def test_an_aircraft_on_the_way_is_told_once_and_again_after_a_minute() -> None:
 def test_aircraft_that_are_no_conflict(report: dict[str, Any]) -> None:
     vehicle = flying()
     assert see(vehicle, **report) == []
+
+
+@pytest.mark.parametrize(("above_m", "conflicts"), [(90.0, 1), (110.0, 0)])
+def test_heights_have_a_separation_of_their_own(above_m: float, conflicts: int) -> None:
+    vehicle = flying(NAV_TRAFF_A_VER=100.0)
+    assert len(see(vehicle, 1000.0, up_m=50.0 + above_m)) == conflicts
 
 
 def test_a_conflict_is_resolved_or_forgotten() -> None:

@@ -178,7 +178,7 @@ def test_a_return_ends_with_an_idle_item_as_a_command() -> None:
     idle = next(m for m in only(rig.heard, "COMMAND_LONG") if m.command == 0)
     assert (idle.param1, idle.param2, idle.param3, idle.param5, idle.param6) == (0.0, 10.0, 80.0, 0.0, 0.0)
     assert math.isnan(idle.param4)
-    assert idle.param7 == pytest.approx(489.4, abs=0.1)
+    assert idle.param7 == pytest.approx(rig.topics.home_position.alt, abs=0.1)
 
 
 def test_items_that_need_no_flying_are_told_to_all() -> None:

@@ -34,6 +34,7 @@ ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
 ERROR: int = mavlink.MAV_MISSION_ERROR
 NO_SPACE: int = mavlink.MAV_MISSION_NO_SPACE
 UNSUPPORTED: int = mavlink.MAV_MISSION_UNSUPPORTED
+COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
 CANCELLED: int = mavlink.MAV_MISSION_OPERATION_CANCELLED
 WRITE_FAILURE = {FENCE: "mavlink_mission_storage_write_failure2", RALLY: "mavlink_mission_storage_write_failure3"}
 NOTHING = Plan()
@@ -226,13 +227,9 @@ class Manager:
     # --- download ----------------------------------------------------------------------------------------
 
     def on_request_list(self, now_us: int, message: Any) -> None:
-        """MISSION_REQUEST_LIST: a download begins, also where the last one was never acknowledged.
-
-        PX4 takes an upload that has got as many items as the plan has for such a download too: it ends, and, as it is
-        not taken off the list, no other may begin until some transfer runs out of time.
-        """
+        """MISSION_REQUEST_LIST: a download begins, also where the last one was never acknowledged."""
         partner, kind = _partner(message), message.mission_type
-        if self._sequence == len(self._plan().items):
+        if self.state is State.SENDS and self._sequence == len(self._plan().items):
             self.state = State.IDLE
         same = self.state is State.SENDS and kind == self._kind and partner == self._partner
         if self.state is not State.IDLE and not same:
@@ -429,8 +426,9 @@ class Mission:
         if result is not self._result and result.item_do_jump_changed:
             for manager in self._managers.values():
                 manager.tell_jump(result.item_changed_index)
+        completes = (result.mission_state == COMPLETE) is not (self._result.mission_state == COMPLETE)
         self._result = result
-        if self._dataman.current_seq != uploads.told_current:
+        if self._dataman.current_seq != uploads.told_current or completes:
             uploads.told_current = self._dataman.current_seq
             for link in self._links:
                 link.hurry(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)

@@ -37,6 +37,8 @@ NAV_ROI: int = mavlink.MAV_CMD_NAV_ROI
 SET_ROI: int = mavlink.MAV_CMD_DO_SET_ROI
 LAND: int = mavlink.MAV_CMD_NAV_LAND
 DO_JUMP: int = mavlink.MAV_CMD_DO_JUMP
+STORED_AS = {NAV_ROI: SET_ROI, mavlink.MAV_CMD_CONDITION_DELAY: mavlink.MAV_CMD_NAV_DELAY}
+"""Commands that become another one, which also comes back."""
 ROI_NONE, ROI_LOCATION = 0, 3
 ROI_IN_MISSION_FRAME = (ROI_NONE, 1, 2)
 POLYGONS = frozenset(
@@ -71,7 +73,7 @@ def parse(message: Any, kind: int, traits: Traits) -> tuple[MissionItem | None, 
     return MissionItem(
         message.seq,
         FRAME_GLOBAL_INT if is_fence and in_global else KEPT_FRAME[frame],
-        SET_ROI if command == NAV_ROI else command,
+        STORED_AS.get(command, command),
         0 if is_fence else message.autocontinue & 1,
         *params,
         x,
@@ -92,8 +94,6 @@ def sent_params(item: MissionItem) -> tuple[float, float, float, float]:
     known = COMMANDS.get(item.command, UNKNOWN).item
     if known is not None and not known.comes_back and item.frame != FRAME_MISSION:
         return 0.0, 0.0, 0.0, 0.0
-    if item.command == LOITER_TIME:
-        return item.param1, item.param2, item.param3, float(item.param4 > 0.0)
     return item.param1, item.param2, item.param3, item.param4
 
 
@@ -156,7 +156,7 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
     elif command == DO_JUMP:
         first, second = (0.0, 0.0) if is_fence else (float(integer("h", first)), float(integer("H", second)))
     elif command == LOITER_TIME:
-        second = float(second > 0.0)  # the fourth is a heading too, and comes back as the flag that it is as well
+        second, fourth = float(second > 0.0), float(fourth > 0.0)
     elif command == LOITER_TO_ALT:
         first, fourth = float(first > 0.0), float(fourth > 0.0)
     elif item.heading:

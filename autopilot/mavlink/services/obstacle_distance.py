@@ -1,19 +1,20 @@
 """OBSTACLE_DISTANCE and DISTANCE_SENSOR: what a companion sees around and below, for collision prevention and height.
 
 https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE. As PX4: a sensor that looks down is a height above ground
-(EKF2_RNG_CTRL), one that looks sideways and the distances around are for CP_DIST.
+(EKF2_RNG_CTRL), one that looks sideways and the distances around are for CP_DIST. What a sideways one tells outside its
+range stays as it is: collision prevention takes no notice of its signal quality.
 """
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics
 from sitl_emu.autopilot.topics import ObstacleDistance as ObstacleDistanceSample
 from sitl_emu.core import dialect as mavlink
 
-DOWNWARD = 25
-INVALID_SIGNAL_QUALITY = 1
+DOWNWARD: Final = 25
+UNKNOWN_SIGNAL_QUALITY, INVALID_SIGNAL_QUALITY = 0, 1
 
 
 class ObstacleDistance:
@@ -59,15 +60,16 @@ def obstacles(now_us: int, message: Any) -> ObstacleDistanceSample:
 
 
 def distance(now_us: int, message: Any) -> DistanceSensorSample:
-    """A distance outside the sensor's range is NaN."""
-    nearest, farthest = message.min_distance, message.max_distance
-    good = nearest <= message.current_distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY
+    """NaN where a sensor that looks down sees nothing within its range."""
+    nearest, farthest, quality = message.min_distance, message.max_distance, message.signal_quality
+    good = nearest <= message.current_distance <= farthest and quality != INVALID_SIGNAL_QUALITY
     fov = message.horizontal_fov if math.isfinite(message.horizontal_fov) else 0.0
     return DistanceSensorSample(
         now_us,
-        message.current_distance * 1e-2 if good else NAN,
+        message.current_distance * 1e-2 if good or message.orientation != DOWNWARD else NAN,
         nearest * 1e-2,
         farthest * 1e-2,
         message.orientation,
         max(0.0, min(2.0 * math.pi, fov)),
+        -1 if quality == UNKNOWN_SIGNAL_QUALITY else 100 * (quality - 1) // 99,
     )
