@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, wind, motor failures, position accuracy, GNSS redundancy.
+Left out: VTOL, wind, motor failures, position accuracy, GNSS redundancy, a height that the estimator allows.
 """
 
 from collections.abc import Callable

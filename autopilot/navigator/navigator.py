@@ -40,8 +40,6 @@ from sitl_emu.core import dialect as mavlink
 INTERVAL_US: Final = 50_000
 """How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
 STATUS_EVERY_US: Final = 500_000
-HEADING_FAILURE: Final = 1
-"""navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
 
@@ -170,10 +168,9 @@ class Navigator:
         """Twice a second, and when something has changed."""
         topics, state = self._topics, self._state
         nav_state = int(topics.vehicle_status.nav_state)
-        failure = HEADING_FAILURE if state.mission_failure else 0
         last = topics.navigator_status
-        if (nav_state, failure) != last[1:] or now_us - last.timestamp >= STATUS_EVERY_US:
-            topics.navigator_status = NavigatorStatus(now_us, nav_state, failure)
+        if nav_state != last.nav_state or now_us - last.timestamp >= STATUS_EVERY_US:
+            topics.navigator_status = NavigatorStatus(now_us, nav_state)
         landing = self._mode in (self._mission, self._rtl) and state.triplet.current.type == SetpointType.LAND
         request = int(landing and state.triplet.current.valid)
         known = topics.distance_sensor_mode_change_request
