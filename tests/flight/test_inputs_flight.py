@@ -32,7 +32,7 @@ def seen(pilot: Pilot) -> Any:
 
 
 def test_without_gps_it_flies_by_what_is_seen() -> None:
-    pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_EV_CTRL=15)
+    pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_EV_CTRL=15, COM_FLTMODE_BOOT=2)
     held = sticks(pilot)
     pilot.every(30.0, lambda: seen(pilot))
     pilot.run(10.0)

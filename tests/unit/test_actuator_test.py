@@ -92,7 +92,8 @@ def test_functions_that_px4_does_not_know_get_no_ack(hexacopter: Bench, function
 
 def test_nothing_is_tested_while_armed(hexacopter: Bench) -> None:
     commands, topics = hexacopter.autopilot.commands, hexacopter.autopilot.topics
-    assert commands.handle(hexacopter.autopilot.now_us, VehicleCommand(ARM_DISARM, 1.0, 21196.0)) == (ACCEPTED, 0, 0)
+    forced = VehicleCommand(ARM_DISARM, 1.0, 21196.0, from_external=False)
+    assert commands.handle(hexacopter.autopilot.now_us, forced) == (ACCEPTED, 0, 0)
     before = topics.actuator_test
     assert hexacopter.test(1.0, 1.0, 1) == DENIED
     assert topics.actuator_test is before

@@ -1,14 +1,16 @@
 """Flown longer than COM_FLT_TIME_MAX, or soon (PX4's flightTimeCheck; less than a second: no limit)."""
 
+from typing import Final
+
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Notice, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
-WARNED_SHARE = 0.1
+WARNED_SHARE: Final = 0.1
 """Of the longest flight: in what is left then, people are warned."""
-MINUTE_S = 60
-BY_SECONDS = "commander_max_flight_time_warning_seconds"
-BY_MINUTES = "commander_max_flight_time_warning_minutes"
+MINUTE_S: Final = 60
+BY_SECONDS: Final = "commander_max_flight_time_warning_seconds"
+BY_MINUTES: Final = "commander_max_flight_time_warning_minutes"
 
 
 class FlightTimeCheck:
