@@ -151,11 +151,14 @@ class Vehicle(NamedTuple):
     """PWM_MAIN_FUNC1 and so on: what each output carries."""
     system_id: int
     boot_unix_us: int
+    thrust_model_factor: float = 0.0
+    """THR_MDL_FAC."""
 
 
 def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     """What SDLOG_PROFILE asks for, as far as we have it."""
-    motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE)
+    curve = vehicle.thrust_model_factor
+    motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE, curve)
     servos = control.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION)
     actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module="rover_ackermann")
     known = [

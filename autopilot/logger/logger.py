@@ -300,6 +300,7 @@ class Logger:
             [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
             int(parameters["MAV_SYS_ID"]),
             self._unix_us_of_boot(),
+            float(parameters["THR_MDL_FAC"]),
         )
         return logged_topics.logged_topics(profile, vehicle)
 

@@ -19,10 +19,11 @@ from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.control.control_allocator import ControlAllocator
 from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.logger import log_files, logged_topics, packing
 from sitl_emu.autopilot.logger.logger import Logger
-from sitl_emu.autopilot.logger.rows import commander, estimator
+from sitl_emu.autopilot.logger.rows import commander, control, estimator
 from sitl_emu.autopilot.mavlink.component_metadata import files
 from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.parameters import Parameters
@@ -262,6 +263,16 @@ def test_every_topic_is_packed_whole() -> None:
         for topic in logged_topics.logged_topics(0xFFF, vehicle):
             record = getattr(Topics(), topic.source)
             assert len(topic.row(record)) == packing.size_of(topic.name), topic.name
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.4, 1.0])
+def test_motors_are_logged_as_the_allocator_asks_for_them(factor: float) -> None:
+    """Before the curve of THR_MDL_FAC, which PX4 applies after what it logs."""
+    asked = (0.0, 0.002, 0.3432, 1.0)
+    allocator = ControlAllocator([], factor)
+    row = control.actuators("actuator_motors", (101, 102, 103, 104), 101, (0,), factor)
+    packed = row(ActuatorOutputs(7, tuple(allocator.signal(thrust) for thrust in asked)))
+    assert struct.unpack_from("<4f", packed, 16) == pytest.approx(asked, abs=1e-6)
 
 
 def test_numbers_that_their_fields_cannot_hold_lose_no_record() -> None:

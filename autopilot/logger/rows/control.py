@@ -61,8 +61,14 @@ def vehicle_torque_setpoint(pack: Pack, record: VehicleTorqueSetpoint) -> bytes:
     return pack(record.timestamp, record.timestamp, *record.xyz)
 
 
-def actuators(topic: str, functions: Sequence[int], first: int, tail: tuple[int, ...] = ()) -> Row:
-    """A row of the outputs that carry the functions from `first` on; NaN where there is none."""
+def actuators(
+    topic: str, functions: Sequence[int], first: int, tail: tuple[int, ...] = (), thrust_model_factor: float = 0.0
+) -> Row:
+    """A row of the outputs that carry the functions from `first` on; NaN where there is none.
+
+    `thrust_model_factor`: THR_MDL_FAC. PX4 logs what its allocator asks of a motor, and its outputs have the curve
+    (FunctionMotors::updateValues in src/lib/mixer_module, v1.18); ours have it in `actuator_outputs`, so it is undone.
+    """
     (length,) = (array_length(kind)[1] for kind, name in FORMATS[topic] if name == "control")
     channels = [functions.index(first + n) if first + n in functions else -1 for n in range(length)]
     while channels and channels[-1] < 0:
@@ -73,6 +79,9 @@ def actuators(topic: str, functions: Sequence[int], first: int, tail: tuple[int,
     def actuator_controls(pack: Pack, record: ActuatorOutputs) -> bytes:
         controls = record.controls
         values = [controls[n] if 0 <= n < len(controls) else NAN for n in channels]
+        if thrust_model_factor:
+            linear = 1.0 - thrust_model_factor
+            values = [thrust_model_factor * value * abs(value) + linear * value for value in values]
         return pack(record.timestamp, record.timestamp, *values, *rest)
 
     return actuator_controls
