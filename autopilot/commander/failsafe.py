@@ -17,6 +17,8 @@ from sitl_emu.autopilot.commander.failsafe_framework import (
     FailsafeFramework,
     Notice,
     Option,
+    Rule,
+    Situation,
     Takeover,
 )
 from sitl_emu.autopilot.commander.mode_requirements import runnable_modes
@@ -74,7 +76,6 @@ CAUSES = {
 """By rule: failsafe_cause_t of the events; rules that are not here are generic."""
 ELSEWHERE = Need.MANUAL_CONTROL | Need.WIND_AND_FLIGHT_TIME
 """What a failsafe does not ask of a mode: these have rules of their own."""
-Rule = tuple[str, bool, Option]
 
 
 class Failsafe:
@@ -154,16 +155,16 @@ class Failsafe:
         user_mode_changed = mode_changes != self._mode_changes
         self._mode_changes = mode_changes
         can_run = runnable_modes(flags, ELSEWHERE)
-        self._nav_state = framework.select(
-            now_us,
-            self._rules(now_us, user_mode, flags, can_run, armed=armed, mission_finished=mission_finished),
-            armed=armed,
-            user_mode=user_mode,
-            user_mode_changed=user_mode_changed,
-            sticks_take_over=sticks_take_over,
-            can_run=can_run,
+        situation = Situation(
+            armed,
+            user_mode,
+            user_mode_changed,
+            sticks_take_over,
+            can_run,
             fallback=lambda mode: self._mode_fallback(mode, flags, can_run),
         )
+        rules = self._rules(now_us, user_mode, flags, can_run, armed=armed, mission_finished=mission_finished)
+        self._nav_state = framework.select(now_us, rules, situation)
         return self._nav_state
 
     @property

@@ -63,6 +63,8 @@ class Option(NamedTuple):
     """failsafe_cause_t of the events; 0 is generic."""
 
 
+Rule = tuple[str, bool, Option]
+"""Its name, whether it fails, what it asks for."""
 CAUSE_GENERIC: Final = 0
 LEAST_HOLD_S: Final = 0.1
 REFILL: Final = 4
@@ -97,6 +99,21 @@ class Notice(NamedTuple):
     delayed_action: Action = Action.NONE
     """What follows after the hold."""
     hold_s: int = 0
+
+
+class Situation(NamedTuple):
+    """What an action is chosen for."""
+
+    armed: bool
+    user_mode: NavState
+    user_mode_changed: bool
+    """Somebody has asked for a mode since the last time, perhaps for the same one."""
+    sticks_take_over: bool
+    """The pilot moves the sticks, to have the vehicle back."""
+    can_run: int
+    """Bit per NavState: modes that could be flown."""
+    fallback: Callable[[NavState], Action]
+    """The action that a mode needs which can't be flown itself."""
 
 
 class _Asked:
@@ -153,22 +170,9 @@ class FailsafeFramework:
         """Parameters have changed."""
         self._start_delay_us = self._configured_us
 
-    def select(
-        self,
-        now_us: int,
-        rules: Iterable[tuple[str, bool, Option]],
-        *,
-        armed: bool,
-        user_mode: NavState,
-        user_mode_changed: bool,
-        sticks_take_over: bool,
-        can_run: int,
-        fallback: Callable[[NavState], Action],
-    ) -> NavState:
-        """The mode to fly. `rules`: name, whether it fails, what it asks for; `can_run`: modes that could be flown.
-
-        `fallback(mode)`: the action that a mode needs which can't be flown itself.
-        """
+    def select(self, now_us: int, rules: Iterable[Rule], situation: Situation) -> NavState:
+        """The mode to fly."""
+        armed, user_mode = situation.armed, situation.user_mode
         elapsed_us = 0 if self._last_us is None else now_us - self._last_us
         self._last_us = now_us
         if armed is not self._was_armed:
@@ -176,15 +180,16 @@ class FailsafeFramework:
             self._forget(Clear.ON_DISARM)
             self._forget(Clear.ON_MODE_CHANGE_OR_DISARM)
             self.taken_over = False
-        user_mode_changed |= user_mode is not self.user_mode
-        if user_mode_changed or self.taken_over:
+        changed = situation.user_mode_changed or user_mode is not self.user_mode
+        situation = situation._replace(user_mode_changed=changed)
+        if changed or self.taken_over:
             self._forget(Clear.ON_MODE_CHANGE_OR_DISARM)
         self._delay_us = max(0, self._delay_us - elapsed_us)
         for name, fails, option in rules:
             self._judge(name, fails, option)
-        if self.selected > Action.HOLD or not _runs(can_run, NavState.AUTO_LOITER) or self.taken_over:
+        if self.selected > Action.HOLD or not _runs(situation.can_run, NavState.AUTO_LOITER) or self.taken_over:
             self._delay_us = 0
-        chosen = self._choose(armed, user_mode, user_mode_changed, sticks_take_over, can_run, fallback)
+        chosen = self._choose(situation)
         self._wait(elapsed_us, delaying=chosen.delayed is not Action.NONE)
         if chosen.action > self.selected:
             self._tell(chosen.action, chosen.delayed, chosen.cause, user_mode)
@@ -242,15 +247,8 @@ class FailsafeFramework:
 
     # --- which is flown ---------------------------------------------------------------------------------------
 
-    def _choose(
-        self,
-        armed: bool,
-        user_mode: NavState,
-        user_mode_changed: bool,
-        sticks_take_over: bool,
-        can_run: int,
-        fallback: Callable[[NavState], Action],
-    ) -> _Selected:
+    def _choose(self, situation: Situation) -> _Selected:
+        armed, user_mode, user_mode_changed, sticks_take_over, can_run, fallback = situation
         if user_mode is NavState.TERMINATION or self.selected is Action.TERMINATE:
             return _Selected(Action.TERMINATE, user_mode=user_mode)
         if not armed:

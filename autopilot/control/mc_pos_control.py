@@ -13,8 +13,10 @@ from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint,
 GRAVITY_M_S2: Final = 9.80665
 SMALLEST: Final = 1e-6
 LEAST_THRUST: Final = 0.001
+"""Whatever MPC_THR_MIN is: a thrust of none has no direction that tells an attitude (setThrustLimits)."""
 BLIND_DESCENT_M_S2: Final = 0.3
 LEAST_HOVER_THRUST, MOST_HOVER_THRUST = 0.05, 0.9
+"""PositionControl.hpp's HOVER_THRUST_MIN and _MAX."""
 
 
 class PositionControlGains(NamedTuple):

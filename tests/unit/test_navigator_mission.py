@@ -306,10 +306,13 @@ class BelowIsTerrain(FakeVehicle):
         )
 
 
-def test_a_gimbal_is_given_its_time() -> None:
-    """MIS_COMMAND_TOUT."""
-    look = item(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, 0, 0, 0, -90.0)
-    vehicle = started(item(TAKEOFF, 0, 0, 8), look, item(WAYPOINT, 20, 0, 8), MIS_COMMAND_TOUT=5.0)
+@pytest.mark.parametrize(
+    ("command", "param1"), [(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, -90.0), (mavlink.MAV_CMD_DO_WINCH, 1.0)]
+)
+def test_gimbal_and_winch_are_given_their_time(command: int, param1: float) -> None:
+    """MIS_COMMAND_TOUT, though there is no winch."""
+    places = item(TAKEOFF, 0, 0, 8), item(command, 0, 0, 0, param1), item(WAYPOINT, 20, 0, 8)
+    vehicle = started(*places, MIS_COMMAND_TOUT=5.0)
     run_until(vehicle, 0)
     vehicle.run(4.5)
     assert vehicle.reached[-1] == 0
@@ -341,16 +344,6 @@ def test_a_takeoff_completes_as_a_mission_does_but_a_return_does_not() -> None:
     vehicle.set_mode(4, 5)
     vehicle.run_until_disarmed()
     assert mission_state(vehicle) != COMPLETE
-
-
-def test_a_winch_is_waited_for_though_there_is_none() -> None:
-    winch = item(mavlink.MAV_CMD_DO_WINCH, 0, 0, 0, 1.0)
-    vehicle = started(item(TAKEOFF, 0, 0, 8), winch, item(WAYPOINT, 20, 0, 8), MIS_COMMAND_TOUT=5.0)
-    run_until(vehicle, 0)
-    vehicle.run(4.5)
-    assert vehicle.reached[-1] == 0
-    vehicle.run(1.0)
-    assert vehicle.reached[-1] == 1
 
 
 def test_rtl_item_ends_the_mission_then_returns() -> None:
