@@ -84,7 +84,10 @@ def _train(parser: argparse.ArgumentParser) -> None:
         "--start", type=Path, help="what to begin with: a checkpoint or ONNX file of a network as wide or half"
     )
     parser.add_argument("--areas-only", action="store_true", help="only what says how much of each part shows a class")
+    parser.add_argument("--validate-every", type=int, default=1, metavar="EPOCHS", help="and after the last")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this sitting; the next goes on")
+    parser.add_argument("--within", type=float, default=math.inf, metavar="MINUTES",
+                        help="of a lent machine: all is over by then, however many epochs that are")  # fmt: skip
     parser.set_defaults(run=_run_train)
 
 
@@ -96,7 +99,7 @@ def _run_train(given: argparse.Namespace) -> None:
     train.train(train.Settings(
         data, out, given.epochs, given.batch, given.width, width, height, given.rate, seed=given.seed,
         workers=given.workers, start=given.start, areas_only=given.areas_only,
-        minutes=given.minutes,
+        validate_every=given.validate_every, minutes=given.minutes, within_minutes=given.within,
     ))  # fmt: skip
 
 

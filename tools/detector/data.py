@@ -1,6 +1,8 @@
 """A split of a data set in memory, at the network's input size."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,23 +57,28 @@ def load(folder: Path, split: str, width: int, height: int, most: int | None = N
         left, top, wide, high = each["bbox"]
         kind = IGNORED if each.get("iscrowd") else REAL
         rows[each["image_id"]].append([number[each["category_id"]], left, top, left + wide, top + high, kind])
-    images, moved, names, regions = [], [], [], list[Image | None]()
-    for each in table["images"][:most]:
-        path = folder / "images" / split / each["file_name"]
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-        if image is None:
-            raise ValueError(f"{path}: can't be read as a picture")
-        fit = fitted(np.asarray(image, np.uint8), width, height)
+    asked = table["images"][:most]
+    with ThreadPoolExecutor() as pool:  # OpenCV lets go of Python's lock
+        read = list(pool.map(partial(_read, folder, split, width, height), (each["file_name"] for each in asked)))
+    moved = []
+    for each, (fit, _) in zip(asked, read, strict=True):
         own = np.array(rows[each["id"]], np.float32).reshape(-1, 6)
         own[:, 1:5] = own[:, 1:5] * fit.scale + (fit.left, fit.top) * 2
-        images.append(fit.image)
         moved.append(own)
-        names.append(each["file_name"])
-        regions.append(
-            _regions((folder / "regions" / split / each["file_name"]).with_suffix(".png"), fit, width, height)
-        )
-    labels = tuple(each["name"] for each in categories)
-    return Split(labels, tuple(names), images, moved, regions, table["images"][:most])
+    return Split(
+        tuple(each["name"] for each in categories), tuple(each["file_name"] for each in asked),
+        [fit.image for fit, _ in read], moved, [regions for _, regions in read], asked,
+    )  # fmt: skip
+
+
+def _read(folder: Path, split: str, width: int, height: int, name: str) -> tuple[Fitted, Image | None]:
+    """A picture, and its regions."""
+    path = folder / "images" / split / name
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise ValueError(f"{path}: can't be read as a picture")
+    fit = fitted(np.asarray(image, np.uint8), width, height)
+    return fit, _regions((folder / "regions" / split / name).with_suffix(".png"), fit, width, height)
 
 
 def _regions(path: Path, fit: Fitted, width: int, height: int) -> Image | None:

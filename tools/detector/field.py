@@ -39,7 +39,7 @@ SMALL_LOOKS, LOOKALIKE_LOOKS = 0.5, 0.2
 """Of the pictures of corn: so many are taken near a patch, a small one more often, and so many near a look-alike."""
 LOOKALIKES = ("residue", "pale_corn")
 """What a network of ours takes for disease: all of the six that it reported alone on fields 300 to 313."""
-THINGS_SHARE, MAST_SHARE = 0.10, 0.20
+THINGS_SHARE, MAST_SHARE = 0.25, 0.20
 """Of the worlds; the others are corn from the air and, every third picture, from the mast."""
 SEEDS = {"corn": 0, "light": 5_000, "mast": 7_000}
 """Where the seeds of each family's fields begin, counted from FIRST_SEED."""
@@ -195,7 +195,7 @@ def _boxed(label: str, corners: npt.NDArray[np.float64], model: CameraModel) -> 
 
 
 def _of_things(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
-    """From the air, and every other time from beside: a sign is nothing from above."""
+    """From the air, and two times of three from beside: a sign is nothing from above."""
     rng = _rng(job)
     eye = Eye(drawn, Intrinsics(job.plan.width, job.plan.height))
     recorder = eye.recorder
@@ -204,7 +204,7 @@ def _of_things(job: Job, drawn: variation.Drawn) -> Iterator[Frame]:
     labels = sorted({thing.label for thing in things})
     for k in range(job.plan.per_world):
         for _ in range(TRIES):
-            if k % 2 and things:
+            if k % 3 and things:
                 label = labels[int(rng.integers(len(labels)))]
                 alike = [place for place, thing in zip(places, things, strict=True) if thing.label == label]
                 shot = _beside(rng, alike[int(rng.integers(len(alike)))])

@@ -72,14 +72,17 @@ def complete_overlap(a: Tensor, b: Tensor) -> Tensor:
 def assign(scores: Tensor, boxes: Tensor, middles: Tensor, targets: Tensor) -> Assigned:
     """Anchors for boxes. Scores (n, a, c), boxes (n, a, 4), targets (n, m, 6): class, the box's four sides, kind."""
     n, a, classes = scores.shape
-    m = targets.shape[1]
+    kind = targets[..., 5]
+    is_ignored = (_inside(targets, middles) & (kind == IGNORED)[..., None]).any(1)
+    # What is to be found comes first: of what is ignored there may be ten times as much
+    is_real = kind == REAL
+    m = max(int(is_real.sum(1).max()), 1)
+    first = is_real.int().argsort(dim=1, descending=True, stable=True)[:, :m]
+    targets = targets.gather(1, first[..., None].expand(n, m, 6))
     label, box, kind = targets[..., 0].long(), targets[..., 1:5], targets[..., 5]
-    inside = torch.minimum(
-        (middles[None, None] - box[:, :, None, :2]).amin(-1), (box[:, :, None, 2:] - middles[None, None]).amin(-1)
-    ) > 0  # fmt: skip
     iou = overlap(box[:, :, None], boxes[:, None])
     own = scores.gather(2, label.clamp(0)[:, None].expand(n, a, m)).transpose(1, 2)
-    is_candidate = inside & (kind == REAL)[..., None]
+    is_candidate = _inside(targets, middles) & (kind == REAL)[..., None]
     aligned = own**SCORE_POWER * iou**IOU_POWER * is_candidate
     best = aligned.topk(min(NEAREST, a), -1)
     chosen = torch.zeros_like(is_candidate).scatter(2, best.indices, True) & is_candidate
@@ -92,8 +95,15 @@ def assign(scores: Tensor, boxes: Tensor, middles: Tensor, targets: Tensor) -> A
     best_iou = (iou * chosen).amax(-1, keepdim=True)
     share = (aligned / (aligned.amax(-1, keepdim=True) + EPSILON) * best_iou).amax(1)
     wanted = functional.one_hot(label.gather(1, which).clamp(0), classes) * (share * is_positive)[..., None]
-    counts = is_positive | ~(inside & (kind == IGNORED)[..., None]).any(1)
+    counts = is_positive | ~is_ignored
     return Assigned(is_positive, box.gather(1, which[..., None].expand(n, a, 4)), wanted.to(scores.dtype), counts)
+
+
+def _inside(targets: Tensor, middles: Tensor) -> Tensor:
+    """(n, m, anchors) bool: which anchors' middles lie in which boxes."""
+    x, y = middles[:, 0], middles[:, 1]
+    left, top, right, bottom = targets[..., 1:5, None].unbind(2)
+    return (x > left) & (x < right) & (y > top) & (y < bottom)
 
 
 def loss(raw: Tensor, targets: Tensor, middles: Tensor, strides: Tensor) -> tuple[Tensor, Tensor]:

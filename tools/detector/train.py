@@ -12,6 +12,7 @@ import json
 import math
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,12 +53,17 @@ class Settings(NamedTuple):
     start: Path | None = None
     """To begin with instead of chance: a checkpoint or exported network, as wide or half as wide, of any input size."""
     areas_only: bool = False
+    validate_every: int = 1
+    """Epochs; and after the last."""
     minutes: float = math.inf
     """A sitting ends after the epoch in which they are over."""
+    within_minutes: float = math.inf
+    """All of it is over by then, in one sitting: the rate falls by the clock where that is ahead of the epochs. For a
+    machine that is lent; what comes of it depends on how fast it is."""
 
 
 Batch = tuple[Tensor, Tensor, Tensor]
-"""Pictures (n, 3, h, w) uint8, targets (n, m, 6), and shares (n, classes + 1, h / 8, w / 8) as `areas` has them."""
+"""Pictures (n, h, w, 3) uint8 BGR, targets (n, m, 6), and shares (n, classes + 1, h / 8, w / 8) as `areas` has them."""
 
 
 class Pictures(torch.utils.data.Dataset[Batch]):
@@ -74,9 +80,8 @@ class Pictures(torch.utils.data.Dataset[Batch]):
         cv2.setNumThreads(1)
         rng = np.random.default_rng((self.seed, *key))
         image, rows, shown = augment.sample(self._pick, key[1], len(self), self.how, rng)
-        planes = np.ascontiguousarray(image[:, :, ::-1].transpose(2, 0, 1))
         shares = shares_of(shown, len(self.split.labels), image.shape[:2])
-        return torch.from_numpy(planes), torch.from_numpy(rows), torch.from_numpy(shares)
+        return torch.from_numpy(image), torch.from_numpy(rows), torch.from_numpy(shares)
 
     def _pick(self, number: int) -> augment.Sample:
         return self.split.sample(number)
@@ -91,6 +96,11 @@ def joined(samples: list[Batch]) -> Batch:
     return torch.stack(images), targets, torch.stack(shares)
 
 
+def rgb(images: Tensor) -> Tensor:
+    """Pictures (n, h, w, 3) as cameras have them, BGR, as the network reads them: (n, 3, h, w), RGB from 0 to 1."""
+    return images.flip(-1).permute(0, 3, 1, 2).float() / 255.0
+
+
 class Sitting:
     """A training at work."""
 
@@ -98,10 +108,14 @@ class Sitting:
         self.settings = settings
         torch.manual_seed(settings.seed)
         cv2.setNumThreads(1)  # or the workers, which are forked, wait for threads that they don't have
+        torch.backends.cudnn.benchmark = True
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.has_bf16 = self.device.type == "cuda" or bool(torch.cpu.get_capabilities().get("avx512_bf16"))
         size = settings.input_width, settings.input_height
         self.train, self.val = (data.load(settings.data, name, *size) for name in ("train", "val"))
+        for name, split in (("train", self.train), ("val", self.val)):
+            if not split.images:
+                raise ValueError(f"{settings.data / name}.json has no pictures: draw more worlds (dataset --images)")
         classes, layout = len(self.train.labels), torch.channels_last  # a sixth faster on a CPU than the usual one
         has_areas = any(regions is not None for regions in self.train.regions)
         if settings.areas_only and not (has_areas and settings.start):
@@ -118,22 +132,30 @@ class Sitting:
         self.optimiser = torch.optim.SGD(_groups(self.network, settings.decay), settings.rate, MOMENTUM, nesterov=True)
         self.epoch, self.step, self.best, self.seconds = 0, 0, -1.0, 0.0
         self.history: list[dict[str, Any]] = []
+        self.began, self.is_over = time.monotonic(), False
+        self.steps = max(len(self.train.images) // settings.batch, 1)
+        """Of an epoch; pictures that are left over come in another."""
         self.anchors = anchors(settings.input_height, settings.input_width, self.device)
 
     # --- an epoch -----------------------------------------------------------------------------------------------------
 
     def batches(self) -> Iterator[Batch]:
-        """One epoch's."""
+        """Those of all epochs that are left: workers go on while an epoch is validated."""
         settings = self.settings
-        pictures = Pictures(self.train, augment.Strength(), settings.seed)
-        order = np.random.default_rng((settings.seed, self.epoch)).permutation(len(pictures))
         return iter(torch.utils.data.DataLoader(
-            pictures, settings.batch, sampler=[(self.epoch, int(k)) for k in order], num_workers=settings.workers,
-            collate_fn=joined, drop_last=len(pictures) > settings.batch, pin_memory=self.device.type == "cuda",
+            Pictures(self.train, augment.Strength(), settings.seed), batch_sampler=self._order(),
+            num_workers=settings.workers, collate_fn=joined, pin_memory=self.device.type == "cuda",
         ))  # fmt: skip
 
-    def run_epoch(self) -> dict[str, Any]:
-        """Learn from every picture once, and say how good it is then."""
+    def _order(self) -> Iterator[list[tuple[int, int]]]:
+        batch, count = self.settings.batch, len(self.train.images)
+        for epoch in range(self.epoch, self.settings.epochs):
+            order = np.random.default_rng((self.settings.seed, epoch)).permutation(count)
+            for step in range(self.steps):
+                yield [(epoch, int(k)) for k in order[step * batch : (step + 1) * batch]]
+
+    def run_epoch(self, batches: Iterator[Batch]) -> dict[str, Any]:
+        """Learn from every picture once, and say how good it is then, where it is asked."""
         began = time.monotonic()
         self.network.train()
         if self.settings.areas_only:
@@ -141,30 +163,27 @@ class Sitting:
             assert self.network.areas is not None
             self.network.areas.train()
         parts = torch.zeros(4, device=self.device)
-        count = 0
-        steps = max(len(self.train.images) // self.settings.batch, 1)
-        for images, targets, shares in self.batches():
-            self._set_rate(steps)
-            images = images.to(self.device, non_blocking=True)
-            parts += self._learn(images, targets.to(self.device), shares.to(self.device))
-            count += 1
+        for count, batch in enumerate(islice(batches, self.steps), start=1):
+            self._set_rate()
+            parts += self._learn(*(each.to(self.device, non_blocking=True) for each in batch))
             if count % 20 == 0:
-                print(f"\repoch {self.epoch + 1}: {count} of {steps}", end="", flush=True)
-        learnt = time.monotonic() - began
-        found, areas = validated(self.average, self.val, self.device)
-        row = {"epoch": self.epoch + 1, "loss": [round(float(part) / count, 4) for part in parts],
-               "map50": round(found.map50, 4), "map50_95": round(found.map50_95, 4),
-               "classes": [round(one.ap50, 3) for one in found.classes],
-               "area_iou": [round(one.iou, 3) for one in areas],
-               "seconds": round(time.monotonic() - began, 1), "images_s": round(len(self.train.images) / learnt, 1)
-               }  # fmt: skip
+                print(f"\repoch {self.epoch + 1}: {count} of {self.steps}", end="", flush=True)
+        row = {"epoch": self.epoch + 1, "loss": [round(float(part) / self.steps, 4) for part in parts],
+               "images_s": round(self.steps * self.settings.batch / (time.monotonic() - began), 1)}  # fmt: skip
         self.epoch += 1
+        self.is_over = self.done() == 1.0
+        if self.epoch % self.settings.validate_every == 0 or self.is_over:
+            found, areas = validated(self.average, self.val, self.device)
+            row |= {"map50": round(found.map50, 4), "map50_95": round(found.map50_95, 4),
+                    "classes": [round(one.ap50, 3) for one in found.classes],
+                    "area_iou": [round(one.iou, 3) for one in areas]}  # fmt: skip
+        row["seconds"] = round(time.monotonic() - began, 1)
         self.seconds += time.monotonic() - began
         self.history.append(row)
         return row
 
     def _learn(self, images: Tensor, targets: Tensor, shares: Tensor) -> Tensor:
-        x = (images.float() / 255.0).contiguous(memory_format=torch.channels_last)
+        x = rgb(images)
         network, areas_only = self.network, self.settings.areas_only
         total, parts = torch.zeros((), device=self.device), torch.zeros(4, device=self.device)
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.has_bf16):
@@ -185,11 +204,15 @@ class Sitting:
         self._follow()
         return parts
 
-    def _set_rate(self, steps: int) -> None:
-        settings = self.settings
-        at = self.step / steps
-        warm = min(at / settings.warm_epochs, 1.0) if settings.warm_epochs else 1.0
-        cosine = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(at / settings.epochs, 1.0)))
+    def done(self) -> float:
+        """How much of the training is over, from 0 to 1."""
+        by_clock = (time.monotonic() - self.began) / (60 * self.settings.within_minutes)
+        return min(max(self.step / (self.steps * self.settings.epochs), by_clock), 1.0)
+
+    def _set_rate(self) -> None:
+        settings, done = self.settings, self.done()
+        warm = min(done * settings.epochs / settings.warm_epochs, 1.0) if settings.warm_epochs else 1.0
+        cosine = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * done))
         for group in self.optimiser.param_groups:
             group["lr"] = settings.rate * cosine * warm
             group["momentum"] = WARM_MOMENTUM + (MOMENTUM - WARM_MOMENTUM) * warm
@@ -198,12 +221,13 @@ class Sitting:
     def _follow(self) -> None:
         """The average follows the weights, the more slowly the longer it has."""
         kept = 0.9999 * (1 - math.exp(-self.step / AVERAGES_STEPS))
-        new = self.network.state_dict()
-        for name, old in self.average.state_dict().items():
-            if old.is_floating_point():
-                old.mul_(kept).add_(new[name], alpha=1 - kept)
-            else:
-                old.copy_(new[name])
+        pairs = list(zip(self.average.state_dict().values(), self.network.state_dict().values(), strict=True))
+        torch._foreach_lerp_(
+            *map(list, zip(*(pair for pair in pairs if pair[0].is_floating_point()), strict=True)), 1 - kept
+        )
+        for old, new in pairs:
+            if not old.is_floating_point():
+                old.copy_(new)
 
     # --- sittings -----------------------------------------------------------------------------------------------------
 
@@ -221,11 +245,14 @@ class Sitting:
         self.epoch, self.step, self.best, self.seconds, self.history = (
             kept[name] for name in ("epoch", "step", "best", "seconds", "history")
         )
+        self.is_over = self.done() == 1.0
 
     def keep(self) -> None:
         """Write what the next sitting needs, and the best so far."""
         row = self.history[-1]
-        good = float(np.mean(row["area_iou"])) if self.settings.areas_only else row["map50"]
+        good = self.best
+        if "map50" in row:
+            good = float(np.mean(row["area_iou"])) if self.settings.areas_only else row["map50"]
         is_best, self.best = good > self.best, max(self.best, good)
         kept = {"settings": self._told(), "network": self.network.state_dict(), "average": self.average.state_dict(),
                 "optimiser": self.optimiser.state_dict(), "epoch": self.epoch, "step": self.step, "best": self.best,
@@ -233,12 +260,12 @@ class Sitting:
         torch.save(kept, self.settings.out / "new.pt")
         (self.settings.out / "new.pt").replace(self.settings.out / "last.pt")
         if is_best:
-            kept.pop("optimiser")
+            del kept["optimiser"], kept["network"]
             torch.save(kept, self.settings.out / "best.pt")
         (self.settings.out / "history.json").write_text(json.dumps(self.history, indent=1) + "\n")
 
     def _told(self) -> dict[str, Any]:
-        apart = ("data", "out", "workers", "start", "minutes")
+        apart = ("data", "out", "workers", "start", "validate_every", "minutes", "within_minutes")
         return {name: value for name, value in self.settings._asdict().items() if name not in apart}
 
 
@@ -258,8 +285,8 @@ def validated(
     deployed, at = Deployed(network, height, width).to(device).eval(), middles(height, width)
     found, areas = list[Found](), list[np.ndarray]()
     for first in range(0, len(split.images), batch):
-        images = np.stack(split.images[first : first + batch])[..., ::-1].transpose(0, 3, 1, 2)
-        out, *rest = deployed(torch.from_numpy(np.ascontiguousarray(images)).to(device).float() / 255.0)
+        images = torch.from_numpy(np.stack(split.images[first : first + batch])).to(device)
+        out, *rest = deployed(rgb(images))
         found += [decoded(each, at, 0.01, 0.6) for each in out.float().cpu().numpy()]
         areas += [each for shares in rest for each in shares.float().cpu().numpy()]
     truths = [split.truth(k) for k in range(len(split.images))]
@@ -273,7 +300,7 @@ def train(settings: Settings) -> None:
     sitting.go_on()
     print(f"{sum(each.numel() for each in sitting.network.parameters()):,} parameters, "
           f"{len(sitting.train.images)} pictures, on {sitting.device}, from epoch {sitting.epoch + 1}")  # fmt: skip
-    began = time.monotonic()
-    while sitting.epoch < settings.epochs and time.monotonic() - began < 60 * settings.minutes:
-        print("\r" + json.dumps(sitting.run_epoch()), flush=True)
+    batches = sitting.batches()
+    while not sitting.is_over and time.monotonic() - sitting.began < 60 * settings.minutes:
+        print("\r" + json.dumps(sitting.run_epoch(batches)), flush=True)
         sitting.keep()

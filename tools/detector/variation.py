@@ -161,8 +161,8 @@ class Shot(NamedTuple):
 
 
 def shot(rng: Rng, drawn: Drawn, targets: list[tuple[float, float]]) -> Shot:
-    """Mostly 10 to 30 m up and near straight down, now and then 5 to 40 m; three of four within reach of a target."""
-    low, high = (10.0, 30.0) if rng.random() < 0.7 else (5.0, 40.0)
+    """Mostly 10 to 30 m up and near straight down, now and then 5 to 60 m; three of four within reach of a target."""
+    low, high = (10.0, 30.0) if rng.random() < 0.7 else (5.0, 60.0)
     above = math.exp(float(rng.uniform(math.log(low), math.log(high))))
     corners = np.array(drawn.description.area_m)
     if targets and rng.random() < 0.75:
