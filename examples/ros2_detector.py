@@ -3,7 +3,7 @@
     sitl-emu run agriculture --dds --speed 1      # in one terminal; pip install 'sitl-emu[ros2]'
     python examples/ros2_detector.py              # in another, with ROS 2 and vision_msgs sourced
 
-It asks the detectors of the agriculture mission's scout, which are Python alone, so that sitl-emu has to be installed
+It asks the network of the agriculture mission's scout, so that sitl-emu has to be installed
 for ROS 2's Python; how large a pixel is on the ground they are told from `range` and `camera/camera_info`. What it sees
 is on `camera/detections` (vision_msgs/Detection2DArray) with the picture's stamp and frame, boxes in pixels.
 Another vehicle's camera: `python examples/ros2_detector.py px4_1`.
@@ -18,7 +18,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, Range
 from vision_msgs.msg import BoundingBox2D, Detection2D, Detection2DArray, ObjectHypothesisWithPose
 
-from sitl_emu.missions.agriculture.detectors import both
+from sitl_emu.missions.agriculture.detectors import network
 from sitl_emu.missions.companion.detector import Detection
 
 KEPT = 10
@@ -31,7 +31,7 @@ class Detector(Node):
     def __init__(self, namespace: str) -> None:
         super().__init__("detector")
         within = f"/{namespace}" if namespace else ""
-        self._detector, self._focal_px, self._height_m = both(), 0.0, 0.0
+        self._detector, self._focal_px, self._height_m = network(), 0.0, 0.0
         self._detections = self.create_publisher(Detection2DArray, f"{within}/camera/detections", KEPT)
         self.create_subscription(Range, f"{within}/range", self._on_range, qos_profile_sensor_data)
         self.create_subscription(CameraInfo, f"{within}/camera/camera_info", self._on_info, qos_profile_sensor_data)

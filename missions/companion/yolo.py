@@ -24,6 +24,9 @@ DECIMALS = 3
 """Of scores."""
 MOST = 100
 """Detections a picture."""
+APART_IOU = 0.5
+"""From which a box hides a worse one of its class. The best for `networks/disaster.onnx` on its validation split:
+mAP@0.5 0.914 at 0.4, 0.919 at 0.5, 0.918 at 0.6, 0.913 at 0.7."""
 
 
 class ModelError(ValueError):
@@ -54,7 +57,7 @@ class OnnxDetector:
     """See the module. Raises ModelError."""
 
     def __init__(
-        self, path: Path | str, score: float = 0.25, iou: float = 0.6, threads: int = 1, one_label: bool = False
+        self, path: Path | str, score: float = 0.25, iou: float = APART_IOU, threads: int = 1, one_label: bool = False
     ) -> None:
         """`score`: from which detections are given; `iou`: from which one hides another of its class.
 

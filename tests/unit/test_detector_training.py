@@ -360,3 +360,33 @@ def test_a_training_begins_with_what_an_exported_network_gives(tmp_path: Path) -
         start.begin(tmp_path / "network.onnx", Network(2, 0.25, has_areas), ["d", "e"], images)
     with pytest.raises(ValueError, match="it can't begin a network of width"):
         start.begin(tmp_path / "network.onnx", Network(3, 1.0), labels, images)
+
+
+def test_a_training_goes_on_in_another_sitting_and_ends_in_time(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch")
+    from tools.detector.train import Settings, train
+
+    torch.set_num_threads(1)
+    for name in ("train", "val"):
+        (tmp_path / "images" / name).mkdir(parents=True)
+        images = [{"id": k, "file_name": f"{k}.png"} for k in range(4)]
+        boxes = [{"image_id": k, "category_id": 1, "bbox": [20, 10, 40, 30]} for k in range(4)]
+        table = {"images": images, "annotations": boxes, "categories": [{"id": 1, "name": "box"}]}
+        (tmp_path / f"{name}.json").write_text(json.dumps(table))
+        for k in range(4):
+            cv2.imwrite(str(tmp_path / "images" / name / f"{k}.png"), marked().image)
+    whole = Settings(tmp_path, tmp_path / "whole", 3, 2, 0.25, 128, 96, validate_every=2)
+    train(whole)
+    history = json.loads((tmp_path / "whole/history.json").read_text())
+    assert [("map50" in row) for row in history] == [False, True, True]
+    best = torch.load(tmp_path / "whole/best.pt", weights_only=True)
+    assert "average" in best and "network" not in best
+    for _ in range(3):
+        train(whole._replace(out=tmp_path / "two", minutes=1e-9))
+    kept, again = (torch.load(tmp_path / name / "last.pt", weights_only=True) for name in ("whole", "two"))
+    assert again["epoch"] == 3
+    assert all(torch.equal(kept["average"][name], again["average"][name]) for name in kept["average"])
+    train(whole._replace(out=tmp_path / "short", epochs=1000, within_minutes=1e-6))
+    assert json.loads((tmp_path / "short/history.json").read_text())[-1]["epoch"] == 1
+    with pytest.raises(ValueError, match=r"other settings"):
+        train(whole._replace(epochs=4))

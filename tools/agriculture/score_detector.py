@@ -13,13 +13,7 @@ Printed for each seed with geolocation error and CPU per frame. `--mast`: the ro
 compression with that quality.
 Exits 1 if fewer than 90 % are found, more than one in ten fields has a false or wrong one, or the RMSE exceeds 1.5 m.
 
-Measured with `--every 3` and the weights that `train_detector.py` made (seeds 100 to 159; thresholds chosen on
-dense fields of seeds 302 to 311): seeds 1 to 10, 40/40 found and labelled right, none false, 0.53 m RMSE; seeds 400 to
-409, 38/40 (missed: weed patches of 0.4 and 0.5 m radius), none false, 0.47 m; at 20 m (seeds 400 to 402) 12/12 and at
-12 m (403 to 405) 11/12, none false. From the mast, seeds 300 to 309 (on which its threshold was chosen): 35/40
-confirmed, 11/180 distractors taken for one (6 when a mast saw painted plants, which it was trained on).
-It is made for our renderer's colours: on fields 1 to 3 with `--every 3 --white-balance 1.1 0.9` it finds 9/12, with 2
-wrong labels and 27 false, with `--every 3 --jpeg 40` 8/12, with 2 and 98.
+Measured: `missions/companion/networks/field.md`.
 """
 
 import argparse

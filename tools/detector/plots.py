@@ -56,16 +56,17 @@ def draw_conditions(path: Path, conditions: Mapping[str, Sequence[Bin]], at: flo
 
 def _history(axis: Any, rows: Sequence[Mapping[str, Any]]) -> None:
     epochs = [row["epoch"] for row in rows]
-    axis.plot(epochs, [row["map50"] for row in rows], label="mAP@0.5")
-    axis.plot(epochs, [row["map50_95"] for row in rows], label="mAP@0.5:0.95")
+    known = [row for row in rows if "map50" in row]
+    for key, label in (("map50", "mAP@0.5"), ("map50_95", "mAP@0.5:0.95")):
+        axis.plot([row["epoch"] for row in known], [row[key] for row in known], marker=".", label=label)
     axis.set(xlabel="epoch", ylabel="validation", ylim=(0, 1), title="training")
     losses = axis.twinx()
     losses.plot(epochs, [sum(row["loss"]) for row in rows], color="grey", linestyle="--", label="loss")
     losses.set_ylabel("loss")
     if rows:
         losses.set_ylim(0, 1.1 * max(sum(row["loss"]) for row in rows[1:] or rows))
-    axis.legend(loc="upper left")
-    losses.legend(loc="upper right")
+    axis.legend(loc="lower left")
+    losses.legend(loc="lower right")
 
 
 def _confusion(axis: Any, rows: npt.NDArray[np.int64], labels: Sequence[str]) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from sitl_emu.missions.companion.yolo import Found, decoded, middles
+from sitl_emu.missions.companion.yolo import APART_IOU, Found, decoded, middles
 from tools.detector import augment, data, start
 from tools.detector.areas import AreaScore, scored, shares_of
 from tools.detector.loss import area_loss, loss
@@ -287,7 +287,7 @@ def validated(
     for first in range(0, len(split.images), batch):
         images = torch.from_numpy(np.stack(split.images[first : first + batch])).to(device)
         out, *rest = deployed(rgb(images))
-        found += [decoded(each, at, 0.01, 0.6) for each in out.float().cpu().numpy()]
+        found += [decoded(each, at, 0.01, APART_IOU) for each in out.float().cpu().numpy()]
         areas += [each for shares in rest for each in shares.float().cpu().numpy()]
     truths = [split.truth(k) for k in range(len(split.images))]
     return score(found, truths, len(split.labels)), scored(areas, split)
@@ -301,6 +301,8 @@ def train(settings: Settings) -> None:
     print(f"{sum(each.numel() for each in sitting.network.parameters()):,} parameters, "
           f"{len(sitting.train.images)} pictures, on {sitting.device}, from epoch {sitting.epoch + 1}")  # fmt: skip
     batches = sitting.batches()
-    while not sitting.is_over and time.monotonic() - sitting.began < 60 * settings.minutes:
+    while not sitting.is_over:
         print("\r" + json.dumps(sitting.run_epoch(batches)), flush=True)
         sitting.keep()
+        if time.monotonic() - sitting.began > 60 * settings.minutes:
+            break
