@@ -19,7 +19,7 @@ class Condition(NamedTuple):
 
 
 CONDITIONS = (
-    Condition("height above ground, m", "above_m", 1.0, (0, 5, 10, 15, 20, 25, 30, 40)),
+    Condition("height above ground, m", "above_m", 1.0, (0, 5, 10, 15, 20, 25, 30, 40, 60)),
     Condition("sun above the horizon, degrees", "sun_deg", 1.0, (0, 10, 20, 30, 40, 50, 70)),
     Condition("haze, 1/km", "haze_1_m", 1e3, (0.0, 0.4, 0.8, 1.6, 3.0, 4.5, 6.0)),
 )

@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.optim.swa_utils import get_ema_multi_avg_fn
 
 from sitl_emu.missions.companion.yolo import APART_IOU, Found, decoded, middles
 from tools.detector import augment, data, start
@@ -222,9 +223,8 @@ class Sitting:
         """The average follows the weights, the more slowly the longer it has."""
         kept = 0.9999 * (1 - math.exp(-self.step / AVERAGES_STEPS))
         pairs = list(zip(self.average.state_dict().values(), self.network.state_dict().values(), strict=True))
-        torch._foreach_lerp_(
-            *map(list, zip(*(pair for pair in pairs if pair[0].is_floating_point()), strict=True)), 1 - kept
-        )
+        olds, news = zip(*(pair for pair in pairs if pair[0].is_floating_point()), strict=True)
+        get_ema_multi_avg_fn(kept)(list(olds), list(news), None)
         for old, new in pairs:
             if not old.is_floating_point():
                 old.copy_(new)
