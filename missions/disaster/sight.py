@@ -28,7 +28,7 @@ WEAK, STRONG = 60, 150
 """Canny's thresholds, of 8-bit gradients of each colour; ours: grass and asphalt from 20 m have no edges with them,
 persons have. Grey has not: a parcel lay 0.6 m from a person in blue on a street in shade, whom blue alone shows. Of ten
 persons of the town of seed 20 four, six and seven are rough (`places.ROUGH`) in grey from 20, 12 and 7 m, and nine, ten
-and ten in colours, for a tenth less of plain ground."""
+and ten in colours; the share of plain ground falls from 0.86, 0.87 and 0.90 to 0.73, 0.76 and 0.78."""
 
 
 class Sight(Detections):
