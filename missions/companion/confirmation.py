@@ -8,7 +8,8 @@ run, one that should and does not ends it, one that looks elsewhere leaves it al
 settled: its rays have crossed at `settled_deg`, so that its height is known, or it has left the picture; it must then
 still have been seen in `hit_share` of the frames that should have seen it, with a mean score over these frames of
 `report_score` (a frame that missed it counts as 0). That throws out what flickers or looks like a target from one side
-only. What goes unreported is counted (`unreported`).
+only. What is narrower than `least_width_m`, over all frames that saw it, is no target: a plant, not a patch of them.
+What goes unreported is counted (`unreported`).
 **Label**: each detection votes with its score; the larger sum wins.
 **Merging**: a track within `merge_m` of another is the same target, seen again from a neighbouring line: its rays join
 the older one, and nothing is reported twice.
@@ -38,7 +39,8 @@ GATES_EPH_M = 0.6
 not narrow them, as the detector's boxes wander too."""
 GATE_SIGMAS = 2.0
 """Of the receiver's error that a gate has room for: 95 % of it."""
-UNCONFIRMED, ONE_SIDED, UNSTEADY, OUTSIDE = "unconfirmed", "seen from one side only", "unsteady", "outside the area"
+UNCONFIRMED, ONE_SIDED, UNSTEADY = "unconfirmed", "seen from one side only", "unsteady"
+SMALL, OUTSIDE = "too small", "outside the area"
 """Why a track dies unreported."""
 
 
@@ -50,6 +52,8 @@ class Confirming(NamedTuple):
     confirm_score: float = 0.5
     report_score: float = 0.72
     hit_share: float = 0.7
+    least_width_m: float = 0.0
+    """Of a target: mean of the longer sides of its boxes, on the ground."""
     gate_m: float = 1.8
     merge_m: float = 2.5
     settle: bool = True
@@ -111,6 +115,7 @@ class _Track:
         "run_score",
         "score_sum",
         "votes",
+        "width_sum_m",
     )
 
     def __init__(self, number: int, time_us: int, detection: Detection, place: Intersection, point: Point) -> None:
@@ -118,7 +123,7 @@ class _Track:
         self.place, self.point = place, point
         self.votes: dict[str, float] = {}
         self.hits = self.expected = self.run = 0
-        self.score_sum = self.run_score = 0.0
+        self.score_sum = self.run_score = self.width_sum_m = 0.0
         self.confirmed = self.reported = False
         self.best, self.best_time_us = detection, time_us
         self.looked_us = time_us
@@ -127,8 +132,13 @@ class _Track:
     def score(self) -> float:
         return self.score_sum / max(self.expected, 1)
 
-    def hit(self, time_us: int, detection: Detection, wanted: Confirming) -> None:
+    @property
+    def width_m(self) -> float:
+        return self.width_sum_m / max(self.hits, 1)
+
+    def hit(self, time_us: int, detection: Detection, m_per_px: float, wanted: Confirming) -> None:
         self.hits += 1
+        self.width_sum_m += max(detection.w, detection.h) * m_per_px
         self.expected += 1
         self.score_sum += detection.score
         self.run += 1
@@ -151,6 +161,7 @@ class _Track:
         self.hits += other.hits
         self.expected += other.expected
         self.score_sum += other.score_sum
+        self.width_sum_m += other.width_sum_m
         self.confirmed |= other.confirmed
         self.looked_us = max(self.looked_us, other.looked_us)
         for label, votes in other.votes.items():
@@ -184,7 +195,7 @@ class Confirmation:
         self._camera, self.ground_down_m, self.wanted = camera, ground_down_m, wanted
         self._inside = inside
         self.accuracy_m: tuple[float | None, float | None] = (None, None)
-        self.unreported = dict.fromkeys((UNCONFIRMED, ONE_SIDED, UNSTEADY, OUTSIDE), 0)
+        self.unreported = dict.fromkeys((UNCONFIRMED, ONE_SIDED, UNSTEADY, SMALL, OUTSIDE), 0)
         """How many tracks have died unreported, and why."""
         self._tracks: list[_Track] = []
         self._last_id = 0
@@ -214,7 +225,8 @@ class Confirmation:
             seen.add(track.id)
             track.place.add(ray, track.point[2])
             track.point = track.place.point()
-            track.hit(frame_time_us, detection, self.wanted)
+            away_m = float(pose.to_ned[:, 2] @ (np.asarray(track.point) - pose.position_m))
+            track.hit(frame_time_us, detection, away_m / self._camera.focal_px, self.wanted)
         for track in self._tracks:
             if track.id not in seen and self._should_see(pose, track.point):
                 track.miss(frame_time_us)
@@ -296,6 +308,8 @@ class Confirmation:
             return ONE_SIDED
         if track.hits < wanted.hit_share * track.expected or track.score < wanted.report_score:
             return UNSTEADY
+        if track.width_m < wanted.least_width_m:
+            return SMALL
         if self._inside is not None and not self._inside(track.point[0], track.point[1]):
             return OUTSIDE
         return ""

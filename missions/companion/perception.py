@@ -5,8 +5,8 @@
 - `selection`: classes and their weights, {fire: 1.0, debris: 0.8}, a JSON file of them, or mftp:///PATH, such a file on
   the autopilot's card (`selection.py`). Without it every class counts in full.
 - `look_rate_hz`: at most so many frames a second go to the detector, 10 unless told; 0: every one.
-- `confirmations`, `confirm_score`, `report_score`, `hit_share`, `gate_m`, `merge_m`, `within_deg`: those of
-  `Confirming` (`confirmation.py`).
+- `confirmations`, `confirm_score`, `report_score`, `hit_share`, `least_width_m`, `gate_m`, `merge_m`, `within_deg`:
+  those of `Confirming` (`confirmation.py`).
 """
 
 import importlib
@@ -66,6 +66,7 @@ def perception_of(given: Options, known: Mapping[str, Known]) -> Perception:
         confirm_score=given.number("confirm_score", confirming.confirm_score, 0.0, 1.0),
         report_score=given.number("report_score", confirming.report_score, 0.0, 1.0),
         hit_share=given.number("hit_share", confirming.hit_share, 0.0, 1.0),
+        least_width_m=given.number("least_width_m", confirming.least_width_m, 0.0, 100.0),
         gate_m=given.number("gate_m", confirming.gate_m, 0.1, 100.0),
         merge_m=given.number("merge_m", confirming.merge_m, 0.0, 100.0),
         within_deg=given.number("within_deg", confirming.within_deg, 1.0, 90.0),

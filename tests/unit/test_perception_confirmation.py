@@ -197,9 +197,21 @@ def test_tracks_that_die_unreported_are_counted_by_what_they_lacked() -> None:
     assert flight.confirmation.unreported["unconfirmed"] >= 1
     assert flight.confirmation.unreported["unsteady"] >= 1
     assert flight.confirmation.unreported["seen from one side only"] == 1
-    assert flight.confirmation.unreported["outside the area"] == 0
+    assert flight.confirmation.unreported["outside the area"] == flight.confirmation.unreported["too small"] == 0
     assert flight.confirmation.targets == []
     elsewhere = Confirmation(CAMERA, 0.0, SURVEYING, inside=lambda north, east: False)
     flight.confirmation = elsewhere
     flight.fly(0.0, 60.0, [(30.0, 4.0)])
     assert elsewhere.unreported["outside the area"] == 1
+
+
+def test_what_is_narrower_than_wanted_is_no_target() -> None:
+    """A box of 20 pixels from 15 m up is 0.94 m on the ground (focal length 320), from wherever it is seen."""
+    for least_width_m, wanted in ((0.9, 1), (1.0, 0)):
+        flight = Flight()
+        flight.confirmation = Confirmation(CAMERA, 0.0, SURVEYING._replace(least_width_m=least_width_m))
+        flight.fly(0.0, 60.0, [(30.0, 4.0)])
+        flight.fly(60.0, 0.0, [(30.0, 4.0)], east=9.0)
+        assert len(flight.confirmation.targets) == wanted
+        flight.fly(300.0, 310.0, [])
+        assert (flight.confirmation.unreported["too small"] == 0) == (wanted == 1)
