@@ -64,9 +64,8 @@ roofs in a flood's midst were places (town of seed 11)."""
 DOUBT = 0.25
 """Mean share of an area from which a cell may be of it (`tools/disaster/shallows.py` measures shares at a shore)."""
 LOW_DOUBT = 0.1
-"""The same as seen from low. From 7.5 m the network before this one gave less than 0.12 to 0.04 of what shows water 4
-to 6 cm deep, to 0.96 of what shows ground 5 to 10 cm above it, and from 24 m to 0.06 and 0.83 (towns of seeds 1, 4 and
-9); ours."""
+"""The same as seen from low: from 7.5 m 0.98 of what shows water 4 to 6 cm deep has as much, and 0.94 has `DOUBT`; of
+ground 2 cm and more above it nothing has either (`tools/disaster/shallows.py`, towns of seeds 1 to 3)."""
 HALF = 0.5
 """Mean share of an area at its edge: so much of a part that the edge goes through, and as unsure frames are there."""
 WANDER = 0.1

@@ -3,7 +3,8 @@
     python tools/disaster/shallows.py [--seeds N…] [--looks N]
 
 Looks straight down at the shores of scenario `disaster`'s towns from its scan's and its release's height, and between.
-A parcel is to lie on dry ground beside them; `missions/disaster/places.py` goes by shares (`DOUBT`).
+A parcel is to lie on dry ground beside them; `missions/disaster/places.py` goes by
+shares (`DOUBT`, `LOW_DOUBT`).
 """
 
 import argparse
@@ -21,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from sitl_emu.missions.companion.detector import Detections
 from sitl_emu.missions.disaster.detectors import network
+from sitl_emu.missions.disaster.places import DOUBT, LOW_DOUBT
 from sitl_emu.missions.disaster.regions import LEAST_SHARE
 from sitl_emu.run import worlds
 from sitl_emu.world.camera import Camera, Pose
@@ -32,6 +34,7 @@ HEIGHTS_M = (24.0, 12.0, 7.5)
 """Above the ground."""
 DEPTHS_M = (-1.0, -0.3, -0.1, -0.05, -0.02, 0.0, 0.02, 0.04, 0.06, 0.1, 0.2, 0.5)
 """Edges of the table's rows; below 0: of ground above the water."""
+SHARES = (LEAST_SHARE, DOUBT, LOW_DOUBT)
 NEAR_SHORE_M = 0.25
 """How far above or below the water the ground in a picture's middle may lie."""
 STEP_PX, MARGIN_PX = 12, 20
@@ -59,14 +62,15 @@ def main() -> None:
     for height_m in HEIGHTS_M:
         looks = np.array([look for town in towns for look in _looks(town, height_m, given.looks)])
         print(
-            f"\nfrom {height_m:g} m: water's depth, m; pixels; mean share; of them at {LEAST_SHARE:g} or more",
+            f"\nfrom {height_m:g} m: water's depth, m; pixels; mean share; "
+            f"of them at {', '.join(f'{share:g}' for share in SHARES)} or more",
             flush=True,
         )
         for low, high in itertools.pairwise(DEPTHS_M):
             shares = looks[(looks[:, 0] >= low) & (looks[:, 0] < high), 1]
             if len(shares):
-                told = f"{len(shares):7} {shares.mean():5.2f} {np.mean(shares >= LEAST_SHARE):5.2f}"
-                print(f"{low:6.2f} to {high:5.2f} {told}", flush=True)
+                parts = " ".join(f"{np.mean(shares >= least):5.2f}" for least in SHARES)
+                print(f"{low:6.2f} to {high:5.2f} {len(shares):7} {shares.mean():5.2f} {parts}", flush=True)
 
 
 def _looks(town: World, height_m: float, count: int) -> Iterator[Look]:
