@@ -3,8 +3,7 @@
     python tools/disaster/shallows.py [--seeds N…] [--looks N]
 
 Looks straight down at the shores of scenario `disaster`'s towns from its scan's and its release's height, and between.
-A parcel is to lie on dry ground beside them; `missions/disaster/places.py` goes by
-shares (`DOUBT`, `LOW_DOUBT`).
+A parcel is to lie on dry ground beside them; `missions/disaster/places.py` goes by shares (`DOUBT`, `LOW_DOUBT`).
 """
 
 import argparse
