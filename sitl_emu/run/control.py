@@ -3,16 +3,24 @@
 The world process holds one to every other process and to the launcher.
 """
 
+import os
 import socket
 import struct
+import time
+from pathlib import Path
 from typing import TypeVar
 
 from sitl_emu.run.messages import Message, decoded, encoded
 
 LENGTH = struct.Struct("<I")
 RECEIVE_BYTES = 1 << 16
+CREDENTIALS = struct.Struct("=iII")
+"""Linux's `struct ucred`: process, user, group."""
 BARRIER_LIMIT_S = 60.0
-"""Wall time after which a silent process counts as hung."""
+"""Wall time after which a process that is silent, and does nothing, counts as hung."""
+BUSY_LIMIT_S = 600.0
+"""The same of one that has used the CPU meanwhile: a camera's first picture after a fresh install waits for the
+compiler, which with other work beside it takes minutes."""
 
 Kind = TypeVar("Kind", bound=Message)
 
@@ -29,7 +37,10 @@ class ControlChannel:
         self.other = other
         self._socket = opened
         self._buffer = bytearray()
+        self._pid: int | None = None
+        """The process at the other end, once it has said something."""
         opened.settimeout(BARRIER_LIMIT_S)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
 
     def fileno(self) -> int:
         """For select."""
@@ -64,15 +75,30 @@ class ControlChannel:
         """The next message; waits for it. Raises ProcessLostError."""
         while (message := self._parse()) is None:
             try:
-                data = self._socket.recv(RECEIVE_BYTES)
-            except TimeoutError:
-                raise ProcessLostError(f"{self.other} has not answered for {BARRIER_LIMIT_S:.0f} s") from None
+                data = self._wait()
             except OSError as error:
                 raise ProcessLostError(f"{self.other} has gone ({error.strerror or error})") from None
             if not data:
                 raise ProcessLostError(f"{self.other} has gone")
             self._buffer += data
         return message
+
+    def _wait(self) -> bytes:
+        """What comes next; waits for it. Raises ProcessLostError for a process that hangs, OSError as `recv` does."""
+        since_s, worked_s = time.monotonic(), cpu_s(self._pid)
+        while True:
+            try:
+                data, beside, _, _ = self._socket.recvmsg(RECEIVE_BYTES, socket.CMSG_SPACE(CREDENTIALS.size))
+            except TimeoutError:
+                silent_s, now_s = time.monotonic() - since_s, cpu_s(self._pid)
+                if now_s <= worked_s or silent_s >= BUSY_LIMIT_S:
+                    raise ProcessLostError(f"{self.other} has not answered for {silent_s:.0f} s") from None
+                worked_s = now_s
+                continue
+            for level, kind, told in beside:
+                if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
+                    self._pid = CREDENTIALS.unpack(told)[0]
+            return data
 
     def expect(self, kind: type[Kind]) -> Kind:
         """The next message, which is of this kind; waits for it. Raises ProcessLostError."""
@@ -113,6 +139,15 @@ class ControlChannel:
         message = decoded(buffer[LENGTH.size : end])
         del buffer[:end]
         return message
+
+
+def cpu_s(pid: int | None) -> float:
+    """CPU time that a process has used so far, by all of its threads (proc(5)); 0 where nobody knows."""
+    try:
+        after_name = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(after_name[11]) + int(after_name[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def inherited(number: int, other: str) -> ControlChannel:

@@ -2,6 +2,8 @@
 
 import io
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -67,6 +69,38 @@ def test_messages_cross_a_control_channel_whole_and_in_order() -> None:
         there.expect(Ready)
     here.close()
     there.close()
+
+
+SILENT = """
+import socket, sys, time
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.messages import Ready, Rendered
+there = ControlChannel(socket.socket(fileno=int(sys.argv[1])), "the world")
+there.send(Ready())
+while sys.argv[2] == "works" and time.process_time() < 2.0:
+    pass
+time.sleep(0.0 if sys.argv[2] == "works" else 600.0)
+there.send(Rendered(1))
+"""
+
+
+@pytest.mark.parametrize("does", ["works", "sleeps"])
+def test_a_silent_process_is_waited_for_as_long_as_it_works(does: str) -> None:
+    one, other = socket.socketpair()
+    camera = ControlChannel(one, "the camera")
+    fd = other.fileno()
+    process = subprocess.Popen([sys.executable, "-P", "-c", SILENT, str(fd), does], pass_fds=[fd])
+    other.close()
+    assert camera.receive() == Ready()
+    one.settimeout(0.5)  # far less than its work takes
+    if does == "works":
+        assert camera.receive() == Rendered(1)
+    else:
+        with pytest.raises(ProcessLostError, match="the camera has not answered for"):
+            camera.receive()
+        process.kill()
+    process.wait()
+    camera.close()
 
 
 FIGURES = Figures(60.0, 20.5, None, 900, 2, {"uas>ugv": RadioCounts(7, 1)}, ("uas",), {"uas": STATUS, "ugv": None})
