@@ -1,11 +1,14 @@
 """What a camera says of itself, as messages, from its data and its state (https://mavlink.io/en/services/camera.html)."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
+from sitl_emu.components.camera_settings import Settings
 from sitl_emu.components.component import text
 from sitl_emu.components.geotag import Geotag
+from sitl_emu.components.image_capture import ImageCapture
+from sitl_emu.components.storage import Storage
+from sitl_emu.components.video_recording import VideoRecording
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
 from sitl_emu.vehicles.description import zoomed
@@ -19,15 +22,8 @@ CAPABILITIES = (
 )
 FIRMWARE_VERSION = 1
 UNKNOWN = 0x7FFFFFFF
-
-
-@dataclass
-class Settings:
-    """What RESET_CAMERA_SETTINGS puts back."""
-
-    mode: int = mavlink.CAMERA_MODE_IMAGE
-    zoom_percent: float = 0.0
-    focus_percent: float = 0.0
+IMAGE_IN_PROGRESS, INTERVAL_SET = 1, 2
+"""Bits of CAMERA_CAPTURE_STATUS.image_status."""
 
 
 def camera_information(now_us: int, data: CameraData, gimbal_device_id: int, *, streams: bool) -> Any:
@@ -58,17 +54,31 @@ def camera_settings(now_us: int, data: CameraData, settings: Settings) -> Any:
     return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus_percent)
 
 
-def storage_information(now_us: int, data: CameraData, used_mib: float) -> Any:
+def camera_capture_status(now_us: int, images: ImageCapture, recording: VideoRecording, storage: Storage) -> Any:
+    """CAMERA_CAPTURE_STATUS."""
+    return mavlink.MAVLink_camera_capture_status_message(
+        now_us // 1000,
+        IMAGE_IN_PROGRESS * images.waits_for_geotag + INTERVAL_SET * images.goes_on,
+        int(recording.running),
+        images.interval_s,
+        recording.recorded_ms(now_us),
+        max(storage.free_mib - recording.recorded_mib(now_us), 0.0),
+        images.count,
+    )
+
+
+def storage_information(now_us: int, storage: Storage, recording: VideoRecording) -> Any:
     """STORAGE_INFORMATION."""
+    used_mib = storage.used_mib + recording.recorded_mib(now_us)
     usage = mavlink.STORAGE_USAGE_FLAG_SET | mavlink.STORAGE_USAGE_FLAG_PHOTO | mavlink.STORAGE_USAGE_FLAG_VIDEO
     return mavlink.MAVLink_storage_information_message(
         now_us // 1000,
         1,
         1,
         mavlink.STORAGE_STATUS_READY,
-        data.storage_mib,
+        storage.size_mib,
         used_mib,
-        data.storage_mib - used_mib,
+        storage.size_mib - used_mib,
         math.nan,
         math.nan,
         mavlink.STORAGE_TYPE_SD,

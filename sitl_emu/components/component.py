@@ -20,6 +20,8 @@ AUTOPILOT = 1
 """Component id of the autopilot."""
 COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
 MAVLINK_VERSION = 3
+NEVER_US = 1 << 62
+"""When something is due that is not."""
 
 
 class Command(NamedTuple):

@@ -1,6 +1,6 @@
 """A camera's video stream as the camera speaks of it: what is told of it, and that it is started and stopped.
 
-https://mavlink.io/en/services/camera.html#video-streaming. The one stream is H.264 over RTP to a UDP port of the ground
+https://mavlink.io/en/services/camera.html#video_streaming. The one stream is H.264 over RTP to a UDP port of the ground
 station. It runs from power-on: QGroundControl listens as soon as it hears of the port, and says START_STREAMING only
 where it changes between several streams (src/Camera/VehicleCameraControl.cc). Nothing is encoded here; who does it is
 told by `running`.

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from sitl_emu import vehicles
-from sitl_emu.components.camera import Camera, PictureFiles
+from sitl_emu.components.camera import Camera
 from sitl_emu.components.geotag import Geotag
+from sitl_emu.components.image_capture import PictureFiles
 from sitl_emu.components.video_stream import VideoStream
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.vehicles.description import Camera as CameraData
@@ -257,6 +258,18 @@ def test_video_wants_its_mode_and_fills_the_storage() -> None:
     assert storage.used_capacity == pytest.approx(5.0 * DATA.video_mib_s, abs=0.1)
 
 
+def test_a_video_ends_when_the_storage_is_full_and_leaves_no_room_for_images() -> None:
+    rig = Rig(dataclasses.replace(DATA, storage_mib=10.0, image_mib=4.0, video_mib_s=2.0))
+    rig.ask(SET_MODE, 0, 1)
+    assert rig.ask(VIDEO_START)[0] == ACCEPTED
+    rig.run(3.5)
+    assert rig.ask(IMAGE_START, 0, 0, 1)[0] == FAILED, "3 MiB are left"
+    (ended,) = only(rig.run(3.0), "CAMERA_CAPTURE_STATUS")
+    assert (ended.video_status, ended.available_capacity) == (0, 0.0)
+    assert rig.ask(VIDEO_START)[0] == FAILED
+    assert rig.ask(REQUEST_MESSAGE, 261)[1][0].used_capacity == pytest.approx(10.0)
+
+
 def test_a_stream_is_announced_as_it_is() -> None:
     rig = Rig(video=VideoStream(5603))
     (information,) = rig.ask(REQUEST_MESSAGE, 259)[1]
@@ -302,6 +315,12 @@ def test_zoom_focus_and_reset() -> None:
     rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, -1.0)
     rig.run(1.0)
     assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, 0.0)[1][0].zoomLevel == pytest.approx(30.0, abs=0.5)
+    rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_CONTINUOUS, 1.0)
+    assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_FOCAL_LENGTH, 10.0)[0] == DENIED
+    rig.run(1.0)
+    assert rig.ask(REQUEST_MESSAGE, 260)[1][0].zoomLevel == pytest.approx(50.0, abs=1.0), "it goes on"
+    rig.run(10.0)
+    assert rig.ask(REQUEST_MESSAGE, 260)[1][0].zoomLevel == 100.0
     assert rig.ask(SET_FOCUS, mavlink.FOCUS_TYPE_RANGE, 70.0)[1][0].focusLevel == 70.0
     assert rig.ask(SET_ZOOM, mavlink.ZOOM_TYPE_RANGE, math.nan)[0] == DENIED
     settings = rig.ask(RESET, 1)[1][0]
