@@ -10,8 +10,9 @@ ROOMS = ("vehicles", "autopilot", "gcs", "missions")
 ELSEWHERE = {f"sitl_emu.{room}": room for room in ROOMS} | {"sitl_emu.conformance": "tests/conformance"}
 
 in_rooms = [f"sitl_emu.{name}" for name in find_namespace_packages(include=[f"{room}*" for room in ROOMS])]
+conformance = [f"sitl_emu.{name}" for name in find_namespace_packages("tests", include=["conformance*"])]
 
 setup(
-    packages=sorted({*find_namespace_packages(include=["sitl_emu*"]), *in_rooms, "sitl_emu.conformance"}),
+    packages=sorted({*find_namespace_packages(include=["sitl_emu*"]), *in_rooms, *conformance}),
     package_dir=ELSEWHERE,
 )

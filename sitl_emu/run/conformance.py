@@ -39,7 +39,7 @@ class Result(NamedTuple):
 
     service: str
     title: str
-    """Of the service: the first line of the file."""
+    """What the file is about: its first line."""
     test: str
     """Its name as a sentence, with its case in brackets."""
     covers: tuple[Covers, ...]
@@ -79,9 +79,11 @@ class Conformance(NamedTuple):
         return sum(result.outcome == outcome for result in self.results)
 
 
-def services() -> list[str]:
-    """Those that there are tests for."""
-    return sorted(path.stem.removeprefix(PREFIX) for path in FOLDER.glob(f"{PREFIX}*.py"))
+def services() -> dict[str, Path]:
+    """Those that there are tests for, sorted, each with its file of tests or its folder of such files."""
+    files = {path.stem.removeprefix(PREFIX): path for path in FOLDER.glob(f"{PREFIX}*.py")}
+    folders = {path.parent.name: path.parent for path in FOLDER.glob(f"*/{PREFIX}*.py")}
+    return dict(sorted((files | folders).items()))
 
 
 def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conformance:
@@ -90,7 +92,7 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     `say` gets pieces of text without line ends of its own. Raises Trouble where there is nothing to measure.
     """
     known = services()
-    chosen = list(dict.fromkeys(wanted)) or known
+    chosen = list(dict.fromkeys(wanted)) or list(known)
     for service in chosen:
         if service not in known:
             raise Trouble(f"--service {service}: there is no such service; there are {', '.join(known)}")
@@ -99,7 +101,7 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     before = os.environ.get(URL_VARIABLE)
     os.environ[URL_VARIABLE] = url
     try:
-        status = pytest.main([*_options(), *(str(FOLDER / f"{PREFIX}{service}.py") for service in chosen)], [keeper])
+        status = pytest.main([*_options(), *(str(known[service]) for service in chosen)], [keeper])
     finally:
         if before is None:
             del os.environ[URL_VARIABLE]
@@ -228,7 +230,8 @@ def summary(run: Conformance) -> Iterator[str]:
 
 
 def _service(item: pytest.Item) -> str:
-    return item.path.stem.removeprefix(PREFIX)
+    folder = item.path.parent.name
+    return item.path.stem.removeprefix(PREFIX) if folder == FOLDER.name else folder
 
 
 def _title(item: pytest.Item) -> str:

@@ -140,7 +140,7 @@ def _overview(run: Conformance, known: dict[str, frozenset[str]]) -> Iterator[tu
 def _of_service(service: str, run: Conformance, known: dict[str, frozenset[str]]) -> Iterator[Part]:
     results = [result for result in run.results if result.service == service]
     yield f"## {service}"
-    yield results[0].title
+    yield from dict.fromkeys(result.title for result in results)
     named = set().union(*(result.names for result in results))
     received = {name for name in known.get(service, frozenset()) if not name.startswith(COMMAND_PREFIX)}
     rows = list[tuple[str, ...]]()

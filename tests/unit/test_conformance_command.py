@@ -179,8 +179,10 @@ def test_the_wheel_carries_the_conformance_tests(monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(ROOT)
     runpy.run_path("setup.py")
     assert told["package_dir"]["sitl_emu.conformance"] == "tests/conformance"
-    assert {"sitl_emu.conformance", "sitl_emu.run", "sitl_emu.autopilot.modes", "sitl_emu.gcs"} <= {*told["packages"]}
-    others = [path.name for path in conformance.FOLDER.iterdir() if path.suffix not in (".py", ".md", "")]
+    assert {"sitl_emu.run", "sitl_emu.autopilot.modes", "sitl_emu.gcs"} <= {*told["packages"]}
+    assert {"sitl_emu.conformance", "sitl_emu.conformance.mission"} <= {*told["packages"]}
+    files = [path for path in conformance.FOLDER.rglob("*.*") if path.parent.name != "__pycache__"]
+    others = [path.name for path in files if path.suffix not in (".py", ".md")]
     assert not others, "add it to package-data"
 
 
