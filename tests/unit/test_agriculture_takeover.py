@@ -1,0 +1,111 @@
+"""A pilot or a failsafe takes over a vehicle of the agriculture mission: who yields, who is told, how it goes on."""
+
+from .agriculture_vehicles import US, fly, pair
+from .companion_px4 import HOLD, MISSION, POSITION, RETURN
+
+
+def test_the_scout_yields_to_a_pilot_and_resumes_when_given_back() -> None:
+    scout, inspect = pair()
+    heard: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.mode = POSITION
+        if now_us == 20 * US:
+            assert scout.companion.status.phase == "yielded"
+            heard.append(len(scout.px4.commands))
+        if now_us == 30 * US:
+            heard.append(len(scout.px4.commands))
+            scout.px4.mode = MISSION
+
+    fly(scout, inspect, each=pilot)
+    assert heard[0] == heard[1]
+    assert "position" in scout.of("yielded")[0].text
+    assert any("yields" in str(msg.text) for msg in scout.ground if msg.get_type() == "STATUSTEXT")
+    assert scout.of("resumed")
+    assert scout.companion.status.outcome == "success"
+
+
+def test_a_pilot_who_lands_the_uas_ends_the_mission() -> None:
+    scout, inspect = pair()
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.mode = (4, 6)
+        if now_us == 20 * US:
+            scout.px4.armed, scout.px4.mode, scout.px4.up_m = False, HOLD, 0.0
+
+    fly(scout, inspect, each=pilot)
+    assert scout.companion.status.outcome == "pilot took over"
+
+
+def test_a_pilot_on_the_ugv_is_reported_to_the_scout() -> None:
+    scout, inspect = pair()
+    taken: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        if not taken and inspect.of("target_started") and now_us > inspect.of("target_started")[0].time_us + 2 * US:
+            taken.append(now_us)
+            inspect.px4.mode = POSITION
+        if taken and now_us == taken[0] + 10 * US:
+            assert inspect.companion.status.phase == "yielded"
+            assert scout.of("report_received")[0].data["result"] == "pilot_took_over"
+            inspect.px4.mode = MISSION
+
+    fly(scout, inspect, each=pilot)
+    assert taken
+    assert scout.of("report_received")[1].data["result"] == "confirmed"
+
+
+def test_a_failsafe_that_takes_the_uas_home_is_told_apart_from_a_pilot() -> None:
+    scout, inspect = pair()
+
+    def low_battery(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.enter_failsafe(now_us, RETURN, cause=3)
+
+    fly(scout, inspect, each=low_battery)
+    yielded = scout.of("yielded")
+    assert [(event.data["by"], event.data["mode"]) for event in yielded] == [("failsafe", "return")]
+    said = [str(msg.text) for msg in scout.ground if msg.get_type() == "STATUSTEXT"]
+    assert "Companion yields: failsafe (low battery), mode" in " ".join(said)
+    assert not any("pilot" in text for text in said)
+    assert scout.companion.status.outcome == "failsafe (low battery)"
+
+
+def test_a_pilot_who_takes_over_from_a_failsafe_is_told_too() -> None:
+    scout, inspect = pair()
+
+    def pilot(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.enter_failsafe(now_us, RETURN, cause=2)
+        if now_us == 18 * US:
+            scout.px4.choose(POSITION)
+        if now_us == 25 * US:
+            scout.px4.choose(MISSION)
+
+    fly(scout, inspect, each=pilot)
+    assert [event.text for event in scout.of("yielded")] == [
+        "failsafe (ground station lost), mode return",
+        "pilot took over, mode position",
+    ]
+    assert scout.of("resumed")
+    assert scout.companion.status.outcome == "success"
+
+
+def test_a_failsafe_of_the_ugv_is_reported_to_the_scout_as_one() -> None:
+    scout, inspect = pair()
+    taken: list[int] = []
+
+    def link_lost(now_us: int) -> None:
+        if not taken and inspect.of("target_started") and now_us > inspect.of("target_started")[0].time_us + 2 * US:
+            taken.append(now_us)
+            inspect.px4.enter_failsafe(now_us, HOLD, cause=2)
+        if taken and now_us == taken[0] + 10 * US:
+            assert scout.of("report_received")[0].data["result"] == "failsafe"
+            inspect.px4.choose(MISSION)
+
+    fly(scout, inspect, each=link_lost)
+    assert taken
+    assert inspect.of("yielded")[0].text == "failsafe (ground station lost), mode hold"
+    assert [event.data["result"] for event in scout.of("report_received")][:2] == ["failsafe", "confirmed"]

@@ -1,0 +1,358 @@
+"""What the items of a mission make the vehicle do, and the setpoints that come of them; after PX4's flights."""
+
+import math
+
+import pytest
+
+from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.core import dialect as mavlink
+
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
+from .navigator_missions import (
+    DELAY,
+    JUMP,
+    LAND,
+    LOITER_TIME,
+    LOITER_TO_ALT,
+    ROI_LOCATION,
+    ROVER,
+    SPEED,
+    TAKEOFF,
+    WAYPOINT,
+    run_until,
+    started,
+)
+
+
+def test_items_carried_out_on_the_way_hide_the_place_before_them() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 30, 0, 8),
+        item(SPEED, 0, 0, 0, 1, 3.0, -1),
+        item(WAYPOINT, 60, 0, 8),
+        item(LAND, 60, 0),
+    )
+    run_until(vehicle, 2)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 2, 3, 4]
+    assert vehicle.current == [0, 1, 3, 4]
+
+
+def test_jumps() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 25, 0, 8),
+        item(WAYPOINT, 25, 20, 8),
+        item(JUMP, 0, 0, 0, 1, 2),
+        item(WAYPOINT, 0, 20, 8),
+        item(LAND, 0, 20),
+    )
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 4, 5]
+    assert vehicle.current == [0, 1, 2, 1, 2, 1, 2, 4, 5]
+
+
+def test_a_jump_to_itself_does_not_hang() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(JUMP, 0, 0, 0, 1, -1))
+    vehicle.run(15.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_a_jump_to_nowhere_ends_the_mission_where_it_stands() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(JUMP, 0, 0, 0, 7, 1), item(LAND))
+    vehicle.run(15.0)
+    assert vehicle.reached == [-1, 0, 1]
+    assert vehicle.take_texts()[-1] == "Mission finished, loitering"
+
+
+def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 30, 0, 8),
+        item(WAYPOINT, 30, 30, 8),
+        item(JUMP, 0, 0, 0, 1, 1),
+        item(JUMP, 0, 0, 0, 1, 1),
+        item(LAND),
+    )
+    vehicle.run_until_disarmed()
+    assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 5]
+
+
+def test_hold_times() -> None:
+    vehicle = started(
+        item(TAKEOFF, 0, 0, 8),
+        item(WAYPOINT, 30, 0, 8, 4.0),
+        item(LOITER_TIME, 60, 0, 8, 3.0),
+        item(DELAY, 0, 0, 0, 5.0, -1, -1),
+        item(WAYPOINT, 60, 30, 8),
+    )
+    vehicle.step()
+    times: dict[int, float] = {}
+    while vehicle.mode is not NavState.AUTO_LOITER or not vehicle.armed:
+        vehicle.step()
+        times.setdefault(vehicle.topics.mission_result.seq_reached, vehicle.now_us * 1e-6)
+    assert times[1] - times[0] == pytest.approx(20 / 5 + 4.0, abs=0.5)
+    assert times[2] - times[1] == pytest.approx(20 / 5 + 3.0, abs=0.5)
+    assert times[3] - times[2] == pytest.approx(5.0, abs=0.1)
+
+
+def test_acceptance_radius_and_yaw_of_an_item() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 3.0), item(WAYPOINT, 80, 0, 8))
+    run_until(vehicle, 1)
+    assert vehicle.north == pytest.approx(37.0, abs=0.2)
+    turning = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0))
+    turning.run(30.0)
+    assert turning.reached == [-1, 0]  # the fake never turns
+    turning.heading_is_good = False
+    turning.run(1.0)
+    assert turning.reached == [-1, 0, 1]
+
+
+@pytest.mark.parametrize(("insists", "reached", "failed"), [(0.0, [-1, 1, 2], False), (1.0, [-1, 1], True)])
+def test_with_a_time_limit_only_a_forced_heading_is_waited_for(
+    insists: float, reached: list[int], failed: bool
+) -> None:
+    """MIS_YAW_TMT; the fake never turns to what it shall look at."""
+    roi, place = item(ROI_LOCATION, 40, 400, 0), item(LOITER_TIME, 40, 0, 8, 0.0, insists, 0.0, 1.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, place, item(WAYPOINT, 80, 0, 8), MIS_YAW_TMT=2.0)
+    vehicle.run(22.0)
+    assert vehicle.reached[: len(reached)] == reached
+    assert ("unable to reach heading within timeout" in vehicle.take_texts()) is failed
+    assert (3 in vehicle.reached) is not failed
+
+
+@pytest.mark.parametrize("command", [mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TO_ALT])
+def test_who_circles_has_no_heading(command: int) -> None:
+    """Param4 says how the circle is left (MavlinkMissionManager::parse_mavlink_mission_item)."""
+    place = item(command, 40, 0, 8, 0.0, 0.0, 0.0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), place, item(WAYPOINT, 80, 0, 8), NAV_LOITER_RAD=5.0)
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.LOITER
+    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
+    run_until(vehicle, 2)
+
+
+@pytest.mark.parametrize(("radius_m", "circle_m"), [(0.0, 40.0), (math.nan, 40.0), (20.0, 30.0), (-20.0, 30.0)])
+def test_loiter_to_alt_changes_its_height_on_its_circle(radius_m: float, circle_m: float) -> None:
+    """As high as before on the way; within acceptance radius and circle (else NAV_LOITER_RAD) it is climbed."""
+    climb = item(LOITER_TO_ALT, 120, 0, 20, 0.0, radius_m)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), climb, item(WAYPOINT, 160, 0, 20), NAV_LOITER_RAD=30.0)
+    run_until(vehicle, 0)
+    while vehicle.topics.position_setpoint_triplet.current.alt < HOME_ALT + 18.0:
+        assert vehicle.up < 8.6
+        vehicle.step()
+    assert 120.0 - vehicle.north == pytest.approx(circle_m, abs=0.5)
+    assert vehicle.topics.position_setpoint_triplet.current.loiter_radius == pytest.approx(circle_m - 10.0)
+    run_until(vehicle, 1)
+    assert vehicle.up == pytest.approx(19.5, abs=0.5)
+
+
+def test_a_gate_is_passed_on_the_way_to_the_place_behind_it() -> None:
+    """It is flown to nowhere; beside it counts too (MissionBlock::is_mission_item_reached_or_completed)."""
+    gate = item(mavlink.MAV_CMD_CONDITION_GATE, 60, 30, 0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), gate, item(WAYPOINT, 120, 30, 8), item(WAYPOINT, 160, 30, 8))
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    triplet = vehicle.topics.position_setpoint_triplet
+    places = [PLACE.project(setpoint.lat, setpoint.lon) for setpoint in (triplet.current, triplet.next)]
+    assert [(round(north), round(east)) for north, east in places] == [(120, 30), (160, 30)]
+    run_until(vehicle, 1)
+    assert vehicle.north == pytest.approx(60.0, abs=0.5)
+    assert vehicle.east < 20.0
+    run_until(vehicle, 3)
+    assert vehicle.reached == [-1, 0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(("kind", "flown"), [(0.0, -1.0), (1.0, 3.0)])
+def test_a_ground_speed_alone_changes_the_leg_that_is_flown(kind: float, flown: float) -> None:
+    """FlightModeManager::handleCommand; the navigator's own value counts from the next setpoint on."""
+    items = item(TAKEOFF, 0, 0, 8), item(SPEED, 0, 0, 0, kind, 3.0, -1), item(DELAY, 0, 0, 0, 2.0, -1, -1)
+    vehicle = started(*items, item(WAYPOINT, 60, 0, 8))
+    run_until(vehicle, 1)
+    vehicle.run(0.5)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == flown
+    run_until(vehicle, 2)
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
+
+
+def test_a_mission_may_disarm_and_tune() -> None:
+    """MissionBlock::issue_command: the modules obey as they would the ground."""
+    tune = item(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 0, 0, 0, 1.0)
+    disarm = item(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 0, 0.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), tune, item(WAYPOINT, 12, 0, 8), item(LAND, 12, 0), disarm)
+    vehicle.parameters.set("COM_DISARM_LAND", -1.0)
+    vehicle.run_until_disarmed()
+    given = [record.command for record in vehicle.topics.navigator_commands]
+    assert [command.command for command in given if command.command in (tune.command, disarm.command)] == [212, 400]
+    assert {(command.param5, command.param6) for command in given} == {(0.0, 0.0)}
+    assert vehicle.reached[-1] >= 3
+
+
+@pytest.mark.parametrize(
+    ("command", "param1"), [(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, -90.0), (mavlink.MAV_CMD_DO_WINCH, 1.0)]
+)
+def test_gimbal_and_winch_are_given_their_time(command: int, param1: float) -> None:
+    """MIS_COMMAND_TOUT, though there is no winch."""
+    places = item(TAKEOFF, 0, 0, 8), item(command, 0, 0, 0, param1), item(WAYPOINT, 20, 0, 8)
+    vehicle = started(*places, MIS_COMMAND_TOUT=5.0)
+    run_until(vehicle, 0)
+    vehicle.run(4.5)
+    assert vehicle.reached[-1] == 0
+    vehicle.run(1.0)
+    assert vehicle.reached[-1] == 1
+
+
+@pytest.mark.parametrize(("gimbal_looks", "reached"), [(0, [-1, 1, 2]), (1, [-1, 1])])
+def test_a_waypoint_looks_at_the_region_of_interest_whatever_yaw_it_has(gimbal_looks: int, reached: list[int]) -> None:
+    """MissionBase::heading_sp_update; the fake looks north and never turns. With MIS_MNT_YAW_CTL a gimbal looks."""
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 400, 0, 0)
+    east = item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, east, MIS_MNT_YAW_CTL=gimbal_looks)
+    vehicle.run(25.0)
+    assert vehicle.reached == reached
+
+
+def test_a_mission_forgets_the_region_of_interest_of_before() -> None:
+    """MissionBase::update_mission; gimbals do not."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 80, 0, 8, 0.0, 0.0, 0.0, 90.0))
+    vehicle.run(6.0)
+    vehicle.command(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, *PLACE.reproject(4000, 0), 0.0)
+    vehicle.run(1.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(0.0, abs=0.01)
+    vehicle.set_mode(4, 3)
+    vehicle.run(1.0)
+    vehicle.set_mode(4, 4)
+    vehicle.run(1.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(math.radians(90.0))
+    assert vehicle.topics.vehicle_roi.mode == 3
+
+
+def test_a_region_of_interest_in_a_mission() -> None:
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 20, 20, 0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, item(WAYPOINT, 40, 0, 8))
+    run_until(vehicle, 1)
+    assert vehicle.topics.vehicle_roi.mode == 3
+    lat, lon = PLACE.reproject(20, 20)
+    assert vehicle.topics.vehicle_roi.lat == pytest.approx(lat, abs=1e-6)
+    assert vehicle.topics.vehicle_roi.lon == pytest.approx(lon, abs=1e-6)
+
+
+def test_relative_altitudes_follow_home() -> None:
+    """MissionBase::updateMissionAltAfterHomeChanged."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 200, 0, 10), item(LAND, 200, 0))
+    run_until(vehicle, 1)
+    vehicle.run(1.0)
+    before, home = vehicle.topics.position_setpoint_triplet, vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(alt=home.alt + 3.0, update_count=home.update_count + 1)
+    vehicle.run(0.2)
+    after = vehicle.topics.position_setpoint_triplet
+    for setpoint, known in zip(after[1:], before[1:], strict=True):
+        assert setpoint.alt == pytest.approx(known.alt + 3.0)
+    run_until(vehicle, 2)
+    assert vehicle.up == pytest.approx(13.3, abs=0.5)
+
+
+def test_a_mission_has_no_leg_before_its_first_setpoint() -> None:
+    """Mission::setActiveMissionItems: the setpoint before, of which there is none."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 40, 40, 8))
+    vehicle.run(0.2)
+    assert not vehicle.topics.position_setpoint_triplet.previous.valid
+    run_until(vehicle, 1)
+    vehicle.run(0.1)
+    lat, _ = PLACE.reproject(40, 0)
+    assert vehicle.topics.position_setpoint_triplet.previous.lat == pytest.approx(lat, abs=1e-6)
+
+
+def test_a_landing_keeps_the_leg_that_led_to_it() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(LAND, 80, 0))
+    while vehicle.topics.position_setpoint_triplet.current.type != SetpointType.LAND:
+        vehicle.step()
+    lat, _ = PLACE.reproject(20, 0)
+    assert vehicle.topics.position_setpoint_triplet.previous.lat == pytest.approx(lat, abs=1e-6)
+
+
+@pytest.mark.parametrize(("vz", "stops"), [(1.0, True), (0.0, False)])
+def test_a_descent_stops_above_terrain(vz: float, stops: bool) -> None:
+    """NAV_MIN_GND_DIST (updateAltToAvoidTerrainCollisionAndRepublishTriplet)."""
+    vehicle = BelowIsTerrain(vz)
+    vehicle.run(3.0)
+    vehicle.upload(item(TAKEOFF, 0, 0, 20), item(WAYPOINT, 60, 0, 5), item(WAYPOINT, 120, 0, 5))
+    vehicle.run(0.1)
+    vehicle.set_mode(4, 4)
+    vehicle.arm()
+    vehicle.run(40.0)
+    assert ("Terrain collision risk, descent is stopped" in vehicle.take_texts()) is stops
+    assert vehicle.up == pytest.approx(12.0 if stops else 5.0, abs=0.5)
+
+
+class BelowIsTerrain(FakeVehicle):
+    """Four metres above the ground at 12 m above home; it sinks at `vz`."""
+
+    def __init__(self, vz: float) -> None:
+        super().__init__(NAV_MIN_GND_DIST=4.0)
+        self.vz = vz
+
+    def _sense(self) -> None:
+        super()._sense()
+        local = self.topics.vehicle_local_position
+        self.topics.vehicle_local_position = local._replace(
+            vz=self.vz, dist_bottom=self.up - 8.0, dist_bottom_valid=self.up > 8.0
+        )
+
+
+def test_positions_are_kept_to_a_ten_millionth_degree() -> None:
+    assert math.isclose(item(WAYPOINT, 10, 0, 5).lat_deg, PLACE.reproject(10, 0)[0], abs_tol=1e-7)
+
+
+def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> None:
+    rover = started(
+        item(WAYPOINT, 8, 0),
+        item(WAYPOINT, 8, 8),
+        item(DELAY, 0, 0, 0, 1.0, -1, -1),
+        item(JUMP, 0, 0, 0, 0, 1),
+        item(LOITER_TIME, 0, 8, 0, 3.0),
+        item(WAYPOINT, 0, 0),
+        rover=True,
+        **ROVER,
+    )
+    following: dict[int, set[tuple[int, int]]] = {}
+    for _ in range(25 * 60):
+        rover.step()
+        triplet = rover.topics.position_setpoint_triplet
+        if rover.mode is NavState.AUTO_MISSION and triplet.next.valid:
+            north, east = PLACE.project(triplet.next.lat, triplet.next.lon)
+            following.setdefault(rover.topics.mission_result.seq_current, set()).add((round(north), round(east)))
+    assert following == {0: {(8, 8)}, 1: {(8, 0), (0, 8)}}
+
+
+def test_on_the_way_to_a_landing_the_ground_is_the_next_place() -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 6), item(WAYPOINT, 20, 0, 6), item(LAND, 50, 0))
+    for _ in range(3000):
+        vehicle.step()
+        if vehicle.topics.mission_result.seq_current == 2:
+            break
+    vehicle.run(0.1)
+    triplet = vehicle.topics.position_setpoint_triplet
+    assert triplet.current.type == SetpointType.POSITION
+    assert triplet.next.valid
+    assert triplet.next.type == SetpointType.LAND
+    assert triplet.next.alt < triplet.current.alt
+
+
+def test_the_log_is_told_of_each_item_as_px4_tells_it() -> None:
+    """Relative altitudes stay as they are in the plan; the climb before it is made on board."""
+    vehicle = started(
+        item(mavlink.MAV_CMD_NAV_TAKEOFF, up_m=10.0), item(mavlink.MAV_CMD_NAV_WAYPOINT, north_m=20.0, up_m=10.0)
+    )
+    vehicle.run(0.1)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.nav_cmd, told.origin, told.altitude_is_relative) == (mavlink.MAV_CMD_NAV_TAKEOFF, 1, False)
+    run_until(vehicle, reached=0)
+    vehicle.run(0.2)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.sequence_current, told.nav_cmd, told.origin) == (1, mavlink.MAV_CMD_NAV_WAYPOINT, 0)
+    assert told.altitude_is_relative
+    assert vehicle.topics.navigator_status.nav_state == NavState.AUTO_MISSION
