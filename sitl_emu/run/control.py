@@ -6,7 +6,6 @@ The world process holds one to every other process and to the launcher.
 import os
 import socket
 import struct
-import time
 from pathlib import Path
 from typing import TypeVar
 
@@ -85,14 +84,15 @@ class ControlChannel:
 
     def _wait(self) -> bytes:
         """What comes next; waits for it. Raises ProcessLostError for a process that hangs, OSError as `recv` does."""
-        since_s, worked_s = time.monotonic(), cpu_s(self._pid)
+        waited_s, worked_s = 0.0, cpu_s(self._pid)
         while True:
             try:
                 data, beside, _, _ = self._socket.recvmsg(RECEIVE_BYTES, socket.CMSG_SPACE(CREDENTIALS.size))
             except TimeoutError:
-                silent_s, now_s = time.monotonic() - since_s, cpu_s(self._pid)
-                if now_s <= worked_s or silent_s >= BUSY_LIMIT_S:
-                    raise ProcessLostError(f"{self.other} has not answered for {silent_s:.0f} s") from None
+                waited_s += self._socket.gettimeout() or 0.0
+                now_s = cpu_s(self._pid)
+                if now_s <= worked_s or waited_s >= BUSY_LIMIT_S:
+                    raise ProcessLostError(f"{self.other} has not answered for {waited_s:g} s") from None
                 worked_s = now_s
                 continue
             for level, kind, told in beside:
