@@ -5,9 +5,9 @@
 
 **Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
 the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down (`descent.py`), looks once more whether the place still is one, and lets go where the parcel will meet the
-ground there; it tells where that should be, and where it then sees the parcel (`drop.py`). Then it climbs, goes back to
-where it left the line, and goes on.
+It goes down (`descent.py`), looks once more whether the place still is one, or goes on to one beside it, as a fire's
+front does not wait, and lets go where the parcel will meet the ground there; it tells where that should be, and where
+it then sees the parcel (`drop.py`). Then it climbs, goes back to where it left the line, and goes on.
 
 **Together** with others (`together.py`) its lines are part of a common area, a region is served by one of all, and it
 flies at its own height; the air that others need is kept clear of.
@@ -53,6 +53,9 @@ LOOKED_S, SOON_S = 2.0, 1.0
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
 TRIES, REGION_TRIES = 2, 4
+ASIDE_M = 6.0
+"""So far from a place it goes on to another without climbing: what is about is mapped, and half of the column of air
+that others keep clear of (`airspace.COLUMN_M`) is left; ours."""
 SAME_EDGE_M = 6.0
 """A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
 CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
@@ -399,9 +402,7 @@ class Flight:
         """Down, and lets the parcel go over a place."""
         onboard = self.onboard
         onboard.enter("delivering", f"at the edge of {place.label}")
-        yield from self.descent.down(place.place_m)
-        yield from steps.pause(onboard, SOON_S)
-        self._see_once_more(place)
+        place = yield from self._down(place)
         yield from self.descent.aim(place.place_m, self._is_sure)
         before = self.view
         telling.releases(onboard, place, self.here_m, self.over_ground_m, self.place_deg)
@@ -426,12 +427,31 @@ class Flight:
             lies_m = find(before, after, self.settings.camera, place_m, -self.descent.below_m)
         telling.lies(self.onboard, lies_m, place_m, self.place_deg)
 
-    def _see_once_more(self, place: Place) -> None:
-        """From low: whether the place is still one. It stays put: a house may stand beside it. Raises Aborted."""
+    def _down(self, place: Place) -> Generator[None, None, Place]:
+        """Down over a place; it, or one beside it where it is none from low. Raises Aborted where there is none."""
+        first = place
+        for _ in range(TRIES + 1):
+            yield from self.descent.down(place.place_m)
+            yield from steps.pause(self.onboard, SOON_S)
+            other = self._see_once_more(place)
+            if other is None:
+                return place
+            if math.dist(other.place_m, first.place_m) > ASIDE_M or not self._is_way_clear(place, other):
+                break
+            telling.goes_on(self.onboard, other, place)
+            place = other
+        raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {first.label}")
+
+    def _is_way_clear(self, place: Place, other: Place) -> bool:
         assert self.regions is not None
-        self._again(place)
+        return places.is_way_clear(self.regions, place.place_m, other.place_m, self.ground.stands)
+
+    def _see_once_more(self, place: Place) -> Place | None:
+        """From low: None where the place still is one, else the one to take instead. Raises Aborted."""
+        assert self.regions is not None
+        again = self._again(place)
         of = [region for region in self.regions.regions() if region.label == place.label]
-        if not any(places.is_beside(self.regions, region, place.place_m) for region in of):
-            raise Aborted(Reason.NO_PLACE, f"the edge of {place.label} lies elsewhere, seen from low")
-        if not places.is_free(self.regions, place.place_m, self.ground.stands):
-            raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {place.label}")
+        is_beside = any(places.is_beside(self.regions, region, place.place_m) for region in of)
+        if is_beside and places.is_free(self.regions, place.place_m, self.ground.stands):
+            return None
+        return again

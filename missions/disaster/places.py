@@ -150,6 +150,17 @@ def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None)
     return cell is not None and bool(_free(regions, stands, HELD)[cell])
 
 
+def is_way_clear(regions: RegionMap, from_m: Corner, to_m: Corner, stands: Standing | None) -> bool:
+    """Whether a vehicle at the height at which it lets go may fly straight from one place to another near by."""
+    if stands is None:
+        return True
+    tall_m = _away_m(stands.tall)
+    count = math.ceil(math.dist(from_m, to_m) / RESOLUTION_M) + 1
+    north, east = np.linspace(from_m[0], to_m[0], count).tolist(), np.linspace(from_m[1], to_m[1], count).tolist()
+    cells = [regions.cell(*place_m) for place_m in zip(north, east, strict=True)]
+    return all(cell is not None and tall_m[cell] >= HELD * BESIDE_M for cell in cells)
+
+
 def is_beside(regions: RegionMap, region: Region, place_m: Corner) -> bool:
     """Whether a parcel at a place is delivered to a region."""
     cell = regions.cell(*place_m)

@@ -56,6 +56,12 @@ def target(
     )
 
 
+def goes_on(onboard: Onboard, place: Place, before: Place) -> None:
+    """Low over a place that is none any more it goes on to another."""
+    away_m = math.dist(place.place_m, before.place_m)
+    onboard.note("place_changed", f"seen from low: to a place {away_m:.1f} m on", away_m=round(away_m, 2))
+
+
 def releases(onboard: Onboard, place: Place, here_m: Corner, height_m: float, deg: InDegrees) -> None:
     """The parcel is let go, `height_m` above the ground."""
     place_deg, here_deg = deg(place.place_m), deg(here_m)

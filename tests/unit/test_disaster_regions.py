@@ -331,6 +331,31 @@ def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
     assert places.choose(over, region, (15.0, 15.0), lake) is None
 
 
+@pytest.mark.parametrize("above", [True, False])
+def test_what_was_seen_from_above_to_be_none_is_none_from_aslant(above: bool) -> None:
+    over, pond = a_map(), (14.0, 13.0, 16.0, 15.0)
+    for _ in range(4 if above else 0):
+        over.update(pose_at(15.0, 14.0), 0.0, areas_of(pose_at(15.0, 14.0), (0.0, 0.0, 0.0, 0.0)))
+    aslant = pose_at(15.0, 14.0 + 0.7 * UP_M)
+    for _ in range(12):
+        over.update(aslant, 0.0, areas_of(aslant, pond))
+    assert [region.label for region in over.regions()] == ([] if above else ["water_body"])
+    for _ in range(12):
+        over.update(pose_at(15.0, 14.0), 0.0, areas_of(pose_at(15.0, 14.0), pond))
+    assert over.regions(), "it has come since"
+
+
+def test_the_way_to_a_place_beside_it_leads_past_what_stands() -> None:
+    over, _, place = a_place()
+    (north_m, east_m), tall = place.place_m, np.zeros(over.shape, np.bool_)
+    beyond = north_m, east_m + 6.0
+    none = Standing(tall, tall, ~tall)
+    assert places.is_way_clear(over, place.place_m, beyond, none) and places.is_way_clear(over, beyond, beyond, None)
+    between = np.hypot(over.north_m - north_m - 3.0, over.east_m - east_m - 3.0) < 1.0
+    assert not places.is_way_clear(over, place.place_m, beyond, Standing(between, between, ~between))
+    assert not places.is_way_clear(over, place.place_m, (500.0, east_m), none), "nobody looked there"
+
+
 def test_a_place_is_seen_from_above_and_from_both_sides() -> None:
     """Aslant a wall is taken for the ground behind it, and what was seen from one side alone may be a roof."""
     for tangent, line, there in ((0.2, True, True), (0.7, True, False), (0.2, False, False)):

@@ -1,0 +1,31 @@
+"""An area that grows while a parcel is on its way to its edge, as a fire's front moves on."""
+
+from shapely import Point, box
+
+from tests.unit.disaster_sky import Sky
+
+AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
+FIRE = box(24.0, 15.0, 40.0, 45.0)
+REACHED_M = 2.5
+"""So far the fire of `disaster-wildfire`, seed 4, comes while the vehicle goes down; here it does at once."""
+
+
+def test_who_is_low_over_a_place_that_the_front_has_reached_goes_on_to_another() -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+
+    def burns(sky: Sky) -> bool:
+        if sky.tells(1, "phase", phase="delivering"):
+            sky.ponds = FIRE.buffer(REACHED_M)
+        return bool(sky.parcels)
+
+    assert sky.fly(300.0, then=burns)
+    assert sky.tells(1, "place_changed")
+    ((_, north_m, east_m),) = sky.parcels
+    assert 0.5 < sky.ponds.distance(Point(north_m, east_m)) < 5.0
+    assert [event.kind for _, _, event in sky.events].count("target_confirmed") == 1
+
+
+def test_a_place_that_stays_one_is_kept() -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    assert sky.fly(300.0, then=lambda sky: bool(sky.parcels))
+    assert not sky.tells(1, "place_changed")
