@@ -4,12 +4,12 @@ The figures are `Confirming`'s. A detection joins the track whose target it sees
 `gate_m`) or starts one; what lies farther from the camera's axis than `within_deg` is not looked at. **Consecutive**
 counts frames in which the track's place lies well inside the picture and that angle: a frame that sees it extends the
 run, one that should and does not ends it, one that looks elsewhere leaves it alone. A track is *confirmed* by a run of
-`confirmations` frames whose mean score reaches `confirm_score`. It is *reported*, once, when it is confirmed and
-settled: its rays have crossed at `settled_deg`, so that its height is known, or it has left the picture; it must then
-still have been seen in `hit_share` of the frames that should have seen it, with a mean score over these frames of
-`report_score` (a frame that missed it counts as 0). That throws out what flickers or looks like a target from one side
-only. What is narrower than `least_width_m`, over all frames that saw it, is no target: a plant, not a patch of them.
-What goes unreported is counted (`unreported`).
+`confirmations` frames whose mean score reaches `confirm_score`. It is *reported*, once, when it is confirmed and has
+left the picture: its rays must have crossed at `least_spread_deg`, so that its height is known, and it must have been
+seen in `hit_share` of the frames that should have seen it, with a mean score over these frames of `report_score` (a
+frame that missed it counts as 0). That throws out what flickers or looks like a target from one side only, which is
+known when it has been passed, and no sooner. What is narrower than `least_width_m`, over all frames that saw it, is no
+target: a plant, not a patch of them. What goes unreported is counted (`unreported`).
 **Label**: each detection votes with its score; the larger sum wins.
 **Merging**: a track within `merge_m` of another is the same target, seen again from a neighbouring line: its rays join
 the older one, and nothing is reported twice.
@@ -56,9 +56,8 @@ class Confirming(NamedTuple):
     """Of a target: mean of the longer sides of its boxes, on the ground."""
     gate_m: float = 1.8
     merge_m: float = 2.5
-    settle: bool = True
-    """False reports as soon as it is confirmed: for a vehicle that stands still."""
-    settled_deg: float = 60.0
+    pass_by: bool = True
+    """False reports as soon as it is confirmed, from whichever side: for a vehicle that stands still."""
     least_spread_deg: float = 20.0
     """What is seen from one side only, at the picture's edge, is not reported: the next line will see it better."""
     within_deg: float = 90.0
@@ -67,7 +66,7 @@ class Confirming(NamedTuple):
 
 
 SURVEYING = Confirming()
-STANDING = Confirming(report_score=0.6, hit_share=0.6, settle=False)
+STANDING = Confirming(report_score=0.6, hit_share=0.6, pass_by=False)
 """For a vehicle that stands before what another has found: few frames, all from one side."""
 
 
@@ -234,7 +233,7 @@ class Confirmation:
         return self._report(frame_time_us)
 
     def finish(self) -> list[Target]:
-        """The scan is over: targets to report that had not settled."""
+        """The scan is over: targets to report that are in the picture still."""
         return self._report(None)
 
     def _should_see(self, pose: CameraPose, point: Point) -> bool:
@@ -287,8 +286,8 @@ class Confirmation:
         kept: list[_Track] = []
         for track in self._tracks:
             gone = now_us is None or now_us - track.looked_us > GONE_US
-            lacks = "" if track.reported else self._lacks(track, gone)
-            if not track.reported and not lacks:
+            lacks = "" if track.reported else self._lacks(track)
+            if not track.reported and not lacks and (gone or not self.wanted.pass_by):
                 track.reported = True
                 new.append(track.target(self._stated_m))
             if track.reported or not gone:
@@ -298,13 +297,12 @@ class Confirmation:
         self._tracks = kept
         return new
 
-    def _lacks(self, track: _Track, gone: bool) -> str:
+    def _lacks(self, track: _Track) -> str:
         """What keeps a track from being reported; "" where nothing does."""
         wanted = self.wanted
         if not track.confirmed:
             return UNCONFIRMED
-        least_deg = wanted.least_spread_deg if gone else wanted.settled_deg
-        if wanted.settle and track.place.spread_rad < math.radians(least_deg):
+        if wanted.pass_by and track.place.spread_rad < math.radians(wanted.least_spread_deg):
             return ONE_SIDED
         if track.hits < wanted.hit_share * track.expected or track.score < wanted.report_score:
             return UNSTEADY

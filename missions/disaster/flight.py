@@ -3,11 +3,11 @@
 **Scan.** Lines of `coverage.lawnmower` over the area are flown in Hold from end to end (MAV_CMD_DO_REPOSITION), at
 `scan_altitude_m` above home, or above the ground (`relief.py`).
 
-**Aside.** When a region is confirmed (`regions.py`) and has a place for the parcel (`places.py`), the vehicle leaves
-the line, stands over the place, looks again, and asks whether region and place are still there and known well enough.
-It goes down (`descent.py`), looks once more whether the place still is one, or goes on to one beside it, as a fire's
-front does not wait, and lets go where the parcel will meet the ground there; it tells where that should be, and where
-it then sees the parcel (`drop.py`). Then it climbs, goes back to where it left the line, and goes on.
+**Aside.** When a region is confirmed (`regions.py`) and has had a place for the parcel (`places.py`) for a moment, the
+vehicle leaves the line, stands over the place, looks again, and asks whether region and place are still there and known
+well enough. It goes down (`descent.py`), looks once more whether the place still is one, or goes on to one beside it,
+as a fire's front does not wait, and lets go where the parcel will meet the ground there; it tells where that should be,
+and where it then sees the parcel (`drop.py`). Then it climbs, goes back to where it left the line, and goes on.
 
 **Together** with others (`together.py`) its lines are part of a common area, a region is served by one of all, and it
 flies at its own height; the air that others need is kept clear of.
@@ -39,7 +39,7 @@ from sitl_emu.missions.disaster.descent import Descent
 from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.drop import View, find
 from sitl_emu.missions.disaster.flying import HEIGHT_M, STANDING_M
-from sitl_emu.missions.disaster.places import Place
+from sitl_emu.missions.disaster.places import Lasting, Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
@@ -93,6 +93,7 @@ class Flight:
         """Which line it flies, in words."""
         self.descent = Descent(self)
         self._tried: list[Place] = []
+        self._lasting = Lasting()
         self._allowed: Cells | None = None
         self._choose_us = self._follow_us = 0
 
@@ -318,9 +319,11 @@ class Flight:
         return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
 
     def place_of(self, region: Region) -> Place | None:
-        """The place for a region, from here; None where there is none (yet), or it was tried too often."""
+        """The place for a region, from here; None where there is none for long enough, or it was tried too often."""
         place = self.choose(region, self.here_m) if self._may_try(region) else None
-        return place if place is not None and self.may_try_at(place) else None
+        if place is None or not self.may_try_at(place):
+            return None
+        return place if self._lasting.lasts(self.onboard.now_us, place) else None
 
     def choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
         """The place for a region; None where there is none (yet)."""

@@ -68,6 +68,9 @@ LOW_DOUBT = 0.1
 ground 2 cm and more above it nothing has either (`tools/disaster/shallows.py`, towns of seeds 1 to 3)."""
 HALF = 0.5
 """Mean share of an area at its edge: so much of a part that the edge goes through, and as unsure frames are there."""
+LASTS_US, NEAR_M = 1_500_000, 3.0
+"""So long a place, or one so near to it, has to be one before it is gone to: what stands is mapped anew once a second
+(`relief.EVERY_US`), and roofs that had just come into sight were places for as long (towns of seeds 2 and 3). Ours."""
 WANDER = 0.1
 """What a metre of way costs, in metres off the middle of the ring; ours."""
 
@@ -142,6 +145,26 @@ def kept(
         return None
     edge, steepness = _edge(regions, whole, place.place_m)
     return Place(region.label, region.score, place.place_m, edge, steepness, region.area_m2)
+
+
+class Lasting:
+    """How long places have been such, as they are chosen again and again."""
+
+    def __init__(self) -> None:
+        self._known: list[tuple[Place, int, int]] = []
+        """Places, since when each is one, and when it was chosen last, µs."""
+
+    def lasts(self, now_us: int, place: Place) -> bool:
+        """Whether a place that is chosen now has been one for `LASTS_US`, without a longer gap than that."""
+        fresh = [one for one in self._known if now_us - one[2] <= LASTS_US]
+        same = [one for one in fresh if one[0].label == place.label and _apart_m(one[0], place) <= NEAR_M]
+        since_us = min((since_us for _, since_us, _ in same), default=now_us)
+        self._known = [*(one for one in fresh if one not in same), (place, since_us, now_us)]
+        return now_us - since_us >= LASTS_US
+
+
+def _apart_m(one: Place, other: Place) -> float:
+    return math.dist(one.place_m, other.place_m)
 
 
 def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None) -> bool:

@@ -96,7 +96,7 @@ class Relief:
             self._heights_m = np.nan_to_num(spread(ground(self.survey.terrain.means_m())))
             # a house that is flown over now is in no finished map yet
             now = self.survey.so_far()
-            lowest = ground(now.means_m(), now.sigmas_m())
+            lowest = ground(now.means_m(), now.noises_m())
             rises_m = now.means_m() - np.nan_to_num(spread(lowest))
             self.stands = Standing(
                 rises_m > STANDS_M, rises_m > max(self._tall_m, STANDS_M), np.asarray(np.isfinite(lowest))
@@ -150,7 +150,7 @@ def _along(from_m: Corner, course_rad: float, by_m: float) -> Corner:
 
 def _farthest(terrain: TerrainMap, here_m: Corner, course_rad: float, within_m: float) -> float:
     """The height of the farthest ground that is known on a course, or lies among such; NaN where there is none."""
-    heights_m = spread(ground(terrain.means_m(), terrain.sigmas_m()))
+    heights_m = spread(ground(terrain.means_m(), terrain.noises_m()))
     for away_m in np.arange(within_m, -RESOLUTION_M, -RESOLUTION_M).tolist():
         row, column = (int(at) for at in terrain.cell(*_along(here_m, course_rad, away_m)))
         inside = 0 <= row < terrain.shape[0] and 0 <= column < terrain.shape[1]
@@ -159,15 +159,15 @@ def _farthest(terrain: TerrainMap, here_m: Corner, course_rad: float, within_m: 
     return math.nan
 
 
-def ground(means_m: Grid, sigmas_m: Grid | float = 0.0) -> Grid:
+def ground(means_m: Grid, noises_m: Grid | float = 0.0) -> Grid:
     """Heights of the cells that are ground; NaN where none is known, something stands, or one is low alone.
 
-    `sigmas_m`: how low a cell may seem by chance, where it is not known well.
+    `noises_m`: how low a cell may seem by chance, where it is not known well.
     """
     means_m = _without_lone(means_m)
     known = np.where(np.isfinite(means_m), means_m, np.inf)
     # a cone of that slope over each cell, grown from cell to cell (G. Borgefors, Distance transformations, 1986)
-    highest = known + np.nan_to_num(sigmas_m)
+    highest = known + np.nan_to_num(noises_m)
     for _ in range(round(ABOUT_M / RESOLUTION_M)):
         highest = np.minimum.reduce([beside + SLOPE * away_m for beside, away_m in _shifted(highest, BESIDE_M)])
     return np.where(known <= highest + STEP_M, means_m, np.nan)

@@ -2,12 +2,13 @@
 
 from shapely import Point, box
 
+from sitl_emu.missions.disaster import places
 from tests.unit.disaster_sky import Sky
 
 AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
 FIRE = box(24.0, 15.0, 40.0, 45.0)
-REACHED_M = 2.5
-"""So far the fire of `disaster-wildfire`, seed 4, comes while the vehicle goes down; here it does at once."""
+REACHED_M = 3.5
+"""The fire of `disaster-wildfire`, seed 4, comes by 2.5 m while the vehicle goes down; here it does at once."""
 
 
 def test_who_is_low_over_a_place_that_the_front_has_reached_goes_on_to_another() -> None:
@@ -23,6 +24,15 @@ def test_who_is_low_over_a_place_that_the_front_has_reached_goes_on_to_another()
     ((_, north_m, east_m),) = sky.parcels
     assert 0.5 < sky.ponds.distance(Point(north_m, east_m)) < 5.0
     assert [event.kind for _, _, event in sky.events].count("target_confirmed") == 1
+
+
+def test_a_place_has_to_be_one_for_a_moment() -> None:
+    lasting, place = places.Lasting(), places.Place("fire_region", 0.9, (10.0, 5.0), (12.0, 5.0), 0.1, 40.0)
+    beside, far = place._replace(place_m=(12.0, 5.0)), place._replace(place_m=(30.0, 5.0))
+    assert not lasting.lasts(0, place) and not lasting.lasts(1_000_000, beside)
+    assert not lasting.lasts(1_100_000, far), "that is another"
+    assert lasting.lasts(1_500_000, place)
+    assert not lasting.lasts(4_000_000, place), "it was none in between"
 
 
 def test_a_place_that_stays_one_is_kept() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pytest
 
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, CameraPose, camera_pose, project
-from sitl_emu.missions.companion.confirmation import STANDING, SURVEYING, Confirmation, Target, widened_m
+from sitl_emu.missions.companion.confirmation import STANDING, SURVEYING, UNSTEADY, Confirmation, Target, widened_m
 from sitl_emu.missions.companion.detector import Detection
 
 CAMERA = CameraModel()
@@ -115,6 +115,13 @@ def test_faint_or_rare_sightings_are_not_reported() -> None:
     assert flight.fly(22.0, 60.0, []) == [] and flight.confirmation.finish() == []
 
 
+def test_what_looks_like_one_until_it_is_passed_is_none() -> None:
+    flight = Flight()
+    assert flight.fly(15.0, 33.0, [(30.0, 4.0)]) == []
+    assert [one.score for one in flight.confirmation.candidates] == [pytest.approx(0.9)], "till above, and beyond"
+    assert flight.fly(33.0, 60.0, []) == [] and flight.confirmation.unreported[UNSTEADY] == 1
+
+
 def test_what_is_seen_aslant_counts_for_nothing_where_only_the_view_from_above_does() -> None:
     aslant, above = (30.0, 9.0), (30.0, 4.0)
     plain, strict = Flight(), Flight()
@@ -144,7 +151,7 @@ def test_what_lies_outside_is_of_no_interest() -> None:
     assert [round(t.east_m) for t in new] == [4]
 
 
-def test_the_end_of_the_scan_reports_what_had_not_settled() -> None:
+def test_the_end_of_the_scan_reports_what_is_in_the_picture_still() -> None:
     flight = Flight()
     assert flight.fly(20.0, 27.5, [(30.0, 2.0)]) == []
     assert len(flight.confirmation.finish()) == 1

@@ -102,6 +102,12 @@ class TerrainMap:
         """One sigma of each of them."""
         return _sigmas(self._sums, self.resolution_m)
 
+    def noises_m(self) -> Grid:
+        """One sigma of what chance alone has put a cell off, beside its neighbours: the noise, which none share."""
+        with np.errstate(divide="ignore"):
+            noise = np.sqrt(1.0 / self._sums[0])
+        return np.where(self._sums[0] > 0.0, noise, np.nan)
+
     def height_m(self, north_m: float, east_m: float) -> Height:
         """The ground's height at a place: that of its cell."""
         row, column = self.cell(north_m, east_m)
