@@ -125,6 +125,8 @@ class Flight:
             self._abort(why)
             if self.together is not None:
                 self.together.leave()
+        if self._lacked_a_place:
+            self._abort(Aborted(Reason.NO_PLACE, "no plain dry ground at the edge of anything that was found"))
         self.looking = False
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
         assert self.regions is not None
@@ -159,10 +161,21 @@ class Flight:
         return self.scanned == len(self.lines) if self.together is None else self.together.whole
 
     @property
+    def _lacked_a_place(self) -> bool:
+        """Whether there is something to deliver to, and the line was never left for it."""
+        assert self.regions is not None
+        return self._carries and self.aborted is None and bool(self.regions.regions())
+
+    @property
+    def _carries(self) -> bool:
+        """Whether it has a parcel that somebody is still to get."""
+        nothing_left = self.together is not None and self.together.nothing_left
+        return self.settings.parcel is not None and not self.delivered and not nothing_left
+
+    @property
     def outcome(self) -> str:
         """In the end: "success", or why not."""
-        nothing_left = self.together is not None and self.together.nothing_left
-        if self.settings.parcel is not None and not self.delivered and self.aborted is not None and not nothing_left:
+        if self._carries and self.aborted is not None:
             return f"aborted: {self.aborted}"
         return "success" if self.whole else f"scan ended early: {self.aborted}"
 

@@ -1,4 +1,4 @@
-"""An area that grows while a parcel is on its way to its edge, as a fire's front moves on."""
+"""Aside from the line to a place for the parcel: one that lasts, that a front has reached, or none at all."""
 
 from shapely import Point, box
 
@@ -39,3 +39,17 @@ def test_a_place_that_stays_one_is_kept() -> None:
     sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
     assert sky.fly(300.0, then=lambda sky: bool(sky.parcels))
     assert not sky.tells(1, "place_changed")
+
+
+def test_where_nothing_has_a_place_the_parcel_stays_on_board_for_that_reason() -> None:
+    sky = Sky(1, AREA_M, [box(-40.0, -40.0, 80.0, 100.0)], 0.0, 1)
+    assert sky.fly(300.0)
+    flown = sky.flown()
+    assert not flown.parcels and flown.aborts == [(1, "no safe place")]
+    assert flown.outcomes[1].startswith("aborted: no safe place") and len(flown.lines[1]) == flown.lines_in_all
+
+
+def test_where_nothing_is_found_that_is_a_success() -> None:
+    sky = Sky(1, AREA_M, [box(500.0, 500.0, 510.0, 510.0)], 0.0, 1)
+    assert sky.fly(300.0)
+    assert not sky.flown().aborts and sky.flown().outcomes == {1: "success"}
