@@ -13,11 +13,13 @@ and where it then sees the parcel (`drop.py`). Then it climbs, goes back to wher
 flies at its own height; the air that others need is kept clear of.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
-goes home. A place is tried `TRIES` times, a region `REGION_TRIES` times: a flood has more than one shore.
+goes home. A place is tried `TRIES` times, a region `REGION_TRIES` times: a flood has more than one shore. Who is alone
+and still has its parcel when all lines are flown goes over what may be a place and was seen from aslant alone, as often
+as `CLOSER_TRIES`.
 """
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 
 import shapely
 
@@ -52,7 +54,7 @@ LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
-TRIES, REGION_TRIES = 2, 4
+TRIES, REGION_TRIES, CLOSER_TRIES = 2, 4, 4
 ASIDE_M = 6.0
 """So far from a place it goes on to another without climbing: what is about is mapped, and half of the column of air
 that others keep clear of (`airspace.COLUMN_M`) is left; ours."""
@@ -229,6 +231,16 @@ class Flight:
             return
         for number, line in enumerate(self.lines, 1):
             yield from self.fly_line(number, line)
+        yield from self._look_closer()
+
+    def _look_closer(self) -> Script:
+        """Over what may be a place and was not seen well enough from the lines, before the parcel is taken home."""
+        self._on_line = "all lines flown"
+        for _ in range(CLOSER_TRIES):
+            place = self._nearest([self.choose(region, self.here_m, closer=True) for region in self._open()])
+            if place is None:
+                return
+            yield from self.go_aside(place, self.here_m)
 
     def fly_line(self, number: int, line: Line) -> Script:
         """From its start to its end, by way of what is found; lines count from 1."""
@@ -324,12 +336,20 @@ class Flight:
         onboard = self.onboard
         if self.together is not None:
             return self.together.due()
-        if self.settings.parcel is None or self.delivered or onboard.now_us < self._choose_us:
+        if onboard.now_us < self._choose_us:
             return None
-        assert self.regions is not None
         self._choose_us = onboard.now_us + CHOOSE_EVERY_US
-        found = [place for region in self.regions.regions() if (place := self.place_of(region)) is not None]
-        return min(found, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
+        return self._nearest([self.place_of(region) for region in self._open()])
+
+    def _open(self) -> list[Region]:
+        """The regions that a parcel is for, while one is on board."""
+        assert self.regions is not None
+        return [region for region in self.regions.regions() if self._may_try(region)] if self._carries else []
+
+    def _nearest(self, found: Sequence[Place | None]) -> Place | None:
+        """Of places that were not tried too often."""
+        left = [place for place in found if place is not None and self.may_try_at(place)]
+        return min(left, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
 
     def place_of(self, region: Region) -> Place | None:
         """The place for a region, from here; None where there is none for long enough, or it was tried too often."""
@@ -338,10 +358,12 @@ class Flight:
             return None
         return place if self._lasting.lasts(self.onboard.now_us, place) else None
 
-    def choose(self, region: Region, near_m: Corner, allowed: Cells | None = None) -> Place | None:
-        """The place for a region; None where there is none (yet)."""
+    def choose(
+        self, region: Region, near_m: Corner, allowed: Cells | None = None, *, closer: bool = False
+    ) -> Place | None:
+        """The place for a region; None where there is none (yet). See `places.choose`."""
         assert self.regions is not None
-        return places.choose(self.regions, region, near_m, allowed, self.ground.stands)
+        return places.choose(self.regions, region, near_m, allowed, self.ground.stands, closer=closer)
 
     def may_try_at(self, place: Place) -> bool:
         """Whether a place was not tried too often."""

@@ -103,15 +103,19 @@ def choose(
     near_m: Corner,
     allowed: Cells | None = None,
     stands: Standing | None = None,
+    *,
+    closer: bool = False,
 ) -> Place | None:
     """The place for a region that is best from where the vehicle is; None where there is none (yet).
 
-    `allowed`: cells at which it may be. `stands`: None where nothing is mapped.
+    `allowed`: cells at which it may be. `stands`: None where nothing is mapped. `closer`: one that may be a place, as
+    far as can be told from aslant and from one side, and is worth a look from above.
     """
     whole = _whole(regions, region)
     off_region = _away_m(whole)
     ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
-    ring &= (regions.steepness <= ASLANT) & (regions.turned <= math.cos(math.radians(TURNED_DEG)))
+    if not closer:
+        ring &= (regions.steepness <= ASLANT) & (regions.turned <= math.cos(math.radians(TURNED_DEG)))
     if allowed is not None:
         ring &= allowed
     if not ring.any():

@@ -1,5 +1,6 @@
 """Aside from the line to a place for the parcel: one that lasts, that a front has reached, or none at all."""
 
+import pytest
 from shapely import Point, box
 
 from sitl_emu.missions.disaster import places
@@ -47,6 +48,19 @@ def test_where_nothing_has_a_place_the_parcel_stays_on_board_for_that_reason() -
     flown = sky.flown()
     assert not flown.parcels and flown.aborts == [(1, "no safe place")]
     assert flown.outcomes[1].startswith("aborted: no safe place") and len(flown.lines[1]) == flown.lines_in_all
+
+
+def test_what_may_be_a_place_is_looked_at_from_above_before_the_parcel_is_taken_home(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # a ditch between two lines, with no ground at its edge that is so near to below one of them
+    monkeypatch.setattr(places, "ASLANT", 0.05)
+    sky = Sky(1, AREA_M, [box(13.4, 20.0, 14.4, 40.0)], 0.0, 1)
+    assert sky.fly(400.0)
+    flown = sky.flown()
+    told = [event.kind for _, _, event in sky.events if event.kind in ("line_scanned", "target_confirmed")]
+    assert told == ["line_scanned"] * flown.lines_in_all + ["target_confirmed"]
+    assert len(flown.parcels) == 1 and flown.outcomes == {1: "success"}
 
 
 def test_where_nothing_is_found_that_is_a_success() -> None:

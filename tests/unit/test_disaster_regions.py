@@ -367,6 +367,7 @@ def test_a_place_is_seen_from_above_and_from_both_sides() -> None:
         beyond = (over.north_m > POND[2]) & (np.abs(over.east_m - 14.0) < 4.0) & (over.north_m < north_m + 1.0)
         place = places.choose(over, region, (north_m, 14.0), beyond)
         assert (place is not None) == there
+        assert places.choose(over, region, (north_m, 14.0), beyond, closer=True) is not None, "worth a look from above"
 
 
 def test_an_areas_edge_is_where_half_of_a_part_shows_it() -> None:
