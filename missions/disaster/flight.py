@@ -240,7 +240,7 @@ class Flight:
             place = self._nearest([self.choose(region, self.here_m, closer=True) for region in self._open()])
             if place is None:
                 return
-            yield from self.go_aside(place, self.here_m)
+            yield from self.go_aside(place)
 
     def fly_line(self, number: int, line: Line) -> Script:
         """From its start to its end, by way of what is found; lines count from 1."""
@@ -383,13 +383,13 @@ class Flight:
         near = (north - place.edge_m[0]) ** 2 + (east - place.edge_m[1]) ** 2
         return region.label == place.label and bool(near.min() <= within_m**2)
 
-    def go_aside(self, place: Place, left_m: Corner) -> Script:
-        """To a place, with the parcel, and back to where it left its line."""
+    def go_aside(self, place: Place, left_m: Corner | None = None) -> Script:
+        """To a place, with the parcel, and back to where it left its line; None: up again."""
         onboard = self.onboard
         self._tried.append(place)
         number, sigma_m = len(self._tried), self.settings.ground_sigma_m
         telling.target(onboard, place, number, self.altitude_m, sigma_m, self.place_deg, self.seen(place.label))
-        onboard.enter("engaging", f"{place.label}, {math.dist(left_m, place.place_m):.0f} m away")
+        onboard.enter("engaging", f"{place.label}, {math.dist(self.here_m, place.place_m):.0f} m away")
         try:
             place = yield from self._over(place)
             if self.together is not None:
@@ -401,11 +401,12 @@ class Flight:
             if not why.reason.of_the_place:
                 raise
             self._abort(why)
-        onboard.enter("resuming", "back to where the line was left")
+        onboard.enter("resuming", "back to where the line was left" if left_m is not None else "up again")
         altitude_m = self.ground.held_m
         if self.altitude_m < altitude_m - LOWEST_CLIMB_M:
             yield from self.travel(self.here_m, altitude_m, ON_LINE_M)
-        yield from self.travel(left_m, altitude_m, ON_LINE_M)
+        if left_m is not None:
+            yield from self.travel(left_m, altitude_m, ON_LINE_M)
         onboard.enter("scanning", self._on_line)
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
