@@ -9,9 +9,10 @@ import math
 from collections.abc import Iterable
 from typing import Final, NamedTuple, Protocol
 
-from sitl_emu.autopilot.topics import CommandTold, Topics, VehicleCommand, VehicleCommandAck
+from sitl_emu.autopilot.topics import CommandRecord, CommandTold, Topics, VehicleCommand, VehicleCommandAck
 
 TOLD_KEPT = 32
+GIVEN_KEPT = 8
 MAV_RESULT_ACCEPTED = 0
 MAV_RESULT_TEMPORARILY_REJECTED = 1
 MAV_RESULT_DENIED = 2
@@ -52,6 +53,13 @@ def obey_navigator(owner: CommandOwner, now_us: int, topics: Topics, seen: int) 
             if result is not None:
                 tell(topics, now_us, record.command, result)
     return records[-1].number
+
+
+def give_inside(topics: Topics, now_us: int, command: VehicleCommand) -> None:
+    """Give a command to the autopilot's own modules, on no link."""
+    records = topics.navigator_commands
+    number = records[-1].number + 1 if records else 1
+    topics.navigator_commands = (*records[1 - GIVEN_KEPT :], CommandRecord(number, now_us, command))
 
 
 def nearest(value: float) -> int:

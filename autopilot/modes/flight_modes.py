@@ -73,7 +73,9 @@ class FlightModes:
         if status.nav_state is NavState.POSCTL and self._parameters["MPC_POS_MODE"] not in POSITION_MODES:
             self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
-            self._task = task
+            before, self._task = self._task, task
+            if before is self._follow_target:
+                self._follow_target.end(now_us)
             if task is None:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:

@@ -5,14 +5,16 @@ After PX4's FlightTaskAutoFollowTarget (v1.18): FLW_TGT_DST metres away, FLW_TGT
 height, then the place. A target that has not moved yet has a course to the north, one slower than 1 m/s keeps its own.
 The angle begins in the north of the target, whoever comes from where, and turns no faster than FLW_TGT_MAX_VEL; on the
 way to the target only the position controller limits the speed. Sticks change distance, height and angle. The gimbal
-looks at the target where nobody controls it. Without a target it stands; near the ground it climbs.
+looks at the target where nobody controls it; who leaves the mode releases it from the autopilot's control. Without a
+target it stands; near the ground it climbs.
 
-Left out: the gimbal is not given back at the end, and without a home PX4 flies another mode.
+Left out: without a home PX4 flies another mode.
 """
 
 import math
 from typing import Final
 
+from sitl_emu.autopilot.commands.vehicle_commands import give_inside, tell
 from sitl_emu.autopilot.modes.flight_task import Setpoint, distance_to_ground_m, wants_takeoff
 from sitl_emu.autopilot.modes.second_order_reference_model import SecondOrderReferenceModel
 from sitl_emu.autopilot.modes.sticks import expo_deadzone
@@ -29,14 +31,17 @@ from sitl_emu.autopilot.topics import (
     Topics,
     TrajectorySetpoint,
     Vector3,
+    VehicleCommand,
     VehicleConstraints,
     VehicleLocalPosition,
 )
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import wrap_pi
 
 ABOVE_HOME, ABOVE_GROUND, ABOVE_TARGET = range(3)
 """FLW_TGT_ALT_M."""
+AUTOPILOT: Final[int] = mavlink.MAV_COMP_ID_AUTOPILOT1
 STANDS: Final = (0.0, 0.0, 0.0)
 COURSE_SPEED_M_S: Final = 1.0
 HEIGHT_FIRST_M: Final = 3.0
@@ -67,6 +72,7 @@ class FollowTargetTask:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
         self._parameters = parameters
+        self._system_id = int(parameters["MAV_SYS_ID"])
         self._estimator = TargetEstimator()
         self._sample: FollowTarget | None = None
         self._filter = SecondOrderReferenceModel(NATURAL_FREQUENCY, DAMPING_RATIO)
@@ -106,6 +112,17 @@ class FollowTargetTask:
         self._estimator.reset()
         self._sample = None
         self._course = 0.0
+
+    def end(self, now_us: int) -> None:
+        """Another mode is entered: the autopilot controls the gimbal no more, if it did (releaseGimbalControl)."""
+        unchanged, release = -1.0, -3.0
+        command = VehicleCommand(
+            mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, release, release, unchanged, unchanged, 0.0, 0.0, 0.0,
+            target_system=self._system_id, target_component=AUTOPILOT, source_system=self._system_id,
+            source_component=AUTOPILOT, from_external=False,
+        )  # fmt: skip
+        give_inside(self._topics, now_us, command)
+        tell(self._topics, now_us, command)
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Begin where the vehicle is, with the parameters' distance, height and angle."""

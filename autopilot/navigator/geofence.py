@@ -117,7 +117,7 @@ class Geofence:
         self._checked_us = state.now_us
         result = state.topics.geofence_result
         action, now_us = state.settings.gf_action, state.now_us
-        triggered = self._breaches(*self._place()) if action else NOTHING
+        triggered = self._breaches(*self.place()) if action else NOTHING
         if self._held_since_us is not None:
             # Where it was broken is held, on the fence: nothing is taken back meanwhile.
             distance, altitude, custom = triggered
@@ -146,7 +146,7 @@ class Geofence:
         if state.now_us - self._held_since_us > HOLD_BEGINS_US:
             self._held_since_us = None
 
-    def _place(self) -> tuple[float, float, float]:
+    def place(self) -> tuple[float, float, float]:
         """(lat_deg, lon_deg, altitude AMSL) by GF_SOURCE."""
         state, gps = self._state, self._state.topics.sensor_gps
         if state.settings.gf_source == SOURCE_GPS:

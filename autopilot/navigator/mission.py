@@ -21,8 +21,10 @@ from sitl_emu.autopilot.navigator.mission_block import (
     DELAY,
     GATE,
     LANDS,
+    LOITER_TIME,
     LOITER_TO_ALT,
     LOITER_UNLIM,
+    RELATIVE_FRAMES,
     RETURN_TO_LAUNCH,
     TAKEOFF,
     TAKEOFFS,
@@ -38,7 +40,6 @@ from sitl_emu.autopilot.navigator.mission_block import (
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
 from sitl_emu.autopilot.navigator.mission_legs import (
     DO_LAND_START,
-    HOLDING,
     Work,
     announce,
     fly_leg,
@@ -56,14 +57,20 @@ from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
-from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet, VehicleCommand
+from sitl_emu.autopilot.topics import PositionSetpoint, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import bearing_rad, distance_m
 
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
-DO_SET_HOME = mavlink.MAV_CMD_DO_SET_HOME
-OBEYED = frozenset((mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE))
+OBEYED = frozenset(
+    (
+        RETURN_TO_LAUNCH,
+        mavlink.MAV_CMD_DO_SET_HOME,
+        mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
+        mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE,
+    )
+)
 """Items that another module carries out as it would the command."""
 GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
@@ -143,13 +150,17 @@ class Mission:
     @property
     def is_landing(self) -> bool:
         """Past the first place of its landing pattern: a return goes on with the mission then (isLanding)."""
+        return self.lands_with(self._target)
+
+    def lands_with(self, target: Target | None) -> bool:
+        """The same for whoever flies the mission, to `target` now."""
         landing, seq = landing_of(self.items), self._state.dataman.current_seq
         if landing is None or not self.valid or not landing.start < seq <= landing.land:
             return False
         first = self.next_place(landing.start + 1)
         if first is None or seq > first:
             return first is not None
-        target, position = self._target, self._state.position
+        position = self._state.position
         if seq < first or target is None or target.command != LOITER_TO_ALT:
             return False
         away_m = distance_m(target.lat_deg, target.lon_deg, position.lat, position.lon)
@@ -299,7 +310,7 @@ class Mission:
     def _start(self) -> None:
         """The mission begins or goes on at its current item."""
         state = self._state
-        state.triplet = PositionSetpointTriplet(state.now_us)
+        state.reset_triplet()
         state.finished = False
         ready = self._has_next_item and self._is_valid()
         self._executing = announce(state, ready=ready, executing=self._executing)
@@ -324,7 +335,7 @@ class Mission:
         if place is None or not state.traits.flies:
             return
         alt_m = target_of(self.items[place], state.home_alt_m()).alt_m
-        if alt_m - state.position.alt > state.settings.nav_mc_alt_rad_m:
+        if alt_m - state.position.alt > state.altitude_acceptance_m():
             self._climb_alt_m = alt_m
 
     def _item_done(self) -> None:
@@ -431,14 +442,12 @@ class Mission:
     def issue(self, item: MissionItem) -> None:
         """Have an item without a place carried out (MissionBlock::issue_command)."""
         state = self._state
-        if item.command in (RETURN_TO_LAUNCH, DO_SET_HOME):
-            state.command(_command_of(item, state.home_alt_m()))
-        elif item.command in OBEYED:
+        if item.command in OBEYED:
             state.command(_raw_command_of(item))
         elif item.command in PAYLOAD_COMMANDS:
             self._payload.issue(_raw_command_of(item))
         elif item.command in ROI_COMMANDS:
-            command = _command_of(item, state.home_alt_m())
+            command = _roi_command_of(item, state.home_alt_m())
             self._roi.take(command)
             state.tell(command)
         elif item.command not in (DO_LAND_START, GATE):
@@ -470,9 +479,11 @@ class Mission:
             target = target._replace(yaw_rad=math.nan)
         self._begin(target, Work.DEFAULT)
         tell_item(state, state.dataman.current_seq, target, item)
+        setpoint, following, flown = setpoint_of(state, target), self._following(), state.triplet.current
         self._lands_precisely = self._precland.begins_at(item)
-        if not self._lands_precisely:
-            fly_leg(state, setpoint_of(state, target), self._following(), before)
+        if self._lands_precisely:
+            setpoint = state.triplet.current
+        fly_leg(state, setpoint, following, before, flown)
 
     def _begin(self, target: Target, work: Work) -> None:
         self._target = target
@@ -485,8 +496,8 @@ class Mission:
         state = self._state
         seq = state.dataman.current_seq
         current = self.items[seq]
-        stays = current.command in HOLDING or current.command in LANDS or not current.autocontinue
-        if stays or (state.traits.stops_at_waypoints and current.param1 > 0.0):
+        holds = state.traits.stops_at_waypoints and current.command in (WAYPOINT, LOITER_TIME) and current.param1 > 0.0
+        if holds or not current.autocontinue:
             return state.no_setpoint()
         place = self.next_place(seq + 1)
         return state.no_setpoint() if place is None else self._setpoint_at(place)
@@ -527,24 +538,22 @@ def change_speed(state: NavigatorState, command: VehicleCommand) -> None:
         state.fly_at_cruising_speed()
 
 
-def _command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
-    target_alt = item.z + home_alt_m if item.frame in (3, 6) else item.z
-    return VehicleCommand(
-        item.command,
-        item.param1,
-        item.param2,
-        item.param3,
-        item.param4,
-        item.lat_deg,
-        item.lon_deg,
-        target_alt,
-        frame=mavlink.MAV_FRAME_GLOBAL,
-        from_external=False,
-    )
+def _roi_command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
+    """A location has its place; of other regions of interest it is dropped."""
+    command = _raw_command_of(item)
+    if item.command == mavlink.MAV_CMD_NAV_ROI:
+        return command._replace(command=mavlink.MAV_CMD_DO_SET_ROI)
+    if item.command != mavlink.MAV_CMD_DO_SET_ROI_LOCATION:
+        return command
+    alt_m = item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z
+    return command._replace(param5=item.lat_deg, param6=item.lon_deg, param7=alt_m)
 
 
 def _raw_command_of(item: MissionItem) -> VehicleCommand:
-    """All seven parameters as they came in MAV_FRAME_MISSION; in a global frame PX4 has put x and y elsewhere."""
+    """All seven parameters as they came in MAV_FRAME_MISSION; in a global frame PX4 has put x and y elsewhere.
+
+    x and y are whole numbers, DO_SET_HOME's too, which so sets home to whole degrees.
+    """
     param5, param6 = (float(item.x), float(item.y)) if item.frame == FRAME_MISSION else (0.0, 0.0)
     return VehicleCommand(
         item.command, item.param1, item.param2, item.param3, item.param4, param5, param6, item.z, from_external=False

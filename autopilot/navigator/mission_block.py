@@ -122,7 +122,7 @@ def loiter_radius_m(state: NavigatorState, target: Target) -> float:
 
 def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem | None = None) -> None:
     """Tell the log what is flown now (navigator_mission_item): an item of the plan, or one made on board."""
-    radius_m = target.acceptance_radius_m if item is not None else state.settings.nav_acc_rad_m
+    radius_m = target.acceptance_radius_m if item is not None else state.acceptance_radius_m()
     state.topics.navigator_mission_item = NavigatorMissionItem(
         state.now_us,
         seq,
@@ -210,7 +210,7 @@ class Reached:
         if target.command == GATE:
             return _is_passed(state, target)
         flies, away_m = state.traits.flies, self._away_m(target, position.lat, position.lon)
-        tolerance_m = state.settings.nav_mc_alt_rad_m if flies else math.inf
+        tolerance_m = state.altitude_acceptance_m()
         if target.command == LOITER_TO_ALT:
             circle_m = state.acceptance_radius_m() + loiter_radius_m(state, target)
             return away_m <= circle_m and _is_at_height(state, target.alt_m, tolerance_m)

@@ -75,15 +75,26 @@ def setpoint_of(state: NavigatorState, target: Target) -> PositionSetpoint:
 
 
 def fly_leg(
-    state: NavigatorState, current: PositionSetpoint, following: PositionSetpoint, before: Work = Work.DEFAULT
+    state: NavigatorState,
+    current: PositionSetpoint,
+    following: PositionSetpoint,
+    before: Work = Work.DEFAULT,
+    flown: PositionSetpoint | None = None,
 ) -> None:
-    """Fly on from the setpoint before, if there was one.
+    """Fly on from the setpoint before (`flown`, else the triplet's), if there was one.
 
     One that stays the same keeps its leg, and so does a landing that `before` has led to.
     """
-    flown = state.triplet
-    stays = before is Work.MOVE_TO_LAND or current._replace(timestamp=flown.current.timestamp) == flown.current
-    state.fly(current, previous=flown.previous if stays else flown.current, following=following)
+    start = state.triplet.current if flown is None else flown
+    stays = before is Work.MOVE_TO_LAND or is_same(current, start)
+    state.fly(current, previous=state.triplet.previous if stays else start, following=following)
+
+
+def is_same(one: PositionSetpoint, other: PositionSetpoint) -> bool:
+    """Whether they are so but for their times (MissionBase::position_setpoint_equal)."""
+    yaw = one.yaw if math.isfinite(one.yaw) or math.isfinite(other.yaw) else other.yaw
+    one = one._replace(timestamp=other.timestamp, yaw=yaw, alt_acceptance_radius=other.alt_acceptance_radius)
+    return one == other
 
 
 def follow_home(state: NavigatorState, target: Target) -> Target:
@@ -144,16 +155,24 @@ def tell_finished(state: NavigatorState) -> None:
 
 
 def stay(state: NavigatorState) -> None:
-    """There is nothing to fly (any more): idle on the ground, hold in the air."""
+    """There is nothing to fly (any more): hold in the air, with no way to brake; on the ground nothing changes.
+
+    MissionBase::setEndOfMissionItems.
+    """
     state.finished = state.mission_finished = True
-    state.cruising_speed_m_s = -1.0
+    current, position = state.triplet.current, state.position
     if state.landed:
-        state.idle()
-        return
-    current = state.triplet.current
-    if current.valid and current.type in (SetpointType.LOITER, SetpointType.POSITION):
-        lat, lon, alt, yaw = current.lat, current.lon, current.alt, current.yaw
+        state.fly(current)
+    elif current.valid and current.type in (SetpointType.LOITER, SetpointType.POSITION):
+        state.fly(hold_at(state, current))
     else:
-        lat, lon = state.stop_point()
-        alt, yaw = state.position.alt, math.nan
-    state.fly(state.setpoint(SetpointType.LOITER, lat, lon, alt, yaw))
+        radius_m = state.acceptance_radius_m()
+        here = position.lat, position.lon, state.loiter_alt_m()
+        state.fly(state.setpoint(SetpointType.LOITER, *here, acceptance_radius_m=radius_m))
+
+
+def hold_at(state: NavigatorState, setpoint: PositionSetpoint) -> PositionSetpoint:
+    """Hold where a setpoint is (MissionBlock::setLoiterItemFromCurrentPositionSetpoint)."""
+    there = setpoint.lat, setpoint.lon, setpoint.alt, setpoint.yaw
+    hold = state.setpoint(SetpointType.LOITER, *there, acceptance_radius_m=state.acceptance_radius_m())
+    return hold._replace(loiter_radius=setpoint.loiter_radius)

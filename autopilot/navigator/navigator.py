@@ -30,7 +30,6 @@ from sitl_emu.autopilot.topics import (
     DistanceSensorModeChangeRequest,
     MissionResult,
     NavigatorStatus,
-    PositionSetpointTriplet,
     Topics,
     VehicleCommand,
     VehicleStatus,
@@ -92,7 +91,6 @@ class Navigator:
         self._status: VehicleStatus | None = None
         self._plans: tuple[object, ...] = ()
         self._commands_seen = 0
-        self._was_armed = False
         self._published: tuple[object, ...] = ()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
@@ -156,9 +154,6 @@ class Navigator:
         self._take_commands()
         self.traffic.update()
         status = topics.vehicle_status
-        if status.armed is not self._was_armed:
-            self._was_armed = status.armed
-            state.cruising_speed_m_s = -1.0
         self._run_mode(status.nav_state if status.armed else None)
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
@@ -166,13 +161,13 @@ class Navigator:
 
     def _publish_status(self, now_us: int) -> None:
         """Twice a second, and when something has changed."""
-        topics, state = self._topics, self._state
+        topics = self._topics
         nav_state = int(topics.vehicle_status.nav_state)
         last = topics.navigator_status
         if nav_state != last.nav_state or now_us - last.timestamp >= STATUS_EVERY_US:
             topics.navigator_status = NavigatorStatus(now_us, nav_state)
-        landing = self._mode in (self._mission, self._rtl) and state.triplet.current.type == SetpointType.LAND
-        request = int(landing and state.triplet.current.valid)
+        mode = self._mode
+        request = int((mode is self._rtl or mode is self._mission) and mode.is_landing)
         known = topics.distance_sensor_mode_change_request
         if known.timestamp == 0 or known.request_on_off != request:
             topics.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest(now_us, request)
@@ -191,12 +186,12 @@ class Navigator:
             elif command.command == mavlink.MAV_CMD_DO_REPOSITION:
                 in_hold = self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER
                 if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
-                    self._loiter.reposition(command)
+                    self._loiter.reposition(command, in_hold=self._mode is self._loiter)
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
                 if self._mode is self._course:
                     self._course.change_altitude(command.param1)
                 elif self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
-                    self._loiter.change_altitude(command.param1)
+                    self._loiter.change_altitude(command.param1, in_hold=self._mode is self._loiter)
             elif command.command == mavlink.MAV_CMD_MISSION_START:
                 self._mission.start_at(int(command.param1))
             elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
@@ -208,14 +203,15 @@ class Navigator:
         """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten.
 
         A mode that begins, does no more in that run (NavigatorMode::run). A return leaves a mission to land that is on
-        its landing pattern.
+        its landing pattern; it begins when that mission is sent back to an item before it.
         """
         state = self._state
         mode = self._modes.get(nav_state) if nav_state is not None else None
         if mode is self._rtl and self._mode is self._mission and self._mission.is_landing:
             mode = self._mission
         goes_on = mode is self._mission and self._mode is self._mission
-        begins, self._nav_state = nav_state is not self._nav_state and not goes_on, nav_state
+        begins = mode is not self._mode or (nav_state is not self._nav_state and not goes_on)
+        self._nav_state = nav_state
         if mode is not self._rtl:
             self._rtl.on_inactive()
         if begins:
@@ -223,7 +219,7 @@ class Navigator:
             if mode is not self._mission:
                 self._mission.on_inactive()
             if mode is not self._mode and not self._keeps_setpoint(mode):
-                state.triplet = PositionSetpointTriplet(state.now_us)
+                state.reset_triplet()
             self._mode = mode
             if mode is not None:
                 mode.on_activation()

@@ -7,12 +7,15 @@ landing that requires one (AUTO_PRECLAND, RTL_PLD_MD 2, precision 2 of a mission
 searches for PLD_SRCH_TOUT (0: not at all); an opportunistic one, one that has searched in vain, and one that would look
 again once more than PLD_MAX_SRCH times, lands where it is.
 
-Left out: the target's yaw (PLD_YAW_EN), targets that move, the limits of the setpoint's own speed on the way there.
+On the way above the target the setpoint itself moves no faster than MPC_XY_CRUISE and by MPC_ACC_HOR, and slowly enough
+to stop there.
+
+Left out: the target's yaw (PLD_YAW_EN), targets that move.
 """
 
 import math
 from enum import Enum, IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 from sitl_emu.autopilot.constants import SetpointType
 from sitl_emu.autopilot.navigator.mission_block import LAND
@@ -25,6 +28,8 @@ SETTLES_US = 2_000_000
 SEARCH_SETTLES_US = 1_000_000
 SEARCH_STOPS_WITHIN_M = 1.0
 LOST_NEAR_GROUND_US = 500_000
+FIRST_STEP_S = 0.05
+"""PrecLand::slewrate, for want of a time before."""
 
 
 class Precision(IntEnum):
@@ -33,6 +38,18 @@ class Precision(IntEnum):
     DISABLED = 0
     OPPORTUNISTIC = 1
     REQUIRED = 2
+
+
+Horizontal = tuple[float, float]
+"""Metres north and east."""
+
+
+class Slewed(NamedTuple):
+    """Where the setpoint was when it moved last, and the time before."""
+
+    at_us: int
+    place: Horizontal
+    before: Horizontal
 
 
 class Phase(Enum):
@@ -59,6 +76,7 @@ class PrecLand:
         self._there_us: int | None = None
         """When it came to the place where it looks, or above the target; in a search, when it saw that."""
         self._approach_alt_m = math.nan
+        self._slewed: Slewed | None = None
         self._target = state.topics.landing_target_pose
         self._is_new = False
         """The target was told since the last cycle."""
@@ -70,9 +88,10 @@ class PrecLand:
     def begin(self, precision: Precision) -> None:
         """Look for the target from the setpoint, or from here where there is none."""
         self._required = precision is Precision.REQUIRED
-        self._starts = 0
-        if not self._state.triplet.current.valid:
-            self._state.fly(self._state.no_setpoint())
+        self._starts, self._slewed = 0, None
+        previous, current, following = self._state.triplet[1:]
+        self._state.fly(current, previous=previous._replace(valid=False), following=following._replace(valid=False))
+        if not current.valid:
             self._stay()
         self._start()
 
@@ -143,7 +162,7 @@ class PrecLand:
         elif above and self._is_new and self._has_been_there(SETTLES_US):
             self._enter(Phase.DESCEND)
         else:
-            self._fly_to_target(type=int(SetpointType.POSITION), alt=self._approach_alt_m)
+            self._fly_slowly(type=int(SetpointType.POSITION), alt=self._approach_alt_m)
 
     def _descend(self) -> None:
         state, target, visible = self._state, self._target, self._visible()
@@ -200,11 +219,51 @@ class PrecLand:
             lat, lon = MapProjection(local.ref_lat, local.ref_lon).reproject(target.x_abs, target.y_abs)
             self._fly(lat=lat, lon=lon, **changes)
 
+    def _fly_slowly(self, **changes: Any) -> None:
+        """Towards the target by one step of the setpoint (PrecLand::slewrate)."""
+        state, target, local = self._state, self._target, self._state.topics.vehicle_local_position
+        if not math.isfinite(local.ref_lat):
+            return
+        plane, now_us, goal = MapProjection(local.ref_lat, local.ref_lon), state.now_us, (target.x_abs, target.y_abs)
+        if self._slewed is None:
+            current, step_s = state.triplet.current, FIRST_STEP_S
+            north, east = plane.project(current.lat, current.lon)
+            before = north - local.vx * step_s, east - local.vy * step_s
+            self._slewed = Slewed(now_us, (north, east), before)
+        else:
+            step_s = (now_us - self._slewed.at_us) * 1e-6
+        if step_s > 0.0:
+            goal = slewed(self._slewed, goal, step_s, state.settings.mpc_xy_cruise_m_s, state.settings.mpc_acc_hor_m_s2)
+            self._slewed = Slewed(now_us, goal, self._slewed.place)
+        lat, lon = plane.reproject(*goal)
+        self._fly(lat=lat, lon=lon, **changes)
+
     def _stay(self) -> None:
         position = self._state.position
         self._fly(lat=position.lat, lon=position.lon, alt=position.alt)
 
     def _fly(self, **changes: Any) -> None:
-        """Change the setpoint; it has no heading and no leg."""
+        """Change the setpoint; it has no heading."""
         state = self._state
-        state.fly(state.triplet.current._replace(timestamp=state.now_us, valid=True, yaw=math.nan, **changes))
+        previous, current, following = state.triplet[1:]
+        current = current._replace(timestamp=state.now_us, valid=True, yaw=math.nan, **changes)
+        state.fly(current, previous=previous, following=following)
+
+
+def slewed(last: Slewed, goal: Horizontal, step_s: float, speed_m_s: float, acceleration_m_s2: float) -> Horizontal:
+    """A setpoint's next place on its way to `goal`: no faster, and by no more, and so that it can stop there.
+
+    The acceleration is told from its last two places as if both steps had taken `step_s`.
+    """
+    (north, east), (before_n, before_e) = last.place, last.before
+    vn, ve = _no_more((goal[0] - north) / step_s, (goal[1] - east) / step_s, speed_m_s)
+    was_n, was_e = (north - before_n) / step_s, (east - before_e) / step_s
+    an, ae = _no_more((vn - was_n) / step_s, (ve - was_e) / step_s, acceleration_m_s2)
+    stops_m_s = math.sqrt(max(acceleration_m_s2, 0.0) * math.hypot(north - goal[0], east - goal[1]))
+    vn, ve = _no_more(was_n + an * step_s, was_e + ae * step_s, stops_m_s)
+    return north + vn * step_s, east + ve * step_s
+
+
+def _no_more(north: float, east: float, limit: float) -> Horizontal:
+    size, limit = math.hypot(north, east), max(limit, 0.0)
+    return (north * limit / size, east * limit / size) if size > limit else (north, east)

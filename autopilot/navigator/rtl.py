@@ -19,6 +19,7 @@ from sitl_emu.autopilot.navigator.mission_legs import landing_of
 from sitl_emu.autopilot.navigator.rtl_direct import Destination, RtlDirect
 from sitl_emu.autopilot.navigator.rtl_mission import RtlMission, RtlType
 from sitl_emu.autopilot.navigator.state import NavigatorState
+from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.topics import RtlStatus, RtlTimeEstimate
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import distance_m
@@ -67,6 +68,11 @@ class Rtl:
         else:
             self._along.on_activation(self._flown_seq)
         self._state.centre_gimbal()
+
+    @property
+    def is_landing(self) -> bool:
+        """It comes down, or is on its landing pattern."""
+        return self._direct.is_landing if self._kind is RtlType.DIRECT else self._along.is_landing
 
     def on_active(self) -> None:
         """Every cycle in RTL."""
@@ -135,7 +141,7 @@ class Rtl:
             if self._away_m(pattern) + NEARER_M < away_m:
                 kind, best, away_m = RtlType.DIRECT_MISSION_LAND, pattern, self._away_m(pattern)
         for number, item in enumerate(state.dataman.rally.items):
-            if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT or item.frame not in RALLY_FRAMES:
+            if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT or item.frame not in RALLY_FRAMES or not _is_place(item):
                 continue
             if wanted != RALLY_ALONE and _apart_m(home, item.lat_deg, item.lon_deg) <= AT_HOME_M:
                 continue
@@ -163,6 +169,12 @@ class Rtl:
                 height_m = max(height_m, 2.0 * settings.nav_acc_rad_m)
             height_m = min(height_m, settings.rtl_return_alt_m)
         return max(destination.alt_m + height_m, state.position.alt)
+
+
+def _is_place(item: MissionItem) -> bool:
+    """Whether it is on the Earth, and not where nobody has said where (RTL::extractValidSafePointPosition)."""
+    lat_deg, lon_deg = abs(item.lat_deg), abs(item.lon_deg)
+    return math.isfinite(item.z) and lat_deg <= 90.0 and lon_deg <= 180.0 and (lat_deg > 0.0 or lon_deg > 0.0)
 
 
 def _apart_m(place: Destination, lat_deg: float, lon_deg: float) -> float:

@@ -2,15 +2,15 @@
 
 It is left straight up, with the heading of that moment, to the height that `rtl.py` has worked out. With RTL_LAND_DELAY
 0 the vehicle lands as soon as it is within the acceptance radius; else it descends to RTL_DESCEND_ALT first and waits
-there (negative: for good). On the ground it stays there. What does not fly goes straight home. RTL_PLD_MD makes the
-landing a precision landing.
+there (negative: for good), whatever its height is then, and turns to its heading before it lands. On the ground it
+stays there. What does not fly goes straight home. RTL_PLD_MD makes the landing a precision landing.
 """
 
 import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.constants import SetpointType, Severity
 from sitl_emu.autopilot.navigator.mission_block import (
     LAND,
     LOITER_TIME,
@@ -31,17 +31,21 @@ from sitl_emu.core.geodesy import distance_m
 
 NAV_CMD_IDLE = 0
 """Not a MAV_CMD: PX4's own (navigation.h)."""
+ANY_HEIGHT_M = 3.4028234663852886e38
+"""FLT_MAX."""
 
 
 class Phase(IntEnum):
-    """Where the return is."""
+    """Where the return is: RtlDirect::RTLState without those of a VTOL."""
 
     CLIMB = 0
     RETURN = 1
     DESCEND = 2
     WAIT = 3
-    LAND = 4
-    LANDED = 5
+    HOVER = 6
+    """MOVE_TO_LAND_HOVER: above the place, turning to the heading there."""
+    LAND = 7
+    LANDED = 8
 
 
 class Destination(NamedTuple):
@@ -86,7 +90,6 @@ class RtlDirect:
         state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
         if state.landed:
             self._land()
-            state.idle()
             return
         self._phase = self._first_phase()
         self._fly_phase()
@@ -117,6 +120,11 @@ class RtlDirect:
         return self._seconds_left(self._state.position) if self._state.traits.flies else 0.0
 
     @property
+    def is_landing(self) -> bool:
+        """It has come to the place."""
+        return Phase.DESCEND <= self._phase < Phase.LANDED
+
+    @property
     def _precision(self) -> Precision:
         """RTL_PLD_MD, where the vehicle can."""
         mode = self._state.settings.rtl_pld_md
@@ -139,6 +147,8 @@ class RtlDirect:
             if settings.rtl_land_delay_s < 0.0:
                 return seconds
             seconds += settings.rtl_land_delay_s
+        if phase is Phase.HOVER:
+            seconds += along_s(settings, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
         from_m = position.alt if phase >= Phase.LAND else hover_alt_m
         return seconds + vertical_s(settings, place.alt_m - from_m)
 
@@ -147,6 +157,8 @@ class RtlDirect:
         state, settings = self._state, self._state.settings
         self._phase, state.finished = Phase.LANDED, True
         idle = (0.0, settings.nav_acc_rad_m, settings.nav_loiter_rad_m, math.nan, 0.0, 0.0, state.home_alt_m())
+        home = state.topics.home_position
+        tell_item(state, int(self._phase), Target(NAV_CMD_IDLE, home.lat, home.lon, state.home_alt_m()))
         state.tell(VehicleCommand(NAV_CMD_IDLE, *idle))
 
     def _away_m(self) -> float:
@@ -171,11 +183,12 @@ class RtlDirect:
             return Phase.DESCEND if settings.rtl_land_delay_s != 0.0 else Phase.LAND
         if self._phase is Phase.DESCEND:
             return Phase.WAIT
-        return Phase.LAND
+        return Phase.HOVER if self._phase is Phase.WAIT else Phase.LAND
 
     def _fly_phase(self) -> None:
         state, place, phase = self._state, self._destination, self._phase
-        yaw_rad, hover_alt_m = self._yaw_rad(), self._hover_alt_m
+        yaw_rad, hover_alt_m, delay_s = self._yaw_rad(), self._hover_alt_m, state.settings.rtl_land_delay_s
+        following, accepted_m = state.triplet.next, math.nan
         if phase is Phase.CLIMB:
             heading_rad = state.topics.vehicle_local_position.heading
             position = state.position
@@ -185,13 +198,19 @@ class RtlDirect:
         elif phase is Phase.DESCEND:
             target = Target(LOITER_TO_ALT, place.lat_deg, place.lon_deg, hover_alt_m, yaw_rad)
             target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
+            there = following._replace(valid=True, lat=place.lat_deg, lon=place.lon_deg)
+            following = there._replace(type=int(SetpointType.LAND))
         elif phase is Phase.WAIT:
-            delay_s = state.settings.rtl_land_delay_s
             command = LOITER_UNLIM if delay_s < 0.0 else LOITER_TIME
             target = Target(command, place.lat_deg, place.lon_deg, hover_alt_m, hold_s=delay_s)
             target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
             if delay_s < 0.0:
                 state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
+            else:
+                accepted_m = ANY_HEIGHT_M
+        elif phase is Phase.HOVER:
+            target = Target(WAYPOINT, place.lat_deg, place.lon_deg, hover_alt_m, yaw_rad)
+            accepted_m = ANY_HEIGHT_M
         else:
             target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m, yaw_rad)
             state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
@@ -200,4 +219,6 @@ class RtlDirect:
         tell_item(state, int(phase), target)
         if phase is Phase.LAND and self._precision is not Precision.DISABLED:
             self._precland.begin(self._precision)
-        state.fly(setpoint_of(state, target))
+            following = state.triplet.next
+        setpoint = setpoint_of(state, target)._replace(alt_acceptance_radius=accepted_m)
+        state.fly(setpoint, following=following)

@@ -42,7 +42,7 @@ from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
 from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
-from sitl_emu.autopilot.topics import PositionSetpoint, PositionSetpointTriplet
+from sitl_emu.autopilot.topics import PositionSetpoint
 from sitl_emu.core.geodesy import distance_m
 
 
@@ -72,7 +72,7 @@ class RtlMission:
         self._target: Target | None = None
         self._reached = Reached()
         self._precland = PrecLand(state)
-        self._lands_precisely = False
+        self._lands_precisely = self._comes_down = False
         self._plan: Plan | None = None
         self._home_count = 0
         """home_position.update_count as this return has followed it."""
@@ -102,7 +102,7 @@ class RtlMission:
         """Every cycle of the return."""
         state = self._state
         if state.dataman.mission is not self._plan or state.dataman.current_seq != self._seq:
-            state.triplet = PositionSetpointTriplet(state.now_us)
+            state.reset_triplet()
             seq = self._mission.behind_jumps(state.dataman.current_seq) if self._mission.valid else None
             self._has_item = seq is not None
             if seq is not None:
@@ -121,6 +121,13 @@ class RtlMission:
             self._precland.on_active()
         if self._target is not None:
             self._target = keep_off_ground(state, self._target)
+
+    @property
+    def is_landing(self) -> bool:
+        """On the landing pattern; back along the mission, from the place on where it began."""
+        return (
+            self._comes_down if self._kind is RtlType.MISSION_FAST_REVERSE else self._mission.lands_with(self._target)
+        )
 
     def seconds_left(self, *, active: bool) -> float:
         """How long the landing pattern takes from here (RtlDirectMissionLand); NaN for the others: PX4 doesn't know."""
@@ -270,14 +277,16 @@ class RtlMission:
         land = target_of(item, state.home_alt_m())._replace(yaw_rad=math.nan)
         self._begin(land, Work.DEFAULT)
         tell_item(state, self._seq, land, item)
+        flown = state.triplet.current
         self._lands_precisely = self._precland.begins_at(item)
-        fly_leg(state, setpoint_of(state, land), self._following(), work)
+        fly_leg(state, setpoint_of(state, land), self._following(), work, flown)
 
     def _fly_back(self, item: MissionItem, work: Work) -> None:
         """The place before; from the take-off, or the mission's first place, home and down."""
         state = self._state
         before = self._place_before(self._seq)
         following = state.triplet.next if before is None else self._setpoint_at(before)
+        self._comes_down = item.command in TAKEOFFS or before is None
         if item.command not in TAKEOFFS and before is not None:
             self._pass(item, following)
         elif work is Work.DEFAULT:

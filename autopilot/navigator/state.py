@@ -7,12 +7,12 @@ import math
 from typing import NamedTuple
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
+from sitl_emu.autopilot.commands.vehicle_commands import give_inside
 from sitl_emu.autopilot.constants import SetpointType, TakeoffState
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import (
-    CommandRecord,
     PositionSetpoint,
     PositionSetpointTriplet,
     Topics,
@@ -23,7 +23,6 @@ from sitl_emu.core.geodesy import MapProjection
 
 BRAKING_DELAY_S = 0.6
 """Navigator::preproject_stop_point: 0.6 times MPC_JERK_AUTO over MPC_JERK_AUTO."""
-KEPT_COMMANDS = 8
 
 
 class Settings(NamedTuple):
@@ -32,6 +31,7 @@ class Settings(NamedTuple):
     nav_acc_rad_m: float
     nav_mc_alt_rad_m: float
     nav_loiter_rad_m: float
+    nav_min_ltr_alt_m: float
     nav_min_gnd_dist_m: float
     nav_traff_avoid: int
     nav_traff_a_hor_m: float
@@ -76,6 +76,7 @@ def settings_of(parameters: Parameters) -> Settings:
         nav_acc_rad_m=float(parameters["NAV_ACC_RAD"]),
         nav_mc_alt_rad_m=float(parameters["NAV_MC_ALT_RAD"]),
         nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
+        nav_min_ltr_alt_m=float(parameters["NAV_MIN_LTR_ALT"]),
         nav_min_gnd_dist_m=float(parameters["NAV_MIN_GND_DIST"]),
         nav_traff_avoid=int(parameters["NAV_TRAFF_AVOID"]),
         nav_traff_a_hor_m=float(parameters["NAV_TRAFF_A_HOR"]),
@@ -141,7 +142,6 @@ class NavigatorState:
         """A heading that an item insists on was not reached in time."""
         self.gimbal_asked_us: int | None = None
         """When it was asked that the gimbal be centred; None: nobody has."""
-        self._commands = 0
 
     # --- where the vehicle is --------------------------------------------------------------------------------
 
@@ -176,16 +176,29 @@ class NavigatorState:
             return radius_m
         return max(radius_m, self.topics.position_controller_status.acceptance_radius)
 
+    def altitude_acceptance_m(self) -> float:
+        """How near a height counts as reached: the setpoint's own, else NAV_MC_ALT_RAD; any for what does not fly."""
+        if not self.traits.flies:
+            return math.inf
+        radius_m = self.triplet.current.alt_acceptance_radius
+        return radius_m if math.isfinite(radius_m) and radius_m > 0.0 else self.settings.nav_mc_alt_rad_m
+
     def home_alt_m(self) -> float:
         """AMSL altitude that relative altitudes count from; the reference's where home is unknown."""
         home = self.topics.home_position
         return home.alt if home.valid else self.topics.vehicle_local_position.ref_alt
 
+    def loiter_alt_m(self) -> float:
+        """AMSL height to hold at: the present one, but not lower than NAV_MIN_LTR_ALT, in whole metres, above home."""
+        alt_m, least_m = self.position.alt, self.settings.nav_min_ltr_alt_m
+        has_least = math.isfinite(least_m) and least_m >= 1.0
+        return max(alt_m, self.home_alt_m() + math.floor(least_m)) if has_least else alt_m
+
     def stop_point(self) -> tuple[float, float]:
         """(lat_deg, lon_deg) where the vehicle comes to rest when it brakes now (PX4's preproject_stop_point)."""
         local, position = self.topics.vehicle_local_position, self.position
         speed = math.hypot(local.vx, local.vy)
-        moves = self.traits.brakes_ahead and speed > 0.0 and local.xy_valid
+        moves = self.traits.brakes_ahead and speed > 0.0
         if not moves or self.settings.mpc_acc_hor_m_s2 <= 0.0:
             return position.lat, position.lon
         settings = self.settings
@@ -246,21 +259,20 @@ class NavigatorState:
             self.now_us,
             False,
             int(SetpointType.IDLE),
+            alt=0.0,
             acceptance_radius=settings.nav_acc_rad_m,
             cruising_speed=self.cruising_speed_m_s,
             loiter_radius=settings.nav_loiter_rad_m,
             alt_acceptance_radius=0.0,
         )
 
-    def idle(self) -> None:
-        """Stand on the ground."""
-        self.fly(PositionSetpoint(self.now_us, True, int(SetpointType.IDLE)))
+    def reset_triplet(self) -> None:
+        """Fly nothing (Navigator::reset_triplets)."""
+        self.fly(self.no_setpoint())
 
     def command(self, command: VehicleCommand, component: int = 0) -> None:
         """Give a command to the autopilot's other modules, and to `component` on every link (0: to all of them)."""
-        self._commands += 1
-        record = CommandRecord(self._commands, self.now_us, command)
-        self.topics.navigator_commands = (*self.topics.navigator_commands[1 - KEPT_COMMANDS :], record)
+        give_inside(self.topics, self.now_us, command)
         self.tell(command, component)
 
     def tell(self, command: VehicleCommand, component: int = 0) -> None:

@@ -1,6 +1,7 @@
 """TAKEOFF: climb to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground; never descend.
 
-PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). What does not fly is there as soon as it counts as in the air.
+PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). What does not fly is there as soon as it counts as in the air,
+and drives back to where it was then, whatever place the command named.
 """
 
 import math
@@ -28,6 +29,7 @@ class Takeoff:
     def on_activation(self) -> None:
         """Enter TAKEOFF."""
         self._begin()
+        self._state.cruising_speed_m_s = -1.0
 
     def on_active(self) -> None:
         """Every cycle in TAKEOFF."""
@@ -36,8 +38,20 @@ class Takeoff:
             self._begin()
         elif self._reached.update(state, self._target) and not state.finished:
             state.finished = state.mission_finished = True
-            if state.traits.flies:
-                state.fly(state.triplet.current._replace(timestamp=state.now_us, type=int(SetpointType.LOITER)))
+            self._hold(self._target)
+
+    def _hold(self, target: Target) -> None:
+        """Take off no longer: who flies holds there; what doesn't has another setpoint of its place."""
+        state, current = self._state, self._state.triplet.current
+        if state.landed:
+            return
+        if state.traits.flies:
+            kind, lat, lon, alt_m = SetpointType.LOITER, current.lat, current.lon, current.alt
+        else:
+            kind, lat, lon, alt_m = state.takeoff_type, target.lat_deg, target.lon_deg, target.alt_m
+        radius_m = state.acceptance_radius_m()
+        setpoint = state.setpoint(kind, lat, lon, alt_m, acceptance_radius_m=radius_m)
+        state.fly(setpoint._replace(loiter_radius=current.loiter_radius))
 
     def _begin(self) -> None:
         state, command = self._state, self._command
@@ -57,7 +71,7 @@ class Takeoff:
             alt = position.alt
             text = "Already higher than takeoff altitude\t"
             state.say(Severity.CRITICAL, text, "navigator_takeoff_already_higher")
-        self._target = Target(TAKEOFF, lat, lon, alt)
+        self._target = Target(TAKEOFF, position.lat, position.lon, alt)
         self._reached.restart(state.now_us)
         state.finished = state.mission_finished = False
-        state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, math.nan))
+        state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, acceptance_radius_m=state.acceptance_radius_m()))

@@ -257,7 +257,7 @@ class Topics:
         self.vehicle_commands: tuple[CommandRecord, ...] = ()
         """Writer: commander; the last few accepted commands that navigator and flight modes act on."""
         self.navigator_commands: tuple[CommandRecord, ...] = ()
-        """Writer: navigator; the last few commands that mission items gave, for the commander."""
+        """Writer: `commands.give_inside`; the last few commands of navigator and flight modes to other modules."""
         self.commands_told: tuple[CommandTold, ...] = ()
         """Writer: `commands.tell`; the last few commands and answers, for the log."""
         self.vehicle_command_acks: tuple[VehicleCommandAck, ...] = ()

@@ -62,6 +62,8 @@ class FakeVehicle:
         self.north = self.east = self.up = 0.0
         self.landed = self.heading_is_good = True
         self.euler = (0.0, 0.0, 0.0)
+        self.turned = 0.0
+        """Heading of the estimate."""
         self.gps = self.sensors = self.gcs = True
         self.gps_error_north = 0.0
         self.battery = BatteryStatus(connected=True, remaining=1.0)
@@ -170,8 +172,8 @@ class FakeVehicle:
             topics.sensor_gps = SensorGps(now, *received, HOME_ALT + self.up, fix_type=3)
         topics.vehicle_local_position = VehicleLocalPosition(
             now, now, known, True, known, True, self.north, self.east, -self.up,
-            heading_good_for_control=self.heading_is_good,
-            ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
+            heading=self.turned, heading_good_for_control=self.heading_is_good,
+            xy_global=True, z_global=True, ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
         )  # fmt: skip
         topics.vehicle_global_position = VehicleGlobalPosition(
             now, now, lat, lon, HOME_ALT + self.up, HOME_ALT + self.up, known, known, eph=0.5, epv=0.8

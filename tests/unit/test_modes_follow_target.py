@@ -6,10 +6,13 @@ from typing import Any
 
 import pytest
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.modes.second_order_reference_model import SecondOrderReferenceModel
 from sitl_emu.autopilot.modes.target_estimator import TargetEstimator
-from sitl_emu.autopilot.topics import FollowTarget, ManualControlSetpoint, TakeoffStatus
+from sitl_emu.autopilot.payload.gimbal import Gimbal
+from sitl_emu.autopilot.topics import FollowTarget, ManualControlSetpoint, TakeoffStatus, VehicleCommand
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler
 
 from .modes_follower import ALTITUDE_M, HOME, Follower
@@ -238,6 +241,22 @@ def test_the_gimbal_looks_down_to_the_target(altitude_mode: int, below_m: float)
     told = follower.topics.gimbal_manager_set_attitude
     assert euler(told.q) == pytest.approx((0.0, -math.atan2(below_m, 8.0), 0.0), abs=0.01)
     assert (told.origin_sysid, told.origin_compid, told.flags) == (0, 0, 0)
+
+
+def test_who_leaves_the_mode_gives_the_gimbal_back() -> None:
+    """FlightTaskAutoFollowTarget's destructor: to the autopilot's own modules, on no link."""
+    follower = Follower(up=8.0, nav_state=NavState.AUTO_FOLLOW_TARGET, MNT_MODE_IN=4)
+    gimbal = Gimbal(follower.topics, follower.parameters, OutgoingCommands())
+    take = VehicleCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, 1, 1, -1, -1, 0, 0, 0, from_external=False)
+    gimbal.handle_command(follower.now_us, take)
+    follower.fly(0.1)
+    gimbal.update(follower.now_us)
+    assert gimbal._control == (1, 1)
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    follower.fly(0.1)
+    gimbal.update(follower.now_us)
+    assert gimbal._control == (0, 0)
+    assert [record.command[1:5] for record in follower.topics.navigator_commands] == [(-3.0, -3.0, -1.0, -1.0)]
 
 
 def test_without_a_target_it_hovers() -> None:

@@ -5,6 +5,8 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
@@ -307,7 +309,8 @@ def test_positions_are_kept_to_a_ten_millionth_degree() -> None:
     assert math.isclose(item(WAYPOINT, 10, 0, 5).lat_deg, PLACE.reproject(10, 0)[0], abs_tol=1e-7)
 
 
-def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> None:
+def test_a_rovers_next_place_lies_behind_jumps_delays_and_holds() -> None:
+    """As of a real one that circled its LOITER_TIME: it brakes for no hold (Mission::setActiveMissionItems)."""
     rover = started(
         item(WAYPOINT, 8, 0),
         item(WAYPOINT, 8, 8),
@@ -325,7 +328,53 @@ def test_the_next_place_lies_behind_jumps_and_delays_but_not_behind_a_hold() -> 
         if rover.mode is NavState.AUTO_MISSION and triplet.next.valid:
             north, east = PLACE.project(triplet.next.lat, triplet.next.lon)
             following.setdefault(rover.topics.mission_result.seq_current, set()).add((round(north), round(east)))
-    assert following == {0: {(8, 8)}, 1: {(8, 0), (0, 8)}}
+    assert following == {0: {(8, 8)}, 1: {(8, 0), (0, 8)}, 4: {(0, 0)}}
+
+
+@pytest.mark.parametrize(
+    ("second", "follows"),
+    [
+        (item(WAYPOINT, 60, 0, 6), True),
+        (item(WAYPOINT, 60, 0, 6, 2.0), False),
+        (item(LOITER_TIME, 60, 0, 6, 2.0), False),
+    ],
+)
+def test_a_multicopter_brakes_for_a_hold_alone(second: MissionItem, follows: bool) -> None:
+    """A takeoff's pitch is none."""
+    vehicle = started(item(TAKEOFF, 40, 0, 6, 15.0), second, item(WAYPOINT, 60, 60, 6))
+    while vehicle.topics.mission_result.seq_current < 1:
+        vehicle.step()
+        if vehicle.topics.position_setpoint_triplet.current.type == SetpointType.POSITION:
+            assert vehicle.topics.position_setpoint_triplet.next.valid or vehicle.topics.mission_result.seq_current
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.next.valid is follows
+
+
+def given(vehicle: FakeVehicle, number: int) -> VehicleCommand:
+    """The command of an item, as the navigator gave it."""
+    for record in reversed(vehicle.topics.navigator_commands):
+        if record.command.command == number:
+            return record.command
+    raise AssertionError(f"{number} was not given")
+
+
+def test_an_item_that_sets_home_has_whole_degrees() -> None:
+    """Its x and y as they came: MAV_FRAME_MISSION scales nothing."""
+    home = MissionItem(0, 2, mavlink.MAV_CMD_DO_SET_HOME, 1, 0.0, 0.0, 0.0, 0.0, 47, 8, 480.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 6), home, item(WAYPOINT, 30, 0, 6), COM_HOME_EN=1)
+    run_until(vehicle, 1)
+    vehicle.run(0.1)
+    command = given(vehicle, mavlink.MAV_CMD_DO_SET_HOME)
+    assert (command.param5, command.param6, command.param7) == (47.0, 8.0, 480.0)
+    assert vehicle.topics.home_position[2:5] == pytest.approx((47.0, 8.0, 480.0))
+
+
+def test_an_item_that_looks_beside_the_next_place_gives_its_offsets_in_degrees() -> None:
+    beside = MissionItem(0, 2, mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET, 1, 0.0, 0.0, 0.0, 0.0, -30, 0, 90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 6), beside, item(WAYPOINT, 80, 0, 6))
+    run_until(vehicle, 1)
+    roi = vehicle.topics.vehicle_roi
+    assert (roi.mode, roi.pitch_offset, roi.yaw_offset) == pytest.approx((1, math.radians(-30.0), math.pi / 2.0))
 
 
 def test_on_the_way_to_a_landing_the_ground_is_the_next_place() -> None:

@@ -1,17 +1,19 @@
 """Precision landing: onto the target where one is seen, and what happens where none is."""
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.navigator.precland import Slewed, slewed
 from sitl_emu.autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 
 from .mavlink_peer import Peer
-from .navigation_fake import HOME_ALT, FakeVehicle, item
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
 
 TAKEOFF, WAYPOINT, LAND = 22, 16, 21
 
@@ -59,6 +61,34 @@ def test_it_is_above_the_target_before_it_descends() -> None:
         rig.step()
 
 
+def test_the_setpoint_moves_to_the_target_no_faster_than_the_vehicle_may() -> None:
+    """PrecLand::slewrate: MPC_XY_CRUISE, MPC_ACC_HOR, and so that it can stop at the target."""
+    rig = flying(MPC_XY_CRUISE=2.0, MPC_ACC_HOR=1.0)
+    rig.target = (14.0, 0.0)
+    rig.set_mode(4, 9)
+    places: list[tuple[int, float]] = []
+    while rig.setpoints[-1] is not SetpointType.LAND:
+        rig.step()
+        current = rig.topics.position_setpoint_triplet.current
+        if current.type == SetpointType.POSITION and (not places or current.timestamp > places[-1][0]):
+            places.append((current.timestamp, PLACE.project(current.lat, current.lon)[0]))
+    steps = [(then - now, (there - here) * 1e6 / (then - now)) for (now, here), (then, there) in pairwise(places)]
+    speeds = [speed for _, speed in steps]
+    assert max(speeds) == pytest.approx(2.0, abs=0.2)
+    assert speeds[2] < 0.5
+    assert max(north for _, north in places) < 14.05
+    assert places[-1][1] == pytest.approx(14.0, abs=0.2)
+
+
+def test_a_setpoint_moves_by_its_last_two_places() -> None:
+    """Worked out by hand: 1 m/s before, 3 m/s^2 for 50 ms; faster than 5 m/s, and nearer than it can stop."""
+    at_1_m_s = Slewed(0, (0.0, 0.0), (-0.05, 0.0))
+    assert slewed(at_1_m_s, (20.0, 0.0), 0.05, 5.0, 3.0) == pytest.approx((1.15 * 0.05, 0.0))
+    at_5_m_s = Slewed(0, (0.0, 0.0), (-0.25, 0.0))
+    assert slewed(at_5_m_s, (0.0, 200.0), 0.05, 5.0, 1000.0) == pytest.approx((0.0, 0.25))
+    assert slewed(at_5_m_s, (3.0, 0.0), 0.05, 5.0, 3.0) == pytest.approx((3.0 * 0.05, 0.0))
+
+
 def test_it_stays_above_the_target_for_two_seconds() -> None:
     rig = flying(PLD_HACC_RAD=0.5)
     rig.set_mode(4, 9)
@@ -76,7 +106,7 @@ def test_a_target_lost_on_the_way_is_flown_to_and_looked_for_from_there() -> Non
     rig.set_mode(4, 9)
     rig.run(0.3)
     rig.target = None
-    rig.run(4.0)
+    rig.run(7.0)
     assert rig.north == pytest.approx(14.0, abs=0.3)
     assert rig.up == pytest.approx(20.0, abs=0.5)
     rig.run_until_disarmed()
