@@ -3,8 +3,8 @@
 The network `field` sees both ways (its card, `networks/field.md`, has the figures). What confirms a target from the
 air was chosen on 38 fields, 1 to 10, 300 to 313 and 320 to 333 (the flight of `tools/agriculture/score_detector.py
 --spacing 13 --every 3`): for each class a score a little below the lowest of the targets that are found on 300 to 313,
-and the width of a patch. On fields 340 to 349, which chose nothing, all 40 targets are found, and one other thing. Both
-cameras ask the same network, so that disease weighs less before the mast, too.
+and the width of a patch. On fields 340 to 349, which chose none of these, all 40 targets are found, and nothing else.
+Both cameras ask the same network, so that disease weighs less before the mast, too.
 """
 
 from sitl_emu.missions.agriculture.report import LABELS
