@@ -468,6 +468,7 @@ class Flight:
 
     def _down(self, place: Place) -> Generator[None, None, Place]:
         """Down over a place; it, or one beside it where it is none from low. Raises Aborted where there is none."""
+        assert self.regions is not None
         first = place
         for _ in range(TRIES + 1):
             yield from self.descent.down(place.place_m)
@@ -475,15 +476,12 @@ class Flight:
             other = self._see_once_more(place)
             if other is None:
                 return place
-            if math.dist(other.place_m, first.place_m) > ASIDE_M or not self._is_way_clear(place, other):
+            clear = places.is_way_clear(self.regions, place.place_m, other.place_m, self.ground.stands)
+            if not clear or math.dist(other.place_m, first.place_m) > ASIDE_M:
                 break
             telling.goes_on(self.onboard, other, place)
             place = other
         raise Aborted(Reason.NO_PLACE, f"no plain dry ground, seen from low, at the edge of {first.label}")
-
-    def _is_way_clear(self, place: Place, other: Place) -> bool:
-        assert self.regions is not None
-        return places.is_way_clear(self.regions, place.place_m, other.place_m, self.ground.stands)
 
     def _see_once_more(self, place: Place) -> Place | None:
         """From low: None where the place still is one, else the one to take instead. Raises Aborted."""

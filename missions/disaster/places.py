@@ -161,14 +161,12 @@ class Lasting:
     def lasts(self, now_us: int, place: Place) -> bool:
         """Whether a place that is chosen now has been one for `LASTS_US`, without a longer gap than that."""
         fresh = [one for one in self._known if now_us - one[2] <= LASTS_US]
-        same = [one for one in fresh if one[0].label == place.label and _apart_m(one[0], place) <= NEAR_M]
+        same = [
+            one for one in fresh if one[0].label == place.label and math.dist(one[0].place_m, place.place_m) <= NEAR_M
+        ]
         since_us = min((since_us for _, since_us, _ in same), default=now_us)
         self._known = [*(one for one in fresh if one not in same), (place, since_us, now_us)]
         return now_us - since_us >= LASTS_US
-
-
-def _apart_m(one: Place, other: Place) -> float:
-    return math.dist(one.place_m, other.place_m)
 
 
 def is_free(regions: RegionMap, place_m: Corner, stands: Standing | None = None) -> bool:

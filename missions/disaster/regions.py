@@ -74,9 +74,9 @@ FRONTAL = 0.5
 urban_flood is a dense one."""
 WORSE = 0.5
 """By so much more is the tangent of the angle of a look from which nothing is believed that better ones deny. Frames of
-one place and one angle err alike, and soon outvote what was seen from above: grass at a fire's edge, dry in sixty
-frames from nearly above, burnt as seen from 45 degrees, four times in one flight, and the line was left for it each
-time (`disaster-wildfire`, seed 4). Ours."""
+one place and one angle err alike, and soon outvote what was seen from above: grass at a fire's edge, dry in 38 frames
+from within 41 degrees, burnt as seen from 45, four times in one flight, and the line was left for it each time
+(`disaster-wildfire`, seed 4). Ours."""
 LEAST_SHARE = 0.65
 """Share from which a part of a picture is of a region. More than a half, as the network's shares are too large beside
 edges, which count more in its training (`tools/detector/loss.py`): with a half, 6 of 17 places that the line was left

@@ -161,6 +161,9 @@ def test_a_cell_is_the_kalman_filter_of_a_height_that_stays(measured: list[tuple
     height = terrain.height_m(0.5, 0.5)
     assert height.mean_m == pytest.approx(mean, abs=1e-6)
     assert height.sigma_m >= math.sqrt(variance) - 1e-6, "and the cell's own relief on top"
+    noises_m = terrain.noises_m()
+    assert np.nanmax(noises_m) == pytest.approx(math.sqrt(variance), abs=1e-6)
+    assert np.isfinite(noises_m).sum() == 1, "a cell that was not measured has none"
 
 
 def test_noise_averages_out_what_lasts_does_not_and_a_place_counts_by_the_slope() -> None:

@@ -104,9 +104,7 @@ class TerrainMap:
 
     def noises_m(self) -> Grid:
         """One sigma of what chance alone has put a cell off, beside its neighbours: the noise, which none share."""
-        with np.errstate(divide="ignore"):
-            noise = np.sqrt(1.0 / self._sums[0])
-        return np.where(self._sums[0] > 0.0, noise, np.nan)
+        return np.where(self._sums[0] > 0.0, np.sqrt(_noises_squared(self._sums)), np.nan)
 
     def height_m(self, north_m: float, east_m: float) -> Height:
         """The ground's height at a place: that of its cell."""
@@ -159,10 +157,14 @@ def _means(sums: Grid, which: int = 1) -> Grid:
         return np.asarray(sums[which] / sums[0])
 
 
-def _sigmas(sums: Grid, resolution_m: float) -> Grid:
-    mean = _means(sums)
+def _noises_squared(sums: Grid) -> Grid:
+    """What is left of the soundings' noise; infinite where there is none."""
     with np.errstate(divide="ignore"):
-        noise = 1.0 / sums[0]
+        return np.asarray(1.0 / sums[0])
+
+
+def _sigmas(sums: Grid, resolution_m: float) -> Grid:
+    mean, noise = _means(sums), _noises_squared(sums)
     scatter = np.maximum(_means(sums, 2) - mean**2, 0.0)
     return np.asarray(np.sqrt(noise + scatter + _means(sums, 3) + _slope_squared(mean, resolution_m) * _means(sums, 4)))
 
