@@ -388,7 +388,9 @@ class Flight:
         onboard = self.onboard
         self._tried.append(place)
         number, sigma_m = len(self._tried), self.settings.ground_sigma_m
-        telling.target(onboard, place, number, self.altitude_m, sigma_m, self.place_deg, self.seen(place.label))
+        # who goes for a closer look is far from what it goes to: the last frame with such an area shows another
+        seen = self.seen(place.label) if left_m is not None else {}
+        telling.target(onboard, place, number, self.altitude_m, sigma_m, self.place_deg, seen)
         onboard.enter("engaging", f"{place.label}, {math.dist(self.here_m, place.place_m):.0f} m away")
         try:
             place = yield from self._over(place)

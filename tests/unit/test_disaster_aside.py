@@ -61,6 +61,8 @@ def test_what_may_be_a_place_is_looked_at_from_above_before_the_parcel_is_taken_
     told = [event.kind for _, _, event in sky.events if event.kind in ("line_scanned", "target_confirmed")]
     assert told == ["line_scanned"] * flown.lines_in_all + ["target_confirmed"]
     assert len(flown.parcels) == 1 and flown.outcomes == {1: "success"}
+    (confirmed,) = (event for _, _, event in sky.events if event.kind == "target_confirmed")
+    assert "frame_time_us" not in confirmed.data, "no picture of another place"
 
 
 def test_where_nothing_is_found_that_is_a_success() -> None:
