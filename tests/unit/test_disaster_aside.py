@@ -56,6 +56,7 @@ def test_what_may_be_a_place_is_looked_at_from_above_before_the_parcel_is_taken_
     # a ditch between two lines, with no ground at its edge that is so near to below one of them
     monkeypatch.setattr(places, "ASLANT", 0.05)
     sky = Sky(1, AREA_M, [box(13.4, 20.0, 14.4, 40.0)], 0.0, 1)
+    sky.companions[1].flight.seen = lambda label: {"frame_time_us": 1}
     assert sky.fly(400.0)
     flown = sky.flown()
     told = [event.kind for _, _, event in sky.events if event.kind in ("line_scanned", "target_confirmed")]
