@@ -145,6 +145,11 @@ class Inspect:
             out += [(PEER_LINK, answer) for answer in self._missions.on_message(now_us, msg)]
         return out
 
+    @property
+    def looks(self) -> bool:
+        """While it stands at a target."""
+        return self._spotter is not None
+
     def wants_frame(self, frame_time_us: int) -> float | None:
         """Frames while it looks for the target."""
         return self._spotter.wants(frame_time_us) if self._spotter is not None else None

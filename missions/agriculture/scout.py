@@ -143,6 +143,11 @@ class Scout:
                 out.append((PEER_LINK, ack_of(msg, self._deliveries.take_report(report))))
         return out
 
+    @property
+    def looks(self) -> bool:
+        """From arming until it has landed."""
+        return self._scanning
+
     def wants_frame(self, frame_time_us: int) -> float | None:
         """Frames taken high enough over the field, while it is scanned."""
         pose = self._onboard.telemetry.pose_at(frame_time_us)

@@ -125,6 +125,16 @@ class HasCandidates(Protocol):
 
 
 @runtime_checkable
+class LooksAtTimes(Protocol):
+    """What a companion has beside that does not want frames all the time; any other is taken to want them."""
+
+    @property
+    def looks(self) -> bool:
+        """Whether it wants frames from now on."""
+        ...
+
+
+@runtime_checkable
 class SeesRanges(Protocol):
     """What a companion has beside that wants depth images and point clouds; any other is not given them."""
 

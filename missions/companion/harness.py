@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions.companion.camera import Frame
-from sitl_emu.missions.companion.companion import Companion, Event, HasCandidates, Outgoing, SeesRanges
+from sitl_emu.missions.companion.companion import Companion, Event, HasCandidates, LooksAtTimes, Outgoing, SeesRanges
 from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Ranges
 from sitl_emu.missions.companion.inference import Inference, Looked
@@ -38,6 +38,12 @@ class Harness:
         self._detections = detections
         self._has_candidates = companion if isinstance(companion, HasCandidates) else None
         self._sees_ranges = companion if isinstance(companion, SeesRanges) else None
+        self._looks_at_times = companion if isinstance(companion, LooksAtTimes) else None
+
+    @property
+    def looks(self) -> bool:
+        """Whether the companion takes frames now: a camera that nobody looks at need make none."""
+        return self._looks_at_times is None or self._looks_at_times.looks
 
     def step(
         self, now_us: int, received: Iterable[Received], frames: Iterable[Frame] = (), ranges: Iterable[Ranges] = ()

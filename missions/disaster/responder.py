@@ -84,6 +84,11 @@ class Responder:
             self.flight.together.on_message(now_us, msg)
         return self._onboard.on_message(now_us, link, msg)[1]
 
+    @property
+    def looks(self) -> bool:
+        """While its flight has use for it."""
+        return self.flight.looking
+
     def wants_frame(self, frame_time_us: int) -> float | None:
         """Frames taken high enough, as long as it looks at all."""
         flight, rate_hz = self.flight, self.settings.perception.look_rate_hz

@@ -44,7 +44,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         width, height = camera.intrinsics[:2]
         what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
         ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
-        kept = kept_frames.KeptFrames(config, "camera", described.rate_hz, kept_frames.image_file)
+        kept = kept_frames.KeptFrames(config, "camera", kept_frames.image_file)
         video = _Video(config.video, described.rate_hz)
     except (worlds.WorldError, WorldError, RingError, LensError) as error:
         raise StartError(str(error)) from None
@@ -69,8 +69,8 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
                     ring.write(asked.time_us, image)
                 control.send(Rendered(asked.index))
                 video.show(image)
-                if ring is not None and config.keeps:
-                    kept.offer(asked.index, asked.time_us, image)
+                if asked.keep:
+                    kept.keep(asked.time_us, image)
     finally:
         video.set_running(False)
         if ring is not None:

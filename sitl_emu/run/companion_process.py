@@ -89,7 +89,8 @@ def step(harness: Harness, feeds: Feeds, message: Step) -> Stepped:
     sent = {name: harness.links[name].sent - before for name, before in sent_before.items()}
     dropped = feeds.lost + harness.inference.dropped
     status = harness.companion.status
-    return Stepped(sent.get(AUTOPILOT_LINK, 0), sent.get(PEER_LINK, 0), status, tuple(events), dropped)
+    of_autopilot, of_peer = sent.get(AUTOPILOT_LINK, 0), sent.get(PEER_LINK, 0)
+    return Stepped(of_autopilot, of_peer, status, tuple(events), dropped, harness.looks)
 
 
 def _received(link: Link, now_us: int, count: int | None) -> list[mavlink.MAVLink_message]:

@@ -152,6 +152,9 @@ class VehicleInRun:
     """Where its gimbal looks; None until it was told, or where it has none."""
     zoom: CameraZoom | None = None
     """How far its camera has zoomed; None until it was told, or where it can't."""
+    looks: bool = True
+    """Whether its companion takes its camera's frames now; nobody can say so of one from outside."""
+    sends_video: bool = False
     outside: bool = False
     """Whether its autopilot is one from outside: how many datagrams it has sent, nobody knows."""
     model: str = ""
@@ -230,7 +233,7 @@ class Conductor:
                 self._take_answer(place, vehicle)
             for feed in vehicle.feeds:
                 if ticks >= feed.due_tick():
-                    feed.take(self.now_us, self._seen_from(vehicle, feed))
+                    self._take_frame(vehicle, feed)
         if ticks % TRUTH_TICKS == 0:
             for vehicle in vehicles:
                 self._recorder.truth(self.now_us, vehicle.name, vehicle.simulator.pose())
@@ -360,6 +363,7 @@ class Conductor:
         vehicle.stepping = False
         vehicle.status = reply.status
         vehicle.frames_dropped = reply.dropped
+        vehicle.looks = reply.looks
         for event in reply.events:
             self._recorder.event(vehicle.name, event._replace(time_us=self.now_us))
         return reply.autopilot, reply.peer
@@ -370,6 +374,14 @@ class Conductor:
         zoom = vehicle.zoom if feed.feed == "camera" else None
         return poses.seen_from(vehicle.simulator.pose(), feed.on_gimbal, vehicle.gimbal, loose, others, zoom)
 
+    def _take_frame(self, vehicle: VehicleInRun, feed: FeedInRun) -> None:
+        """The one that is due, if anybody looks at it."""
+        seen = vehicle.looks or vehicle.sends_video or self._onlooker is not None
+        if seen or feed.keeps_next or feed.feed != "camera":
+            feed.take(self.now_us, self._seen_from(vehicle, feed))
+        else:
+            feed.leave_out()
+
     def _take_picture(self, vehicle: VehicleInRun, number: int) -> None:
         """Of the MAVLink camera; an autopilot of ours asks only where there is a camera that draws it."""
         camera = next((feed for feed in vehicle.feeds if feed.feed == "camera"), None)
@@ -379,6 +391,7 @@ class Conductor:
     @staticmethod
     def _send_video(vehicle: VehicleInRun, running: bool) -> None:
         """Have the camera send its frames to the ground station, or no more."""
+        vehicle.sends_video = running
         for feed in vehicle.feeds:
             if feed.feed == "camera":
                 feed.control.send(SendVideo(running))

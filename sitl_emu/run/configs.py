@@ -298,8 +298,6 @@ class CameraConfig(ProcessConfig):
     camera: CameraDescription
     ring: RingData | None
     """None: nobody reads its frames."""
-    keeps: bool = True
-    """Whether a frame a second of those in the ring is kept in the run's folder (`kept_frames`)."""
     card: str = ""
     """The folder that stands for the autopilot's file system, in which its pictures are kept."""
     shared_fd: int | None = None
@@ -322,8 +320,6 @@ class RangeConfig(ProcessConfig):
     ring: RingData
     depth: DepthDescription | None = None
     lidar: LidarDescription | None = None
-    keeps: bool = True
-    """Whether a frame a second is kept in the run's folder (`kept_frames`)."""
 
     @property
     def tells_obstacles(self) -> bool:

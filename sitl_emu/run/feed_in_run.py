@@ -1,6 +1,7 @@
 """A feed of a vehicle in a run: frames and pictures asked of its process, and when they arrive.
 
 A frame taken at t reaches the companion at t + latency: until then its process is at work on it, beside the ticks.
+While nobody looks, only those are made that the run's folder keeps, one a second (`kept_frames`).
 """
 
 from collections import deque
@@ -9,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
 from sitl_emu.core.simulator_api import PictureTaken
+from sitl_emu.run import kept_frames
 from sitl_emu.run.messages import (
     FrameTaken,
     Message,
@@ -44,7 +46,10 @@ class FeedInRun:
     rate_hz: float
     latency_us: int
     on_gimbal: bool = False
+    due: int = 0
+    """How many frames have been due so far."""
     rendered: int = 0
+    """How many of these were made: a frame's index counts them alone, as its ring does."""
     under_way: deque[FrameTaken] = field(default_factory=deque)
     """Frames asked for and not yet delivered."""
     finished: int = -1
@@ -58,11 +63,21 @@ class FeedInRun:
 
     def due_tick(self) -> int:
         """The tick at which the next frame is taken."""
-        return round((self.rendered + 1) * TICKS_PER_SECOND / self.rate_hz)
+        return round((self.due + 1) * TICKS_PER_SECOND / self.rate_hz)
+
+    @property
+    def keeps_next(self) -> bool:
+        """Whether the next frame is one that is kept."""
+        return self.due % kept_frames.every(self.rate_hz) == 0
+
+    def leave_out(self) -> None:
+        """The next frame is not made."""
+        self.due += 1
 
     def take(self, now_us: int, seen_from: SeenFrom) -> None:
         """Ask for the next frame."""
-        self.control.send(Render(self.rendered, now_us, *seen_from))
+        self.control.send(Render(self.rendered, now_us, *seen_from, self.keeps_next))
+        self.due += 1
         self.under_way.append(FrameTaken(self.feed, self.rendered, now_us))
         self.rendered += 1
 

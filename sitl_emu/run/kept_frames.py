@@ -31,20 +31,21 @@ MM_MAX = 65535
 class KeptFrames:
     """One feed's frames in the run's folder."""
 
-    def __init__(self, config: ProcessConfig, feed: str, rate_hz: float, encode: Encode) -> None:
-        """`rate_hz`: how often `offer` is called, in simulated time."""
-        self._folder = folder_of(Path(config.folder), config.name, feed)
-        self._every, self._encode = max(1, round(rate_hz / RATE_HZ)), encode
+    def __init__(self, config: ProcessConfig, feed: str, encode: Encode) -> None:
+        self._folder, self._encode = folder_of(Path(config.folder), config.name, feed), encode
 
-    def offer(self, index: int, time_us: int, frame: Array) -> None:
-        """Keep a frame, if it is one of those that are kept. Raises OSError."""
-        if index % self._every:
-            return
+    def keep(self, time_us: int, frame: Array) -> None:
+        """Raises OSError."""
         self._folder.mkdir(parents=True, exist_ok=True)
         suffix, data = self._encode(frame)
         part = self._folder / "part"
         part.write_bytes(data)
         part.rename(self._folder / f"{time_us}{suffix}")
+
+
+def every(rate_hz: float) -> int:
+    """Of how many frames of a feed one is kept, the first to begin with."""
+    return max(1, round(rate_hz / RATE_HZ))
 
 
 def folder_of(run: Path, vehicle: str, feed: str) -> Path:

@@ -91,6 +91,8 @@ class Stepped(NamedTuple):
     status: Status
     events: tuple[Event, ...]
     dropped: int
+    looks: bool = True
+    """Whether it takes its camera's frames now."""
 
 
 class BodyPose(NamedTuple):
@@ -144,6 +146,8 @@ class Render(NamedTuple):
     """None: it stands still."""
     zoom_percent: float = 0.0
     """Of a camera: how far it has zoomed, of its range."""
+    keep: bool = False
+    """Whether the run's folder is to have it (`kept_frames`)."""
 
 
 class ObstaclesSeen(NamedTuple):

@@ -223,7 +223,6 @@ class Photographer:
             world=str(self._world),
             camera=camera,
             ring=self._rings.get(place),
-            keeps=False,
             card=str(sitter.root),
             shared_fd=self._shared.fileno(),
             video=sitter.video,

@@ -161,7 +161,6 @@ def _started(place: int, name: str, vehicle: RosVehicleData, world: Path) -> _Fe
         ring=RingData(name=ring, slots=RING_SLOTS),
         depth=vehicle.depth if name == DEPTH else None,
         lidar=vehicle.lidar if name == LIDAR else None,
-        keeps=False,
     )
     ours, its = socket.socketpair()
     title = f"{name} {vehicle.name}"

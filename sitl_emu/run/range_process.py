@@ -42,8 +42,8 @@ def _scanning_lidar(world: Rays, lidar: LidarDescription, noise: Noise) -> tuple
 
 def _kept(config: RangeConfig) -> KeptFrames:
     if config.depth is not None:
-        return KeptFrames(config, "depth", config.rate_hz, depth_file)
-    return KeptFrames(config, "lidar", config.rate_hz, points_file)
+        return KeptFrames(config, "depth", depth_file)
+    return KeptFrames(config, "lidar", points_file)
 
 
 def run(config: RangeConfig, control: ControlChannel) -> None:
@@ -66,8 +66,8 @@ def run(config: RangeConfig, control: ControlChannel) -> None:
             ring.write(asked.time_us, measured)
             seen = sensor.obstacles(measured, asked.pose, asked.head) if config.tells_obstacles else None
             control.send(Rendered(asked.index, ObstaclesSeen._make(seen) if seen is not None else None))
-            if config.keeps:
-                kept.offer(asked.index, asked.time_us, measured)
+            if asked.keep:
+                kept.keep(asked.time_us, measured)
     finally:
         ring.close()
 

@@ -95,7 +95,8 @@ def test_the_same_seed_at_two_speeds_and_looked_at_gives_identical_logs_and_summ
     different = [name for name in [*logs, "events.jsonl"] if not filecmp.cmp(fast / name, slow / name, shallow=False)]
     assert not different
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (fast, slow))
-    assert one["outcome"] == "time limit reached" and one["frames_rendered"] == 2 * 90 and one["frames_dropped"] == 0
+    assert one["outcome"] == "time limit reached" and one["frames_dropped"] == 0
+    assert len(frames) < one["frames_rendered"] < 90, "the UGV's are those that are kept: it looks at targets alone"
     for key in WALL_CLOCK_KEYS:
         one.pop(key), other.pop(key)
     assert one == other

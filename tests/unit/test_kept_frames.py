@@ -8,26 +8,19 @@ import numpy as np
 
 from sitl_emu.missions.companion.camera import open_camera
 from sitl_emu.run.configs import ProcessConfig
-from sitl_emu.run.kept_frames import KeptFrames, depth_file, folder_of, image_file, points_file
+from sitl_emu.run.kept_frames import KeptFrames, depth_file, every, folder_of, image_file, points_file
 
 
-def kept(folder: Path, rate_hz: float, frames: int) -> list[int]:
-    """The times in ms of those that are kept of so many frames."""
-    config = ProcessConfig(folder=str(folder), start_us=0, seed=1, name="a")
-    feed = KeptFrames(config, "camera", rate_hz, image_file)
-    for index in range(frames):
-        feed.offer(index, round(index * 1e6 / rate_hz), np.full((48, 64, 3), index, np.uint8))
-    return sorted(int(path.stem) // 1000 for path in folder_of(folder, "a", "camera").iterdir())
-
-
-def test_one_a_second_is_kept(tmp_path: Path) -> None:
-    assert kept(tmp_path / "fast", 15.0, 46) == [0, 1000, 2000, 3000]
-    assert kept(tmp_path / "slow", 0.5, 3) == [0, 2000, 4000], "all of those that come less often"
+def test_one_a_second_is_kept() -> None:
+    assert [every(rate_hz) for rate_hz in (30.0, 15.0, 1.0)] == [30, 15, 1]
+    assert every(0.5) == 1, "all of those that come less often"
 
 
 def test_they_are_a_camera_source_by_themselves(tmp_path: Path) -> None:
     """So `sitl-emu detect FOLDER` and a companion on a bench take them."""
-    kept(tmp_path, 1.0, 3)
+    feed = KeptFrames(ProcessConfig(folder=str(tmp_path), start_us=0, seed=1, name="a"), "camera", image_file)
+    for second in (2, 0, 1):
+        feed.keep(second * 1_000_000, np.full((48, 64, 3), second, np.uint8))
     source = open_camera(str(folder_of(tmp_path, "a", "camera")))
     times = []
     while not source.ended:

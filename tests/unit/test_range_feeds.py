@@ -77,12 +77,12 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
         each.close()
 
 
-def test_each_has_a_process_that_keeps_nothing_and_tells_no_autopilot(bench: Bench) -> None:
+def test_each_has_a_process_that_tells_no_autopilot(bench: Bench) -> None:
     depth, lidar = bench.configs
     assert depth.depth is not None and depth.depth.reach_m == 6.0 and depth.lidar is None
     assert lidar.lidar is not None and lidar.lidar.rows == 1 and lidar.depth is None
     for each in bench.configs:
-        assert (each.name, each.keeps, each.tells_obstacles) == ("m600-1", False, False)
+        assert (each.name, each.tells_obstacles) == ("m600-1", False)
         assert Path(each.world).is_file()
 
 

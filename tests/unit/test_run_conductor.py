@@ -5,6 +5,8 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
 
+import pytest
+
 from sitl_emu.core.radio import RadioSettings
 from sitl_emu.core.simulator_api import (
     BesideMessage,
@@ -157,8 +159,10 @@ class FakeRecorder:
         pass
 
 
-def reply(autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success") -> Stepped:
-    return Stepped(autopilot, peer, Status("x", 0.0, done, outcome, ""), (), 0)
+def reply(
+    autopilot: int = 0, peer: int = 0, done: bool = False, outcome: str = "success", looks: bool = True
+) -> Stepped:
+    return Stepped(autopilot, peer, Status("x", 0.0, done, outcome, ""), (), 0, looks)
 
 
 def vehicle(
@@ -233,6 +237,39 @@ def test_a_frame_is_delivered_at_the_first_barrier_after_its_latency_and_waited_
         (FrameTaken("camera", 1, 132000), 240000),
         (FrameTaken("camera", 2, 200000), 300000),
     ]
+
+
+LOOKS_FROM_A_SECOND_ON = [*[reply(looks=False)] * 50, *[reply()] * 30]
+
+
+def test_while_nobody_looks_only_what_is_kept_is_drawn_and_indices_count_what_was_drawn() -> None:
+    one = vehicle("one", LOOKS_FROM_A_SECOND_ON)
+    camera = FeedInRun("camera", FakeControl(Rendered(index) for index in range(20)), 5.0, 100_000)
+    lidar = FeedInRun("lidar", FakeControl(Rendered(index) for index in range(20)), 5.0, 100_000)
+    one.feeds = [camera, lidar]
+    run_ticks(Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder()), 375)
+    drawn = [(asked.index, asked.time_us // 1000, asked.keep) for asked in told(camera.control, Render)]
+    assert drawn == [(0, 200, True), (1, 1200, True), (2, 1400, False)]
+    assert [asked.time_us // 1000 for asked in told(lidar.control, Render)] == [200, 400, 600, 800, 1000, 1200, 1400]
+    delivered = [frame for step in told(one.companion, Step) for frame in step.frames if frame.feed == "camera"]
+    assert [(frame.index, frame.time_us // 1000) for frame in delivered] == [(0, 200), (1, 1200), (2, 1400)]
+
+
+class FakeOnlooker:
+    def sensed(self, sensed: Sequence[Sequence[SimulatorMessage]]) -> None: ...
+    def barrier(
+        self, now_us: int, vehicles: Sequence[VehicleInRun], arrived: Sequence[tuple[FrameTaken, ...]]
+    ) -> None: ...
+
+
+@pytest.mark.parametrize(("video", "onlooker"), [(True, None), (False, FakeOnlooker())])
+def test_for_a_ground_station_or_ros_all_are_drawn(video: bool, onlooker: FakeOnlooker | None) -> None:
+    one = vehicle("one", LOOKS_FROM_A_SECOND_ON, says={4000: VideoState(True)} if video else None)
+    camera = FeedInRun("camera", FakeControl(Rendered(index) for index in range(20)), 5.0, 100_000)
+    one.feeds = [camera]
+    conductor = Conductor([one], FakeSimulation(), RadioSettings(), 1, FakeRecorder(), onlooker=onlooker)
+    run_ticks(conductor, 250)
+    assert camera.rendered == 5
 
 
 def test_each_feed_has_a_rate_and_a_latency_of_its_own() -> None:

@@ -110,7 +110,7 @@ MESSAGES: list[Message] = [
     Ready(),
     Ready(14_600),
     Step(20_000, None, 3, (FrameTaken("camera", 4, 16_000), FrameTaken("depth", 5, 20_000))),
-    Stepped(1, 2, STATUS, (FOUND, FOUND._replace(data={})), 2),
+    Stepped(1, 2, STATUS, (FOUND, FOUND._replace(data={})), 2, False),
     Render(4, 16_000, BodyPose(0.1 + 0.2, -2.0, 1e-300, (1.0, 0.0, 0.0, 0.0))),
     Render(
         5,
@@ -120,6 +120,7 @@ MESSAGES: list[Message] = [
         (LooseAt({"name": "a", "mass_kg": 0.1}, (1.0, 2.0, -0.3), (0.5, 0.5, 0.5, 0.5)),),
         (VehicleAt("ugv", "rover", BodyPose(1.0, 2.0, -0.2, (1.0, 0.0, 0.0, 0.0)), True),),
         BodyMotion((1.0, 0.0, -0.1), (0.0, 0.0, 0.5)),
+        keep=True,
     ),
     SendVideo(True),
     Listening({"outline": [[0.0, 1.0]], "objects": []}, (47.397742, 8.545594, 489.4, 0.0)),
