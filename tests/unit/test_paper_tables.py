@@ -9,7 +9,7 @@ import pytest
 from sitl_emu.run.campaign.arms import arms_of, variation
 from sitl_emu.run.scenario import find
 from tools.disaster import detector_table
-from tools.disaster.paper_tables import FAULTS, ROWS, TABLES, faults_of, is_safe, summaries_in, table_of
+from tools.disaster.paper_tables import FAULTS, LOST, ROWS, TABLES, faults_of, is_safe, summaries_in, table_of
 
 
 def summary(**other: Any) -> dict[str, Any]:
@@ -40,6 +40,20 @@ def test_every_condition_is_a_scenario_that_can_be_flown(name: str) -> None:
         arms = arms_of(find(scenario), [variation(text) for text in table.vary])
         assert len({arm.name for arm in arms}) == len(arms)
     assert all(set(figures) <= set(ROWS) for figures in table.paper.values())
+
+
+def test_titles_stand_over_their_arms() -> None:
+    for name in ("together", "lost"):
+        (scenario,), vary, titles = TABLES[name].scenarios, TABLES[name].vary, TABLES[name].titles
+        for title, arm in zip(titles, arms_of(find(scenario), [variation(text) for text in vary]), strict=True):
+            count, what = title.split(", ")
+            assert len(arm.scenario.vehicles) == {"one": 1, "two": 2, "four": 4}[count]
+            if name == "together":
+                assert arm.scenario.peer_radio.loss == {"no loss": 0.0, "10 %": 0.1, "30 %": 0.3}[what]
+            else:
+                (fault,) = arm.scenario.faults
+                assert fault.model_dump(exclude_defaults=True) == LOST[what.removeprefix("its ")]
+    assert "| | one, no loss (1) |" in table_of(TABLES["together"], {str(arm): [summary()] for arm in range(9)})
 
 
 def test_an_arm_is_a_column_and_the_paper_stands_beside_it() -> None:

@@ -43,9 +43,9 @@ class Fault(NamedTuple):
     """`aborts.Reason` of a safe abort; delivering all the same is right, too, where it is safe and in its place."""
 
 
-def _at(event: str, after_s: float, **fault: Any) -> dict[str, Any]:
-    """A fault of the UAS, so long after its first event."""
-    return {"vehicle": "uas", "when": {"event": event, "after_s": after_s}, "fault": fault}
+def _at(event: str, after_s: float, vehicle: str = "uas", **fault: Any) -> dict[str, Any]:
+    """A fault of a UAS, so long after its first event."""
+    return {"vehicle": vehicle, "when": {"event": event, "after_s": after_s}, "fault": fault}
 
 
 FAULTS = (
@@ -67,6 +67,18 @@ FAULTS = (
 """What the paper names as causes, and what a scenario's timeline has besides. A quadrotor that loses a motor falls."""
 
 
+MIDWAY_S = 60.0
+"""After arming: the second of two or more has then begun with its lines in a town of `LARGE`; ours."""
+LOST = {
+    "motor": _at("armed", MIDWAY_S, "uas2", motor=1),
+    "radio": _at("armed", MIDWAY_S, "uas2", radio="out"),
+    "companion": _at("armed", MIDWAY_S, "uas2", kill="companion"),
+}
+"""How the second of several is lost midway; without one motor a quadrotor falls."""
+LARGE = "world.options.size_m=180"
+"""Six lines, so that there is something to divide among four; the scenario's own 100 m are three."""
+
+
 class Table(NamedTuple):
     """A table of the paper."""
 
@@ -77,6 +89,8 @@ class Table(NamedTuple):
     """By the title of a column, its figures by row (`ROWS`)."""
     share: int = 1
     """Of the runs that are asked for a condition has one in so many."""
+    titles: Sequence[str] = ()
+    """Of the arms, in the campaign's order, where what was varied says it badly."""
 
 
 DELIVERED, FOUND, RMSE, FALSE = "parcel within 5 m", "targets found", "location RMSE", "false diversions"
@@ -120,7 +134,13 @@ TABLES = {
     ),
     "together": Table(
         "One, two and four UAVs", ["disaster-together"],
-        ["vehicles.uas.count=1,2,4", "peer_radio.loss=0,0.1,0.3"], {}, share=4,
+        [LARGE, "vehicles.uas.count=1,2,4", "peer_radio.loss=0,0.1,0.3"], {}, share=4,
+        titles=[f"{count}, {loss}" for count in ("one", "two", "four") for loss in ("no loss", "10 %", "30 %")],
+    ),
+    "lost": Table(
+        "Two and four UAVs, the second of which is lost midway", ["disaster-together"],
+        [LARGE, "vehicles.uas.count=2,4", f"faults={','.join(json.dumps([fault]) for fault in LOST.values())}"],
+        {}, share=4, titles=[f"{count}, its {what}" for count in ("two", "four") for what in LOST],
     ),
 }  # fmt: skip
 
@@ -202,7 +222,8 @@ def _least(values: Sequence[float | None]) -> str:
 def table_of(table: Table, arms: Mapping[str, Summaries]) -> str:
     """As Markdown: a column for each arm, and then the paper's; rows that say nothing are left out."""
     lines = [f"### {table.title}", ""]
-    columns = [*(f"{name} ({len(those)})" for name, those in arms.items()), *table.paper]
+    titles = table.titles or list(arms)
+    columns = [*(f"{title} ({len(those)})" for title, those in zip(titles, arms.values(), strict=True)), *table.paper]
     lines += [f"| | {' | '.join(columns)} |", f"| --- |{' --- |' * len(columns)}"]
     for what, say in ROWS.items():
         cells = [say(those) for those in arms.values()] + [paper.get(what, "") for paper in table.paper.values()]
