@@ -24,8 +24,6 @@ from sitl_emu.autopilot.navigator.mission_block import (
     LOITER_TIME,
     LOITER_TO_ALT,
     LOITER_UNLIM,
-    RELATIVE_FRAMES,
-    RETURN_TO_LAUNCH,
     TAKEOFF,
     TAKEOFFS,
     WAYPOINT,
@@ -37,9 +35,9 @@ from sitl_emu.autopilot.navigator.mission_block import (
     target_of,
     tell_item,
 )
+from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
 from sitl_emu.autopilot.navigator.mission_legs import (
-    DO_LAND_START,
     Work,
     announce,
     fly_leg,
@@ -52,28 +50,16 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     tell_finished,
 )
 from sitl_emu.autopilot.navigator.mission_resume import MissionResume
-from sitl_emu.autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
+from sitl_emu.autopilot.navigator.payload import Payload
 from sitl_emu.autopilot.navigator.precland import PrecLand
-from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
+from sitl_emu.autopilot.navigator.roi import Roi
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
-from sitl_emu.autopilot.topics import PositionSetpoint, VehicleCommand
+from sitl_emu.autopilot.topics import PositionSetpoint
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import bearing_rad, distance_m
 
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
-DO_CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
-OBEYED = frozenset(
-    (
-        RETURN_TO_LAUNCH,
-        mavlink.MAV_CMD_DO_SET_HOME,
-        mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
-        mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE,
-    )
-)
-"""Items that another module carries out as it would the command."""
-GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
-FRAME_MISSION: int = mavlink.MAV_FRAME_MISSION
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
@@ -90,6 +76,8 @@ class Mission:
         self._state = state
         self._roi = roi
         self._payload = payload
+        self.commands = MissionCommands(state, roi, payload)
+        """Carries items without a place out."""
         self._geofence = geofence
         self._precland = PrecLand(state)
         self._lands_precisely = False
@@ -289,7 +277,7 @@ class Mission:
         """Say again what was said before the mission was left."""
         seq = self._state.dataman.current_seq
         for item in self._resume.due(seq, climbing=self._work is Work.CLIMB):
-            self.issue(item)
+            self.commands.issue(item)
         if self._speed_waits and self._resume.is_on(seq):
             self._speed_waits = False
             self.replay_speed()
@@ -325,7 +313,7 @@ class Mission:
         before = self.items[: self._state.dataman.current_seq]
         speeds = [item for item in before if item.command == DO_CHANGE_SPEED]
         if speeds:
-            self.issue(speeds[-1])
+            self.commands.issue(speeds[-1])
 
     def _require_climb(self) -> None:
         """Before it begins, a mission climbs to the height of its next place, if that is above the vehicle."""
@@ -428,7 +416,7 @@ class Mission:
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = state.no_setpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
-        self.issue(item)
+        self.commands.issue(item)
 
     def _pass_gate(self, item: MissionItem) -> None:
         """Fly to the place behind a gate, and through it on the way."""
@@ -438,23 +426,6 @@ class Mission:
         then = None if place is None else self.next_place(place + 1)
         current = state.triplet.current if place is None else self._setpoint_at(place)
         fly_leg(state, current, state.no_setpoint() if then is None else self._setpoint_at(then))
-
-    def issue(self, item: MissionItem) -> None:
-        """Have an item without a place carried out (MissionBlock::issue_command)."""
-        state = self._state
-        if item.command in OBEYED:
-            state.command(_raw_command_of(item))
-        elif item.command in PAYLOAD_COMMANDS:
-            self._payload.issue(_raw_command_of(item))
-        elif item.command in ROI_COMMANDS:
-            command = _roi_command_of(item, state.home_alt_m())
-            self._roi.take(command)
-            state.tell(command)
-        elif item.command not in (DO_LAND_START, GATE):
-            command = _raw_command_of(item)
-            if item.command == DO_CHANGE_SPEED:
-                change_speed(state, command)
-            state.tell(command)
 
     def _climb(self, item: MissionItem) -> None:
         """Straight up to the height of the first place; from the ground, this is the takeoff."""
@@ -525,36 +496,3 @@ class Mission:
         elif self.seq_current < 1:
             self._mission_state = STATE_NOT_STARTED
         return self._mission_state
-
-
-def change_speed(state: NavigatorState, command: VehicleCommand) -> None:
-    """DO_CHANGE_SPEED: a speed from the next setpoint on, or the vehicle's own for anything that is not above 0.
-
-    The leg that is flown gets it too if it is a ground speed (FlightModeManager::handleCommand).
-    """
-    is_speed = math.isfinite(command.param2) and command.param2 > 0.0
-    state.cruising_speed_m_s = command.param2 if is_speed else -1.0
-    if is_speed and math.isfinite(command.param1) and round(command.param1) == GROUND_SPEED:
-        state.fly_at_cruising_speed()
-
-
-def _roi_command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
-    """A location has its place; of other regions of interest it is dropped."""
-    command = _raw_command_of(item)
-    if item.command == mavlink.MAV_CMD_NAV_ROI:
-        return command._replace(command=mavlink.MAV_CMD_DO_SET_ROI)
-    if item.command != mavlink.MAV_CMD_DO_SET_ROI_LOCATION:
-        return command
-    alt_m = item.z + home_alt_m if item.frame in RELATIVE_FRAMES else item.z
-    return command._replace(param5=item.lat_deg, param6=item.lon_deg, param7=alt_m)
-
-
-def _raw_command_of(item: MissionItem) -> VehicleCommand:
-    """All seven parameters as they came in MAV_FRAME_MISSION; in a global frame PX4 has put x and y elsewhere.
-
-    x and y are whole numbers, DO_SET_HOME's too, which so sets home to whole degrees.
-    """
-    param5, param6 = (float(item.x), float(item.y)) if item.frame == FRAME_MISSION else (0.0, 0.0)
-    return VehicleCommand(
-        item.command, item.param1, item.param2, item.param3, item.param4, param5, param6, item.z, from_external=False
-    )

@@ -16,7 +16,8 @@ from sitl_emu.autopilot.navigator.course import Course
 from sitl_emu.autopilot.navigator.geofence import ACTION_HOLD, Geofence
 from sitl_emu.autopilot.navigator.land import Land
 from sitl_emu.autopilot.navigator.loiter import Loiter
-from sitl_emu.autopilot.navigator.mission import Mission, change_speed
+from sitl_emu.autopilot.navigator.mission import Mission
+from sitl_emu.autopilot.navigator.mission_commands import change_speed
 from sitl_emu.autopilot.navigator.payload import Payload
 from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi

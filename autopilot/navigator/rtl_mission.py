@@ -241,7 +241,7 @@ class RtlMission:
             self._climb()
         elif item.command not in WITH_POSITION:
             self._begin(target_of(item, self._state.home_alt_m()), Work.DEFAULT)
-            self._mission.issue(item)
+            self._mission.commands.issue(item)
         elif self._kind is RtlType.MISSION_FAST_REVERSE:
             self._fly_back(item, work)
         elif item.command in LANDS:
