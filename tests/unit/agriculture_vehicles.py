@@ -87,6 +87,7 @@ class Node:
         frame_us = now_us // 50_000 * 50_000 - 60_000
         if frame_us < 0 or self.companion.wants_frame(frame_us) is None:
             return
+        assert self.companion.looks, "else nobody would have drawn it"
         px4 = self.px4
         back = 0.06 + (now_us % 50_000) * 1e-6
         position = (px4.north_m - px4.velocity[0] * back, px4.east_m - px4.velocity[1] * back, -px4.up_m)

@@ -206,6 +206,7 @@ class Sky:
             return
         out = [each for msg in telemetry for each in companion.on_message(now_us, "autopilot", msg)]
         if now_us % FRAME_US == 0 and companion.wants_frame(now_us // 1000 * 1000) is not None:
+            assert companion.looks, "else nobody would have drawn it"
             companion.on_detections(now_us, now_us // 1000 * 1000, self._seen(quad))
         out += companion.on_time(now_us)
         for link, msg in out:

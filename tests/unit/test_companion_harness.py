@@ -192,3 +192,16 @@ def test_what_is_detected_in_each_frame_is_a_line_and_candidates_once_a_second(t
         {"time_s": 0.1, "found": [found]},
         {"time_s": 0.2, "found": [found, found]},
     ]
+
+
+class Resting(Reporter):
+    """One that says when it has use for frames."""
+
+    looks = False
+
+
+def test_who_does_not_say_that_it_rests_is_taken_to_look() -> None:
+    for companion, looks in ((Reporter(), True), (Resting(), False)):
+        inference = Inference(companion.detect, most_waiting=None)
+        assert Harness(companion, {}, inference).looks == looks
+        inference.close()
