@@ -2,7 +2,7 @@
 
 One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the
 rotors' ramp begins the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
-and termination publish no setpoint.
+and termination publish no setpoint. OFFBOARD is a task here alone: what others asked for there nobody goes on from.
 """
 
 import math
@@ -52,7 +52,7 @@ class FlightModes:
             Task.OFFBOARD: Offboard(topics, parameters),
         }
         self.tasks = {state: tasks[mode.task] for state, mode in FLIGHT_MODES.items() if mode.task is not None}
-        self._auto, self._follow_target = auto, follow_target
+        self._auto, self._follow_target, self._offboard = auto, follow_target, tasks[Task.OFFBOARD]
         self._task: FlightTask | None = None
         self._updated_us = 0
         self._gear = GEAR_KEEP
@@ -81,7 +81,8 @@ class FlightModes:
             else:
                 if task is self._follow_target:
                     self._follow_target.begin()
-                task.activate(topics.trajectory_setpoint)
+                # PX4 runs no task in OFFBOARD, whose setpoint may lie far away (FlightModeManager::switchTask)
+                task.activate(TrajectorySetpoint() if before is self._offboard else topics.trajectory_setpoint)
         if task is None:
             return
         if topics.takeoff_status.state < TakeoffState.RAMPUP:

@@ -8,7 +8,13 @@ import pytest
 from sitl_emu.autopilot.constants import NavState, SetpointType, TakeoffState
 from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import PositionSetpointTriplet, TakeoffStatus, TrajectorySetpoint, VehicleLandDetected
+from sitl_emu.autopilot.topics import (
+    ManualControlSetpoint,
+    PositionSetpointTriplet,
+    TakeoffStatus,
+    TrajectorySetpoint,
+    VehicleLandDetected,
+)
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from tests.unit.modes_follower import Follower, Row
 
@@ -247,16 +253,31 @@ def test_a_mission_goes_over_into_its_pause_without_a_step() -> None:
     assert first.velocity[0] == pytest.approx(last.velocity[0], abs=0.05)
 
 
-def test_an_auto_mode_begins_with_the_speed_that_the_last_mode_flew() -> None:
-    follower = Follower(nav_state=NavState.OFFBOARD)
-    follower.topics.offboard_setpoint = follower.topics.offboard_setpoint._replace(
-        trajectory=TrajectorySetpoint(velocity=(3.0, 0.0, 0.0), yaw=0.5)
-    )
-    follower.fly(3.0)
+def test_an_auto_mode_begins_with_the_setpoint_that_the_last_mode_flew() -> None:
+    follower = Follower(nav_state=NavState.POSCTL)
+    follower.place(0.0, 0.0, 10.0, heading=0.5)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(valid=True, pitch=1.0)
+    last = follower.fly(3.0)[-1].setpoint
+    follower.place(0.0, 0.0, 10.0)
     follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
     follower.go((20.0, 0.0, 10.0), kind=SetpointType.LOITER)
     first = follower.fly(0.008)[0].setpoint
-    assert first.velocity[0] == pytest.approx(3.0, abs=0.1) and first.yaw == pytest.approx(0.5, abs=0.01)
+    assert last.velocity[0] > 3.0 and first.velocity[:2] == pytest.approx(last.velocity[:2], abs=0.1)
+    assert first.yaw == pytest.approx(0.5, abs=0.01)
+
+
+def test_an_auto_mode_after_offboard_begins_where_the_vehicle_is() -> None:
+    follower = Follower(nav_state=NavState.OFFBOARD)
+    follower.topics.offboard_setpoint = follower.topics.offboard_setpoint._replace(
+        trajectory=TrajectorySetpoint(position=(90.0, 0.0, -40.0), yaw=1.5)
+    )
+    follower.fly(0.5)
+    local = follower.topics.vehicle_local_position
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    follower.go((local.x, local.y, -local.z), kind=SetpointType.LOITER)
+    first = follower.fly(0.008)[0].setpoint
+    assert first.position == pytest.approx((local.x, local.y, local.z), abs=0.3)
+    assert first.yaw == pytest.approx(local.heading, abs=0.01)
 
 
 def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:
