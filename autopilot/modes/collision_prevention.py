@@ -4,25 +4,32 @@ A map of 72 directions around the body is filled by OBSTACLE_DISTANCE and by DIS
 forgets what is older than half a second. A sensor that sees something nearer than it can measure tells nothing. With
 CP_DIST above 0 the acceleration towards the nearest obstacle shrinks as the vehicle comes near CP_DIST, and speed that
 could not be stopped in time is braked away (CP_DELAY). Where nothing is known one goes only with CP_GO_NO_DATA; without
-any data, not at all. CP_GUIDE_ANG turns the stick's direction to the wider gap.
-
-Left out: the change to HOLD after 5 s without data.
+any data, not at all, and after 5 s the mode is HOLD. CP_GUIDE_ANG turns the stick's direction to the wider gap.
 """
 
 import math
 
-from sitl_emu.autopilot.commands.vehicle_commands import nearest
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.commands.vehicle_commands import give_inside, nearest, tell
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics
+from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics, VehicleCommand
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import rotated, rotation
 from sitl_emu.core.c_types import truncated
 
 BINS = 72
 BIN_DEG = 5
 TIMEOUT_US = 500_000
+HOLD_AFTER_US = 5_000_000
+"""TIMEOUT_HOLD_US."""
+WARNS_EVERY_US = 1_000_000
+AWAY_US = 100_000
+"""Not asked for so long, another task has flown: PX4 makes the prevention anew with the task."""
+HOLDS_SYSTEM, HOLDS_COMPONENT = 1, 1
+"""The command to hold is for these, whatever MAV_SYS_ID is (_publishVehicleCmdDoLoiter)."""
 UNKNOWN = 65535
 """Nothing was measured there; distances in cm, as in the message."""
 FRAME_GLOBAL, FRAME_LOCAL_NED, FRAME_BODY_FRD = 0, 1, 12
@@ -49,6 +56,9 @@ class CollisionPrevention:
         self._known = [False] * BINS
         self._nearest_cm = UNKNOWN
         self._obstacles, self._sensor = topics.obstacle_distance, topics.distance_sensor_sideways
+        self._limited_us = -AWAY_US - 1
+        self._since_us = self._warned_us = self._heard_us = 0
+        self._obeys_hold = int(parameters["MAV_SYS_ID"]) == HOLDS_SYSTEM
         self.refresh(parameters)
 
     def refresh(self, value: Parameters) -> None:
@@ -64,8 +74,12 @@ class CollisionPrevention:
     def limit(self, now_us: int, acceleration: Vector2, velocity: Vector2) -> Vector2:
         """(north, east) acceleration that is left of what the sticks ask for."""
         self._take(now_us)
+        if now_us - self._limited_us > AWAY_US:
+            self._since_us = now_us
+        self._limited_us = now_us
         size = math.hypot(*acceleration)
         if not any(distance < UNKNOWN for distance in self._distances):
+            self._hold_without_data(now_us)
             return 0.0, 0.0
         if size <= LEAST_STICK:
             return acceleration
@@ -82,6 +96,22 @@ class CollisionPrevention:
             allowed = self._slowed(direction, size, keep_m, yaw)
         braking, brakes_along = self._braking(now_us, velocity, keep_m, yaw)
         return allowed[0] + braking * brakes_along[0], allowed[1] + braking * brakes_along[1]
+
+    def _hold_without_data(self, now_us: int) -> None:
+        """Ask for HOLD, once a second, where nothing has told of obstacles for long (_calculateConstrainedSetpoint)."""
+        if min(now_us - self._warned_us, now_us - self._since_us) <= WARNS_EVERY_US:
+            return
+        self._warned_us = now_us
+        if min(now_us - self._heard_us, now_us - self._since_us) <= HOLD_AFTER_US or not self._obeys_hold:
+            return
+        hold = FLIGHT_MODES[NavState.AUTO_LOITER]
+        command = VehicleCommand(
+            mavlink.MAV_CMD_DO_SET_MODE, float(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED), float(hold.main_mode),
+            float(hold.sub_mode), target_system=HOLDS_SYSTEM, target_component=HOLDS_COMPONENT,
+            source_system=HOLDS_SYSTEM, source_component=HOLDS_COMPONENT, from_external=False,
+        )  # fmt: skip
+        give_inside(self._topics, now_us, command)
+        tell(self._topics, now_us, command)
 
     # --- map ------------------------------------------------------------------------------------------------
 
@@ -107,6 +137,7 @@ class CollisionPrevention:
         increment, offset = obstacles.increment, obstacles.angle_offset
         if increment <= 0.0:
             return
+        self._heard_us = max(self._heard_us, obstacles.timestamp)
         self._nearest_cm = min(self._nearest_cm, obstacles.min_distance)
         if obstacles.frame in (FRAME_GLOBAL, FRAME_LOCAL_NED):
             offset -= math.degrees(self._topics.vehicle_local_position.heading)
@@ -124,6 +155,7 @@ class CollisionPrevention:
     def _add_sensor(self, sensor: DistanceSensorSample) -> None:
         if sensor.orientation not in HORIZONTAL:
             return
+        self._heard_us = max(self._heard_us, sensor.timestamp)
         self._nearest_cm = min(self._nearest_cm, int(sensor.min_distance * 100.0))
         reading = min(sensor.current_distance, sensor.max_distance)
         if (sensor.current_distance, sensor.signal_quality) == NOTHING_IN_RANGE:

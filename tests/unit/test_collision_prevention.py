@@ -14,6 +14,7 @@ from sitl_emu.core.attitude import quaternion
 from .modes_follower import Follower
 
 UNKNOWN = 65535
+DO_SET_MODE = 176
 BODY_FRD, LOCAL_NED = 12, 1
 AHEAD, RIGHT = 0, 2
 """MAV_SENSOR_ORIENTATION."""
@@ -58,6 +59,40 @@ def test_without_data_it_does_not_move() -> None:
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, pitch=1.0)
     follower.fly(5.0)
     assert abs(follower.topics.vehicle_local_position.x) < 0.1
+
+
+def holds(follower: Follower) -> list[tuple[float, ...]]:
+    """Mode flag, main and sub mode of the commands to change the mode that were given inside."""
+    commands = (record.command for record in follower.topics.navigator_commands)
+    return [(each.param1, each.param2, each.param3) for each in commands if each.command == DO_SET_MODE]
+
+
+def test_without_data_for_five_seconds_it_asks_for_hold_every_second() -> None:
+    """CollisionPrevention::_calculateConstrainedSetpoint, _publishVehicleCmdDoLoiter."""
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    follower.fly(4.9)
+    assert holds(follower) == []
+    follower.fly(0.5)
+    assert holds(follower) == [(1.0, 4.0, 3.0)]
+    follower.fly(1.0)
+    assert len(holds(follower)) == 2
+
+
+def test_the_five_seconds_begin_anew_with_the_mode_and_with_data() -> None:
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    follower.fly(4.5)
+    for mode, seconds in ((NavState.ALTCTL, 1.0), (NavState.POSCTL, 4.5)):
+        follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=mode)
+        follower.fly(seconds)
+    follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
+    follower.fly(4.5)
+    assert holds(follower) == []
+
+
+def test_a_vehicle_with_another_system_id_does_not_obey_its_own_command_to_hold() -> None:
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0, MAV_SYS_ID=2)
+    follower.fly(7.0)
+    assert holds(follower) == []
 
 
 @pytest.mark.parametrize(("goes", "moved"), [(0, False), (1, True)])
