@@ -47,5 +47,7 @@ CONTROLS: Mapping[VehicleKind, Callable[[Topics, Parameters, Texts], Control]] =
     VehicleKind.MULTICOPTER: lambda topics, parameters, texts: MulticopterControl(
         topics, parameters, texts.of("mc_pos_control")
     ),
-    VehicleKind.ROVER_ACKERMANN: lambda topics, parameters, _: RoverAckermannControl(topics, parameters),
+    VehicleKind.ROVER_ACKERMANN: lambda topics, parameters, texts: RoverAckermannControl(
+        topics, parameters, texts.events.send
+    ),
 }

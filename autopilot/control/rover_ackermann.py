@@ -8,7 +8,7 @@ for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only
 import math
 
 from sitl_emu.autopilot.commander.control_mode import control_mode, is_of_mode
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.control.ackermann_controllers import (
     Actuators,
     HeadingToYawRate,
@@ -31,7 +31,8 @@ from sitl_emu.autopilot.control.mixer import (
     unchanged,
 )
 from sitl_emu.autopilot.control.peripherals import last_used, with_peripherals
-from sitl_emu.autopilot.control.rover_parameters import rover_parameters
+from sitl_emu.autopilot.control.rover_parameters import EPSILON, rover_parameters
+from sitl_emu.autopilot.events.texts import SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator, Topics
@@ -41,6 +42,15 @@ INTERVAL_US = 10_000
 SHORTEST_STEP_US, LONGEST_STEP_US = 1_000, 10_000
 """What each controller takes for the time since its last step (AckermannSpeedControl::updateSpeedControl, others)."""
 OUTPUTS = 16
+NEEDED_TO_STEER = (
+    ("ackermann_rate_control_conf_invalid_max_thr_speed", "RO_MAX_THR_SPEED"),
+    ("ackermann_rate_control_conf_invalid_wheel_base", "RA_WHEEL_BASE"),
+    ("ackermann_rate_control_conf_invalid_max_str_ang", "RA_MAX_STR_ANG"),
+    ("ackermann_rate_control_conf_invalid_yaw_rate_lim", "RO_YAW_RATE_LIM"),
+)
+"""Event and parameter (AckermannRateControl::runSanityChecks)."""
+NEEDED_TO_DRIVE = ("ackermann_speed_control_conf_invalid_speed_lim", "RO_SPEED_LIM")
+"""AckermannSpeedControl::runSanityChecks; of RO_MAX_THR_SPEED it says nothing."""
 CONTROLLERS = 5
 """The first flags of a ControlMode: from position to allocation."""
 
@@ -51,16 +61,18 @@ class RoverAckermannControl:
     started = ()
     """PX4 starts nothing beside it."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, send: SendEvent) -> None:
+        """`send` tells the ground of parameters that are missing."""
         self._topics = topics
         self._source = parameters
+        self._send = send
         self._setpoints = Setpoints()
         self._auto, self._offboard, self._manual = AutoMode(topics), OffboardMode(topics), ManualMode(topics)
         self._position, self._speed = PositionControl(), SpeedToThrottle()
         self._heading, self._yaw_rate = HeadingToYawRate(), YawRateToSteering()
         self._actuators = Actuators()
         self._control_mode = NOTHING
-        self._was_armed = True
+        self._was_armed = self._can_run = True
         self._due_us = self._updated_us = 0
         self._version = -1
         self._refresh()
@@ -73,15 +85,17 @@ class RoverAckermannControl:
         if now_us < self._due_us:
             return
         self._due_us = max(self._due_us + INTERVAL_US, now_us - now_us % INTERVAL_US + INTERVAL_US)
-        if self._version != self._source.version:
+        if is_changed := self._version != self._source.version:
             self._refresh()
         topics = self._topics
         status, armed = topics.vehicle_status, topics.actuator_armed
         mode = control_mode(status.nav_state, status.vehicle_kind.traits, topics.offboard_setpoint)
-        if mode[:CONTROLLERS] != self._control_mode[:CONTROLLERS]:
+        if others := mode[:CONTROLLERS] != self._control_mode[:CONTROLLERS]:
             self._reset()
         self._control_mode = mode
-        if armed.armed and self._can_run(mode):
+        if is_changed or others:
+            self._can_run = self._checked(mode)
+        if armed.armed and self._can_run:
             self._was_armed = True
             direct = topics.offboard_setpoint.direct_actuator
             if status.nav_state is NavState.OFFBOARD and direct is not None:
@@ -96,11 +110,25 @@ class RoverAckermannControl:
             self._actuators.stop()
             topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
 
-    def _can_run(self, mode: ControlMode) -> bool:
-        """Whether the parameters allow what the mode asks for (RoverAckermann::runSanityChecks)."""
+    def _checked(self, mode: ControlMode) -> bool:
+        """Whether the parameters allow what the mode asks for (RoverAckermann::runSanityChecks); what misses is told.
+
+        Where no yaw rate can be controlled, nobody looks at the speed any more.
+        """
         parameters = self._parameters
-        turns = parameters.steers_at_a_rate or not (mode.attitude or mode.rates)
-        return turns and (parameters.drives_at_a_speed or not mode.velocity)
+        if (mode.attitude or mode.rates) and not parameters.steers_at_a_rate:
+            for event, name in NEEDED_TO_STEER if mode.rates else ():
+                self._tell_if_missing(event, name)
+            return False
+        if mode.velocity and not parameters.drives_at_a_speed:
+            self._tell_if_missing(*NEEDED_TO_DRIVE)
+            return False
+        return True
+
+    def _tell_if_missing(self, event: str, name: str) -> None:
+        value = float(self._source[name])
+        if value < EPSILON:
+            self._send(event, Severity.ERROR, value)
 
     def _reset(self) -> None:
         self._setpoints.reset()

@@ -7,6 +7,7 @@ import pathlib
 from sitl_emu import autopilot
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.control.rover_ackermann import RoverAckermannControl
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN3,
@@ -36,7 +37,8 @@ class RoverBody:
         airframe = json.loads((VEHICLES / model / "airframe.json").read_text())
         self.topics = Topics()
         self.parameters = Parameters(VehicleKind.ROVER_ACKERMANN, {**airframe, **changes})
-        self.control = RoverAckermannControl(self.topics, self.parameters)
+        self.texts = Texts()
+        self.control = RoverAckermannControl(self.topics, self.parameters, self.texts.events.send)
         self.now_us = 1_000_000
         self.north, self.east, self.heading, self.speed, self.steering = 0.0, 0.0, 0.0, 0.0, 0.0
         self.full_speed = float(self.parameters["RO_MAX_THR_SPEED"])

@@ -5,6 +5,8 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.rover_ackermann import NEEDED_TO_DRIVE, NEEDED_TO_STEER
+from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import ActuatorArmed, ManualControlSetpoint, OffboardSetpoint
 from tests.unit.rover_body import RoverBody
 
@@ -50,6 +52,28 @@ def test_a_speed_limit_of_zero_keeps_it_where_it_is() -> None:
     rover.go((10.0, 0.0))
     rover.drive(5.0)
     assert rover.north == pytest.approx(0.0, abs=0.01)
+
+
+def missing(rover: RoverBody) -> list[str]:
+    """The parameters of which events have told that they are not set."""
+    names = {layout(event)[0]: name for event, name in (*NEEDED_TO_STEER, NEEDED_TO_DRIVE)}
+    return [names[event.id] for event in rover.texts.events.recent]
+
+
+def test_what_is_not_set_is_told_as_the_mode_begins_and_as_a_parameter_changes() -> None:
+    """RoverAckermann::runSanityChecks: the speed is looked at only where the rover could steer."""
+    rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL, RO_SPEED_LIM=0.0, RO_YAW_RATE_LIM=0.0)
+    rover.drive(1.0)
+    assert missing(rover) == []
+    rover.topics.vehicle_status = rover.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    rover.drive(1.0)
+    assert missing(rover) == ["RO_YAW_RATE_LIM"]
+    rover.parameters.set("RO_YAW_RATE_LIM", 90.0)
+    rover.drive(1.0)
+    assert missing(rover) == ["RO_YAW_RATE_LIM", "RO_SPEED_LIM"]
+    rover.parameters.set("RO_SPEED_LIM", 2.0)
+    rover.drive(1.0)
+    assert missing(rover) == ["RO_YAW_RATE_LIM", "RO_SPEED_LIM"]
 
 
 def test_it_accelerates_within_ro_accel_lim() -> None:
