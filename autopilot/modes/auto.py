@@ -91,6 +91,8 @@ class Auto:
         self._yaw_lock = False
         self._yaw_aligned = False
         self._braking = False
+        self._braked_climb = 0.0
+        """Up or down: what the position controller may not cut off while it brakes."""
         self._takeoff_place: tuple[float, float] | None = None
         self._liftoff_z = NAN
         self.gear = GEAR_KEEP
@@ -130,6 +132,7 @@ class Auto:
         self._triplet_yaw, self._yaw_nudge.is_active = NAN, False
         self._kind = SetpointType.LOITER
         self._yaw_lock = self._yaw_aligned = self._braking = False
+        self._braked_climb = 0.0
         self._takeoff_place, self._liftoff_z = None, NAN
         self.gear = GEAR_KEEP
         self._resets = _resets(local)
@@ -222,8 +225,8 @@ class Auto:
 
     def _constraints(self) -> VehicleConstraints:
         return VehicleConstraints(
-            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up),
-            max(self._limit_down, ROOM_TO_CORRECT * self._speed_down),
+            max(self._limit_up, ROOM_TO_CORRECT * self._speed_up, self._braked_climb),
+            max(self._limit_down, ROOM_TO_CORRECT * self._speed_down, self._braked_climb),
             self._smoothing.unsmoothed_velocity[2] < WANT_TAKEOFF_SPEED,
         )
 
@@ -256,6 +259,7 @@ class Auto:
             or speed > EXCESS * self._xy_max
         ):
             self._braking = True
+        self._braked_climb = abs(z.velocity) if self._braking else 0.0
 
     # --- waypoints ---------------------------------------------------------------------------------------
 

@@ -290,6 +290,17 @@ def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:
     assert setpoint.position[0] == pytest.approx(local.x + 8.0, abs=0.2)
 
 
+def test_what_brakes_from_a_dive_is_not_cut_off_by_the_limits() -> None:
+    """FlightTaskAuto::_updateTrajConstraints: the controller may go as fast as the trajectory still does."""
+    follower = Follower(up=100.0)
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(vz=6.0)
+    follower.go((0.0, 0.0, 90.0), kind=SetpointType.LOITER)
+    follower.fly(0.024)
+    assert follower.topics.vehicle_constraints.speed_down == pytest.approx(6.0, abs=0.1)
+    follower.fly(8.0)
+    assert follower.topics.vehicle_constraints.speed_down == pytest.approx(1.8)
+
+
 def test_much_too_fast_it_brakes_before_it_goes_on() -> None:
     follower = Follower()
     follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(vx=18.0)
