@@ -280,7 +280,7 @@ class Auto:
             if climb:
                 z.force_velocity(local.vz)
             if heading:
-                self._heading.reset(wrap_pi(self._heading.heading + local.delta_heading))
+                self._heading.turned(local.delta_heading)
                 self._yaw = wrap_pi(self._yaw + local.delta_heading)
         if local.ref_timestamp != self._reference_timestamp or self._projection is None:
             if math.isfinite(local.ref_lat):

@@ -34,6 +34,10 @@ class HeadingSmoothing:
         """Go on from this heading and rate."""
         self._smoothing.reset(0.0, wrap_pi(heading), rate)
 
+    def turned(self, delta_heading: float) -> None:
+        """The estimator's heading has jumped by so much; it goes on to turn as it did."""
+        self._smoothing.force_velocity(wrap_pi(self.heading + delta_heading))
+
     def update(self, heading_setpoint: float, dt_s: float) -> None:
         """One step towards a heading, the short way round."""
         smoothing = self._smoothing

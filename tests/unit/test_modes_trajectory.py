@@ -15,6 +15,7 @@ from sitl_emu.autopilot.modes.trajectory_constraints import (
     speed_through,
 )
 from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing, time_synchronization
+from sitl_emu.core.geodesy import wrap_pi
 
 JERK, ACCELERATION = 4.0, 3.0
 DT = 0.008
@@ -185,3 +186,17 @@ def test_a_heading_turns_the_short_way_within_its_rate() -> None:
         assert heading.rate > -1e-6
     assert math.degrees(heading.heading) == pytest.approx(-150.0, abs=0.1)
     assert math.degrees(fastest) == pytest.approx(math.sqrt(40.0 * 20.0), rel=0.03)
+
+
+def test_a_heading_that_jumps_with_the_estimate_turns_on_at_its_rate() -> None:
+    """HeadingSmoothing::reset without a rate (FlightTaskAuto::_ekfResetHandlerHeading)."""
+    heading = HeadingSmoothing()
+    heading.set_limits(math.radians(60.0), math.radians(20.0))
+    heading.reset(0.0)
+    for _ in range(150):
+        heading.update(2.0, DT)
+    before, rate = heading.heading, heading.rate
+    heading.turned(3.0)
+    assert heading.heading == pytest.approx(wrap_pi(before + 3.0)) and heading.rate == rate
+    heading.update(wrap_pi(2.0 + 3.0), DT)
+    assert heading.heading == pytest.approx(wrap_pi(before + 3.0 + rate * DT), abs=1e-4)
