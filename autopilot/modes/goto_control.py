@@ -48,9 +48,9 @@ class GotoControl:
         self._last = TrajectorySetpoint()
 
     def update(self, now_us: int, dt_s: float, goto: GotoSetpoint, local: VehicleLocalPosition) -> TrajectorySetpoint:
-        """One step of the trajectory; the last one where the setpoint is too old, or the vehicle's place not known."""
+        """One step; the last one where the setpoint is too old or no place, or where the vehicle is not known."""
         place = (local.x, local.y, local.z)
-        if now_us >= goto.timestamp + TIMEOUT_US or not math.isfinite(sum(place)):
+        if now_us >= goto.timestamp + TIMEOUT_US or not math.isfinite(sum(place) + sum(goto.position)):
             self._runs = False
             return self._last
         smoothing = self._smoothing

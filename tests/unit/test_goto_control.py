@@ -98,3 +98,16 @@ def test_where_nobody_knows_where_it_is_nothing_is_asked_of_it(parameters: Param
     follower.here = follower.here._replace(x=math.nan)
     follower.go(1.0, (50.0, 0.0, -5.0))
     assert all(math.isnan(each.position[0]) for each in follower.told)
+
+
+@pytest.mark.parametrize("place", [(math.nan, 0.0, -5.0), (9.0, math.nan, -5.0), (9.0, 0.0, math.nan)])
+def test_what_is_no_place_is_not_gone_to(parameters: Parameters, place: tuple[float, float, float]) -> None:
+    """GotoControl::update: the last setpoint stays, and the next trajectory begins where the vehicle is."""
+    follower = Follower(parameters)
+    follower.go(3.0, (9.0, 0.0, -5.0))
+    last = follower.told[-1]
+    follower.go(1.0, place)
+    assert follower.told[-1] == last
+    follower.here = follower.here._replace(x=30.0)
+    follower.go(DT_S, (9.0, 0.0, -5.0))
+    assert follower.told[-1].position[0] == pytest.approx(30.0, abs=0.1)
