@@ -2,7 +2,8 @@
 
 Behaves as PX4's FlightTaskManualAltitudeSmoothVel (v1.18) with StickTiltXY: MPC_MAN_TILT_MAX, MPC_Z_VEL_MAX_*,
 MPC_ACC_*_MAX, MPC_JERK_MAX, MPC_MAN_Y_MAX, MAN_DEADZONE, MPC_ALT_MODE. Near the ground it climbs and sinks more slowly
-(MPC_LAND_ALT1, MPC_LAND_ALT2, MPC_TKO_SPEED, MPC_LAND_SPEED).
+(MPC_LAND_ALT1, MPC_LAND_ALT2, MPC_TKO_SPEED, MPC_LAND_SPEED), and no higher above it than the sensors see on which the
+estimate rests (hagl_max_*).
 """
 
 import math
@@ -46,6 +47,8 @@ class ManualAltitude:
         self._follows_terrain = False
         self._stick_yaw = StickYaw()
         self._tilt: Horizontal = (0.0, 0.0)
+        self._speed_up = 0.0
+        """As high as it is; below 0: down."""
         self._velocity_constraint_up = self._velocity_constraint_down = math.inf
         """Limits besides the parameters'."""
         self._z_reset_counter = self._vz_reset_counter = 0
@@ -61,6 +64,7 @@ class ManualAltitude:
         )  # fmt: skip
         self._slow_up, self._slow_down = float(value["MPC_TKO_SPEED"]), float(value["MPC_LAND_SPEED"])
         self._fast_above_m, self._slow_below_m = float(value["MPC_LAND_ALT1"]), float(value["MPC_LAND_ALT2"])
+        self._height_gain = float(value["MPC_Z_P"])
         self._dead_zone = float(value["MAN_DEADZONE"])
         self._max_acceleration = acceleration_at(value["MPC_MAN_TILT_MAX"])
         self._tilt_time_constant_s = float(value["MC_MAN_TILT_TAU"])
@@ -77,6 +81,7 @@ class ManualAltitude:
         self._follows_terrain = False
         self._stick_yaw.reset()
         self._tilt = (0.0, 0.0)
+        self._speed_up = self._limits.speed_up
         self._note_resets(local)
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
@@ -91,8 +96,7 @@ class ManualAltitude:
         return setpoint, self._constraints(sticks)
 
     def _constraints(self, sticks: ManualControlSetpoint) -> VehicleConstraints:
-        limits = self._limits
-        return VehicleConstraints(limits.speed_up, limits.speed_down, sticks.throttle > TAKEOFF_THROTTLE)
+        return VehicleConstraints(self._speed_up, self._limits.speed_down, sticks.throttle > TAKEOFF_THROTTLE)
 
     # --- jumps of the estimate ----------------------------------------------------------------------------------
 
@@ -135,7 +139,10 @@ class ManualAltitude:
         )
         ground = self._ground(local, sticks, stick)
         feedback = self._topics.vehicle_local_position_setpoint.vz
-        climb.update(dt_s, self._slowed(local, stick * fastest), local.z, feedback, limits)
+        velocity = self._below_ceiling(local, stick, stick * fastest)
+        if self._speed_up != limits.speed_up:
+            limits = limits._replace(speed_up=self._speed_up)
+        climb.update(dt_s, self._slowed(local, velocity), local.z, feedback, limits)
         follows = math.isfinite(ground)
         if follows:
             climb.force_position(ground)
@@ -151,11 +158,28 @@ class ManualAltitude:
         aside = math.hypot(*(expo_deadzone(each, self._dead_zone) for each in (sticks.pitch, sticks.roll)))
         return self._terrain.update(local, self._climb.position, abs(throttle) <= EPSILON, aside)
 
+    def _ceiling_m(self, local: VehicleLocalPosition) -> float:
+        """How high above the ground it may fly; not finite where anything goes."""
+        return local.hagl_max_z
+
+    def _below_ceiling(self, local: VehicleLocalPosition, stick: float, velocity: float) -> float:
+        """A velocity down, for a throttle of -`stick`: above the ceiling it sinks; `_speed_up` shrinks on the way up.
+
+        FlightTaskManualAltitude::_respectMaxAltitude, which counts where the distance to the ground is measured.
+        """
+        up, down, ceiling_m = self._limits.speed_up, self._limits.speed_down, self._ceiling_m(local)
+        self._speed_up = up
+        if not (local.dist_bottom_valid and math.isfinite(ceiling_m)):
+            return velocity
+        room = self._height_gain * (ceiling_m - local.dist_bottom)
+        self._speed_up = max(-down, min(up, room))
+        return max(0.0, min(down, -room)) if room < 0.0 and stick <= -EPSILON else velocity
+
     def _slowed(self, local: VehicleLocalPosition, velocity: float) -> float:
         """A velocity down, no faster than is flown so near to the ground."""
         height = distance_to_ground_m(local, self._topics.home_position)
         low, high = self._slow_below_m, self._fast_above_m
         share = 0.0 if height <= low else 1.0 if height > high else (height - low) / (high - low)
-        up = self._slow_up + share * (self._limits.speed_up - self._slow_up)
+        up = self._slow_up + share * (self._speed_up - self._slow_up)
         down = self._slow_down + share * (self._limits.speed_down - self._slow_down)
         return max(-up, min(down, velocity))

@@ -44,7 +44,7 @@ class ManualPositionSlow(ManualPosition):
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step."""
         aux, limits = self._topics.manual_control_setpoint.aux, self._limits
-        self._horizontal.velocity_constraint = self._speed.limit(self._fastest, aux)
+        self._speed_constraint = self._speed.limit(self._fastest, aux)
         self._velocity_constraint_up = self._climb_rate.limit(limits.speed_up, aux)
         self._velocity_constraint_down = self._climb_rate.limit(limits.speed_down, aux)
         self._stick_yaw.yawspeed_constraint = self._turn_rate.limit(self._stick_yaw.max_rate, aux)

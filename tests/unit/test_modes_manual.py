@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -128,6 +129,44 @@ def test_where_the_estimate_jumps_a_held_place_jumps_with_it() -> None:
     setpoint = follower.fly(0.008)[0].setpoint
     assert setpoint.position == pytest.approx((held[0] + 2.0, held[1], held[2] - 1.0), abs=0.01)
     assert setpoint.yaw == pytest.approx(0.5, abs=0.01)
+
+
+def sees(follower: Follower, vxy_max: float, hagl_max_z: float, hagl_max_xy: float) -> Callable[[], None]:
+    """An estimate that rests on what sees the ground no further than so."""
+
+    def tell() -> None:
+        local = follower.topics.vehicle_local_position
+        follower.topics.vehicle_local_position = local._replace(
+            dist_bottom=-local.z, dist_bottom_valid=True, vxy_max=vxy_max, hagl_max_z=hagl_max_z,
+            hagl_max_xy=hagl_max_xy,
+        )  # fmt: skip
+
+    return tell
+
+
+@pytest.mark.parametrize(("mode", "highest"), [(NavState.ALTCTL, 20.0), (NavState.POSCTL, 15.0)])
+def test_sticks_climb_no_higher_than_the_estimate_sees(mode: NavState, highest: float) -> None:
+    """FlightTaskManualAltitude::_respectMaxAltitude; in Position the lower limit of what sees sideways counts."""
+    follower = stick_flight(mode, up=5.0)
+    move(follower, throttle=1.0)
+    rows = follower.fly(25.0, sees(follower, 20.0, 20.0, 15.0))
+    assert -rows[-1].local.z == pytest.approx(highest, abs=0.3)
+    assert max(-row.local.z for row in rows) < highest + 0.5
+    assert follower.topics.vehicle_constraints.speed_up == pytest.approx(0.0, abs=0.3)
+    follower.place(0.0, 0.0, highest + 4.0)
+    last = follower.fly(8.0, sees(follower, 20.0, 20.0, 15.0))[-1].local
+    assert -last.z == pytest.approx(highest, abs=0.5)
+
+
+def test_position_flies_no_faster_than_the_estimate_sees_and_slowly_near_its_greatest_height() -> None:
+    """FlightTaskManualAcceleration::update: from 0.8 of that height on down to 2 m/s."""
+    follower = stick_flight(up=10.0)
+    move(follower, pitch=1.0)
+    assert follower.fly(15.0, sees(follower, 6.0, 20.0, 20.0))[-1].local.vx == pytest.approx(6.0, abs=0.1)
+    local = follower.topics.vehicle_local_position
+    follower.topics.vehicle_local_position = local._replace(z=-18.0, z_reset_counter=1)
+    assert follower.fly(15.0, sees(follower, 6.0, 20.0, 20.0))[-1].local.vx == pytest.approx(4.0, abs=0.1)
+    assert follower.fly(25.0, sees(follower, math.inf, math.inf, math.inf))[-1].local.vx == pytest.approx(10.0, abs=0.2)
 
 
 def test_position_slow_keeps_to_its_own_limits() -> None:
