@@ -17,6 +17,7 @@ from sitl_emu.autopilot.modes.descend import Descend
 from sitl_emu.autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
 from sitl_emu.autopilot.modes.follow_target import FollowTargetTask
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
+from sitl_emu.autopilot.modes.manual_direct import DirectAltitude, DirectPosition
 from sitl_emu.autopilot.modes.manual_position import ManualPosition
 from sitl_emu.autopilot.modes.manual_position_slow import ManualPositionSlow
 from sitl_emu.autopilot.modes.offboard import Offboard
@@ -25,7 +26,8 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
 LONGEST_STEP_S: Final = 0.1
-POSITION_MODES = (0, 4)
+DIRECT: Final = 0
+POSITION_MODES = (DIRECT, 4)
 """MPC_POS_MODE; another is set to 4 when Position is flown (FlightModeManager.cpp)."""
 NAN = math.nan
 AT_REST = (0.0, 0.0, 0.0)
@@ -52,6 +54,11 @@ class FlightModes:
             Task.OFFBOARD: Offboard(topics, parameters),
         }
         self.tasks = {state: tasks[mode.task] for state, mode in FLIGHT_MODES.items() if mode.task is not None}
+        self._direct: dict[NavState, FlightTask] = {
+            NavState.POSCTL: DirectPosition(topics, parameters),
+            NavState.ALTCTL: DirectAltitude(topics, parameters),
+        }
+        """With MPC_POS_MODE 0."""
         self._auto, self._follow_target, self._offboard = auto, follow_target, tasks[Task.OFFBOARD]
         self._task: FlightTask | None = None
         self._updated_us = 0
@@ -65,13 +72,17 @@ class FlightModes:
         status = topics.vehicle_status
         if self._version != self._parameters.version:
             self._version = self._parameters.version
-            for each in self.tasks.values():
+            for each in (*self.tasks.values(), *self._direct.values()):
                 each.refresh()
         dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
         self._updated_us = now_us
         task: FlightTask | None = self.tasks.get(status.nav_state)
-        if status.nav_state is NavState.POSCTL and self._parameters["MPC_POS_MODE"] not in POSITION_MODES:
-            self._parameters.set("MPC_POS_MODE", 4)
+        if status.nav_state in self._direct:
+            position_mode = self._parameters["MPC_POS_MODE"]
+            if position_mode == DIRECT:
+                task = self._direct[status.nav_state]
+            elif status.nav_state is NavState.POSCTL and position_mode not in POSITION_MODES:
+                self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
             before, self._task = self._task, task
             if before is self._follow_target:

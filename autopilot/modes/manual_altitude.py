@@ -132,14 +132,9 @@ class ManualAltitude:
         """Height (NaN while it is not held), velocity and acceleration down."""
         local, climb, limits = self._topics.vehicle_local_position, self._climb, self._limits
         stick = -expo_deadzone(sticks.throttle, self._dead_zone)
-        fastest = (
-            min(limits.speed_down, self._velocity_constraint_down)
-            if stick > 0.0
-            else min(limits.speed_up, self._velocity_constraint_up)
-        )
-        ground = self._ground(local, sticks, stick)
+        ground = self._ground(local, sticks, stick, climb.position)
         feedback = self._topics.vehicle_local_position_setpoint.vz
-        velocity = self._below_ceiling(local, stick, stick * fastest)
+        velocity = self._below_ceiling(local, stick, self._asked(stick))
         if self._speed_up != limits.speed_up:
             limits = limits._replace(speed_up=self._speed_up)
         climb.update(dt_s, self._slowed(local, velocity), local.z, feedback, limits)
@@ -151,12 +146,21 @@ class ManualAltitude:
         self._follows_terrain = follows
         return ground if follows else climb.position, climb.velocity, climb.acceleration
 
-    def _ground(self, local: VehicleLocalPosition, sticks: ManualControlSetpoint, throttle: float) -> float:
-        """The z that follows the ground; NaN where it does not."""
+    def _asked(self, stick: float) -> float:
+        """Velocity down for a throttle of -`stick`."""
+        limits = self._limits
+        if stick > 0.0:
+            return stick * min(limits.speed_down, self._velocity_constraint_down)
+        return stick * min(limits.speed_up, self._velocity_constraint_up)
+
+    def _ground(
+        self, local: VehicleLocalPosition, sticks: ManualControlSetpoint, throttle: float, held: float
+    ) -> float:
+        """The z that follows the ground; NaN where it does not. `held`: that was held so far."""
         if not self._terrain.mode:
             return NAN
         aside = math.hypot(*(expo_deadzone(each, self._dead_zone) for each in (sticks.pitch, sticks.roll)))
-        return self._terrain.update(local, self._climb.position, abs(throttle) <= EPSILON, aside)
+        return self._terrain.update(local, held, abs(throttle) <= EPSILON, aside)
 
     def _ceiling_m(self, local: VehicleLocalPosition) -> float:
         """How high above the ground it may fly; not finite where anything goes."""

@@ -1,8 +1,8 @@
 """POSCTL: sticks accelerate the vehicle against a drag that limits its speed; centred, it brakes and holds its place.
 
-Behaves as PX4's FlightTaskManualAcceleration (v1.18, MPC_POS_MODE 4); MPC_POS_MODE 0, sticks as velocities, flies the
-same. `stick_acceleration.py` has the horizontal half. Where the position rests on optical flow, it flies no faster
-than that sees (vxy_max), and slowly near its greatest height.
+Behaves as PX4's FlightTaskManualAcceleration (v1.18, MPC_POS_MODE 4); with MPC_POS_MODE 0, sticks as velocities, it is
+`manual_direct.py` that flies. `stick_acceleration.py` has the horizontal half. Where the position rests on optical
+flow, it flies no faster than that sees (vxy_max), and slowly near its greatest height.
 """
 
 import math

@@ -26,6 +26,8 @@ class TerrainHold:
         self._is_at_rest = False
         self._height = NAN
         """Over the ground, that is held."""
+        self.follows = False
+        """It is the ground that counts, whether a height over it is held yet or not."""
 
     def refresh(self, value: Parameters) -> None:
         """Copy the parameters."""
@@ -34,7 +36,11 @@ class TerrainHold:
 
     def reset(self) -> None:
         """Hold nothing."""
-        self._is_at_rest, self._height = False, NAN
+        self._is_at_rest, self._height, self.follows = False, NAN, False
+
+    def stopped(self, local: VehicleLocalPosition) -> bool:
+        """Whether it climbs or sinks slowly enough for a height to be held (MPC_HOLD_MAX_Z)."""
+        return self._max_climb <= 0.0 or abs(local.vz) < self._max_climb
 
     def forget_height(self) -> None:
         """The distance to the ground has jumped."""
@@ -45,10 +51,11 @@ class TerrainHold:
         `is_centred`: the throttle is; `stick_xy`: how far the others are deflected."""
         height = local.dist_bottom if local.dist_bottom_valid else NAN
         known = math.isfinite(height)
-        stopped = self._max_climb <= 0.0 or abs(local.vz) < self._max_climb
+        stopped = self.stopped(local)
         if self.mode == FOLLOWS_AT_REST:
             self._decide(local, held, height, stick_xy, stopped)
-        if not known or not (self.mode == FOLLOWS or self._is_at_rest):
+        self.follows = known and (self.mode == FOLLOWS or self._is_at_rest)
+        if not self.follows:
             if not (is_centred and math.isfinite(held)):
                 self._height = NAN
             return NAN
