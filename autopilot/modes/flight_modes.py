@@ -31,8 +31,9 @@ POSITION_MODES = (DIRECT, 4)
 """MPC_POS_MODE; another is set to 4 when Position is flown (FlightModeManager.cpp)."""
 NAN = math.nan
 AT_REST = (0.0, 0.0, 0.0)
-AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7))
-"""FlightTaskAuto's trajectory begins downwards, so that it takes its time to lift the vehicle off."""
+AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7), acceleration=AT_REST)
+"""FlightTaskAuto's trajectory begins downwards, so that it takes its time to lift the vehicle off; without what shakes
+the vehicle."""
 
 
 class FlightModes:

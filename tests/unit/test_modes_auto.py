@@ -290,6 +290,15 @@ def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:
     assert setpoint.position[0] == pytest.approx(local.x + 8.0, abs=0.2)
 
 
+def test_on_the_ground_the_trajectory_does_not_shake_with_the_vehicle() -> None:
+    """FlightTaskAuto::reActivate: no acceleration, 0.7 m/s down."""
+    follower = Follower(up=0.0)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
+    follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(ax=0.4, ay=-0.3, az=0.5)
+    setpoint = follower.fly(0.008)[0].setpoint
+    assert setpoint.acceleration == (0.0, 0.0, 0.0) and setpoint.velocity == (0.0, 0.0, 0.7)
+
+
 def test_what_brakes_from_a_dive_is_not_cut_off_by_the_limits() -> None:
     """FlightTaskAuto::_updateTrajConstraints: the controller may go as fast as the trajectory still does."""
     follower = Follower(up=100.0)
