@@ -19,6 +19,8 @@ FARTHEST_M: Final = 1000.0
 """A rotor is nowhere farther out, whatever its parameters say."""
 YAW_MARGIN: Final = 0.15
 """Above full thrust, what yaw may ask for: then thrust gives way (PX4's MINIMUM_YAW_MARGIN)."""
+WEAK: Final = 0.2
+"""A motor that does less along an axis brings nobody back into range by it (computeDesaturationGain)."""
 RESOLUTION: Final = 1e-6
 ACHIEVED: Final = 1e-6
 """Square of what may be missing of a setpoint that counts as achieved."""
@@ -167,7 +169,7 @@ def desaturate(motors: list[float], vector: list[float], most: float, reduce_onl
 def _gain(motors: list[float], vector: list[float], most: float) -> float:
     lowest = highest = 0.0
     for m, v in zip(motors, vector, strict=True):
-        if v == 0.0:
+        if -WEAK < v < WEAK:
             continue
         if m < 0.0:
             k = -m / v

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl_emu.autopilot.constants import Severity, TakeoffState
-from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, mixer
+from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
 from sitl_emu.autopilot.control.mc_parameters import constrain, of_responsiveness
@@ -101,6 +101,12 @@ def test_thrust_gives_way_to_roll_at_full_throttle() -> None:
     motors = ControlAllocator(HEXA, 0.0).allocate(0.2, 0.0, 0.0, -1.0)
     assert max(motors) == pytest.approx(1.0)
     assert max(motors) - min(motors) == pytest.approx(2 * 0.2 * max(mixer(HEXA)[0]), rel=1e-6)
+
+
+def test_a_motor_that_does_little_along_an_axis_brings_nobody_back_by_it() -> None:
+    """ControlAllocationSequentialDesaturation::computeDesaturationGain."""
+    assert desaturate([1.3, 0.5], [0.19, 1.0], 1.0) == [1.3, 0.5]
+    assert desaturate([1.3, 0.5], [0.2, 1.0], 1.0) != [1.3, 0.5]
 
 
 def test_thrust_model_is_undone() -> None:
