@@ -1,9 +1,11 @@
 """Control allocation of a multicopter: from torques and thrust to motors.
 
 PX4's control_allocator for CA_AIRFRAME 0 (src/modules/control_allocator, v1.18): effectiveness by the rotors' geometry
-(CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation without airmode: thrust gives way
-first, then roll and pitch, and yaw keeps what is left. THR_MDL_FAC turns thrust into motor signal. The matrix is worked
-out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and motor failures are left out.
+(CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation: thrust gives way first, then roll
+and pitch, and yaw keeps what is left. With MC_AIRMODE thrust may also get more, so that roll and pitch (1), and yaw as
+well (2), turn the vehicle at no throttle as they do in hover. THR_MDL_FAC turns thrust into motor signal. The matrix is
+worked out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and motor failures are left
+out.
 """
 
 import math
@@ -30,6 +32,9 @@ AT_UPPER_END: Final = 2
 """control_allocator_status.actuator_saturation."""
 FLOAT_EPSILON: Final = 1.2e-7
 NOTHING: Vector3 = (0.0, 0.0, 0.0)
+ROLL_PITCH: Final = 1
+ROLL_PITCH_YAW: Final = 2
+"""MC_AIRMODE."""
 
 
 class Rotor(NamedTuple):
@@ -85,8 +90,9 @@ class ControlAllocator:
     """`unallocated` is the torque (roll, pitch, yaw) that the last call could not give, `unallocated_thrust` the thrust
     along body z, and `thrusts` what it asked of each motor: 0..1."""
 
-    def __init__(self, rotors: list[Rotor], thrust_model_factor: float) -> None:
+    def __init__(self, rotors: list[Rotor], thrust_model_factor: float, air_mode: int = 0) -> None:
         """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal."""
+        self._air_mode = air_mode
         self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
         self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
         self._factor = max(0.0, min(1.0, thrust_model_factor))
@@ -126,9 +132,16 @@ class ControlAllocator:
         return math.sqrt(max(0.0, shift * shift + thrust / factor)) - shift
 
     def _desaturated(self, level: list[float], yaw: float) -> list[float]:
-        motors = desaturate(level, self._thrust, 1.0, reduce_only=True)
-        motors = desaturate(motors, self._roll, 1.0)
-        motors = desaturate(motors, self._pitch, 1.0)
+        """`level`: motors without yaw (mixAirmodeDisabled, mixAirmodeRP, mixAirmodeRPY)."""
+        if self._air_mode == ROLL_PITCH_YAW:
+            motors = [m + y * yaw for m, y in zip(level, self._yaw, strict=True)]
+            motors = desaturate(motors, self._thrust, 1.0)
+            motors = desaturate(motors, self._yaw, 1.0)
+            return [min(1.0, max(0.0, m)) for m in motors]
+        motors = desaturate(level, self._thrust, 1.0, reduce_only=self._air_mode != ROLL_PITCH)
+        if self._air_mode != ROLL_PITCH:
+            motors = desaturate(motors, self._roll, 1.0)
+            motors = desaturate(motors, self._pitch, 1.0)
         motors = [m + y * yaw for m, y in zip(motors, self._yaw, strict=True)]
         motors = desaturate(motors, self._yaw, 1.0 + YAW_MARGIN)
         motors = desaturate(motors, self._thrust, 1.0, reduce_only=True)

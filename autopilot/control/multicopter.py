@@ -7,8 +7,8 @@ its attitude or rates where it has some, every other mode by trajectory_setpoint
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
 there: until the first comes, what was there before goes on.
 
-Left out: battery scaling (MC_BAT_SCALE_EN), airmode, trajectory steps at estimator resets (setpoints come anew every
-8 ms), and in a termination the parachute.
+Left out: battery scaling (MC_BAT_SCALE_EN), trajectory steps at estimator resets (setpoints come anew every 8 ms), and
+in a termination the parachute.
 """
 
 import math
@@ -191,7 +191,7 @@ class MulticopterControl:
         count = max(0, min(MOST_ROTORS, int(get("CA_ROTOR_COUNT"))))
         fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
         rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
-        self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"))
+        self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"), int(get("MC_AIRMODE")))
         functions = [int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)]
         self._channels = output_channels(functions)
         self._functions = functions[: len(self._channels)]

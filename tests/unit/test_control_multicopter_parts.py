@@ -103,6 +103,25 @@ def test_thrust_gives_way_to_roll_at_full_throttle() -> None:
     assert max(motors) - min(motors) == pytest.approx(2 * 0.2 * max(mixer(HEXA)[0]), rel=1e-6)
 
 
+@pytest.mark.parametrize(("air_mode", "roll_kept", "yaw_kept"), [(0, False, False), (1, True, False), (2, True, True)])
+def test_in_airmode_it_turns_without_throttle(air_mode: int, roll_kept: bool, yaw_kept: bool) -> None:
+    """MC_AIRMODE: thrust gets more, for roll and pitch, or for yaw too (mixAirmodeRP, mixAirmodeRPY)."""
+    for index, kept in ((0, roll_kept), (1, roll_kept), (2, yaw_kept)):
+        allocator = ControlAllocator(HEXA, 0.0, air_mode)
+        asked = [0.0, 0.0, 0.0]
+        asked[index] = 0.2
+        motors = allocator.allocate(asked[0], asked[1], asked[2], 0.0)
+        assert (abs(allocator.unallocated[index]) < 1e-6) is kept
+        assert (sum(motors) > 0.1) is kept and all(0.0 <= motor <= 1.0 for motor in motors)
+
+
+def test_in_airmode_thrust_gives_way_at_full_throttle_all_the_same() -> None:
+    for air_mode in (1, 2):
+        allocator = ControlAllocator(HEXA, 0.0, air_mode)
+        motors = allocator.allocate(0.2, 0.0, 0.0, -1.0)
+        assert max(motors) == pytest.approx(1.0) and abs(allocator.unallocated[0]) < 1e-6
+
+
 def test_a_motor_that_does_little_along_an_axis_brings_nobody_back_by_it() -> None:
     """ControlAllocationSequentialDesaturation::computeDesaturationGain."""
     assert desaturate([1.3, 0.5], [0.19, 1.0], 1.0) == [1.3, 0.5]
