@@ -6,7 +6,7 @@ acceleration's.
 
 import math
 
-from sitl_emu.autopilot.modes.velocity_smoothing import VelocitySmoothing
+from sitl_emu.autopilot.modes.velocity_smoothing import LEAST_JERK, VelocitySmoothing
 from sitl_emu.core.geodesy import wrap_pi
 
 
@@ -28,7 +28,8 @@ class HeadingSmoothing:
 
     def set_limits(self, rate_rad_s: float, acceleration_rad_s2: float) -> None:
         """Limits of the turn."""
-        self._smoothing.max_acceleration, self._smoothing.max_jerk = rate_rad_s, acceleration_rad_s2
+        self._smoothing.max_acceleration = rate_rad_s
+        self._smoothing.max_jerk = max(acceleration_rad_s2, LEAST_JERK)
 
     def reset(self, heading: float, rate: float = 0.0) -> None:
         """Go on from this heading and rate."""
@@ -37,6 +38,11 @@ class HeadingSmoothing:
     def turned(self, delta_heading: float) -> None:
         """The estimator's heading has jumped by so much; it goes on to turn as it did."""
         self._smoothing.force_velocity(wrap_pi(self.heading + delta_heading))
+
+    def rest(self, dt_s: float) -> None:
+        """One step towards wherever it can stop first."""
+        rate = self.rate
+        self.update(self.heading + 0.5 * rate * abs(rate) / self._smoothing.max_jerk, dt_s)
 
     def update(self, heading_setpoint: float, dt_s: float) -> None:
         """One step towards a heading, the short way round."""

@@ -168,6 +168,10 @@ class Orbit(ManualAltitude):
         yaw, yawspeed = self._yaw_on_circle(from_n, from_e, sticks, dt_s)
         if math.isfinite(yaw):
             self._heading.update(yaw, dt_s)
+        else:
+            self._heading.rest(dt_s)
+        # What is smoothed is what sticks find: they turn the vehicle away from it, and let go it turns back
+        self._stick_yaw.yaw = self._heading.heading
         acceleration = (inwards * from_n, inwards * from_e, az)
         return TrajectorySetpoint(now_us, (NAN, NAN, z), velocity, acceleration, self._heading.heading, yawspeed)
 

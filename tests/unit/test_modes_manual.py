@@ -392,6 +392,32 @@ def test_an_orbit_may_look_along_its_circle() -> None:
     assert abs(math.remainder(last.heading - math.atan2(last.vy, last.vx), math.tau)) < math.radians(10.0)
 
 
+def test_a_stick_turns_an_orbit_away_from_a_heading_that_it_keeps() -> None:
+    """FlightTaskOrbit::update: what is smoothed is the yaw that the stick finds in the next step."""
+    follower = orbit(15.0, yaw_behaviour=4.0)
+    follower.fly(20.0)
+    kept = follower.topics.trajectory_setpoint.yaw
+    move(follower, yaw=1.0)
+    turning = follower.fly(2.0)[-1]
+    assert turning.setpoint.yaw == pytest.approx(kept, abs=1e-4) and turning.setpoint.yawspeed > 1.0
+
+    def turned_away() -> None:
+        local = follower.topics.vehicle_local_position
+        follower.topics.vehicle_local_position = local._replace(heading=kept + 0.4)
+
+    move(follower)
+    assert follower.fly(3.0, turned_away)[-1].setpoint.yaw == pytest.approx(kept, abs=1e-4)
+
+
+def test_an_orbit_that_leaves_the_heading_alone_lets_its_turn_run_out() -> None:
+    """Behaviour 2: HeadingSmoothing stops where it can."""
+    follower = orbit(15.0, yaw_behaviour=2.0)
+    rows = follower.fly(20.0)
+    turns = [math.remainder(b.setpoint.yaw - a.setpoint.yaw, math.tau) for a, b in itertools.pairwise(rows)]
+    slowing = [abs(b - a) / 0.008**2 for a, b in itertools.pairwise(turns)]
+    assert max(slowing) <= math.radians(follower.parameters["MPC_YAWRAUTO_ACC"]) * 1.1 and turns[-1] == 0.0
+
+
 def test_what_a_second_command_leaves_out_stays() -> None:
     """NaN keeps centre and height; behaviour 5 keeps where it looks."""
     follower = orbit(15.0, yaw_behaviour=3.0)
