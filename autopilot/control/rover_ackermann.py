@@ -28,6 +28,7 @@ from sitl_emu.autopilot.control.mixer import (
     direct_outputs,
     is_motor,
     is_servo,
+    output,
     unchanged,
 )
 from sitl_emu.autopilot.control.peripherals import last_used, with_peripherals
@@ -192,14 +193,18 @@ class RoverAckermannControl:
         if locked:
             self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
             return
-        motor = self._actuators.motor
-        if not self._parameters.reversible:
-            motor = max(motor, 0.0)
-        values = {FIRST_SERVO: self._actuators.servo, FIRST_MOTOR: max(-1.0, min(1.0, motor))}
-        controls = tuple(values.get(function, 0.0) for function in self._functions)
-        pwm = tuple(round(CENTRED_PWM + CENTRED_PWM_RANGE * value) for value in controls)
-        outputs = ActuatorOutputs(now_us, controls, pwm)
-        self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
+        values = {FIRST_SERVO: self._actuators.servo, FIRST_MOTOR: self._actuators.motor}
+        outputs = [self._output(function, values.get(function, 0.0)) for function in self._functions]
+        controls, pwm = zip(*outputs, strict=True) if outputs else ((), ())
+        self._topics.actuator_outputs = with_peripherals(
+            self._topics, self._functions, ActuatorOutputs(now_us, controls, pwm)
+        )
+
+    def _output(self, function: int, value: float) -> tuple[float, int]:
+        """Control and pulse; a motor that can't turn backwards has all its pulses for the one way (CA_R_REV)."""
+        if is_motor(function):
+            return output(function, value, unchanged, reversible=self._parameters.reversible)
+        return value, round(CENTRED_PWM + CENTRED_PWM_RANGE * value)
 
     def _refresh(self) -> None:
         self._version = self._source.version

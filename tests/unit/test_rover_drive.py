@@ -186,7 +186,11 @@ def test_without_reverse_the_motor_does_not_turn_backwards() -> None:
     rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL, CA_R_REV=0)
     rover.topics.manual_control_setpoint = ManualControlSetpoint(1, True, throttle=-0.5)
     rover.drive(1.0)
-    assert rover.topics.actuator_outputs.controls[1] == 0.0
+    assert (rover.topics.actuator_outputs.controls[1], rover.topics.actuator_outputs.pwm[1]) == (0.0, 900)
+    rover.topics.manual_control_setpoint = ManualControlSetpoint(2, True, throttle=0.5)
+    rover.drive(3.0)
+    told = rover.topics.actuator_outputs
+    assert told.controls[1] == pytest.approx(0.5) and told.pwm[1] == 1500
 
 
 def test_disarmed_it_stops_at_once() -> None:
