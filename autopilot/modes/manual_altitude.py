@@ -47,8 +47,8 @@ class ManualAltitude:
         self._follows_terrain = False
         self._stick_yaw = StickYaw()
         self._tilt: Horizontal = (0.0, 0.0)
-        self._speed_up = 0.0
-        """As high as it is; below 0: down."""
+        self._speed_up = self._speed_down = 0.0
+        """Limits that the task has put: up below 0 is down."""
         self._velocity_constraint_up = self._velocity_constraint_down = math.inf
         """Limits besides the parameters'."""
         self._z_reset_counter = self._vz_reset_counter = 0
@@ -81,7 +81,7 @@ class ManualAltitude:
         self._follows_terrain = False
         self._stick_yaw.reset()
         self._tilt = (0.0, 0.0)
-        self._speed_up = self._limits.speed_up
+        self._speed_up, self._speed_down = self._limits.speed_up, self._limits.speed_down
         self._note_resets(local)
 
     def update(self, now_us: int, dt_s: float) -> Setpoint:
@@ -96,7 +96,7 @@ class ManualAltitude:
         return setpoint, self._constraints(sticks)
 
     def _constraints(self, sticks: ManualControlSetpoint) -> VehicleConstraints:
-        return VehicleConstraints(self._speed_up, self._limits.speed_down, sticks.throttle > TAKEOFF_THROTTLE)
+        return VehicleConstraints(self._speed_up, self._speed_down, sticks.throttle > TAKEOFF_THROTTLE)
 
     # --- jumps of the estimate ----------------------------------------------------------------------------------
 
@@ -135,8 +135,8 @@ class ManualAltitude:
         ground = self._ground(local, sticks, stick, climb.position)
         feedback = self._topics.vehicle_local_position_setpoint.vz
         velocity = self._below_ceiling(local, stick, self._asked(stick))
-        if self._speed_up != limits.speed_up:
-            limits = limits._replace(speed_up=self._speed_up)
+        if (self._speed_up, self._speed_down) != limits[:2]:
+            limits = limits._replace(speed_up=self._speed_up, speed_down=self._speed_down)
         climb.update(dt_s, self._slowed(local, velocity), local.z, feedback, limits)
         follows = math.isfinite(ground)
         if follows:
@@ -169,11 +169,14 @@ class ManualAltitude:
     def _below_ceiling(self, local: VehicleLocalPosition, stick: float, velocity: float) -> float:
         """A velocity down, for a throttle of -`stick`: above the ceiling it sinks; `_speed_up` shrinks on the way up.
 
-        FlightTaskManualAltitude::_respectMaxAltitude, which counts where the distance to the ground is measured.
+        FlightTaskManualAltitude::_respectMaxAltitude. Where the distance to the ground is not measured, limits stay as
+        they were when the task began, whatever becomes of their parameters.
         """
-        up, down, ceiling_m = self._limits.speed_up, self._limits.speed_down, self._ceiling_m(local)
-        self._speed_up = up
-        if not (local.dist_bottom_valid and math.isfinite(ceiling_m)):
+        if not local.dist_bottom_valid:
+            return velocity
+        self._speed_up, self._speed_down = up, down = self._limits.speed_up, self._limits.speed_down
+        ceiling_m = self._ceiling_m(local)
+        if not math.isfinite(ceiling_m):
             return velocity
         room = self._height_gain * (ceiling_m - local.dist_bottom)
         self._speed_up = max(-down, min(up, room))
@@ -185,5 +188,5 @@ class ManualAltitude:
         low, high = self._slow_below_m, self._fast_above_m
         share = 0.0 if height <= low else 1.0 if height > high else (height - low) / (high - low)
         up = self._slow_up + share * (self._speed_up - self._slow_up)
-        down = self._slow_down + share * (self._limits.speed_down - self._slow_down)
+        down = self._slow_down + share * (self._speed_down - self._slow_down)
         return max(-up, min(down, velocity))

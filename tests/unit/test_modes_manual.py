@@ -158,6 +158,22 @@ def test_sticks_climb_no_higher_than_the_estimate_sees(mode: NavState, highest: 
     assert -last.z == pytest.approx(highest, abs=0.5)
 
 
+@pytest.mark.parametrize(("measures_ground", "up"), [(False, 3.0), (True, 5.0)])
+def test_a_higher_limit_of_the_climb_counts_from_the_next_mode_on_or_over_ground_that_is_measured(
+    measures_ground: bool, up: float
+) -> None:
+    """FlightTaskManualAltitude sets its constraints as it is activated, and where dist_bottom is known."""
+    follower = stick_flight(up=60.0)
+    each = sees(follower, math.inf, math.inf, math.inf) if measures_ground else None
+    move(follower, throttle=1.0)
+    follower.parameters.set("MPC_Z_VEL_MAX_UP", 5.0)
+    assert follower.fly(4.0, each)[-1].local.vz == pytest.approx(-up, abs=0.1)
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.ALTCTL)
+    assert follower.fly(4.0, each)[-1].local.vz == pytest.approx(-5.0, abs=0.1)
+    follower.parameters.set("MPC_Z_VEL_MAX_UP", 2.0)
+    assert follower.fly(4.0, each)[-1].local.vz == pytest.approx(-2.0, abs=0.1)
+
+
 def test_position_flies_no_faster_than_the_estimate_sees_and_slowly_near_its_greatest_height() -> None:
     """FlightTaskManualAcceleration::update: from 0.8 of that height on down to 2 m/s."""
     follower = stick_flight(up=10.0)
