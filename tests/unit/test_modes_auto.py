@@ -269,7 +269,7 @@ def test_an_auto_mode_begins_with_the_setpoint_that_the_last_mode_flew() -> None
 def test_an_auto_mode_after_offboard_begins_where_the_vehicle_is() -> None:
     follower = Follower(nav_state=NavState.OFFBOARD)
     follower.topics.offboard_setpoint = follower.topics.offboard_setpoint._replace(
-        trajectory=TrajectorySetpoint(position=(90.0, 0.0, -40.0), yaw=1.5)
+        trajectory=TrajectorySetpoint(follower.now_us, position=(90.0, 0.0, -40.0), yaw=1.5)
     )
     follower.fly(0.5)
     local = follower.topics.vehicle_local_position
@@ -278,6 +278,25 @@ def test_an_auto_mode_after_offboard_begins_where_the_vehicle_is() -> None:
     first = follower.fly(0.008)[0].setpoint
     assert first.position == pytest.approx((local.x, local.y, local.z), abs=0.3)
     assert first.yaw == pytest.approx(local.heading, abs=0.01)
+
+
+def test_offboard_goes_on_with_what_was_flown_until_a_setpoint_comes_in_the_mode() -> None:
+    """MAVLink passes setpoints on in OFFBOARD alone (handle_message_set_position_target_local_ned)."""
+    follower = Follower()
+    follower.go((50.0, 0.0, 10.0))
+    last = follower.fly(4.0)[-1].setpoint
+    topics, wanted = follower.topics, TrajectorySetpoint(follower.now_us, (0.0, 40.0, -20.0))
+    topics.offboard_setpoint = topics.offboard_setpoint._replace(timestamp=follower.now_us, trajectory=wanted)
+    topics.vehicle_status = topics.vehicle_status._replace(
+        nav_state=NavState.OFFBOARD, nav_state_timestamp=follower.now_us + 1
+    )
+    assert follower.fly(0.1)[-1].setpoint == last
+    assert topics.vehicle_constraints.want_takeoff is (last.position[2] < topics.vehicle_local_position.z)
+    follower.fly(1.0)
+    assert not topics.vehicle_constraints.want_takeoff
+    told = wanted._replace(timestamp=follower.now_us)
+    topics.offboard_setpoint = topics.offboard_setpoint._replace(timestamp=follower.now_us, trajectory=told)
+    assert follower.fly(0.008)[0].setpoint == told and topics.vehicle_constraints.want_takeoff
 
 
 def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:

@@ -271,8 +271,8 @@ def test_a_throttle_above_the_middle_asks_for_a_takeoff() -> None:
 
 def test_offboard_passes_its_setpoint_on_unchanged() -> None:
     follower = Follower(nav_state=NavState.OFFBOARD)
-    wanted = TrajectorySetpoint(5, (1.0, 2.0, -12.0), yaw=0.3)
-    follower.topics.offboard_setpoint = OffboardSetpoint(5, wanted)
+    wanted = TrajectorySetpoint(follower.now_us, (1.0, 2.0, -12.0), yaw=0.3)
+    follower.topics.offboard_setpoint = OffboardSetpoint(follower.now_us, wanted)
     setpoint = follower.fly(0.008)[0].setpoint
     assert setpoint.position == wanted.position and setpoint.yaw == wanted.yaw
     assert follower.topics.vehicle_constraints.want_takeoff
