@@ -27,7 +27,7 @@ HOLD_AFTER_US = 5_000_000
 """TIMEOUT_HOLD_US."""
 WARNS_EVERY_US = 1_000_000
 AWAY_US = 100_000
-"""Not asked for so long, another task has flown: PX4 makes the prevention anew with the task."""
+"""Not asked for so long, another task has flown: PX4 makes prevention and map anew with each task."""
 HOLDS_SYSTEM, HOLDS_COMPONENT = 1, 1
 """The command to hold is for these, whatever MAV_SYS_ID is (_publishVehicleCmdDoLoiter)."""
 UNKNOWN = 65535
@@ -50,16 +50,22 @@ class CollisionPrevention:
     def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._topics = topics
         self._say, self._send = say, send
+        self._limited_us = -AWAY_US - 1
+        self._warned_us = 0
+        self._obeys_hold = int(parameters["MAV_SYS_ID"]) == HOLDS_SYSTEM
+        self._begin(0)
+        self.refresh(parameters)
+
+    def _begin(self, now_us: int) -> None:
+        """Know nothing yet but what was told last."""
         self._distances = [UNKNOWN] * BINS
         self._measured_us = [-TIMEOUT_US - 1] * BINS
         self._ranges = [0] * BINS
         self._known = [False] * BINS
         self._nearest_cm = UNKNOWN
-        self._obstacles, self._sensor = topics.obstacle_distance, topics.distance_sensor_sideways
-        self._limited_us = -AWAY_US - 1
-        self._since_us = self._warned_us = self._heard_us = 0
-        self._obeys_hold = int(parameters["MAV_SYS_ID"]) == HOLDS_SYSTEM
-        self.refresh(parameters)
+        self._obstacles: ObstacleDistance | None = None
+        self._sensor: DistanceSensorSample | None = None
+        self._since_us, self._heard_us = now_us, 0
 
     def refresh(self, value: Parameters) -> None:
         """Copy the parameters."""
@@ -73,10 +79,10 @@ class CollisionPrevention:
 
     def limit(self, now_us: int, acceleration: Vector2, velocity: Vector2) -> Vector2:
         """(north, east) acceleration that is left of what the sticks ask for."""
-        self._take(now_us)
         if now_us - self._limited_us > AWAY_US:
-            self._since_us = now_us
+            self._begin(now_us)
         self._limited_us = now_us
+        self._take(now_us)
         size = math.hypot(*acceleration)
         if not any(distance < UNKNOWN for distance in self._distances):
             self._hold_without_data(now_us)
@@ -119,11 +125,11 @@ class CollisionPrevention:
         topics = self._topics
         if topics.obstacle_distance is not self._obstacles:
             self._obstacles = topics.obstacle_distance
-            if now_us - self._obstacles.timestamp < TIMEOUT_US:
+            if _is_fresh(now_us, self._obstacles.timestamp):
                 self._add_obstacles(self._obstacles)
         if topics.distance_sensor_sideways is not self._sensor:
             self._sensor = topics.distance_sensor_sideways
-            if now_us - self._sensor.timestamp < TIMEOUT_US:
+            if _is_fresh(now_us, self._sensor.timestamp):
                 self._add_sensor(self._sensor)
         for index, measured_us in enumerate(self._measured_us):
             if now_us - measured_us > TIMEOUT_US:
@@ -261,6 +267,11 @@ def _touched(place: int, increment: float, offset: float) -> range:
         lower -= 360.0
     first, last = math.floor(lower / BIN_DEG - 0.5) + 1, math.ceil(upper / BIN_DEG + 0.5)
     return range(max(first, 0), min(last, BINS))
+
+
+def _is_fresh(now_us: int, time_us: int) -> bool:
+    """What was told at that time (0: never) still counts."""
+    return time_us > 0 and now_us - time_us < TIMEOUT_US
 
 
 def _bin(angle_deg: float) -> int:

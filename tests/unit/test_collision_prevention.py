@@ -106,6 +106,25 @@ def test_where_nothing_is_known_it_goes_only_if_it_may(goes: int, moved: bool) -
     assert (follower.topics.vehicle_local_position.x > 5.0) is moved
 
 
+def test_the_map_is_made_anew_with_the_mode() -> None:
+    """With the flight task: where a sensor has looked before, one may go without data then (CP_GO_NO_DATA)."""
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0, CP_GO_NO_DATA=1, CP_GUIDE_ANG=0.0)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True)
+    follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, AHEAD, 0.5)
+    follower.fly(1.0)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, pitch=1.0)
+
+    def behind() -> None:
+        follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
+
+    follower.fly(3.0, behind)
+    assert abs(follower.topics.vehicle_local_position.x) < 0.1
+    for mode, seconds in ((NavState.AUTO_LOITER, 0.5), (NavState.POSCTL, 3.0)):
+        follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=mode)
+        follower.fly(seconds, behind)
+    assert follower.topics.vehicle_local_position.x > 1.0
+
+
 def sensed(sample: DistanceSensorSample, *earlier: DistanceSensorSample, attitude: float = 0.0) -> dict[int, int]:
     """What the map knows after some samples, 0.3 s apart: cm by direction; `attitude`: pitch, rad."""
     follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
