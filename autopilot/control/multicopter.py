@@ -7,8 +7,8 @@ its attitude or rates where it has some, every other mode by trajectory_setpoint
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
 there: until the first comes, what was there before goes on.
 
-Left out: battery scaling (MC_BAT_SCALE_EN), trajectory steps at estimator resets (setpoints come anew every 8 ms), and
-in a termination the parachute.
+Left out: battery scaling (MC_BAT_SCALE_EN), a notch filter of the velocity (MPC_VEL_NF_FRQ), trajectory steps at
+estimator resets (setpoints come anew every 8 ms), and in a termination the parachute.
 """
 
 import math
@@ -156,7 +156,7 @@ class MulticopterControl:
         self._tilt_air, self._tilt_land = math.radians(get("MPC_TILTMAX_AIR")), math.radians(get("MPC_TILTMAX_LND"))
         self._land_speed = min(get("MPC_LAND_SPEED"), self._speed_down)
         self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
-        self._velocity_derivative_cutoff = get("MPC_VELD_LP")
+        self._velocity_cutoff, self._velocity_derivative_cutoff = get("MPC_VEL_LP"), get("MPC_VELD_LP")
         self._hover_parameters = HoverThrustParameters(
             self._thrust_hover,
             get("HTE_HT_ERR_INIT"),
@@ -316,7 +316,7 @@ class MulticopterControl:
 
     def _states(self, dt: float) -> States:
         local = self._topics.vehicle_local_position
-        vn, ve, vd = velocity = (local.vx, local.vy, local.vz)
+        vn, ve, vd = local.vx, local.vy, local.vz
         ln, le, ld = self._velocity
         dn, de, dd = self._velocity_derivative
         resets = (local.vxy_reset_counter, local.vz_reset_counter)
@@ -326,8 +326,11 @@ class MulticopterControl:
             if resets[1] != self._resets[1]:
                 ld += local.delta_vz
             self._resets = resets
+        if self._velocity_cutoff > 0.0:
+            weight = alpha(self._velocity_cutoff, dt)
+            vn, ve, vd = ln + weight * (vn - ln), le + weight * (ve - le), ld + weight * (vd - ld)
         weight = alpha(self._velocity_derivative_cutoff, dt)
-        self._velocity = velocity
+        self._velocity = velocity = (vn, ve, vd)
         dn += weight * ((vn - ln) / dt - dn)
         de += weight * ((ve - le) / dt - de)
         dd += weight * ((vd - ld) / dt - dd)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl_emu.autopilot.constants import Severity, TakeoffState
+from sitl_emu.autopilot.constants import NavState, Severity, TakeoffState
 from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
@@ -22,10 +22,22 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
-from sitl_emu.autopilot.control.multicopter import output_channels
+from sitl_emu.autopilot.control.multicopter import MulticopterControl, output_channels
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, TrajectorySetpoint, Vector3
+from sitl_emu.autopilot.topics import (
+    NAN,
+    NAN3,
+    ActuatorArmed,
+    Quaternion,
+    Topics,
+    TrajectorySetpoint,
+    Vector3,
+    VehicleConstraints,
+    VehicleLandDetected,
+    VehicleLocalPosition,
+    VehicleStatus,
+)
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import quaternion
 from tests.typed import now
@@ -379,6 +391,28 @@ def test_integrator_is_limited() -> None:
     for _ in range(5000):
         control.update((0.0,) * 3, (0.5, 0.0, 0.0), (0.0,) * 3, 0.004, False, (0.0,) * 3)
     assert control.update((0.0,) * 3, (0.0,) * 3, (0.0,) * 3, 0.004, True, (0.0,) * 3)[0] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("cutoff_hz", "after_80_ms"), [(0.0, 1.0), (2.0, 0.62)])
+def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: float, after_80_ms: float) -> None:
+    """MulticopterPositionControl::set_vehicle_states; here velocity is all that is controlled, by its gain alone."""
+    gains = {"MPC_XY_VEL_I_ACC": 0.0, "MPC_XY_VEL_D_ACC": 0.0, "COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_VEL_LP": cutoff_hz, **gains})
+    topics = Topics()
+    control = MulticopterControl(topics, parameters, lambda *_: None)
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
+    topics.actuator_armed = ActuatorArmed(armed=True)
+    topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
+    topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
+    for step in range(1, 211):
+        speed = 1.0 if step > 200 else 0.0
+        topics.trajectory_setpoint = TrajectorySetpoint(step * 8000, velocity=(0.0, 0.0, -0.5))
+        topics.vehicle_local_position = VehicleLocalPosition(
+            step * 8000, step * 8000, True, True, True, True, z=-5.0, vx=speed
+        )
+        control.update_position(step * 8000)
+    told = topics.vehicle_local_position_setpoint
+    assert told.acceleration[0] == pytest.approx(-after_80_ms * parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
 
 
 def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
