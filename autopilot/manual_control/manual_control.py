@@ -207,7 +207,8 @@ class ManualControl:
         switches = self._switches = self._topics.manual_control_switches
         before, self._previous = self._previous, switches
         if before is None:
-            self._choose_mode(now_us, switches.mode_slot)
+            if not self._topics.vehicle_status.armed:  # in flight the mode stays until the switch is moved
+                self._choose_mode(now_us, switches.mode_slot)
             return
         if switches.mode_slot != before.mode_slot:
             self._choose_mode(now_us, switches.mode_slot)

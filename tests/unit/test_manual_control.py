@@ -335,6 +335,24 @@ def test_switches_choose_modes_arm_and_kill() -> None:
     assert {"Kill engaged", "Kill disengaged", "Armed by RC switch", "Disarmed by RC switch"} <= set(texts)
 
 
+def test_a_receiver_that_is_heard_again_in_flight_leaves_the_mode_alone() -> None:
+    """PX4's ManualControl::processSwitches takes the slot of a first message before arming alone."""
+    pilot = Pilot(**RC, **SWITCHES, **MODES, COM_RCL_EXCEPT=2)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, HIGH, LOW, LOW, LOW]
+    pilot.run(3.0)
+    pilot.set_mode(4, 3)
+    pilot.take_off(10.0)
+    pilot.channels = None
+    pilot.run(2.0)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, HIGH, LOW, LOW, LOW]
+    pilot.run(2.0)
+    assert pilot.sticks.valid
+    assert now(pilot.mode) is NavState.AUTO_LOITER
+    pilot.channels[4] = 1600
+    pilot.run(0.5)
+    assert now(pilot.mode) is NavState.ALTCTL
+
+
 def test_who_stays_killed_is_disarmed_and_does_not_arm() -> None:
     pilot = Pilot(**RC, **SWITCHES)
     pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
