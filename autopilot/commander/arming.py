@@ -15,7 +15,7 @@ from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS, STICKS_TO_THRUST
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import ActuatorArmed, Topics
+from sitl_emu.autopilot.topics import Topics
 from sitl_emu.autopilot.vehicle_kind import Traits
 
 THROTTLE_LOW: Final = -0.8
@@ -93,7 +93,7 @@ class Arming:
         self.armed = True
         self.armed_us = now_us
         self.arming_reason = REASONS[by]
-        topics.actuator_armed = ActuatorArmed(True, termination=self.terminated, ready_to_arm=True)
+        topics.actuator_armed = topics.actuator_armed._replace(armed=True, ready_to_arm=True)
         self.set_home(now_us)
         self._say(Severity.INFO, f"Armed by {by}\t", "commander_armed_by", self.arming_reason)
         return ACCEPTED

@@ -285,6 +285,7 @@ class Commander:
             self._takeoff_us,
             self.calibration.calibrating,
             self._failsafe.taken_over,
+            topics.actuator_armed.kill,
         )
         if told == self._published and now_us - topics.vehicle_status.timestamp < STATUS_INTERVAL_US:
             return
@@ -336,12 +337,13 @@ class Commander:
         return now_us > PREARMED_AFTER_US
 
     def _system_status(self, *, can_arm: bool) -> int:
-        if self._arming.terminated:
+        """MAV_STATE as MavlinkStreamHeartbeat::send works it out; killed motors look like a terminated flight."""
+        if self._arming.terminated or self._topics.actuator_armed.kill:
             return STATE_FLIGHT_TERMINATION
-        if self.calibration.calibrating:
-            return STATE_CALIBRATING
         if self._arming.armed:
             return STATE_CRITICAL if self._failsafe.in_failsafe else STATE_ACTIVE
+        if self.calibration.calibrating:
+            return STATE_CALIBRATING
         return STATE_STANDBY if can_arm else STATE_UNINIT
 
     def _on_takeover(self) -> None:

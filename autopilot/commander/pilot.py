@@ -15,7 +15,7 @@ from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.topics import ActionRequest, Topics
 
 KILL_DISARMS_AFTER_US: Final = 5_000_000
-"""A vehicle that stays killed is disarmed (PX4's COM_KILL_DISARM)."""
+"""A vehicle that stays armed and killed is disarmed (Commander::handleAutoDisarm)."""
 BY = (STICK_GESTURE, RC_SWITCH, RC_BUTTON)
 """Of action_request SOURCE; a mode slot does not arm."""
 
@@ -37,6 +37,7 @@ class Pilot:
         self._requests_seen = 0
         self._sticks = topics.manual_control_setpoint
         self._killed_us: int | None = None
+        """Since when it is armed, and killed."""
         self.wants_control = False
         """The sticks move while a failsafe is flown."""
 
@@ -53,10 +54,15 @@ class Pilot:
             self._sticks = self._topics.manual_control_setpoint
             if self._sticks.valid:
                 self._watch_sticks(in_failsafe=in_failsafe)
-        if self._killed_us is not None and now_us - self._killed_us >= KILL_DISARMS_AFTER_US:
+        self._disarm_who_stays_killed(now_us)
+
+    def _disarm_who_stays_killed(self, now_us: int) -> None:
+        if not (self._arming.armed and self._topics.actuator_armed.kill):
             self._killed_us = None
-            if self._arming.armed:
-                self._arming.disarm(KILL_SWITCH)
+        elif self._killed_us is None:
+            self._killed_us = now_us
+        elif now_us - self._killed_us >= KILL_DISARMS_AFTER_US:
+            self._arming.disarm(KILL_SWITCH)
 
     def _watch_sticks(self, *, in_failsafe: bool) -> None:
         arming, intention, topics = self._arming, self._intention, self._topics
@@ -83,12 +89,12 @@ class Pilot:
             arming.disarm_by_pilot(BY[request.source])
         elif action == RequestedAction.KILL:
             if not self._topics.actuator_armed.kill:
-                self._say(Severity.CRITICAL, "Kill engaged\t", "commander_kill_sw_engaged")
-                self._killed_us = now_us
+                on_ground = self._topics.vehicle_land_detected.landed
+                severity = Severity.INFO if on_ground else Severity.CRITICAL
+                self._say(severity, "Kill engaged\t", "commander_kill_sw_engaged")
                 self._kill(on=True)
         elif action == RequestedAction.UNKILL and self._topics.actuator_armed.kill:
             self._say(Severity.INFO, "Kill disengaged\t", "commander_kill_sw_disengaged")
-            self._killed_us = None
             self._kill(on=False)
 
     def _kill(self, *, on: bool) -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.manual_control.manual_control import ManualControl
 from sitl_emu.autopilot.manual_control.rc_update import Channel, RcUpdate
@@ -13,6 +13,7 @@ from tests.typed import now
 
 from .navigation_fake import FakeVehicle
 
+MAV_STATE_ACTIVE, MAV_STATE_FLIGHT_TERMINATION = 4, 8
 LOW, MIDDLE, HIGH = 1000, 1500, 2000
 RC = {"RC_MAP_ROLL": 1, "RC_MAP_PITCH": 2, "RC_MAP_THROTTLE": 3, "RC_MAP_YAW": 4, "COM_RC_IN_MODE": 0}
 SWITCHES = {"RC_MAP_FLTMODE": 5, "RC_MAP_KILL_SW": 6, "RC_MAP_ARM_SW": 7, "RC_MAP_RETURN_SW": 8}
@@ -363,6 +364,56 @@ def test_who_stays_killed_is_disarmed_and_does_not_arm() -> None:
     pilot.run(6.0)
     assert not pilot.armed
     assert pilot.arm() == 1
+    assert {"Preflight Fail: Kill switch engaged", "Preflight Fail: Flight termination active"} <= set(pilot.said)
+
+
+def test_a_kill_looks_like_a_terminated_flight_and_is_critical_in_the_air_alone() -> None:
+    """PX4's streams/HEARTBEAT.hpp, Commander::executeActionRequest."""
+    for in_the_air, severity in ((False, Severity.INFO), (True, Severity.CRITICAL)):
+        pilot = Pilot(**RC, **SWITCHES)
+        pilot.channels = [MIDDLE, MIDDLE, MIDDLE, MIDDLE, LOW, LOW, LOW, LOW]
+        pilot.run(3.0)
+        pilot.set_mode(4, 3)
+        if in_the_air:
+            pilot.take_off(10.0)
+        else:
+            assert pilot.arm() == 0
+        pilot.channels[5] = HIGH
+        pilot.run(0.3)
+        event_id = layout("commander_kill_sw_engaged")[0]
+        assert [event.log_levels & 0xF for event in pilot.events.recent if event.id == event_id] == [severity]
+        assert pilot.topics.vehicle_status.system_status == MAV_STATE_FLIGHT_TERMINATION
+        pilot.channels[5] = LOW
+        pilot.run(0.3)
+        assert pilot.topics.vehicle_status.system_status == MAV_STATE_ACTIVE
+
+
+def test_who_is_killed_on_the_ground_has_its_time_from_arming_on() -> None:
+    """PX4's Commander::handleAutoDisarm counts no time that it was not armed."""
+    pilot = Pilot(**RC, **SWITCHES)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    pilot.channels[5] = HIGH
+    pilot.run(6.0)
+    pilot.commander._arming.arm(pilot.now_us, forced=True)
+    pilot.run(4.8)
+    assert now(pilot.armed)
+    pilot.run(0.4)
+    assert not pilot.armed
+    assert "Disarmed by kill-switch" in pilot.take_texts()
+
+
+def test_a_return_switch_that_is_on_forbids_arming() -> None:
+    """PX4's manualControlCheck."""
+    pilot = Pilot(**RC, **SWITCHES)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, HIGH]
+    pilot.run(3.0)
+    pilot.set_mode(4, 3)
+    assert pilot.arm() == 1
+    pilot.channels[7] = LOW
+    pilot.run(0.5)
+    pilot.set_mode(4, 3)
+    assert pilot.arm() == 0
 
 
 def test_nonsense_in_channels_breaks_nothing() -> None:

@@ -1,8 +1,20 @@
-"""Sticks have been seen within COM_RC_LOSS_T, and nobody has killed the motors (PX4's manualControlCheck)."""
+"""Sticks have been seen within COM_RC_LOSS_T (PX4's rcAndDataLinkCheck); no switch is on that is none for arming.
+
+Switches of a receiver that has fallen silent count as they were last (PX4's manualControlCheck).
+"""
+
+from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, RC_RECEIVER, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
+
+SWITCH_POS_ON: Final = 1
+TOLD = (
+    ("return_to_launch", "check_man_control_rtl_engaged", "Preflight Fail: RTL switch engaged"),
+    ("kill", "check_man_control_kill_engaged", "Preflight Fail: Kill switch engaged"),
+)
+"""Switch, event and text."""
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
@@ -14,6 +26,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.unhealthy |= RC_RECEIVER
     else:
         findings.health_present |= Component.REMOTE_CONTROL
-    if topics.actuator_armed.kill:
-        component = Component.REMOTE_CONTROL
-        findings.arming_check_failure(ALL_MODES, component, Severity.ERROR, "check_man_control_kill_engaged")
+    if topics.vehicle_status.armed:
+        return
+    for switch, event, text in TOLD:
+        if getattr(topics.manual_control_switches, switch) == SWITCH_POS_ON:
+            findings.arming_check_failure(ALL_MODES, Component.REMOTE_CONTROL, Severity.ERROR, event, text=text)
