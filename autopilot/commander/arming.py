@@ -20,6 +20,8 @@ from sitl_emu.autopilot.vehicle_kind import Traits
 
 THROTTLE_LOW: Final = -0.8
 THROTTLE_CENTRE: Final = 0.2
+REARMED_WITHIN_US: Final = 5_000_000
+"""Who flips the arming switch back so soon is not asked for health again (Commander::arm)."""
 THROTTLE_REFUSAL = ("Arming denied: throttle not in safe position\t", "commander_arm_denied_throttle_unsafe")
 HEALTH_REFUSAL = ("Arming denied: Resolve system health failures first\t", "commander_arm_denied_resolve_failures")
 STICK_GESTURE: Final = "stick gesture"
@@ -68,6 +70,7 @@ class Arming:
         self._traits = traits
         self.armed = False
         self.armed_us = 0
+        self._disarmed_us: int | None = None
         self.terminated = False
         self.arming_reason = 0
         self.disarming_reason = 0
@@ -79,7 +82,8 @@ class Arming:
         if self._topics.vehicle_status.calibrating:
             self._say(Severity.CRITICAL, "Arming denied: calibrating\t", "commander_arm_denied_calibrating")
             return TEMPORARILY_REJECTED
-        if not forced:
+        in_grace = self._disarmed_us is not None and now_us - self._disarmed_us < REARMED_WITHIN_US
+        if not forced and not (by == RC_SWITCH and in_grace):
             refusal = self._refusal(now_us)
             if refusal is not None:
                 self._say(Severity.CRITICAL, *refusal)
@@ -125,22 +129,22 @@ class Arming:
         self._say(Severity.CRITICAL, *HEALTH_REFUSAL)
         return TEMPORARILY_REJECTED
 
-    def disarm_by_command(self, *, forced: bool, by: str = EXTERNAL_COMMAND) -> int:
+    def disarm_by_command(self, now_us: int, *, forced: bool, by: str = EXTERNAL_COMMAND) -> int:
         """MAV_RESULT of disarming; only `forced` disarms what flies."""
         if not self.armed:
             return ACCEPTED
         if not (forced or self._may_disarm()):
             self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
             return TEMPORARILY_REJECTED
-        self.disarm(by)
+        self.disarm(now_us, by)
         return ACCEPTED
 
-    def disarm_by_pilot(self, by: str) -> None:
+    def disarm_by_pilot(self, now_us: int, by: str) -> None:
         """By gesture or switch: on the ground, and in modes where the throttle stick is the thrust."""
         if not self.armed:
             return
         if self._may_disarm() or self._topics.vehicle_status.nav_state in STICKS_TO_THRUST:
-            self.disarm(by)
+            self.disarm(now_us, by)
         elif by != STICK_GESTURE:
             self._say(Severity.CRITICAL, "Disarming denied: not landed\t", "commander_disarm_denied_not_landed")
 
@@ -149,9 +153,10 @@ class Arming:
         stands = land_detected.landed or land_detected.maybe_landed
         return stands or self._traits.disarms_in_motion or self.terminated
 
-    def disarm(self, by: str) -> None:
+    def disarm(self, now_us: int, by: str) -> None:
         """Disarm and say by what: one of REASONS."""
         self.armed = False
+        self._disarmed_us = now_us
         self.disarming_reason = REASONS[by]
         self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=False)
         self._intention.on_disarm()

@@ -198,7 +198,7 @@ class CommandHandlers:
             self._awaits_leave = command if result is None else None
             return result
         if wanted == 0:
-            return self._arming.disarm_by_command(forced=forced, by=by)
+            return self._arming.disarm_by_command(now_us, forced=forced, by=by)
         text = f"Unsupported ARM_DISARM param: {command.param1:.3f}\t"
         self._say(Severity.CRITICAL, text, "commander_unsupported_arm_disarm_param", command.param1)
         return None

@@ -234,7 +234,7 @@ class Commander:
             spoolup_s=float(self._parameters["COM_SPOOLUP_TIME"]),
         )
         if reason is not None:
-            self._arming.disarm(reason.value)
+            self._arming.disarm(now_us, reason.value)
 
     def _choose_nav_state(self, now_us: int) -> None:
         topics, arming = self._topics, self._arming
@@ -252,7 +252,7 @@ class Commander:
         if self._failsafe.selected is Action.TERMINATE and not arming.terminated:
             arming.terminate()
         elif self._failsafe.selected is Action.DISARM and arming.armed:
-            arming.disarm("failsafe")
+            arming.disarm(now_us, "failsafe")
             nav_state = self._intention.mode
         if arming.terminated:
             nav_state = NavState.TERMINATION
@@ -284,6 +284,7 @@ class Commander:
             in_failsafe,
             self._takeoff_us,
             self.calibration.calibrating,
+            self.calibration.remote_control,
             self._failsafe.taken_over,
             topics.actuator_armed.kill,
         )
@@ -315,6 +316,7 @@ class Commander:
             self._failsafe.taken_over,
             int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER,
             *present_and_healthy(now_us, topics.gcs_heartbeats),
+            rc_calibration_in_progress=self.calibration.remote_control,
             control_mode=control_mode(self._nav_state, self._vehicle_kind.traits, topics.offboard_setpoint),
         )
 

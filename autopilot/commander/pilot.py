@@ -1,6 +1,7 @@
 """What the pilot's sticks and switches ask of the commander: modes, arming, killing, taking over.
 
-PX4's Commander::manualControlCheck and executeActionRequest (v1.18). Sticks that move fast end an automatic mode or
+PX4's Commander::manualControlCheck and executeActionRequest (v1.18). Gestures and switches ask for nothing while the
+remote control is being calibrated. Sticks that move fast end an automatic mode or
 OFFBOARD of a multicopter in the air; while a failsafe is flown, it decides (`wants_control`).
 """
 
@@ -62,7 +63,7 @@ class Pilot:
         elif self._killed_us is None:
             self._killed_us = now_us
         elif now_us - self._killed_us >= KILL_DISARMS_AFTER_US:
-            self._arming.disarm(KILL_SWITCH)
+            self._arming.disarm(now_us, KILL_SWITCH)
 
     def _watch_sticks(self, *, in_failsafe: bool) -> None:
         arming, intention, topics = self._arming, self._intention, self._topics
@@ -77,6 +78,8 @@ class Pilot:
 
     def _carry_out(self, now_us: int, request: ActionRequest) -> None:
         arming, action = self._arming, request.action
+        if self._topics.vehicle_status.rc_calibration_in_progress:
+            return
         if action == RequestedAction.TOGGLE_ARMING:
             action = RequestedAction.DISARM if arming.armed else RequestedAction.ARM
         if action == RequestedAction.SWITCH_MODE:
@@ -86,7 +89,7 @@ class Pilot:
         elif action == RequestedAction.ARM:
             arming.arm(now_us, by=BY[request.source])
         elif action == RequestedAction.DISARM:
-            arming.disarm_by_pilot(BY[request.source])
+            arming.disarm_by_pilot(now_us, BY[request.source])
         elif action == RequestedAction.KILL:
             if not self._topics.actuator_armed.kill:
                 on_ground = self._topics.vehicle_land_detected.landed

@@ -9,6 +9,7 @@ from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.manual_control.manual_control import ManualControl
 from sitl_emu.autopilot.manual_control.rc_update import Channel, RcUpdate
 from sitl_emu.autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
+from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
 from .navigation_fake import FakeVehicle
@@ -401,6 +402,37 @@ def test_who_is_killed_on_the_ground_has_its_time_from_arming_on() -> None:
     pilot.run(0.4)
     assert not pilot.armed
     assert "Disarmed by kill-switch" in pilot.take_texts()
+
+
+def test_who_flips_the_arming_switch_back_at_once_is_not_asked_for_health() -> None:
+    """PX4's Commander::arm gives 5 s, for a switch that was flipped in the air."""
+    for seconds, rearmed in ((4.0, True), (5.5, False)):
+        pilot = Pilot(**RC, **SWITCHES)
+        pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+        pilot.run(3.0)
+        pilot.channels[6] = HIGH
+        pilot.run(0.5)
+        assert now(pilot.armed)
+        pilot.channels[6] = LOW
+        pilot.run(0.5)
+        assert not now(pilot.armed)
+        pilot.sensors = False
+        pilot.run(seconds)
+        pilot.channels[6] = HIGH
+        pilot.run(0.3)
+        assert pilot.armed is rearmed
+
+
+def test_switches_ask_for_nothing_while_they_are_calibrated() -> None:
+    pilot = Pilot(**RC, **SWITCHES, **MODES)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    assert pilot.result(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 0, 0, 0, 1) == 0
+    pilot.run(0.1)
+    pilot.channels[4:6] = HIGH, HIGH
+    pilot.run(0.5)
+    assert pilot.mode is NavState.STAB
+    assert not pilot.topics.actuator_armed.kill
 
 
 def test_a_return_switch_that_is_on_forbids_arming() -> None:
