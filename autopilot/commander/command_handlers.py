@@ -213,8 +213,7 @@ class CommandHandlers:
         answer_later(self._topics, command, CommandResult(result))
 
     def _run_prearm_checks(self, now_us: int, command: VehicleCommand) -> int:
-        if not self._arming.armed:
-            self._checks.update(now_us, force_report=True)
+        self._checks.update(now_us, force_report=True)
         return ACCEPTED
 
     def _do_flighttermination(self, now_us: int, command: VehicleCommand) -> int:

@@ -114,6 +114,7 @@ class Commander:
         self._links = LinkWatch(topics, say, send_event)
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
+        self._now_us = 0
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
 
@@ -237,6 +238,7 @@ class Commander:
             self._arming.disarm(now_us, reason.value)
 
     def _choose_nav_state(self, now_us: int) -> None:
+        self._now_us = now_us
         topics, arming = self._topics, self._arming
         nav_state = self._failsafe.update(
             now_us,
@@ -352,6 +354,7 @@ class Commander:
         self._send_event("failsafe_rc_override", Severity.INFO)
 
     def _on_failsafe(self, notice: Notice) -> None:
+        self._checks.report_what_waits(self._now_us)
         hold = f": entering Hold for {notice.hold_s} seconds" if notice.hold_s else ""
         event, *arguments = failsafe_event(notice)
         if notice.action is Action.WARN:

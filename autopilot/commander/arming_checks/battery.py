@@ -24,12 +24,9 @@ WARNING_EMERGENCY: Final = 3
 TOLD = {
     WARNING_LOW: (Severity.CRITICAL, "check_battery_low", "Low battery\t"),
     WARNING_CRITICAL: (Severity.CRITICAL, "check_battery_critical", "Critical battery\t"),
-    WARNING_EMERGENCY: (Severity.EMERGENCY, "check_battery_emergency", ""),
+    WARNING_EMERGENCY: (Severity.EMERGENCY, "check_battery_emergency", "Emergency battery level\t"),
 }
-"""Level, event and text. A low battery is critical, so that ground stations read it out loud (batteryCheck.cpp).
-
-An emergency comes so soon behind the critical warning that PX4 tells it as an event alone (flight battery_drain).
-"""
+"""Level, event and text. A low battery is critical, so that ground stations read it out loud (batteryCheck.cpp)."""
 SILENT_US: Final = 5_000_000
 """A battery that was there and says nothing for so long is not well."""
 RETURN_KNOWN_US: Final = 3_000_000

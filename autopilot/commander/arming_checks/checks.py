@@ -2,8 +2,9 @@
 
 PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts
 parts as healthy that it does not have. What changed is reported at most every two seconds, as a round of events: a
-summary, one for each failure, and another summary, so that a ground station sees the whole state at once. Texts come
-as rarely, not before the first time that all was well, and each once until it has gone.
+summary, one for each failure, and another summary, so that a ground station sees the whole state at once. Texts go
+with it, all of them anew each time, but not before the first time that all was well. A failsafe that is to be told has
+what waits for its time reported at once, without texts (Report::report, reportIfUnreportedDifferences).
 """
 
 from collections.abc import Callable
@@ -63,6 +64,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated
 from sitl_emu.autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
+State = tuple[tuple[int, ...], tuple[int, ...], list[tuple[str, int]]]
 REPORT_INTERVAL_US: Final = 2_000_000
 PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
@@ -113,17 +115,18 @@ class HealthAndArmingChecks:
         self._parameters = parameters
         self._say = say
         self._send_event = send_event
-        self._reported: tuple[object, ...] = ()
+        self._findings = Findings()
+        self._state: State = ((), (), [])
+        """What a round of events would tell, as the last look found it."""
+        self._unreported = False
         self._reported_us = -REPORT_INTERVAL_US
         self._version = -1
         self._settings = settings_of(parameters)
         self._checks = all_checks()
-        self._told: set[str] = set()
-        self._told_us = -REPORT_INTERVAL_US
         self._ever_passed = False
 
     def update(self, now_us: int, *, force_report: bool = False) -> None:
-        """Run every check; replaces topics failsafe_flags and health_report. `force_report` sends events anew."""
+        """Run every check; replaces topics failsafe_flags and health_report. `force_report` tells all of it anew."""
         topics = self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
@@ -148,8 +151,19 @@ class HealthAndArmingChecks:
         topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
         for notice in findings.notices:
             self._send_event(notice.event, notice.level, notice.argument)
-        self._say_texts(now_us, findings)
-        self._report(now_us, findings, can_run, force_report)
+        state = self._state_of(findings, can_run)
+        self._unreported = self._unreported or state != self._state
+        self._state, self._findings = state, findings
+        if force_report or (self._unreported and now_us - self._reported_us >= REPORT_INTERVAL_US):
+            self._report(now_us)
+            if self._ever_passed:
+                for text, severity in findings.texts.items():
+                    self._say(severity, text)
+
+    def report_what_waits(self, now_us: int) -> None:
+        """Send the round of events that a recent one has held back."""
+        if self._unreported:
+            self._report(now_us)
 
     def can_arm(self, nav_state: NavState) -> bool:
         """Whether the vehicle may be armed in a mode."""
@@ -159,8 +173,8 @@ class HealthAndArmingChecks:
         """Whether a mode can be flown now."""
         return bool(self._topics.health_report.can_run_mode_flags >> nav_state & 1)
 
-    def _report(self, now_us: int, findings: Findings, runnable: int, force: bool) -> None:
-        """Send the round of events if something has changed, or if it is wanted anyway."""
+    def _state_of(self, findings: Findings, runnable: int) -> State:
+        """Both summaries, and each failure with its modes."""
         status = self._topics.vehicle_status
         can_run = can_arm = ALL_MODES & ~(ALL_NAV_STATES & ~runnable)
         for failure in findings.failures:
@@ -169,27 +183,19 @@ class HealthAndArmingChecks:
         present = findings.health_present | motors
         health = (present, findings.health_error, findings.health_warning)
         arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
-        state = (health, arming, [(failure.event, failure.modes) for failure in findings.failures])
-        if not force and (state == self._reported or now_us - self._reported_us < REPORT_INTERVAL_US):
-            return
-        self._reported, self._reported_us = state, now_us
+        return (arming, health, [(failure.event, failure.modes) for failure in findings.failures])
+
+    def _report(self, now_us: int) -> None:
+        """Send the round of events."""
+        self._unreported, self._reported_us = False, now_us
+        arming, health, _ = self._state
         send = self._send_event
         send("commander_arming_check_summary", PROTOCOL, 0, *arming)
-        for failure in findings.failures:
+        for failure in self._findings.failures:
             modes = ALL_MODES if failure.modes == NO_MODE else failure.modes
             index = failure.component.bit_length() - 1
             send(failure.event, failure.level, modes, index, *failure.arguments)
         send("commander_health_summary", PROTOCOL, 0, *health)
-
-    def _say_texts(self, now_us: int, findings: Findings) -> None:
-        self._told &= findings.texts.keys()
-        if not self._ever_passed or now_us - self._told_us < REPORT_INTERVAL_US:
-            return
-        for text, severity in findings.texts.items():
-            if text not in self._told:
-                self._told.add(text)
-                self._told_us = now_us
-                self._say(severity, text)
 
 
 def settings_of(parameters: Parameters) -> Settings:
